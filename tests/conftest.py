@@ -7,7 +7,7 @@ from typing import TypeVar
 import hypothesis
 import pytest
 
-from tests.scheduling import Scheduling, scheduling
+from tests.scheduling import Scheduling, choose_scheduling
 
 Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
@@ -25,9 +25,9 @@ hypothesis.settings.load_profile("surface")
 def server() -> Iterator[str]:
     """URL of the running service, for the length of the test run."""
     # Imported here, because the process that distributes the tests does not need it.
-    from tests.live import running_service  # noqa: PLC0415
+    from tests.live import run_service  # noqa: PLC0415
 
-    with running_service() as url:
+    with run_service() as url:
         yield url
 
 
@@ -39,7 +39,7 @@ def anyio_backend() -> str:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Scheduling | None:
-    return scheduling(config, log)
+    return choose_scheduling(config, log)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -50,15 +50,15 @@ def pytest_xdist_auto_num_workers() -> int:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    return _without_skips((yield))
+    return _fail_skipped((yield))
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
-    return _without_skips((yield))
+    return _fail_skipped((yield))
 
 
-def _without_skips(report: Report) -> Report:
+def _fail_skipped(report: Report) -> Report:
     """With TESTS_REQUIRE_TOOLS=1 a skipped test is a failed one."""
     expected = hasattr(report, "wasxfail")
     if report.skipped and not expected and os.environ.get("TESTS_REQUIRE_TOOLS") == "1":

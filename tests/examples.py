@@ -5,7 +5,7 @@ from service.surface.examples import find
 from service.surface.lowered import PatchModel
 
 
-def patches_of(source: str | Surface) -> PatchModel:
+def lower_patches(source: str | Surface) -> PatchModel:
     """The Bézier patches of an example, or of a surface that lowers to patches."""
     surface = find(source).surface() if isinstance(source, str) else source
     model = surface.lower()

@@ -14,7 +14,7 @@ from service.settings.values import Settings
 
 
 @contextmanager
-def running_service(
+def run_service(
     settings: Settings | None = None, around: Callable[[ASGIApp], ASGIApp] = lambda app: app
 ) -> Iterator[str]:
     """URL of a service that runs in a thread of this process, until the block ends.

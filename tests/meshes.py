@@ -16,7 +16,7 @@ from service.encoders.format import MeshSize
 from service.engine.mesh.mesh_value import Mesh, MeshPart, Overlay
 from service.engine.mesh.report import MeshReport
 from service.surface.checks import Up
-from tests.oracles.topology import topology
+from tests.oracles.topology import count_topology
 
 Faces = Literal["triangles", "quads"]
 ORIGIN = (0.0, 0.0, 0.0)
@@ -31,7 +31,9 @@ class Grid:
     normals: FloatArray
 
 
-def silo(sides: int = 4, rows: int = 1, faces: Faces = "triangles", *, name: str = "silo") -> Mesh:
+def build_silo(
+    sides: int = 4, rows: int = 1, faces: Faces = "triangles", *, name: str = "silo"
+) -> Mesh:
     """A prism of radius and height 1 below a pyramid of height 1, closed, float64."""
     angle = 2 * np.pi * np.arange(sides + 1) / sides
     # Rounded, so that the seam closes, and the numbers are equal on all machines.
@@ -50,37 +52,37 @@ def silo(sides: int = 4, rows: int = 1, faces: Faces = "triangles", *, name: str
         Grid("wall", turned(one, climb), turned(one, zero)),
         Grid("roof", turned(1 - climb, 1 + climb), turned(one * slant, one * slant)),
     )
-    return mesh_of(name, grids, faces)
+    return weld_grids(name, grids, faces)
 
 
-def sheet(divisions: int) -> Mesh:
+def build_sheet(divisions: int) -> Mesh:
     """A flat square of one patch, float64, with a given number of samples."""
     u, v = np.meshgrid(*[np.arange(divisions + 1) / divisions] * 2, indexing="ij")
     positions = np.stack([u, v, np.zeros_like(u)], axis=-1)
     normals = np.broadcast_to([0.0, 0.0, 1.0], positions.shape)
-    return mesh_of("sheet", (Grid("sheet", positions, normals),), "triangles")
+    return weld_grids("sheet", (Grid("sheet", positions, normals),), "triangles")
 
 
-def control_net() -> Overlay:
+def build_control_net() -> Overlay:
     """A net of 3 × 2 points: two cells."""
     positions = np.array([[x, y, x * y / 8] for x in (0.0, 1.0, 2.0) for y in (0.0, 1.0)])
     segments = [[0, 1], [2, 3], [4, 5], [0, 2], [2, 4], [1, 3], [3, 5]]
     cells = [[0, 1, 3, 2], [2, 3, 5, 4]]
-    return Overlay("control net", positions, indices(segments, 2), indices(cells, 4))
+    return Overlay("control net", positions, build_indices(segments, 2), build_indices(cells, 4))
 
 
-def boundary() -> Overlay:
+def build_boundary() -> Overlay:
     """A triangle of lines."""
     positions = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.25]])
-    return Overlay("boundary", positions, indices([[0, 1], [1, 2], [2, 0]], 2))
+    return Overlay("boundary", positions, build_indices([[0, 1], [1, 2], [2, 0]], 2))
 
 
-def with_overlays(mesh: Mesh) -> Mesh:
+def add_overlays(mesh: Mesh) -> Mesh:
     """The mesh beside a control net and a boundary."""
-    return replace(mesh, overlays=(control_net(), boundary()))
+    return replace(mesh, overlays=(build_control_net(), build_boundary()))
 
 
-def carrying(mesh: Mesh, opacity: bool = False) -> Mesh:
+def add_attributes(mesh: Mesh, opacity: bool = False) -> Mesh:
     """The mesh with colours by position, a temperature, and a flow of six numbers."""
     size = np.ptp(mesh.positions, axis=0)
     share = (mesh.positions - mesh.positions.min(axis=0)) / np.where(size > 0, size, 1)
@@ -93,7 +95,7 @@ def carrying(mesh: Mesh, opacity: bool = False) -> Mesh:
     return replace(mesh, colors=colors, attributes=attributes)
 
 
-def single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y") -> Mesh:
+def to_single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y") -> Mesh:
     """The mesh in float32 about a local origin, which moves the model there."""
     shift = np.array(origin)
     report = replace(
@@ -116,7 +118,7 @@ def single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y"
     )
 
 
-def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
+def weld_grids(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
     """Welds grids of samples, each a part: samples with equal position and normal are one
     vertex."""
     rows: dict[tuple[float, ...], int] = {}
@@ -142,7 +144,7 @@ def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
     parts: list[MeshPart] = []
     for grid, numbers in zip(grids, numbered, strict=True):
         before = len(triangles), len(quads)
-        for a, b, c, d in _cells(numbers):
+        for a, b, c, d in _number_cells(numbers):
             if faces == "quads" and len({welds[k] for k in (a, b, c, d)}) == 4:
                 quads.append([a, b, c, d])
                 continue
@@ -153,7 +155,7 @@ def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
 
     table = np.array(vertices)
     creased = welds != list(range(len(welds)))
-    counts = topology([[welds[k] for k in face] for face in triangles + quads])
+    counts = count_topology([[welds[k] for k in face] for face in triangles + quads])
     report = MeshReport(
         vertices=len(table),
         triangles=len(triangles),
@@ -170,8 +172,8 @@ def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
         positions=table[:, :3],
         normals=table[:, 3:6],
         uvs=table[:, 6:],
-        triangles=indices(triangles, 3),
-        quads=indices(quads, 4),
+        triangles=build_indices(triangles, 3),
+        quads=build_indices(quads, 4),
         parts=tuple(parts),
         grids=tuple(numbers[np.newaxis] for numbers in numbered),
         welds=np.array(welds, dtype=np.uint32) if creased else None,
@@ -182,17 +184,17 @@ def mesh_of(name: str, grids: tuple[Grid, ...], faces: Faces) -> Mesh:
     )
 
 
-def without_faces(mesh: Mesh) -> Mesh:
+def remove_faces(mesh: Mesh) -> Mesh:
     """A mesh whose faces have all collapsed."""
     parts = tuple(MeshPart(part.name, (0, 0), (0, 0)) for part in mesh.parts)
     report = replace(mesh.report, triangles=0, quads=0)
-    none = indices([], 3), indices([], 4)
+    none = build_indices([], 3), build_indices([], 4)
     return replace(
         mesh, triangles=none[0], quads=none[1], parts=parts, grids=(), welds=None, report=report
     )
 
 
-def size_of(mesh: Mesh) -> MeshSize:
+def measure_size(mesh: Mesh) -> MeshSize:
     """The size of this mesh from its shapes alone: without welding."""
     names = [mesh.name, *(p.name for p in mesh.parts), *(o.name for o in mesh.overlays)]
     return MeshSize(
@@ -211,12 +213,12 @@ def size_of(mesh: Mesh) -> MeshSize:
     )
 
 
-def indices(rows: list[list[int]], columns: int) -> IndexArray:
+def build_indices(rows: list[list[int]], columns: int) -> IndexArray:
     """Rows of indices, shape (N, columns), also where there are none."""
     return np.array(rows, dtype=np.uint32).reshape(-1, columns)
 
 
-def _cells(numbers: NDArray[np.uint32]) -> list[tuple[int, int, int, int]]:
+def _number_cells(numbers: NDArray[np.uint32]) -> list[tuple[int, int, int, int]]:
     """Quads (i,j) (i+1,j) (i+1,j+1) (i,j+1) of a grid."""
     return [
         (

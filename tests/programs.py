@@ -16,7 +16,7 @@ import pytest
 NODE_MODULES = Path(__file__).parent / "web" / "node_modules"
 
 
-def program(*names: str) -> str:
+def find_program(*names: str) -> str:
     """Path of the first of these programs on PATH or beside Python; without any, skips the test."""
     path = os.pathsep.join((os.environ.get("PATH", os.defpath), str(Path(sys.executable).parent)))
     for name in names:
@@ -25,12 +25,12 @@ def program(*names: str) -> str:
     pytest.skip(f"not installed: {' or '.join(names)}")
 
 
-def chromium() -> str:
+def find_chromium() -> str:
     """Path of Chromium; without it, skips the test."""
-    return program("chromium", "chromium-browser", "google-chrome")
+    return find_program("chromium", "chromium-browser", "google-chrome")
 
 
-def node_package(name: str) -> Path:
+def find_node_package(name: str) -> Path:
     """Folder of a package of `tests/web/package.json`; without it, skips the test."""
     folder = NODE_MODULES / name
     if not folder.is_dir():

@@ -17,6 +17,6 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
         return BROWSER if nodeid.startswith(f"{BROWSER}/") else str(super()._split_scope(nodeid))
 
 
-def scheduling(config: pytest.Config, log: object) -> Scheduling | None:
+def choose_scheduling(config: pytest.Config, log: object) -> Scheduling | None:
     """Replaces xdist's own scheduling by modules."""
     return Scheduling(config, log) if config.getoption("dist") == "loadscope" else None

@@ -33,87 +33,89 @@ DEFAULTS: Mapping[str, Json] = {
 EYE = [[float(i == j) for j in range(4)] for i in range(4)]
 
 
-def spelled(surface: Json, random: Random) -> str:
+def spell_surface(surface: Json, random: Random) -> str:
     """One of the JSON texts of this surface."""
-    return _text(_surface(surface, random), random, whole=False)
+    return _spell_value(_spell_definition(surface, random), random, whole=False)
 
 
-def _surface(content: Json, random: Random) -> Json:
+def _spell_definition(content: Json, random: Random) -> Json:
     """The definition, with or without each of its defaults."""
     kind = content.get("type", "bezier")
     defaults = {"up": "y", "name": NAMES.get(kind, "surface")} | DEFAULTS[kind]
     if "camera" in content:
         del defaults["facing"]
-    said = _with_defaults(content, defaults, random)
-    for key in {"degree", "knots"} & said.keys():
-        said[key] = _for_both(said[key], random)
-    for key in {"radius", "width"} & said.keys():
-        if not isinstance(said[key], list) and random.random() < 0.5:
-            said[key] = [said[key]]
-    if "curve" in said:
-        said["curve"] = _curve(said["curve"], random)
-    if "surfaces" in said:
-        said["surfaces"] = [_surface(single, random) for single in said["surfaces"]]
-    if "members" in said:
-        said["members"] = [_member(member, random) for member in said["members"]]
-    return said
+    spelled = _spell_defaults(content, defaults, random)
+    for key in {"degree", "knots"} & spelled.keys():
+        spelled[key] = _spell_directions(spelled[key], random)
+    for key in {"radius", "width"} & spelled.keys():
+        if not isinstance(spelled[key], list) and random.random() < 0.5:
+            spelled[key] = [spelled[key]]
+    if "curve" in spelled:
+        spelled["curve"] = _spell_curve(spelled["curve"], random)
+    if "surfaces" in spelled:
+        spelled["surfaces"] = [_spell_definition(single, random) for single in spelled["surfaces"]]
+    if "members" in spelled:
+        spelled["members"] = [_spell_member(member, random) for member in spelled["members"]]
+    return spelled
 
 
-def _for_both(value: Any, random: Random) -> Any:
+def _spell_directions(value: Any, random: Random) -> Any:
     """A value for u and one for v, as a list of two, or as one value if they are equal."""
     one, other = value if isinstance(value, list) else (value, value)
     return one if one == other and random.random() < 0.5 else [one, other]
 
 
-def _curve(content: Json, random: Random) -> Json:
+def _spell_curve(content: Json, random: Random) -> Json:
     defaults: Json = {"type": "bezier"}
     if content.get("type") == "bspline":
         defaults = {"degree": 3, "knots": "clamped"}
-    said = _with_defaults(content, defaults, random)
+    spelled = _spell_defaults(content, defaults, random)
     # Its own name and axis are not read.
     others = {"name": random.choice(["curve", "a curve", "é"]), "up": random.choice("yz")}
-    return said | {key: value for key, value in others.items() if random.random() < 0.3}
+    return spelled | {key: value for key, value in others.items() if random.random() < 0.3}
 
 
-def _member(content: Json, random: Random) -> Json:
+def _spell_member(content: Json, random: Random) -> Json:
     kind = content["surface"].get("type", "bezier")
     named = content["surface"].get("name", NAMES.get(kind, "surface"))
-    said = _with_defaults(content, {"name": named, "matrix": EYE}, random)
-    if len(said.get("color", ())) == 3 and random.random() < 0.5:
-        said["color"] = [*said["color"], 1]
-    return said | {"surface": _surface(said["surface"], random)}
+    spelled = _spell_defaults(content, {"name": named, "matrix": EYE}, random)
+    if len(spelled.get("color", ())) == 3 and random.random() < 0.5:
+        spelled["color"] = [*spelled["color"], 1]
+    return spelled | {"surface": _spell_definition(spelled["surface"], random)}
 
 
-def _with_defaults(content: Json, defaults: Json, random: Random) -> Json:
+def _spell_defaults(content: Json, defaults: Json, random: Random) -> Json:
     """Each field with its default is written or left out."""
-    said = {key: value for key, value in content.items() if value != defaults.get(key)}
+    text = {key: value for key, value in content.items() if value != defaults.get(key)}
     unsaid = {key: value for key, value in defaults.items() if content.get(key, value) == value}
-    return said | {key: value for key, value in unsaid.items() if random.random() < 0.5}
+    return text | {key: value for key, value in unsaid.items() if random.random() < 0.5}
 
 
-def _text(value: Any, random: Random, *, whole: bool) -> str:
+def _spell_value(value: Any, random: Random, *, whole: bool) -> str:
     """A random JSON text of a value."""
     blank = random.choice(("", "", "", " ", "\n\t ")) if random.random() < 0.2 else ""
     if isinstance(value, dict):
         keys = random.sample(list(value), len(value))
         items = (
-            f"{_string(key, random)}{blank}:"
-            + _text(value[key], random, whole=whole or (key in WHOLE_NUMBERS and "type" in value))
+            f"{_spell_string(key, random)}{blank}:"
+            + _spell_value(
+                value[key], random, whole=whole or (key in WHOLE_NUMBERS and "type" in value)
+            )
             for key in keys
         )
         return "{" + blank + ("," + blank).join(items) + blank + "}"
     if isinstance(value, list):
-        items = (_text(item, random, whole=whole) for item in value)
+        items = (_spell_value(item, random, whole=whole) for item in value)
         return "[" + blank + ("," + blank).join(items) + blank + "]"
     if isinstance(value, str):
-        return _string(value, random)
+        return _spell_string(value, random)
     if isinstance(value, bool):
         return "true" if value else "false"
-    return str(value) if whole else random.choice(numerals(float(value)))
+    return str(value) if whole else random.choice(spell_number(float(value)))
 
 
 @lru_cache(maxsize=4096)
-def numerals(number: float) -> tuple[str, ...]:
+def spell_number(number: float) -> tuple[str, ...]:
     """Ways to write a number, all of exactly this value."""
     if number == 0:
         return ("0", "-0", "0.0", "-0.0", "0e0", "-0e5", "0.000E-3")
@@ -136,13 +138,13 @@ def numerals(number: float) -> tuple[str, ...]:
     return tuple(result)
 
 
-def _string(text: str, random: Random) -> str:
+def _spell_string(text: str, random: Random) -> str:
     """A string with some of its characters escaped; it has no characters that must be escaped."""
     if random.random() < 0.9:
         return f'"{text}"'
-    return '"' + "".join(_escaped(c) if random.random() < 0.5 else c for c in text) + '"'
+    return '"' + "".join(_escape_character(c) if random.random() < 0.5 else c for c in text) + '"'
 
 
-def _escaped(character: str) -> str:
+def _escape_character(character: str) -> str:
     units = character.encode("utf-16-be")
     return "".join(f"\\u{units[k]:02x}{units[k + 1]:02X}" for k in range(0, len(units), 2))

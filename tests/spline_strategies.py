@@ -51,11 +51,11 @@ def knot_vectors(
     return KnotVector(np.array([*head, breaks[0], *inner, breaks[-1], *tail]) / 16, p)
 
 
-def points_for(count: int, seed: int, *shape: int) -> Array:
+def random_points(count: int, seed: int, *shape: int) -> Array:
     """Random control points (count, …, 3)."""
     return np.random.default_rng(seed).uniform(-4, 4, (count, *shape, 3))
 
 
-def weights_for(count: int, seed: int, *shape: int) -> Array:
+def random_weights(count: int, seed: int, *shape: int) -> Array:
     """Weights in [0.2, 5]."""
     return np.random.default_rng(seed).uniform(0.2, 5, (count, *shape))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.oracles import triangles
 from tests.oracles.exact import split
 
@@ -140,13 +140,13 @@ def translate(net: Array, x: float, y: float = 0.0, z: float = 0.0) -> Array:
     return there
 
 
-def quarters(net: Array) -> list[Array]:
+def split_quarters(net: Array) -> list[Array]:
     """The four patches that a net is split into at u = v = ½."""
     halves = split(net)
     return [quarter.swapaxes(0, 1) for half in halves for quarter in split(half.swapaxes(0, 1))]
 
 
-def model_of(
+def build_model(
     patches: Iterable[Array], weights: Iterable[Array] | None = None, name: str = "model"
 ) -> PatchModel:
     """A model of patches of any degrees; neighbours of one degree in the list share a batch.
@@ -185,7 +185,7 @@ def triangle_heights(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) 
     return np.concatenate([places, heights[:, None]], axis=1)
 
 
-def mixed_model(
+def build_mixed_model(
     nets_: Sequence[Array], weights: Sequence[Array] | None = None, name: str = "model"
 ) -> PatchModel:
     """A model of grids (p+1, q+1, 3) and triangles (K, 3), a batch each."""
@@ -198,9 +198,9 @@ def mixed_model(
     return PatchModel(name, tuple(batches), (Part(name, 0, len(batches)),))
 
 
-def example_batch(name: str) -> TensorPatches:
+def lower_example(name: str) -> TensorPatches:
     """The patches of an example that is one batch of grids."""
-    (batch,) = patches_of(name).batches
+    (batch,) = lower_patches(name).batches
     assert isinstance(batch, TensorPatches)
     return batch
 
@@ -213,11 +213,11 @@ def split_models(draw: st.DrawFn, oriented: bool = True) -> tuple[Array, list[Ar
     """
     net = draw(height_nets(degree=st.integers(1, 4)))
     turn = st.sampled_from(ROTATIONS) if oriented else symmetries
-    pieces = [apply_symmetry(piece, draw(turn)) for piece in quarters(net)]
+    pieces = [apply_symmetry(piece, draw(turn)) for piece in split_quarters(net)]
     return net, draw(st.permutations(pieces))
 
 
-def cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
+def build_cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
     """Six bilinear patches on the faces of the unit cube, normals outward, each in a random
     orientation."""
     square = np.array([[[0, 0, 1], [0, 1, 1]], [[1, 0, 1], [1, 1, 1]]], dtype=float)

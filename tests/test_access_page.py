@@ -18,8 +18,8 @@ from service.api.guard.policy import Policy
 from service.api.guard.signatures import Signer
 from service.api.problems import PROBLEMS
 from service.settings.values import Settings
-from tests.live import running_service
-from tests.programs import program
+from tests.live import run_service
+from tests.programs import find_program
 from tests.test_readme import SERVED_AT
 
 ROOT = Path(__file__).parents[1]
@@ -33,26 +33,26 @@ SETTINGS = Settings(
 )
 
 
-def blocks(language: str) -> list[str]:
+def read_blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.M | re.S)
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    with running_service(SETTINGS) as url:
+    with run_service(SETTINGS) as url:
         yield url
 
 
 def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
-    program("curl")
+    find_program("curl")
     environment = os.environ | {
         "PYTHONPATH": str(ROOT),
         "SURFACE_KEY": KEY,
         "SURFACE_SIGNING_KEYS": SECRET,
     }
-    script = f'surface() {{ {sys.executable} -m service "$@"; }}\n' + "\n".join(blocks("sh"))
+    script = f'surface() {{ {sys.executable} -m service "$@"; }}\n' + "\n".join(read_blocks("sh"))
     done = subprocess.run(
-        [program("bash"), "-euc", script.replace(SERVED_AT, server)],
+        [find_program("bash"), "-euc", script.replace(SERVED_AT, server)],
         cwd=tmp_path,
         env=environment,
         capture_output=True,
@@ -61,7 +61,7 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
     )
     key, line, *rest = done.stdout.splitlines()
     # The output is as on the page, except for the digits.
-    forms = [shown.rstrip("…")[:-4] for shown in blocks("text")[0].splitlines()]
+    forms = [shown.rstrip("…")[:-4] for shown in read_blocks("text")[0].splitlines()]
     assert [printed[: len(form)] for printed, form in zip((key, line), forms, strict=True)] == forms
     assert {file.name for file in tmp_path.iterdir()} == {"patch.glb", "saddle.glb"}
     for file in tmp_path.iterdir():
@@ -74,7 +74,7 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
 
 
 def test_the_program_signs_as_the_service_does() -> None:
-    (source,) = blocks("python")
+    (source,) = read_blocks("python")
     names: dict[str, object] = {}
     exec(compile(source, "docs/access.md", "exec"), names)
     signed = names["signed"]
@@ -87,9 +87,9 @@ def test_the_program_signs_as_the_service_does() -> None:
 
 def test_the_codes_are_those_of_the_service() -> None:
     rows = re.findall(r"^\| `(\w+)` \| (\d+) \|", PAGE, re.M)
-    known = {(problem.code, str(problem.status)) for problem in PROBLEMS.values()}
+    codes = {(problem.code, str(problem.status)) for problem in PROBLEMS.values()}
     assert len(rows) == 5
-    assert set(rows) <= known
+    assert set(rows) <= codes
 
 
 def test_the_first_table_is_that_of_the_rules() -> None:

@@ -21,16 +21,16 @@ LOCKS = [ROOT / "web" / "package-lock.json", ROOT / "tests" / "web" / "package-l
 MAX_LINES = 500
 
 
-def relative(path: Path) -> str:
+def to_relative(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
 
 def test_modules_are_short_and_have_a_docstring() -> None:
     for module in MODULES:
         text = module.read_text(encoding="utf-8")
-        assert len(text.splitlines()) <= MAX_LINES, f"{relative(module)} is too long"
+        assert len(text.splitlines()) <= MAX_LINES, f"{to_relative(module)} is too long"
         opens = re.match(r'\s*r?"""\S', text)
-        assert opens or not text.strip(), f"{relative(module)} does not say what it is for"
+        assert opens or not text.strip(), f"{to_relative(module)} does not say what it is for"
 
 
 def test_modules_that_are_spoken_of_exist() -> None:
@@ -39,12 +39,12 @@ def test_modules_that_are_spoken_of_exist() -> None:
         for name in re.findall(r"`(service(?:\.\w+)+)`", module.read_text(encoding="utf-8")):
             path = ROOT / name.replace(".", "/")
             places = [path.with_suffix(".py"), path, path.parent.with_suffix(".py")]
-            assert any(place.exists() for place in places), f"{relative(module)}: {name}"
+            assert any(place.exists() for place in places), f"{to_relative(module)}: {name}"
 
 
 def test_a_folder_of_code_has_more_than_one_file() -> None:
     for package in {module.parent for module in MODULES}:
-        assert len(list(package.glob("*.py"))) > 1, relative(package)
+        assert len(list(package.glob("*.py"))) > 1, to_relative(package)
 
 
 def test_constraints_pin_exact_versions_and_name_no_host() -> None:
@@ -73,7 +73,7 @@ def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
     assert installed == {name: pinned.get(name) for name in installed}
 
 
-@pytest.mark.parametrize("lock", LOCKS, ids=relative)
+@pytest.mark.parametrize("lock", LOCKS, ids=to_relative)
 def test_lock_files_pin_checksums_and_name_no_host(lock: Path) -> None:
     text = lock.read_text(encoding="utf-8")
     assert "://" not in text

@@ -7,7 +7,7 @@ import re
 from service.server.logs import Records
 from service.settings.values import Settings
 from tests.api.observing.test_middleware import send_request
-from tests.server.test_logs import failing
+from tests.server.test_logs import build_error_record
 from tools.processes import ROOT
 
 TEXT = (ROOT / "docs" / "observability.md").read_text(encoding="utf-8")
@@ -18,6 +18,6 @@ def test_its_table_of_fields_has_all_there_are() -> None:
     cells = re.findall(r"^\| (`.*?) \| (\w+) \|", section, re.MULTILINE)
     reported = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
     _, (line,), _ = send_request([], Settings(log_format="json"), path="/refused")
-    record = json.loads(Records("json").format(failing()))
+    record = json.loads(Records("json").format(build_error_record()))
     assert json.loads(line).keys() | record.keys() | {"surface", "format", "cache"} == reported
     assert logging.getLevelName(logging.CRITICAL).lower() in section

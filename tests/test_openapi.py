@@ -41,7 +41,7 @@ from service.schemas.validation import validate_document
 from service.settings.values import Settings
 from service.surface import Surface
 from service.surface.examples import find
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.api.hostile import HOSTILE, Hostile
 from tests.api.hostile_calls import QUERIES
 
@@ -52,7 +52,7 @@ RATES = {"RateLimit", "RateLimit-Policy"}
 
 
 @cache
-def document_of(settings: Settings) -> dict[str, Any]:
+def build_document(settings: Settings) -> dict[str, Any]:
     document: dict[str, Any] = json.loads(json.dumps(create_app(settings).openapi()))
     return document
 
@@ -77,62 +77,64 @@ COMPUTING = [
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
     """A client of a service whose estimates do not depend on the memory of this machine."""
-    with client_of(create_app(SETTINGS["defaults"])) as client:
+    with start_client(create_app(SETTINGS["defaults"])) as client:
         yield client
 
 
-def operations(document: dict[str, Any] = DOCUMENT) -> Iterator[tuple[str, str, dict[str, Any]]]:
+def list_operations(
+    document: dict[str, Any] = DOCUMENT,
+) -> Iterator[tuple[str, str, dict[str, Any]]]:
     for path, item in document["paths"].items():
         for method, operation in item.items():
             yield path, method, operation
 
 
-def errors(name: str, value: Any) -> list[str]:
+def list_errors(name: str, value: Any) -> list[str]:
     """Errors by a component schema; its references are resolved within the document."""
-    return [error.message for error in validator_of(name).iter_errors(value)]
+    return [error.message for error in build_validator(name).iter_errors(value)]
 
 
 LONG_BODY = 1 << 15
 """Bytes of a body from which on the library that judges schemas takes seconds."""
 
 
-def shortened(value: Any) -> Any:
+def shorten(value: Any) -> Any:
     """A value with the first 30 elements of each list: for the others the schema is the same."""
     if isinstance(value, dict):
-        return {name: shortened(each) for name, each in value.items()}
-    return [shortened(each) for each in value[:30]] if isinstance(value, list) else value
+        return {name: shorten(each) for name, each in value.items()}
+    return [shorten(each) for each in value[:30]] if isinstance(value, list) else value
 
 
 @cache
-def validator_of(name: str) -> Draft202012Validator:
+def build_validator(name: str) -> Draft202012Validator:
     return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
 
 
 def test_committed_document_is_that_of_the_code() -> None:
-    text = json.dumps(document_of(SETTINGS["everything"]), indent=2, ensure_ascii=False) + "\n"
+    text = json.dumps(build_document(SETTINGS["everything"]), indent=2, ensure_ascii=False) + "\n"
     assert COMMITTED.read_text(encoding="utf-8") == text, "run `make openapi`"
 
 
 def test_a_service_serves_its_document(client: Client) -> None:
-    assert client.get("/openapi.json").json() == document_of(SETTINGS["defaults"])
+    assert client.get("/openapi.json").json() == build_document(SETTINGS["defaults"])
 
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_document_is_valid(name: str) -> None:
-    document = DOCUMENT if name == "everything" else document_of(SETTINGS[name])
+    document = DOCUMENT if name == "everything" else build_document(SETTINGS[name])
     if (
         name == "everything"
     ):  # the other documents have fewer parts of it, and judging them takes as long
         OpenAPIV31SpecValidator(document).validate()
         for schema in document["components"]["schemas"].values():
             Draft202012Validator.check_schema(schema)
-    for reference in references(document):
+    for reference in list_references(document):
         at: Any = document
         for part in reference.removeprefix("#/").split("/"):
             at = at[part.replace("~1", "/").replace("~0", "~")]
-    ids = {operation["operationId"] for _, _, operation in operations(document)}
-    assert len(ids) == len(list(operations(document)))
-    for _, _, operation in operations(document):
+    ids = {operation["operationId"] for _, _, operation in list_operations(document)}
+    assert len(ids) == len(list(list_operations(document)))
+    for _, _, operation in list_operations(document):
         for status, answer in operation["responses"].items():
             if "$ref" in answer:
                 error = document["components"]["responses"][answer["$ref"].rpartition("/")[2]]
@@ -142,14 +144,14 @@ def test_document_is_valid(name: str) -> None:
                 assert link["operationId"] in ids
 
 
-def references(value: Any) -> Iterator[str]:
+def list_references(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
         if isinstance(value.get("$ref"), str):
             yield value["$ref"]
         value = list(value.values())
     if isinstance(value, list):
         for each in value:
-            yield from references(each)
+            yield from list_references(each)
 
 
 @pytest.mark.parametrize("name", SETTINGS)
@@ -160,11 +162,11 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
         settings = settings.model_copy(update={"api_keys": (entry_line("all", key),)})
         headers = {"Authorization": f"Bearer {key}"}
     app = create_app(settings)
-    paths = document_of(SETTINGS[name])["paths"]
+    paths = build_document(SETTINGS[name])["paths"]
     assert ("delete" in paths["/v1/surfaces/{id}"]) == settings.allow_delete
     assert ("/metrics" in paths) == (settings.metrics != "off")
     assert ("/v1/sign" in paths) == bool(settings.signing_keys)
-    with client_of(app) as client:
+    with start_client(app) as client:
         for path, item in paths.items():
             url = path.replace("{id}", "0" * 64).replace("{suffix}", "glb")
             answer = client.request("PATCH", url, b"", headers)
@@ -178,7 +180,7 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
 
 def test_every_model_has_a_route() -> None:
     """Each model belongs to a route, as a request or as a response."""
-    names = {reference.rpartition("/")[2] for reference in references(DOCUMENT)}
+    names = {reference.rpartition("/")[2] for reference in list_references(DOCUMENT)}
     routes = sorted(file.name for file in (SERVICE / "api" / "routes").glob("[a-z]*.py"))
     for folder, base in (("schemas", RequestModel), ("api.models", ResponseModel)):
         for file in (SERVICE / folder.replace(".", "/")).glob("[a-z]*.py"):
@@ -195,7 +197,7 @@ def test_every_route_is_described() -> None:
 
 def test_operations_are_tagged_and_explained() -> None:
     tags = {tag["name"] for tag in DOCUMENT["tags"]}
-    for _, _, operation in operations():
+    for _, _, operation in list_operations():
         assert set(operation["tags"]) <= tags
         assert operation["summary"]
         assert operation["description"]
@@ -204,7 +206,7 @@ def test_operations_are_tagged_and_explained() -> None:
 
 
 def test_every_operation_names_the_responses_of_the_guard() -> None:
-    for path, method, operation in operations():
+    for path, method, operation in list_operations():
         result = operation["responses"].keys() & {"401", "403", "429"}
         if path.startswith("/health"):
             assert not result
@@ -223,13 +225,13 @@ def test_every_operation_names_the_responses_of_the_guard() -> None:
 
 
 def test_a_service_without_keys_asks_for_none() -> None:
-    document = document_of(SETTINGS["defaults"])
+    document = build_document(SETTINGS["defaults"])
     components = document["components"]
     assert "securitySchemes" not in components
     assert not RATES & components["headers"].keys()
     assert not {"KeyNeeded", "SignatureInvalid", "TooManyRequests"} & components["responses"].keys()
     assert components["responses"]["Busy"]["headers"].keys() == {"Retry-After", "X-Request-Id"}
-    for _, _, operation in operations(document):
+    for _, _, operation in list_operations(document):
         assert "security" not in operation
 
 
@@ -253,10 +255,10 @@ def test_every_problem_has_true_examples() -> None:
         examples = response["content"]["application/problem+json"]["examples"]
         assert examples, name
         for example in examples.values():
-            assert errors("Problem", example["value"]) == []
+            assert list_errors("Problem", example["value"]) == []
 
 
-def examples_of(path: str, status: str = "") -> dict[str, Any]:
+def list_examples(path: str, status: str = "") -> dict[str, Any]:
     """Examples of requests by name, or of an answer, as JSON."""
     operation = DOCUMENT["paths"][path]["post"]
     about = operation["responses"][status] if status else operation["requestBody"]
@@ -264,7 +266,7 @@ def examples_of(path: str, status: str = "") -> dict[str, Any]:
     return {name: example["value"] for name, example in examples.items()}
 
 
-def schema_of(body: dict[str, Any]) -> str:
+def find_schema(body: dict[str, Any]) -> str:
     """The component that is the schema of a body, or of an answer, as JSON."""
     reference: str = body["content"]["application/json"]["schema"]["$ref"]
     return reference.rpartition("/")[2]
@@ -274,38 +276,40 @@ def schema_of(body: dict[str, Any]) -> str:
 def test_examples_are_valid_and_answered(client: Client, path: str) -> None:
     operation = DOCUMENT["paths"][path]["post"]
     request_schema, answer_schema = map(
-        schema_of, (operation["requestBody"], operation["responses"]["200"])
+        find_schema, (operation["requestBody"], operation["responses"]["200"])
     )
-    shown = examples_of(path, "200")
+    shown = list_examples(path, "200")
     assert shown, f"call `show_responses` beside the route of {path} in service/api/routes/"
-    requests = examples_of(path)
+    requests = list_examples(path)
     # Pages for trying calls fill these in, beside every example of a body.
     parameters = operation.get("parameters", [])
     assert not any("example" in p or "default" in p["schema"] for p in parameters)
     for name, request in requests.items():
-        assert errors(request_schema, request) == []
+        assert list_errors(request_schema, request) == []
         answer = client.post(path, request)
         assert answer.status_code == 200
-        assert errors(answer_schema, shortened(answer.json())) == []
+        assert list_errors(answer_schema, shorten(answer.json())) == []
         if path != "/v1/mesh" and name in shown:
             assert answer.json() == shown[name]
     assert path == "/v1/mesh" or shown.keys() <= requests.keys()
 
 
 def test_examples_of_storing_are_true(client: Client) -> None:
-    requests = examples_of("/v1/surfaces")
+    requests = list_examples("/v1/surfaces")
     for status in ("201", "200"):
-        shown = examples_of("/v1/surfaces", status)
+        shown = list_examples("/v1/surfaces", status)
         response = DOCUMENT["paths"]["/v1/surfaces"]["post"]["responses"][status]
         assert set(response["headers"]) - RATES == {"Location", "Server-Timing", "X-Request-Id"}
         assert shown.keys() == requests.keys()
         for name, request in requests.items():
-            assert errors("SurfaceRequest", request) == []
+            assert list_errors("SurfaceRequest", request) == []
             answer = client.post("/v1/surfaces", request)
             assert answer.status_code == int(status)
             assert answer.json() == shown[name]
-            assert errors("StoredSurface", answer.json()) == []
-            assert errors("SurfaceDocument", client.get(answer.headers["location"]).json()) == []
+            assert list_errors("StoredSurface", answer.json()) == []
+            assert (
+                list_errors("SurfaceDocument", client.get(answer.headers["location"]).json()) == []
+            )
 
 
 def test_files_are_taken_with_their_examples(client: Client) -> None:
@@ -358,7 +362,7 @@ def test_query_parameters_beside_a_file_have_valid_examples() -> None:
 
 
 def test_request_examples_show_every_kind_of_surface_every_option_and_every_operation() -> None:
-    meshes, conversions = (examples_of(path).values() for path in ("/v1/mesh", "/v1/convert"))
+    meshes, conversions = (list_examples(path).values() for path in ("/v1/mesh", "/v1/convert"))
     shown = {mesh["surface"].get("type", KINDS[0]) for mesh in meshes}
     assert shown == set(KINDS), "show the kind in service/api/openapi/requests.json"
     options = SCHEMAS["MeshRequest"]["properties"]
@@ -400,12 +404,12 @@ def test_poles_without_curvature_are_as_described(client: Client) -> None:
     query = {"surface": cone, "uv": [[0.5, 1]], "patch": 0, "derivatives": 2}
     answer = client.post("/v1/points", query).json()
     assert answer["mean_curvature"] == [None]
-    assert errors("Points", answer) == []
+    assert list_errors("Points", answer) == []
 
 
 def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
-    patch, crease = examples_of("/v1/mesh", "200").values()
-    assert errors("Mesh", patch) == errors("Mesh", crease) == []
+    patch, crease = list_examples("/v1/mesh", "200").values()
+    assert list_errors("Mesh", patch) == list_errors("Mesh", crease) == []
     assert "attribute_faces" not in patch
     assert len(patch["normals"]) == len(patch["vertices"]) == 4
     assert (len(crease["vertices"]), len(crease["normals"])) == (6, 8)
@@ -447,25 +451,28 @@ def test_field_examples_are_taken() -> None:
 )
 def test_responses_are_as_described(client: Client, url: str, name: str) -> None:
     answer = client.get(url).json()
-    assert errors(name, answer) == []
+    assert list_errors(name, answer) == []
     assert set(answer) <= set(SCHEMAS[name]["properties"])
 
 
-def answer_points(value: Any) -> bytes:
+def compute_points(value: Any) -> bytes:
     expected = validate_document(PointsRequest, value)
     return plan_points(expected.to_surface(), expected.to_query()).run()
 
 
-def surface_in(value: Any) -> Surface:
+def parse_surface(value: Any) -> Surface:
     return validate_document(MeshRequest, value).to_surface()
 
 
 @pytest.mark.parametrize(
-    ("name", "cases", "taken", "least"),
-    [("MeshRequest", HOSTILE[::4], surface_in, 50), ("PointsRequest", QUERIES, answer_points, 20)],
+    ("name", "cases", "parse", "least"),
+    [
+        ("MeshRequest", HOSTILE[::4], parse_surface, 50),
+        ("PointsRequest", QUERIES, compute_points, 20),
+    ],
 )
 def test_schemas_of_requests_are_no_stricter_than_the_code(
-    name: str, cases: tuple[Hostile, ...], taken: Callable[[Any], object], least: int
+    name: str, cases: tuple[Hostile, ...], parse: Callable[[Any], object], least: int
 ) -> None:
     """The code refuses every body that the schema refuses, so clients can check bodies
     themselves."""
@@ -476,25 +483,25 @@ def test_schemas_of_requests_are_no_stricter_than_the_code(
             value = json.loads(body) if len(body) < LONG_BODY else None
         except (ValueError, RecursionError):
             continue
-        if value is not None and errors(name, value):
+        if value is not None and list_errors(name, value):
             checked += 1
             with pytest.raises(InvalidRequest):
-                taken(value)
+                parse(value)
     assert checked > least
 
 
-def described(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
+def list_schemas(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
     """A schema and all properties within, with their places."""
     yield name, schema
     for field, inner in schema.get("properties", {}).items():
-        yield from described(f"{name}.{field}", inner)
+        yield from list_schemas(f"{name}.{field}", inner)
     if isinstance(schema.get("items"), dict):
-        yield from (pair for pair in described(name, schema["items"]) if pair[0] != name)
+        yield from (pair for pair in list_schemas(name, schema["items"]) if pair[0] != name)
 
 
 def test_every_schema_and_every_property_is_described() -> None:
     for name, schema in SCHEMAS.items():
-        for where, result in described(name, schema):
+        for where, result in list_schemas(name, schema):
             assert result.get("description") or "$ref" in result, where
 
 
@@ -510,7 +517,7 @@ def test_files_are_texts_or_bytes_as_they_are_said_to_be() -> None:
         assert (path[fmt.media_type]["schema"].get("format") == "binary") == binary
 
 
-def raised() -> set[str]:
+def find_codes() -> set[str]:
     """Every code that the service gives an issue: the strings that `Issue` is made with."""
     result: set[str] = set()
     texts = (file.read_text(encoding="utf-8") for file in SERVICE.rglob("*.py"))
@@ -540,4 +547,4 @@ def test_every_code_is_explained_and_nothing_else() -> None:
     }
     text = DOCUMENT["info"]["description"]
     explained = set(re.findall(r"^- `(\w+)`: ", text, re.MULTILINE))
-    assert raised() | {problem.code for problem in server} == explained
+    assert find_codes() | {problem.code for problem in server} == explained

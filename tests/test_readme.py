@@ -16,7 +16,7 @@ import pytest
 from service.cli.main import main
 from service.schemas.request import MeshRequest
 from service.schemas.surfaces import SurfaceDefinition
-from tests.programs import program
+from tests.programs import find_program
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "docs/surfaces.md", "docs/questions.md")
@@ -49,37 +49,41 @@ OUTPUT_PAIRS = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json"
 REQUESTS = [block for block in BLOCKS if block.language == "sh" and "curl" in block.text]
 
 
-def section(title: str) -> str:
+def read_section(title: str) -> str:
     """The text under a heading, up to the next heading."""
     return re.split(rf"^#+ {re.escape(title)}$", README, flags=re.M)[1].split("\n#")[0]
 
 
 def run_shell(command: str, folder: Path) -> str:
     done = subprocess.run(
-        [program("bash"), "-euc", command], cwd=folder, capture_output=True, text=True, check=True
+        [find_program("bash"), "-euc", command],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     return done.stdout
 
 
-def numbers(text: str) -> object:
+def round_numbers(text: str) -> object:
     """The value of a JSON text, its numbers without the last digits, which depend on the BLAS."""
     return json.loads(text, parse_float=lambda digits: round(float(digits), 9))
 
 
 def test_there_are_three_requests_to_begin_with() -> None:
-    assert section("Three requests").count("curl") == 3
+    assert read_section("Three requests").count("curl") == 3
 
 
 @pytest.mark.parametrize("request_", REQUESTS, ids=[f"{n}" for n in range(len(REQUESTS))])
 def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: Path) -> None:
-    program("curl")
+    find_program("curl")
     np.save(tmp_path / "net.npy", np.arange(1200.0).reshape(20, 20, 3))
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
     sent = set(tmp_path.iterdir())
     response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     shown = [after.text for before, after in OUTPUT_PAIRS if before is request_]
     if shown:
-        assert numbers(response) == numbers(shown[0])
+        assert round_numbers(response) == round_numbers(shown[0])
         return
     (file,) = set(tmp_path.iterdir()) - sent
     if file.name == "closest.json":
@@ -115,14 +119,16 @@ def test_commands_without_a_server_work(
 
 def test_names_in_tables_exist() -> None:
     """The reference, which is generated, has every name; the tables have those that matter most."""
-    surfaces = re.findall(r"^\| `(\w+)`(?: \(.*?\))? \| (.*) \|$", section("What goes in"), re.M)
+    surfaces = re.findall(
+        r"^\| `(\w+)`(?: \(.*?\))? \| (.*) \|$", read_section("What goes in"), re.M
+    )
     kinds = [row for row in surfaces if row[0] in MODELS]
     assert len(kinds) >= 7
     for kind, text in kinds:
         others = {"group": MEMBER, "bspline": BY_NAME}.get(kind, set())
         assert set(re.findall(r"`(\w+)`", text)) <= {*MODELS[kind].model_fields} | others, kind
     for title in ("What goes in", "Options of a mesh"):
-        cells = re.findall(r"^\| (`.*?) \|", section(title).partition("| option |")[2], re.M)
+        cells = re.findall(r"^\| (`.*?) \|", read_section(title).partition("| option |")[2], re.M)
         options = set(re.findall(r"`(\w+)`", " ".join(cells)))
         assert len(options) >= 10
         assert options <= {*MeshRequest.model_fields}
@@ -131,13 +137,13 @@ def test_names_in_tables_exist() -> None:
 def test_channels_are_listed_for_the_kinds_that_have_them() -> None:
     carry = {kind for kind, model in MODELS.items() if set(model.model_fields) >= CHANNELS}
     paragraph = (
-        section("Kinds of surfaces").partition("Surfaces of patches")[2].partition("\n\n")[0]
+        read_section("Kinds of surfaces").partition("Surfaces of patches")[2].partition("\n\n")[0]
     )
     assert set(re.findall(r"`(\w+)`", paragraph)) >= carry | CHANNELS
 
 
 def test_the_map_of_the_house_shows_every_room() -> None:
-    rooms = re.findall(r"^\| `([\w/.]+)` \|", section("The house"), re.M)
+    rooms = re.findall(r"^\| `([\w/.]+)` \|", read_section("The house"), re.M)
     for room in rooms:
         assert (ROOT / room).exists(), room
     served = {

@@ -43,7 +43,7 @@ def _empty_environment(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name)
 
 
-def found(monkeypatch: pytest.MonkeyPatch, **variables: str) -> Settings:
+def read_settings(monkeypatch: pytest.MonkeyPatch, **variables: str) -> Settings:
     for name, text in variables.items():
         monkeypatch.setenv(f"SURFACE_{name.upper()}", text)
     return from_environment()
@@ -67,17 +67,17 @@ def test_surfaces_are_kept_in_the_folder_of_the_user_unless_another_place_is_nam
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert Path(from_environment().store).is_absolute()
-    assert found(monkeypatch, store="./data").store == "./data"
+    assert read_settings(monkeypatch, store="./data").store == "./data"
 
 
 def test_switches_are_words_or_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     for text, on in (("1", True), ("true", True), ("False", False), ("0", False)):
-        assert found(monkeypatch, allow_delete=text).allow_delete is on
+        assert read_settings(monkeypatch, allow_delete=text).allow_delete is on
 
 
 def test_sizes_may_have_a_unit(monkeypatch: pytest.MonkeyPatch) -> None:
     for text, size in (("2048", 2048), ("64 MiB", 64 << 20), ("1.5GB", 1_500_000_000)):
-        assert found(monkeypatch, max_response_bytes=text).max_response_bytes == size
+        assert read_settings(monkeypatch, max_response_bytes=text).max_response_bytes == size
 
 
 def test_every_setting_has_a_variable(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,7 +85,7 @@ def test_every_setting_has_a_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     texts |= {
         name: "99" for name, field in Settings.model_fields.items() if field.annotation is float
     }
-    settings = found(monkeypatch, **texts)
+    settings = read_settings(monkeypatch, **texts)
     same = [n for n in texts if getattr(settings, n) == getattr(Settings(), n)]
     assert same == []
     assert settings.cors_origins == ("https://a", "https://b")
@@ -94,7 +94,7 @@ def test_every_setting_has_a_variable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_origins_is_a_list_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert found(monkeypatch, cors_origins="").cors_origins == ()
+    assert read_settings(monkeypatch, cors_origins="").cors_origins == ()
 
 
 @pytest.mark.parametrize(
@@ -120,18 +120,18 @@ def test_nonsense_stops_the_start_and_is_named(
 ) -> None:
     name = f"SURFACE_{variable.upper()}"
     with pytest.raises(InvalidSettings, match=f"^{name}: .*{re.escape(message)}"):
-        found(monkeypatch, **{variable: text})
+        read_settings(monkeypatch, **{variable: text})
 
 
 def test_all_nonsense_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InvalidSettings) as caught:
-        found(monkeypatch, port="x", max_degree="y", tracing="z")
+        read_settings(monkeypatch, port="x", max_degree="y", tracing="z")
     places = [line.partition(":")[0] for line in str(caught.value).splitlines()]
     assert places == ["SURFACE_PORT", "SURFACE_MAX_DEGREE", "SURFACE_TRACING"]
 
 
 def test_flags_are_stronger_than_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = found(monkeypatch, port="81", host="::1")
+    settings = read_settings(monkeypatch, port="81", host="::1")
     stronger = with_flags(settings, {"port": "82"})
     assert stronger == settings.model_copy(update={"port": 82})
     assert with_flags(settings, {}) == settings
@@ -142,7 +142,7 @@ def test_unknown_variable_is_reported(
 ) -> None:
     before = from_environment()
     with caplog.at_level(logging.WARNING):
-        assert found(monkeypatch, max_vertice="5") == before
+        assert read_settings(monkeypatch, max_vertice="5") == before
     assert "SURFACE_MAX_VERTICE" in caplog.text
 
 
@@ -151,7 +151,7 @@ def test_the_key_of_a_client_is_no_setting(
 ) -> None:
     before = from_environment()
     with caplog.at_level(logging.WARNING):
-        assert found(monkeypatch, key="sfk_0") == before
+        assert read_settings(monkeypatch, key="sfk_0") == before
     assert caplog.text == ""
 
 

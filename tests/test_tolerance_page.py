@@ -15,24 +15,24 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh
 from service.schemas.accuracy import NAMES
 from service.surface.examples import EXAMPLES
-from tests.programs import program
+from tests.programs import find_program
 from tests.test_readme import SERVED_AT, run_shell
 
 PAGE = (Path(__file__).parents[1] / "docs" / "tolerance.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^```sh\n(.*?)^```$", PAGE, re.M | re.S)
 
 
-def first_column(title: str) -> list[str]:
+def read_first_column(title: str) -> list[str]:
     """The words in backticks that begin the rows of a section's table."""
     return re.findall(r"^\| `(\w+)` \|", PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0], re.M)
 
 
 def test_every_option_is_named() -> None:
-    assert sorted(first_column("Options")) == sorted(NAMES)
+    assert sorted(read_first_column("Options")) == sorted(NAMES)
 
 
 def test_codes_are_those_of_the_service() -> None:
-    codes = first_column("Refusals")
+    codes = read_first_column("Refusals")
     assert len(codes) > 4
     assert all(f"- `{code}`: " in DESCRIPTION for code in codes)
 
@@ -41,7 +41,7 @@ def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
     assert f"than {FAR:.0f} times its extent" in " ".join(PAGE.split())
 
 
-def row(tolerance: str) -> str:
+def write_row(tolerance: str) -> str:
     """The table's row of the teapot at this tolerance."""
     options = MeshOptions(accuracy=Accuracy(tolerance=float(tolerance)))
     work = plan_mesh(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
@@ -57,14 +57,14 @@ def row(tolerance: str) -> str:
 
 @pytest.mark.parametrize("tolerance", ["0.1", "0.01", "0.001"])
 def test_the_teapot_is_as_the_table_has_it(tolerance: str) -> None:
-    assert row(tolerance) in PAGE.splitlines()
+    assert write_row(tolerance) in PAGE.splitlines()
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=[f"{n}" for n in range(len(COMMANDS))])
 def test_responses_are_within_the_requested_tolerance(
     command: str, server: str, tmp_path: Path
 ) -> None:
-    program("curl")
+    find_program("curl")
     response = run_shell(command.replace(SERVED_AT, server), tmp_path)
     if "-D -" in command:
         bound = re.search(r"^surface-deviation-bound: (.*)$", response, re.M | re.I)

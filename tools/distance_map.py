@@ -26,7 +26,7 @@ INSIDE, OUTSIDE = np.array([38.0, 84, 148]), np.array([196.0, 118, 44])
 PAPER = np.array([252.0, 250, 246])
 
 
-def distance_map() -> NDArray[np.uint8]:
+def draw_distance_map() -> NDArray[np.uint8]:
     """The picture, (HEIGHT, WIDTH, 3)."""
     model = to_patches(find(EXAMPLE).surface().lower())
     low, high = model.bounds
@@ -51,7 +51,7 @@ def distance_map() -> NDArray[np.uint8]:
     return picture
 
 
-def png(pixels: NDArray[np.uint8]) -> bytes:
+def encode_png(pixels: NDArray[np.uint8]) -> bytes:
     """A picture (h, w, 3) as PNG."""
     height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each row begins with its filter: none
@@ -65,4 +65,4 @@ def png(pixels: NDArray[np.uint8]) -> bytes:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_bytes(png(distance_map()))
+    Path(sys.argv[1]).write_bytes(encode_png(draw_distance_map()))

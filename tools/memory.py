@@ -50,7 +50,7 @@ class Measured(NamedTuple):
     predicted: int
 
 
-def taken(work: Callable[[], Any]) -> int:
+def measure_memory(work: Callable[[], Any]) -> int:
     """The most bytes that were allocated during some work, beyond those before it."""
     tracemalloc.start()
     try:
@@ -60,10 +60,10 @@ def taken(work: Callable[[], Any]) -> int:
         tracemalloc.stop()
 
 
-def surfaces() -> dict[str, Surface]:
+def build_surfaces() -> dict[str, Surface]:
     """Examples, and surfaces that are extreme in some respect."""
     random = np.random.default_rng(8)
-    found = {name: find(name).surface() for name in EXAMPLES}
+    surfaces = {name: find(name).surface() for name in EXAMPLES}
     points, indices = random.normal(size=(500, 3)), random.integers
     line = np.zeros((40, 40, 3))
     line[..., 0] = np.arange(40)[:, np.newaxis]
@@ -74,7 +74,7 @@ def surfaces() -> dict[str, Surface]:
         random.normal(size=(500, 2)),
         (("heat", random.normal(size=(500, 7))),),
     )
-    return found | {
+    return surfaces | {
         "spline": BsplineSurface(nets[0]),
         "rational": BsplineSurface(nets[1], weights=weights),
         "linear": BsplineSurface(nets[0], (1, 1)),
@@ -93,7 +93,7 @@ def surfaces() -> dict[str, Surface]:
     }
 
 
-def variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, EncodeOptions]]:
+def list_variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, EncodeOptions]]:
     """Options that change the mesh, or its file."""
     plain, base = EncodeOptions(), MeshOptions(resolution)
     yield "plain", base, plain
@@ -114,10 +114,10 @@ def variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, En
         yield "tolerance", MeshOptions(accuracy=Accuracy(relative_tolerance=0.01)), plain
 
 
-def traced(name: str, surface: Surface) -> Iterator[Measured]:
+def measure_surface(name: str, surface: Surface) -> Iterator[Measured]:
     """Measures a surface in every variant and every format that can store it."""
     for resolution in RESOLUTIONS:
-        for variant, options, encode in variants(resolution):
+        for variant, options, encode in list_variants(resolution):
             for fmt in FORMATS:
                 special = encode.oogl is not None and fmt.name != "oogl"
                 if special or (encode.quantize and not fmt.compact):
@@ -128,18 +128,18 @@ def traced(name: str, surface: Surface) -> Iterator[Measured]:
                     if work.size.vertices > MOST_VERTICES:
                         continue
                     work.run()  # the process keeps bases and work arrays
-                    yield Measured(called, taken(work.run), work.cost.memory)
+                    yield Measured(called, measure_memory(work.run), work.cost.memory)
                 except SurfaceError:
                     continue
-    first = taken(surface.lower)
+    first = measure_memory(surface.lower)
     yield Measured(f"{name} as patches", first, lowering_memory(surface.size()))
 
 
-def resident(name: str, divisions: int, fmt: str) -> Measured:
+def measure_resident(name: str, divisions: int, fmt: str) -> Measured:
     """Measures a large mesh in this process, which did no work before."""
     pin_blas()
     share_heap()
-    surface, options = surfaces()[name], MeshOptions((divisions, divisions))
+    surface, options = build_surfaces()[name], MeshOptions((divisions, divisions))
     plan_mesh(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
     before = resident_memory()
     reset_peak()
@@ -149,14 +149,14 @@ def resident(name: str, divisions: int, fmt: str) -> Measured:
     return Measured(called, peak_memory() - before - OWN, work.cost.memory)
 
 
-def _shown(found: Measured) -> bool:
+def _print_measured(measured: Measured) -> bool:
     """Prints a line if a mesh took more than predicted, or much less; returns whether it was
     more."""
-    wrong = found.taken > found.predicted
-    loose = found.taken > 1 << 23 and found.predicted > 3 * found.taken
-    if wrong or loose or "resident" in found.name:
-        share = f"{found.taken / 1e6:8.2f} MB of {found.predicted / 1e6:8.2f} MB"
-        print(f"{share}  {found.name}{'  TOO MUCH' if wrong else ''}", flush=True)
+    wrong = measured.taken > measured.predicted
+    loose = measured.taken > 1 << 23 and measured.predicted > 3 * measured.taken
+    if wrong or loose or "resident" in measured.name:
+        share = f"{measured.taken / 1e6:8.2f} MB of {measured.predicted / 1e6:8.2f} MB"
+        print(f"{share}  {measured.name}{'  TOO MUCH' if wrong else ''}", flush=True)
     return wrong
 
 
@@ -164,17 +164,19 @@ def main(names: list[str]) -> int:
     """Measures all surfaces, or the named ones; returns the exit status."""
     pin_blas()
     wrong = count = 0
-    for name, surface in surfaces().items():
+    for name, surface in build_surfaces().items():
         if not names or name in names:
-            for found in traced(name, surface):
+            for measured in measure_surface(name, surface):
                 count += 1
-                wrong += _shown(found)
+                wrong += _print_measured(measured)
     with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for name, divisions in LARGE:
             if not names or name in names:
                 for fmt in FORMATS:
                     count += 1
-                    wrong += _shown(pool.apply(resident, (name, divisions, fmt.name)))
+                    wrong += _print_measured(
+                        pool.apply(measure_resident, (name, divisions, fmt.name))
+                    )
     print(f"{count} meshes, {wrong} of which took more than was predicted.")
     return 1 if wrong else 0
 

@@ -52,7 +52,7 @@ class Mutant:
     after: str
 
 
-def _faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
+def _list_faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
     """Kind, the part that is replaced, and its new text."""
     match node:
         case ast.Compare(left=left, ops=[op, *more], comparators=others) if type(op) in COMPARISONS:
@@ -79,22 +79,22 @@ def _faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
             yield "deletion", node, "pass"
 
 
-def _parts(node: ast.AST) -> Iterator[ast.AST]:
+def _list_parts(node: ast.AST) -> Iterator[ast.AST]:
     """A node and its descendants, without types and parts of f-strings."""
     yield node
     for name, value in ast.iter_fields(node):
         if name not in {"annotation", "returns"} and not isinstance(node, ast.JoinedStr):
             for each in value if isinstance(value, list) else [value]:
                 if isinstance(each, ast.AST):
-                    yield from _parts(each)
+                    yield from _list_parts(each)
 
 
-def mutants_of(root: Path, path: Path) -> Iterator[Mutant]:
+def list_mutants(root: Path, path: Path) -> Iterator[Mutant]:
     """All mutants of one file."""
     source = path.read_text(encoding="utf-8")
     lines = source.splitlines()
-    for node in _parts(ast.parse(source)):
-        for kind, part, after in _faults(node):
+    for node in _list_parts(ast.parse(source)):
+        for kind, part, after in _list_faults(node):
             before = ast.get_source_segment(source, part)
             if before is not None:
                 line, column = part.lineno, part.col_offset  # type: ignore[attr-defined]
@@ -103,14 +103,14 @@ def mutants_of(root: Path, path: Path) -> Iterator[Mutant]:
                 yield Mutant(name, line, code, nth, column, kind, before, after)
 
 
-def drawn(root: Path, seed: int, count: int) -> list[Mutant]:
+def draw_mutants(root: Path, seed: int, count: int) -> list[Mutant]:
     """Random mutants, an equal number from each room; in a room, the kinds of fault alternate."""
     sample = []
     for room in ROOMS:
         dice = random.Random(f"{seed} {room}")
         kinds: dict[str, list[Mutant]] = {}
         for path in sorted((root / "service" / room).rglob("*.py")):
-            for mutant in mutants_of(root, path):
+            for mutant in list_mutants(root, path):
                 kinds.setdefault(mutant.kind, []).append(mutant)
         for turn in range(count // len(ROOMS)):
             same = kinds[sorted(kinds)[turn % len(kinds)]]
@@ -118,7 +118,7 @@ def drawn(root: Path, seed: int, count: int) -> list[Mutant]:
     return sample
 
 
-def mutated(source: str, mutant: Mutant) -> str | None:
+def apply_mutant(source: str, mutant: Mutant) -> str | None:
     """The file with the fault; None if it does not have the line any more."""
     lines = source.splitlines(keepends=True)
     alike = [k for k, line in enumerate(lines) if line.rstrip("\r\n") == mutant.code]
@@ -133,7 +133,7 @@ def mutated(source: str, mutant: Mutant) -> str | None:
     return "".join(lines[:start]) + changed.decode()
 
 
-def tests_of(copy: Path, path: str) -> list[str]:
+def list_tests(copy: Path, path: str) -> list[str]:
     """Test files, nearest first: of the module, of its folder, of the room."""
     room, *folders, name = Path(path).with_suffix("").parts[1:]
     near = Path("tests", room, *folders)
@@ -142,17 +142,17 @@ def tests_of(copy: Path, path: str) -> list[str]:
     return [str(place) for place in places if (copy / place).exists()]
 
 
-def judged(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
+def judge_mutant(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
     """The verdict, and the test that failed. A test that fails once and then passes does not
     count."""
     path = copy / mutant.path
     source = path.read_text(encoding="utf-8") if path.exists() else ""
-    if (text := mutated(source, mutant)) is None:
+    if (text := apply_mutant(source, mutant)) is None:
         return "gone", ""
-    command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", *tests_of(copy, mutant.path)]
+    command = [sys.executable, "-B", "-m", "pytest", "-x", "-q", *list_tests(copy, mutant.path)]
     environment = os.environ | {"PYTHONPATH": str(copy)}
     path.write_text(text, encoding="utf-8")
-    said = ""
+    failure = ""
     try:
         for more in ([], ["--last-failed"]):
             run = subprocess.run(
@@ -160,13 +160,13 @@ def judged(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
             )  # fmt: skip
             if run.returncode == 0:
-                return "survived", said
-            said = next((x for x in run.stdout.splitlines() if x.startswith("FAILED")), "error")
+                return "survived", failure
+            failure = next((x for x in run.stdout.splitlines() if x.startswith("FAILED")), "error")
     except subprocess.TimeoutExpired:
         return "slow", ""
     finally:
         path.write_text(source, encoding="utf-8")
-    return "killed", said
+    return "killed", failure
 
 
 def main() -> None:
@@ -179,7 +179,7 @@ def main() -> None:
     options = parser.parse_args()
     root = options.checkout.resolve()
     if not options.file.exists():
-        new = drawn(root, options.seed, options.count)
+        new = draw_mutants(root, options.seed, options.count)
         options.file.write_text(json.dumps([asdict(mutant) for mutant in new]), encoding="utf-8")
     sample = [Mutant(**each) for each in json.loads(options.file.read_text(encoding="utf-8"))]
     verdicts = []
@@ -189,7 +189,7 @@ def main() -> None:
         if (modules := root / "tests" / "web" / "node_modules").exists():
             (copy / "tests" / "web" / "node_modules").symlink_to(modules)
         for mutant in sample:
-            verdict, by = judged(copy, mutant, options.limit)
+            verdict, by = judge_mutant(copy, mutant, options.limit)
             verdicts.append(asdict(mutant) | {"verdict": verdict, "by": by})
             print(verdict, mutant.kind, mutant.path, mutant.line, mutant.after[:60], by, flush=True)
     options.file.with_suffix(f".{root.name}.json").write_text(json.dumps(verdicts, indent=1))

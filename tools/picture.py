@@ -20,8 +20,8 @@ from service.pipeline.curve import plan_curve
 from service.schemas.curves import CurveRequest
 from service.schemas.validation import validate_document
 from service.surface.examples import EXAMPLES, Example
-from tests.live import running_service
-from tests.programs import chromium
+from tests.live import run_service
+from tests.programs import find_chromium
 from tests.web.browser import FOLDER, listening, open_browser, open_page, open_viewer, serve_folder
 from tests.web.editor import choose, show
 
@@ -137,9 +137,9 @@ def main(folder: Path) -> None:
         url = _curve_url({"curve": request["value"]["curve"], "resolution": 32})
         pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)
     with (
-        running_service() as service,
+        run_service() as service,
         serve_folder(FOLDER) as pages,
-        open_browser(chromium()) as browser,
+        open_browser(find_chromium()) as browser,
     ):
         draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT)
         draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)

@@ -18,7 +18,7 @@ from typing import Self
 
 import httpx
 
-from tests.programs import program
+from tests.programs import find_program
 
 ROOT = Path(__file__).parents[1]
 HOST = "127.0.0.1"
@@ -28,9 +28,9 @@ PATIENCE = 120.0
 
 def free_port() -> int:
     """A port on which no process listens."""
-    with socket.socket() as taken:
-        taken.bind((HOST, 0))
-        return int(taken.getsockname()[1])
+    with socket.socket() as listener:
+        listener.bind((HOST, 0))
+        return int(listener.getsockname()[1])
 
 
 def resident_memory(pid: int | str = "self") -> int:
@@ -210,7 +210,12 @@ class Proxy(Server):
             "SURFACE_PROXY_BIND": f"{HOST}:{port}",
             "SURFACE_PROXY_NUMBERS": f"{HOST}:{self._metrics_port}",
         }
-        command = (program("haproxy"), "-db", "-f", ROOT / "deploy" / "haproxy" / "haproxy.cfg")
+        command = (
+            find_program("haproxy"),
+            "-db",
+            "-f",
+            ROOT / "deploy" / "haproxy" / "haproxy.cfg",
+        )
         super().__init__(folder / "haproxy.log", command, port, environment)
 
     def metric(self, name: str, label: str = "") -> float:

@@ -74,7 +74,7 @@ def judged(program: str, service: Server, examples: int, rules: str = "") -> tup
     return judging.returncode, int(counted.group(1)) if counted else 0
 
 
-def stands(
+def passes(
     program: str, settings: Mapping[str, str], examples: int, least: int, rules: str = ""
 ) -> bool:
     """Whether a service with these settings passes, with enough requests."""
@@ -88,11 +88,11 @@ def stands(
 def main(program: str, least: int) -> bool:
     """Whether the service passes, both open and with keys."""
     judge = str(Path(program).absolute())
-    is_open = stands(judge, OPEN, OPEN_EXAMPLES, least)
+    is_open = passes(judge, OPEN, OPEN_EXAMPLES, least)
     key = new_key()
     private = PRIVATE | {"SURFACE_API_KEYS": entry_line("judge", key)}
     has_key = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
-    return stands(judge, private, PRIVATE_EXAMPLES, least // 4, has_key) and is_open
+    return passes(judge, private, PRIVATE_EXAMPLES, least // 4, has_key) and is_open
 
 
 if __name__ == "__main__":

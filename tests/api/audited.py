@@ -107,7 +107,7 @@ async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers:
     return status[0]
 
 
-def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
+def build_hostile_requests() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
     """Requests with each hostile name in each place of a request that can have a name."""
     for number, name in enumerate(NAMES):
         for place in PLACES[number % 2 :: 2]:
@@ -124,7 +124,7 @@ def hostile() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
         yield "GET", "/v1/surfaces/saddle/mesh.glb", b"", forged
 
 
-async def friendly(app: ASGIApp) -> None:
+async def send_ordinary_requests(app: ASGIApp) -> None:
     """Sends ordinary requests first, because some files and modules are read only once."""
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
     body = json.dumps({"surface": {"control_net": net}}).encode()
@@ -154,10 +154,11 @@ def main(folder: Path) -> None:
     async def run() -> list[int]:
         nonlocal watching
         app = create_app(settings)
-        await friendly(app)
+        await send_ordinary_requests(app)
         watching = True
         statuses = [
-            await ask(app, method, url, body, **headers) for method, url, body, headers in hostile()
+            await ask(app, method, url, body, **headers)
+            for method, url, body, headers in build_hostile_requests()
         ]
         watching = False
         return statuses

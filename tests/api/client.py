@@ -64,7 +64,7 @@ class Client:
         self, method: str, url: str, content: Body | None, headers: Mapping[str, str] | None
     ) -> httpx.Response:
         if content is not None and not isinstance(content, bytes | AsyncIterable):
-            content = _pieces(content)
+            content = _iterate_pieces(content)
         async with httpx.AsyncClient(
             transport=self._transport, base_url="http://service", headers=_ALWAYS
         ) as client:
@@ -84,12 +84,12 @@ class Client:
 
 
 @contextmanager
-def client_of(app: ASGIApp) -> Iterator[Client]:
+def start_client(app: ASGIApp) -> Iterator[Client]:
     """A client of `app`, until the block ends."""
     with start_blocking_portal() as portal:
         yield Client(app, portal)
 
 
-async def _pieces(chunks: Iterable[bytes]) -> AsyncIterator[bytes]:
+async def _iterate_pieces(chunks: Iterable[bytes]) -> AsyncIterator[bytes]:
     for chunk in chunks:
         yield chunk

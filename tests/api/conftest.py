@@ -6,11 +6,11 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 
 @pytest.fixture(scope="session")
 def client() -> Iterator[Client]:
     """A client of the service with its default settings."""
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         yield client

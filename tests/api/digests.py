@@ -15,7 +15,7 @@ from tools.certify.nearly import noisy
 OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
 
 
-def digests() -> list[str]:
+def compute_digests() -> list[str]:
     """A line for each file: of a surface with colours, of one with attributes, of a group; and of
     bodies whose borders become equal, by resolution and by tolerance.
     """
@@ -35,4 +35,4 @@ def digests() -> list[str]:
 
 
 if __name__ == "__main__":
-    print("\n".join(digests()))
+    print("\n".join(compute_digests()))

@@ -25,7 +25,7 @@ STATUS = {"malformed_json": 400, "malformed_body": 400, "body_too_large": 413}
 """The statuses of codes; all other codes have 422."""
 
 
-def pieces(body: bytes) -> list[bytes]:
+def split_body(body: bytes) -> list[bytes]:
     """The pieces of a body as a server receives them; an empty body is one empty piece."""
     return [body[start : start + CHUNK] for start in range(0, max(len(body), 1), CHUNK)]
 
@@ -46,19 +46,21 @@ class Hostile:
 
     def chunks(self) -> Iterator[bytes]:
         """The pieces of the body."""
-        yield from pieces(self.build())
+        yield from split_body(self.build())
 
 
-def case(name: str, body: str | bytes, code: str, pointer: str = "") -> Hostile:
+def build_case(name: str, body: str | bytes, code: str, pointer: str = "") -> Hostile:
     content = body.encode() if isinstance(body, str) else body
     return Hostile(name, lambda: content, code, pointer)
 
 
-def long(name: str, build: Callable[[], str | bytes], code: str, pointer: str = "") -> Hostile:
-    return Hostile(f"long: {name}", lambda: case(name, build(), code).build(), code, pointer)
+def build_long_case(
+    name: str, build: Callable[[], str | bytes], code: str, pointer: str = ""
+) -> Hostile:
+    return Hostile(f"long: {name}", lambda: build_case(name, build(), code).build(), code, pointer)
 
 
-def wrong(name: str, body: str, at: str, texts: Mapping[str, str]) -> Iterator[Hostile]:
+def vary_body(name: str, body: str, at: str, texts: Mapping[str, str]) -> Iterator[Hostile]:
     """Cases that replace the `?` in a body by several texts.
 
     `texts` has the texts for each code, separated by blanks. A text may end in `@` and the rest of
@@ -67,22 +69,24 @@ def wrong(name: str, body: str, at: str, texts: Mapping[str, str]) -> Iterator[H
     for code, words in texts.items():
         for word in words.split():
             text, _, place = word.partition("@")
-            yield case(f"{name} {text[:60]} {code}", body.replace("?", text), code, at + place)
+            yield build_case(
+                f"{name} {text[:60]} {code}", body.replace("?", text), code, at + place
+            )
 
 
-def surface(fields: str) -> str:
+def write_surface(fields: str) -> str:
     return f'{{"surface":{{{fields}}}}}'
 
 
-def net(text: str) -> str:
-    return surface(f'"control_net":{text}')
+def write_net(text: str) -> str:
+    return write_surface(f'"control_net":{text}')
 
 
-def patches(fields: str) -> str:
-    return surface(f"{PATCHES},{fields}")
+def write_patches(fields: str) -> str:
+    return write_surface(f"{PATCHES},{fields}")
 
 
-def options(fields: str) -> str:
+def write_options(fields: str) -> str:
     return f'{{"surface":{GOOD},{fields}}}'
 
 
@@ -93,18 +97,18 @@ NOT_NUMBERS = {
 }
 
 PLACES = {
-    "control_net/0/1/2": net("[[[0,0,0],[0,1,?]],[[1,0,1],[1,1,2]]]"),
-    "control_net/1/1/2": net("[[[0,0,0],[0,1,0]],[[1,0,1],[1,1,?]]]"),
-    "weights/1/0": surface(f'"control_net":{NET},"weights":[[1,1],[?,1]]'),
-    "vertices/1/1": surface(
+    "control_net/0/1/2": write_net("[[[0,0,0],[0,1,?]],[[1,0,1],[1,1,2]]]"),
+    "control_net/1/1/2": write_net("[[[0,0,0],[0,1,0]],[[1,0,1],[1,1,?]]]"),
+    "weights/1/0": write_surface(f'"control_net":{NET},"weights":[[1,1],[?,1]]'),
+    "vertices/1/1": write_surface(
         f'"type":"patches",{GRIDS},"vertices":[[0,0,0],[0,?,0],[1,0,0],[1,1,0]]'
     ),
-    "weights/3": patches(f'{GRIDS},"weights":[1,1,1,?]'),
-    "patches/0/1/1": patches('"patches":[[[0,1],[2,?]]]'),
-    "colors/0/1/1": surface(f'"control_net":{NET},"colors":[[[0,0,1],[0,?,1]]]'),
-    "uvs/0/0/0": surface(f'"control_net":{NET},"uvs":[[[?,0]]]'),
-    "attributes/a/1/0/0": surface(f'"control_net":{NET},"attributes":{{"a":[[[0]],[[?]]]}}'),
-    "parts/a/0": patches(f'{GRIDS},"parts":{{"a":[?]}}'),
+    "weights/3": write_patches(f'{GRIDS},"weights":[1,1,1,?]'),
+    "patches/0/1/1": write_patches('"patches":[[[0,1],[2,?]]]'),
+    "colors/0/1/1": write_surface(f'"control_net":{NET},"colors":[[[0,0,1],[0,?,1]]]'),
+    "uvs/0/0/0": write_surface(f'"control_net":{NET},"uvs":[[[?,0]]]'),
+    "attributes/a/1/0/0": write_surface(f'"control_net":{NET},"attributes":{{"a":[[[0]],[[?]]]}}'),
+    "parts/a/0": write_patches(f'{GRIDS},"parts":{{"a":[?]}}'),
 }
 """Surfaces with a place for a number."""
 
@@ -112,7 +116,7 @@ PLACES = {
 def numbers() -> Iterator[Hostile]:
     """Values that are not numbers, in all places of numbers."""
     for pointer, make in PLACES.items():
-        yield from wrong(f"{pointer}:", make, f"/surface/{pointer}", NOT_NUMBERS)
+        yield from vary_body(f"{pointer}:", make, f"/surface/{pointer}", NOT_NUMBERS)
 
 
 def texts() -> Iterator[Hostile]:
@@ -121,33 +125,33 @@ def texts() -> Iterator[Hostile]:
         ("empty body", "", ""),
         ("blanks", " \n\t ", ""),
         ("byte order mark", b"\xef\xbb\xbf{}", ""),
-        ("UTF-16", options('"resolution":1').encode("utf-16"), ""),
-        ("UTF-32", options('"resolution":1').encode("utf-32"), ""),
+        ("UTF-16", write_options('"resolution":1').encode("utf-16"), ""),
+        ("UTF-32", write_options('"resolution":1').encode("utf-32"), ""),
         ("Latin-1", b'{"name":"\xe9"}', ""),
         ("zero bytes", b"\0\0\0\0", ""),
-        ("truncated", net(NET)[:-9], "/surface/control_net/1/1/0"),
+        ("truncated", write_net(NET)[:-9], "/surface/control_net/1/1/0"),
         ("truncated in a string", '{"surface":{"na', "/surface/na"),
         ("two documents", "{}{}", ""),
-        ("trailing comma", net("[[0,0,0],]"), "/surface/control_net/0"),
+        ("trailing comma", write_net("[[0,0,0],]"), "/surface/control_net/0"),
         ("single quotes", "{'surface':1}", ""),
         ("comment", '{"surface":/*x*/1}', "/surface"),
         ("unquoted key", "{surface:1}", ""),
-        ("leading zero", options('"resolution":016'), "/resolution"),
-        ("leading plus", options('"resolution":+16'), "/resolution"),
-        ("hexadecimal", options('"resolution":0x10'), "/resolution"),
-        ("bare point", options('"crease_angle":.5'), "/crease_angle"),
-        ("undefined", options('"uvs":undefined'), "/uvs"),
-        ("Python's True", options('"uvs":True'), "/uvs"),
-        ("line feed in a string", surface('"name":"a\nb"'), "/surface/name"),
-        ("lone surrogate", surface('"name":"\\ud800"'), "/surface/name"),
-        ("half an escape", surface('"name":"\\u00"'), "/surface/name"),
+        ("leading zero", write_options('"resolution":016'), "/resolution"),
+        ("leading plus", write_options('"resolution":+16'), "/resolution"),
+        ("hexadecimal", write_options('"resolution":0x10'), "/resolution"),
+        ("bare point", write_options('"crease_angle":.5'), "/crease_angle"),
+        ("undefined", write_options('"uvs":undefined'), "/uvs"),
+        ("Python's True", write_options('"uvs":True'), "/uvs"),
+        ("line feed in a string", write_surface('"name":"a\nb"'), "/surface/name"),
+        ("lone surrogate", write_surface('"name":"\\ud800"'), "/surface/name"),
+        ("half an escape", write_surface('"name":"\\u00"'), "/surface/name"),
         ("form", "surface=1&resolution=2", ""),
         ("XML", f"<surface>{ECHO}</surface>", ""),
     ):
-        yield case(name, body, "malformed_json", pointer)
-    yield case("deep lists", "[" * 100_000, "too_deep")
-    yield case("deep objects", '{"a":' * 5000, "too_deep")
-    yield case("somewhat deep lists", net("[" * 40 + "0" + "]" * 40), "too_deep")
+        yield build_case(name, body, "malformed_json", pointer)
+    yield build_case("deep lists", "[" * 100_000, "too_deep")
+    yield build_case("deep objects", '{"a":' * 5000, "too_deep")
+    yield build_case("somewhat deep lists", write_net("[" * 40 + "0" + "]" * 40), "too_deep")
 
 
 def nets() -> Iterator[Hostile]:
@@ -163,15 +167,15 @@ def nets() -> Iterator[Hostile]:
         " [[[0,0,0],[0,1,0]],[[1,0,0],[1,1]]]@/1/1",
         "too_few_points": f"[[[0,0,0]]] [{row}] [[[0,0,0]],[[1,0,0]]]",
     }
-    yield from wrong("net", net("?"), at, faults)
-    yield from wrong(
+    yield from vary_body("net", write_net("?"), at, faults)
+    yield from vary_body(
         "coordinate",
-        net(f"[{row},[[1,0,0],[1,?,0]]]"),
+        write_net(f"[{row},[[1,0,0],[1,?,0]]]"),
         f"{at}/1/1/1",
         {"coordinate_too_large": "3.5e38 -3.5e38 1e39 -1e308"},
     )
-    yield case("degree 65", net(str([[[0, 0, 0]] * 66] * 2)), "degree_too_high", at)
-    yield case("degree 999", net(str([[[0, 0, 0]] * 2] * 1000)), "degree_too_high", at)
+    yield build_case("degree 65", write_net(str([[[0, 0, 0]] * 66] * 2)), "degree_too_high", at)
+    yield build_case("degree 999", write_net(str([[[0, 0, 0]] * 2] * 1000)), "degree_too_high", at)
     faults = {
         "null_value": "null",
         "wrong_type": "[1,1,1,1]@/0 1",
@@ -182,7 +186,7 @@ def nets() -> Iterator[Hostile]:
         "weight_ratio": "[[1e-300,1],[1,1e300]]",
     }
     weights = f'"control_net":{NET},"weights":'
-    yield from wrong("weights", surface(f"{weights}?"), "/surface/weights", faults)
+    yield from vary_body("weights", write_surface(f"{weights}?"), "/surface/weights", faults)
 
 
 def patch_lists() -> Iterator[Hostile]:
@@ -198,16 +202,18 @@ def patch_lists() -> Iterator[Hostile]:
         " [[[0,1],[2,9007199254740993]]]@/0/1/1 [[[0,1],[2,18446744073709551615]]]@/0/1/1"
         " [[[0,1],[2,3]],[[0,1],[2,3],[0,4]]]@/1/2/1",
     }
-    yield from wrong("patches", patches('"patches":?'), "/surface/patches", faults)
+    yield from vary_body("patches", write_patches('"patches":?'), "/surface/patches", faults)
     faults = {"empty_list": "[]", "wrong_type": "[0,0,0]@/0"}
     bare = f'"type":"patches",{GRIDS}'
     at = "/surface/vertices"
-    yield from wrong("vertices", surface(f'{bare},"vertices":?'), at, faults)
-    yield case("vertices left out", surface(bare), "missing_field", at)
-    yield case("patches left out", surface(PATCHES), "missing_field", "/surface/patches")
+    yield from vary_body("vertices", write_surface(f'{bare},"vertices":?'), at, faults)
+    yield build_case("vertices left out", write_surface(bare), "missing_field", at)
+    yield build_case(
+        "patches left out", write_surface(PATCHES), "missing_field", "/surface/patches"
+    )
     faults = {"weights_shape": "[1,1,1]", "weight_not_positive": "[1,1,1,0]@/3"}
     at = "/surface/weights"
-    yield from wrong("vertex weights", patches(f'{GRIDS},"weights":?'), at, faults)
+    yield from vary_body("vertex weights", write_patches(f'{GRIDS},"weights":?'), at, faults)
     faults = {
         "null_value": 'null {"a":null}@/a',
         "wrong_type": '[] {"a":0}@/a {"a/b~":[true]}@/a~1b~0/0',
@@ -217,7 +223,7 @@ def patch_lists() -> Iterator[Hostile]:
         "wrong_length": f'{{"":[0]}}@/ {{"{"k" * 101}":[0]}}@/{"k" * 64}…',
         "wrong_value": '{"a\\u0000":[0]}@/a\0',
     }
-    yield from wrong("parts", patches(f'{GRIDS},"parts":?'), "/surface/parts", faults)
+    yield from vary_body("parts", write_patches(f'{GRIDS},"parts":?'), "/surface/parts", faults)
 
 
 def triangle_rows() -> Iterator[Hostile]:
@@ -240,9 +246,9 @@ def triangle_rows() -> Iterator[Hostile]:
     }
 
     def triangle(text: str) -> str:
-        return surface(f'"type":"triangle","control_net":{text}')
+        return write_surface(f'"type":"triangle","control_net":{text}')
 
-    yield from wrong("triangle", triangle("?"), "/surface/control_net", faults)
+    yield from vary_body("triangle", triangle("?"), "/surface/control_net", faults)
     for field, faults in {
         "weights": {
             "null_value": "null",
@@ -262,7 +268,9 @@ def triangle_rows() -> Iterator[Hostile]:
         },
     }.items():
         beside = f'{two},[[0,2,0]]],"{field}":'
-        yield from wrong(f"triangle {field}", triangle(beside + "?"), f"/surface/{field}", faults)
+        yield from vary_body(
+            f"triangle {field}", triangle(beside + "?"), f"/surface/{field}", faults
+        )
     faults = {
         "null_value": "null",
         "empty_list": "[]",
@@ -271,22 +279,24 @@ def triangle_rows() -> Iterator[Hostile]:
         "too_few_points": "[[[0]]]",
         "index_out_of_range": "[[[0,1],[4]]]@/0/1/0 [[[1,2],[3]],[[0,-1],[2]]]@/1/0/1",
     }
-    yield from wrong("triangles", patches('"triangles":?'), "/surface/triangles", faults)
-    body = patches(f'{GRIDS},"triangles":[[[0,1],[2]]],"parts":{{"a":[0,2]}}')
-    yield case("a part beyond the triangles", body, "index_out_of_range", "/surface/parts/a/1")
+    yield from vary_body("triangles", write_patches('"triangles":?'), "/surface/triangles", faults)
+    body = write_patches(f'{GRIDS},"triangles":[[[0,1],[2]]],"parts":{{"a":[0,2]}}')
+    yield build_case(
+        "a part beyond the triangles", body, "index_out_of_range", "/surface/parts/a/1"
+    )
 
 
 def documents() -> Iterator[Hostile]:
     """Documents of a wrong type, for all endpoints to which a surface is posted."""
     other = f'[] 1 "{ECHO}" true'
     faults = {"wrong_type": f"{other} {NET}", "null_value": "null", "missing_field": "{}@/surface"}
-    yield from wrong("document", "?", "", faults)
+    yield from vary_body("document", "?", "", faults)
     faults = {
         "wrong_type": f"{other} {NET}",
         "null_value": "null",
         "missing_field": "{}@/control_net",
     }
-    yield from wrong("surface", '{"surface":?}', "/surface", faults)
+    yield from vary_body("surface", '{"surface":?}', "/surface", faults)
 
 
 def wrong_fields() -> Iterator[Hostile]:
@@ -305,33 +315,41 @@ def wrong_fields() -> Iterator[Hostile]:
             "wrong_type": "5",
         },
     }.items():
-        body = surface(f'"{field}":?,"control_net":{NET}')
-        yield from wrong(field, body, f"/surface/{field}", faults)
+        body = write_surface(f'"{field}":?,"control_net":{NET}')
+        yield from vary_body(field, body, f"/surface/{field}", faults)
     for name, body, pointer in (
-        ("bezier with patches", surface(f'"control_net":{NET},{GRIDS}'), "/surface/patches"),
-        ("patches with a net", patches(f'{GRIDS},"control_net":{NET}'), "/surface/control_net"),
-        ("field", options(f'"colour":"{ECHO}"'), "/colour"),
-        ("field of a surface", surface(f'"control_net":{NET},"knots":null'), "/surface/knots"),
-        ("format in the body", options('"format":"glb"'), "/format"),
-        ("other case", options('"Resolution":4'), "/Resolution"),
-        ("prototype", options('"__proto__":{}'), "/__proto__"),
-        ("long key", options(f'"{"k" * 5000}":1'), "/" + "k" * 64 + "…"),
+        ("bezier with patches", write_surface(f'"control_net":{NET},{GRIDS}'), "/surface/patches"),
+        (
+            "patches with a net",
+            write_patches(f'{GRIDS},"control_net":{NET}'),
+            "/surface/control_net",
+        ),
+        ("field", write_options(f'"colour":"{ECHO}"'), "/colour"),
+        (
+            "field of a surface",
+            write_surface(f'"control_net":{NET},"knots":null'),
+            "/surface/knots",
+        ),
+        ("format in the body", write_options('"format":"glb"'), "/format"),
+        ("other case", write_options('"Resolution":4'), "/Resolution"),
+        ("prototype", write_options('"__proto__":{}'), "/__proto__"),
+        ("long key", write_options(f'"{"k" * 5000}":1'), "/" + "k" * 64 + "…"),
     ):
-        yield case(f"unknown: {name}", body, "unknown_field", pointer)
+        yield build_case(f"unknown: {name}", body, "unknown_field", pointer)
 
 
-def repeated() -> Iterator[Hostile]:
+def repeated_keys() -> Iterator[Hostile]:
     """Repeated keys, at every level."""
     for name, body, pointer in (
         ("surface", f'{{"surface":{GOOD},"surface":{GOOD}}}', "/surface"),
-        ("option", options('"uvs":true,"uvs":false'), "/uvs"),
-        ("option, escaped", options('"uvs":true,"\\u0075vs":true'), "/uvs"),
-        ("net", surface(f'"control_net":{NET},"control_net":{NET}'), "/surface/control_net"),
-        ("part", patches(f'{GRIDS},"parts":{{"a":[0],"a":[0]}}'), "/surface/parts/a"),
-        ("key in a list", net('[[0],{"a":1,"a":2}]'), "/surface/control_net/1/a"),
-        ("key and a colon in a name", surface('"name":"a:b","name":"c"'), "/surface/name"),
+        ("option", write_options('"uvs":true,"uvs":false'), "/uvs"),
+        ("option, escaped", write_options('"uvs":true,"\\u0075vs":true'), "/uvs"),
+        ("net", write_surface(f'"control_net":{NET},"control_net":{NET}'), "/surface/control_net"),
+        ("part", write_patches(f'{GRIDS},"parts":{{"a":[0],"a":[0]}}'), "/surface/parts/a"),
+        ("key in a list", write_net('[[0],{"a":1,"a":2}]'), "/surface/control_net/1/a"),
+        ("key and a colon in a name", write_surface('"name":"a:b","name":"c"'), "/surface/name"),
     ):
-        yield case(f"twice: {name}", body, "repeated_key", pointer)
+        yield build_case(f"twice: {name}", body, "repeated_key", pointer)
 
 
 def splines() -> Iterator[Hostile]:
@@ -352,7 +370,7 @@ def splines() -> Iterator[Hostile]:
         ' ["clamped",[0,0,1e-39,1e-39]]@/1/2',
     }
     linear = f'{SPLINE},"degree":1'
-    yield from wrong("knots", surface(f'{linear},"knots":?'), "/surface/knots", faults)
+    yield from vary_body("knots", write_surface(f'{linear},"knots":?'), "/surface/knots", faults)
     faults = {
         "null_value": "null [1,null]@/1",
         "out_of_range": "0 -1 [0,1]@/0",
@@ -360,7 +378,7 @@ def splines() -> Iterator[Hostile]:
         "wrong_type": '99999999999999999999 1.0 true "3" {} [1,1.5]@/1',
         "wrong_length": "[] [1,1,1]",
     }
-    yield from wrong("degree", surface(f'{SPLINE},"degree":?'), "/surface/degree", faults)
+    yield from vary_body("degree", write_surface(f'{SPLINE},"degree":?'), "/surface/degree", faults)
     for fields, code, field in (
         (f'{linear},"knots":"periodic"', "too_few_points", "control_net"),
         (SPLINE, "too_few_points", "control_net"),
@@ -368,7 +386,7 @@ def splines() -> Iterator[Hostile]:
         ('"type":"bspline"', "missing_field", "control_net"),
         (f'{linear},"vertices":[[0,0,0]]', "unknown_field", "vertices"),
     ):
-        yield case(f"spline {fields}", surface(fields), code, f"/surface/{field}")
+        yield build_case(f"spline {fields}", write_surface(fields), code, f"/surface/{field}")
 
 
 def groups() -> Iterator[Hostile]:
@@ -376,7 +394,7 @@ def groups() -> Iterator[Hostile]:
     at, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
 
     def group(members: str) -> str:
-        return surface(f'"type":"group","members":{members}')
+        return write_surface(f'"type":"group","members":{members}')
 
     def member(fields: str) -> str:
         return group(f'[{{"surface":{GOOD}}},{{"surface":{GOOD},{fields}}}]')
@@ -397,13 +415,13 @@ def groups() -> Iterator[Hostile]:
         "unknown_field": f'[{{"surface":{GOOD},"{ECHO}":1}}]@/0/{ECHO}',
         "repeated_key": f'[{{"surface":{GOOD},"name":"a","name":"b"}}]@/0/name',
     }
-    yield from wrong("members", group("?"), at, faults)
+    yield from vary_body("members", group("?"), at, faults)
     deep = '{"type":"group","members":[{"surface":' * 8 + GOOD + "}]}" * 8
     body = f'{{"surface":{deep}}}'
-    yield case("groups in groups", body, "nested_group", f"{at}/0/surface/type")
-    yield case("members left out", surface('"type":"group"'), "missing_field", at)
+    yield build_case("groups in groups", body, "nested_group", f"{at}/0/surface/type")
+    yield build_case("members left out", write_surface('"type":"group"'), "missing_field", at)
     many = ",".join([f'{{"surface":{GOOD}}}'] * 4097)
-    yield case("too many members", group(f"[{many}]"), "wrong_length", at)
+    yield build_case("too many members", group(f"[{many}]"), "wrong_length", at)
     far = row("[0,3e38,0,3e38]").replace("1,0", "3e38,0").replace("[0,0,1", "[0,0,3e38")
     faults = {
         "null_value": "null",
@@ -418,14 +436,14 @@ def groups() -> Iterator[Hostile]:
         "not_affine": f"{identity.replace('[0,0,0,1]', '[0,0,1,1]')}@/3",
         "coordinate_too_large": far,
     }
-    yield from wrong("matrix", member('"matrix":?'), f"{at}/1/matrix", faults)
+    yield from vary_body("matrix", member('"matrix":?'), f"{at}/1/matrix", faults)
     faults = {
         "null_value": "null [0,null,0]@/1",
         "wrong_type": '"red" [0,true,0]@/1',
         "wrong_length": "[1,1] [1,1,1,1,1]",
         "out_of_range": "[0,0,255]@/2 [-0.1,0,0]@/0",
     }
-    yield from wrong("color", member('"color":?'), f"{at}/1/color", faults)
+    yield from vary_body("color", member('"color":?'), f"{at}/1/color", faults)
     linear = f'{SPLINE},"degree":1,"knots":["clamped",'
     flat = '"control_points":[[0,0],[1,1]]'
     faults = {
@@ -437,7 +455,7 @@ def groups() -> Iterator[Hostile]:
         "empty_domain": f'"type":"tube","radius":1,"curve":{{"type":"bspline",{flat},"degree":1,'
         '"knots":[0,1,1,2]}@/curve/knots',
     }
-    yield from wrong(
+    yield from vary_body(
         "member", group(f'[{{"surface":{GOOD}}},{{"surface":{{?}}}}]'), f"{at}/1/surface", faults
     )
 
@@ -455,22 +473,24 @@ def sweeps() -> Iterator[Hostile]:
     }
     tube = '"type":"tube",'
     at = "/surface/radius"
-    yield from wrong("radius", surface(f'{tube}{path},"radius":?'), at, faults)
+    yield from vary_body("radius", write_surface(f'{tube}{path},"radius":?'), at, faults)
     faults = {
         "out_of_range": '"sides":2@sides "sides":2000@sides',
         "wrong_type": '"caps":"flat"@caps',
         "unknown_field": '"width":1@width',
     }
-    yield from wrong("tube", surface(f'{tube}{path},"radius":1,?'), "/surface/", faults)
+    yield from vary_body("tube", write_surface(f'{tube}{path},"radius":1,?'), "/surface/", faults)
     faults = {
         "degenerate_curve": '{"control_points":[[0,0],[0,0]]}@/control_points',
         "unknown_type": '{"type":"tube"}@/type',
         "null_value": '{"control_points":[[0,0,0],[0,0,null]]}@/control_points/1/2',
     }
     at = "/surface/curve"
-    yield from wrong("path", surface(f'{tube}"radius":1,"curve":?'), at, faults)
-    yield case("no path", surface(f'{tube}"radius":1'), "missing_field", at)
-    yield case("no radius", surface(f"{tube}{path}"), "missing_field", "/surface/radius")
+    yield from vary_body("path", write_surface(f'{tube}"radius":1,"curve":?'), at, faults)
+    yield build_case("no path", write_surface(f'{tube}"radius":1'), "missing_field", at)
+    yield build_case(
+        "no radius", write_surface(f"{tube}{path}"), "missing_field", "/surface/radius"
+    )
     faults = {
         "conflicting_options": '"camera":[0,0,10],"facing":[0,0,1]@camera',
         "wrong_value": '"facing":[0,0,0]@facing "camera":[0,0,1e39]@camera',
@@ -478,7 +498,7 @@ def sweeps() -> Iterator[Hostile]:
         "null_value": '"camera":null@camera',
     }
     ribbon = f'"type":"ribbon",{path},"width":1,'
-    yield from wrong("ribbon", surface(f"{ribbon}?"), "/surface/", faults)
+    yield from vary_body("ribbon", write_surface(f"{ribbon}?"), "/surface/", faults)
 
 
 NOT_FLAGS = {"wrong_type": '1 0 "true" [true]', "null_value": "null"}
@@ -528,7 +548,7 @@ CHOICES: dict[str, dict[str, str]] = {
 def choices() -> Iterator[Hostile]:
     """Choices, cameras and combinations of options that are invalid or cost too much."""
     for name, faults in CHOICES.items():
-        yield from wrong(name, options(f'"{name}":?'), f"/{name}", faults)
+        yield from vary_body(name, write_options(f'"{name}":?'), f"/{name}", faults)
     eye, view = '"position":[1,2,3]', '"field_of_view":0.8,"height":9'
     faults = {
         "wrong_type": f'5 {{"position":[1,2,"3"],{view}}}@/position/2'
@@ -541,40 +561,42 @@ def choices() -> Iterator[Hostile]:
         f' {{{eye},"height":9,"field_of_view":0}}@/field_of_view'
         f' {{{eye},"height":9,"field_of_view":3.15}}@/field_of_view',
     }
-    body = options('"pixel_tolerance":0.5,"camera":?')
-    yield from wrong("camera", body, "/camera", faults)
+    body = write_options('"pixel_tolerance":0.5,"camera":?')
+    yield from vary_body("camera", body, "/camera", faults)
     body = f'"camera":{{{eye},{view}}},"pixel_tolerance":0'
-    yield case("no pixels", options(body), "out_of_range", "/pixel_tolerance")
-    yield case("nothing to draw", options('"faces":"none"'), "nothing_to_draw", "/faces")
-    many = options('"isocurves":1024,"resolution":4000')
-    yield case("very many isocurves", many, "too_many_vertices", "/resolution")
+    yield build_case("no pixels", write_options(body), "out_of_range", "/pixel_tolerance")
+    yield build_case(
+        "nothing to draw", write_options('"faces":"none"'), "nothing_to_draw", "/faces"
+    )
+    many = write_options('"isocurves":1024,"resolution":4000')
+    yield build_case("very many isocurves", many, "too_many_vertices", "/resolution")
 
 
-def vertices(count: int, last: str) -> str:
+def write_vertices(count: int, last: str) -> str:
     """A net of many vertices whose last one is `last`."""
     points = "[0.125,0.25,0.5]," * (count - 1) + last
-    return surface(f'"type":"patches",{GRIDS},"vertices":[{points}]')
+    return write_surface(f'"type":"patches",{GRIDS},"vertices":[{points}]')
 
 
-def many(word: str, count: int) -> str:
+def repeat_word(word: str, count: int) -> str:
     """A list of one word, many times."""
     return f"[{f'{word},' * (count - 1)}{word}]"
 
 
-def many_values(option: str, word: str) -> str:
+def repeat_value(option: str, word: str) -> str:
     """An option that is a long list."""
-    return options(f'"{option}":{many(word, 500_001)}')
+    return write_options(f'"{option}":{repeat_word(word, 500_001)}')
 
 
-def many_keys(count: int, end: str) -> str:
+def write_many_keys(count: int, end: str) -> str:
     """An object of many keys."""
     return "{" + ",".join(f'"k{i}":0' for i in range(count)) + end
 
 
-def many_parts() -> str:
+def write_many_parts() -> str:
     """Parts whose patches are not numbers."""
     parts = ",".join(f'"p{i}":[null,null,null]' for i in range(20_000))
-    return patches(f'{GRIDS},"parts":{{{parts}}}')
+    return write_patches(f'{GRIDS},"parts":{{{parts}}}')
 
 
 def giants() -> Iterator[Hostile]:
@@ -582,34 +604,46 @@ def giants() -> Iterator[Hostile]:
     size = 15 * MIB
     start = b'{"surface":{"control_net":['
     named = b'{"name":"'
-    yield long("body over the limit", lambda: b" " * (17 * MIB), "body_too_large")
-    yield long("letters", lambda: b"a" * size, "malformed_json")
-    yield long("blanks", lambda: start + b" " * size, "malformed_json")
-    yield long("digits", lambda: start + b"0." + b"1" * size, "malformed_json")
-    yield long("one string", lambda: named + b"x" * size + b'"}', "missing_field", "/surface")
-    yield long("open lists", lambda: b"[" * size, "too_many_values")
-    yield long("open objects", lambda: b'{"a":' * (size // 5), "too_many_strings")
-    yield long("empty lists", lambda: start + b"[]," * (size // 3), "too_many_values")
-    yield long("empty objects", lambda: start + b"{}," * (size // 3), "too_many_strings")
-    yield long("zeros", lambda: start + b"0," * (size // 2), "too_many_values")
-    yield long("nulls", lambda: start + b"null," * (size // 5), "too_many_values")
-    yield long("texts", lambda: start + b'"1",' * (size // 4), "too_many_strings")
-    yield long("string of commas", lambda: named + b"," * size, "too_many_values")
-    yield long("keys", lambda: many_keys(200_000, "}"), "too_many_strings")
-    yield long("unknown keys", lambda: many_keys(40_000, "}"), "missing_field", "/surface")
+    yield build_long_case("body over the limit", lambda: b" " * (17 * MIB), "body_too_large")
+    yield build_long_case("letters", lambda: b"a" * size, "malformed_json")
+    yield build_long_case("blanks", lambda: start + b" " * size, "malformed_json")
+    yield build_long_case("digits", lambda: start + b"0." + b"1" * size, "malformed_json")
+    yield build_long_case(
+        "one string", lambda: named + b"x" * size + b'"}', "missing_field", "/surface"
+    )
+    yield build_long_case("open lists", lambda: b"[" * size, "too_many_values")
+    yield build_long_case("open objects", lambda: b'{"a":' * (size // 5), "too_many_strings")
+    yield build_long_case("empty lists", lambda: start + b"[]," * (size // 3), "too_many_values")
+    yield build_long_case("empty objects", lambda: start + b"{}," * (size // 3), "too_many_strings")
+    yield build_long_case("zeros", lambda: start + b"0," * (size // 2), "too_many_values")
+    yield build_long_case("nulls", lambda: start + b"null," * (size // 5), "too_many_values")
+    yield build_long_case("texts", lambda: start + b'"1",' * (size // 4), "too_many_strings")
+    yield build_long_case("string of commas", lambda: named + b"," * size, "too_many_values")
+    yield build_long_case("keys", lambda: write_many_keys(200_000, "}"), "too_many_strings")
+    yield build_long_case(
+        "unknown keys", lambda: write_many_keys(40_000, "}"), "missing_field", "/surface"
+    )
     again = ',"k7":1}'
-    yield long("key twice in many", lambda: many_keys(40_000, again), "repeated_key", "/k7")
+    yield build_long_case(
+        "key twice in many", lambda: write_many_keys(40_000, again), "repeated_key", "/k7"
+    )
     hidden = "," + " " * 100_000 + '"k7":1}'
-    yield long("key twice out of sight", lambda: many_keys(48_000, hidden), "repeated_key")
-    yield long("bad parts", many_parts, "null_value", "/surface/parts/p0/0")
-    nulls = partial(many_values, "overlays", "null")
-    yield long("overlays", nulls, "null_value", "/overlays/0")
-    fours = partial(many_values, "resolution", "4")
-    yield long("resolutions", fours, "wrong_length", "/resolution")
+    yield build_long_case(
+        "key twice out of sight", lambda: write_many_keys(48_000, hidden), "repeated_key"
+    )
+    yield build_long_case("bad parts", write_many_parts, "null_value", "/surface/parts/p0/0")
+    nulls = partial(repeat_value, "overlays", "null")
+    yield build_long_case("overlays", nulls, "null_value", "/overlays/0")
+    fours = partial(repeat_value, "resolution", "4")
+    yield build_long_case("resolutions", fours, "wrong_length", "/resolution")
     at = "/surface/control_net"
-    yield long("name", lambda: surface(f'"name":"{"n" * 900_000}"'), "missing_field", at)
+    yield build_long_case(
+        "name", lambda: write_surface(f'"name":"{"n" * 900_000}"'), "missing_field", at
+    )
     row = "[[0,0,0],[0,0,0]]"
-    yield long("net of very many rows", lambda: net(many(row, 50_001)), "degree_too_high", at)
+    yield build_long_case(
+        "net of very many rows", lambda: write_net(repeat_word(row, 50_001)), "degree_too_high", at
+    )
     for last, code, place in (
         ("[0,0,NaN]", "not_finite", None),
         ("[0,0,true]", "wrong_type", "/2"),
@@ -617,20 +651,26 @@ def giants() -> Iterator[Hostile]:
         ("[0,0,1e39]", "coordinate_too_large", "/2"),
     ):
         at = "" if place is None else f"/surface/vertices/49999{place}"
-        yield long(f"{last} behind many vertices", partial(vertices, 50_000, last), code, at)
-    true = vertices(2, "[0,0,0]").replace("[0.125,0.25,0.5]", "?")
+        yield build_long_case(
+            f"{last} behind many vertices", partial(write_vertices, 50_000, last), code, at
+        )
+    true = write_vertices(2, "[0,0,0]").replace("[0.125,0.25,0.5]", "?")
     true = true.replace("?", "[0,0,0],?,[0,0,0]")
-    trues = partial(many, "[true,true,true]", 50_000)
+    trues = partial(repeat_word, "[true,true,true]", 50_000)
     at = "/surface/vertices/1/0"
-    yield long("vertices true", lambda: true.replace("?", trues()[1:-1]), "wrong_type", at)
-    spans = surface('"type":"bspline","degree":16,"control_net":?')
-    grid = many(many("[0,0,0]", 142), 142)
+    yield build_long_case(
+        "vertices true", lambda: true.replace("?", trues()[1:-1]), "wrong_type", at
+    )
+    spans = write_surface('"type":"bspline","degree":16,"control_net":?')
+    grid = repeat_word(repeat_word("[0,0,0]", 142), 142)
     at = "/surface/control_net"
-    yield long("very many spans", lambda: spans.replace("?", grid), "too_many_bezier_points", at)
-    knots = surface(f'{SPLINE},"degree":1,"knots":["clamped",?]')
+    yield build_long_case(
+        "very many spans", lambda: spans.replace("?", grid), "too_many_bezier_points", at
+    )
+    knots = write_surface(f'{SPLINE},"degree":1,"knots":["clamped",?]')
     at = "/surface/knots/1"
-    yield long(
-        "very many knots", lambda: knots.replace("?", many("0", 300_001)), "wrong_length", at
+    yield build_long_case(
+        "very many knots", lambda: knots.replace("?", repeat_word("0", 300_001)), "wrong_length", at
     )
 
 
@@ -639,7 +679,7 @@ HOSTILE: tuple[Hostile, ...] = (
     *documents(),
     *wrong_fields(),
     *splines(),
-    *repeated(),
+    *repeated_keys(),
     *nets(),
     *patch_lists(),
     *triangle_rows(),

@@ -9,25 +9,25 @@ from tests.api.hostile import (
     MIB,
     NOT_NUMBERS,
     Hostile,
-    case,
+    build_case,
+    build_long_case,
     documents,
-    long,
-    many,
-    many_keys,
-    net,
-    options,
-    patches,
-    wrong,
+    repeat_word,
+    vary_body,
+    write_many_keys,
+    write_net,
+    write_options,
+    write_patches,
 )
 
 
 def queries() -> Iterator[Hostile]:
     """Invalid points of /v1/points."""
 
-    def uv(text: str) -> str:
-        return options(f'"uv":{text}')
+    def write_uv(text: str) -> str:
+        return write_options(f'"uv":{text}')
 
-    yield from wrong("parameter", uv("[[0,0],[0,?]]"), "/uv/1/1", NOT_NUMBERS)
+    yield from vary_body("parameter", write_uv("[[0,0],[0,?]]"), "/uv/1/1", NOT_NUMBERS)
     faults = {
         "null_value": "null [[0,0],null]@/1",
         "empty_list": "[] [[]]@/0",
@@ -35,10 +35,10 @@ def queries() -> Iterator[Hostile]:
         "wrong_dimension": "[[0.5]]@/0 [[0,0],[0,0,0]]@/1",
         "outside_domain": "[[0,0],[0,1.0000000000000002]]@/1/1 [[-5e-324,0]]@/0/0 [[1e308,0]]@/0/0",
     }
-    yield from wrong("uv", uv("?"), "/uv", faults)
-    yield case("no uv", options('"derivatives":1'), "missing_field", "/uv")
-    several = patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
-    yield case("no patch", f'{several},"uv":[[0,0]]}}', "missing_field", "/patch")
+    yield from vary_body("uv", write_uv("?"), "/uv", faults)
+    yield build_case("no uv", write_options('"derivatives":1'), "missing_field", "/uv")
+    several = write_patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
+    yield build_case("no patch", f'{several},"uv":[[0,0]]}}', "missing_field", "/patch")
     faults = {
         "conflicting_options": '"uv":[[0,0]],"barycentric":[[1,0,0]]@/barycentric',
         "wrong_parameters": '"barycentric":[[1,0,0]]@/barycentric/0',
@@ -47,9 +47,9 @@ def queries() -> Iterator[Hostile]:
         "unknown_field": '"uv":[[0,0]],"resolution":4@/resolution',
         "unexpected_patch": '"uv":[[0,0]],"patch":0@/patch',
     }
-    yield from wrong("query", options("?"), "", faults)
+    yield from vary_body("query", write_options("?"), "", faults)
     faults = {"out_of_range": "3 -1", "wrong_type": '1.0 true "1" [1]', "null_value": "null"}
-    yield from wrong("derivatives", uv('[[0,0]],"derivatives":?'), "/derivatives", faults)
+    yield from vary_body("derivatives", write_uv('[[0,0]],"derivatives":?'), "/derivatives", faults)
     faults = {
         "null_value": "null [0,null]@/1",
         "index_out_of_range": "2 -1 18446744073709551615 [0,2]@/1 [0,18446744073709551615]@/1",
@@ -57,10 +57,16 @@ def queries() -> Iterator[Hostile]:
         "empty_list": "[]",
         "wrong_length": "[0] [0,0,0]",
     }
-    yield from wrong("patch", f'{several},"uv":[[0,0],[1,1]],"patch":?}}', "/patch", faults)
-    yield long("points", lambda: uv(many("[0,0]", 300_001)), "too_many_points", "/uv")
-    yield long("empty points", lambda: uv(many("[]", 3_000_001)), "too_many_values")
-    yield long("numbers", lambda: uv(f"[{many('0', 900_001)}]"), "wrong_dimension", "/uv/0")
+    yield from vary_body("patch", f'{several},"uv":[[0,0],[1,1]],"patch":?}}', "/patch", faults)
+    yield build_long_case(
+        "points", lambda: write_uv(repeat_word("[0,0]", 300_001)), "too_many_points", "/uv"
+    )
+    yield build_long_case(
+        "empty points", lambda: write_uv(repeat_word("[]", 3_000_001)), "too_many_values"
+    )
+    yield build_long_case(
+        "numbers", lambda: write_uv(f"[{repeat_word('0', 900_001)}]"), "wrong_dimension", "/uv/0"
+    )
 
 
 QUERIES: tuple[Hostile, ...] = tuple(queries())
@@ -70,24 +76,26 @@ QUERIES: tuple[Hostile, ...] = tuple(queries())
 def stores() -> Iterator[Hostile]:
     """Bodies for storing without a surface, or with further fields."""
     yield from documents()
-    yield case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
-    yield case("the surface alone", GOOD, "missing_field", "/surface")
+    yield build_case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
+    yield build_case("the surface alone", GOOD, "missing_field", "/surface")
     beside = (
         f'"id":"{"0" * 64}"@/id "name":"{ECHO}"@/name "resolution":4@/resolution "up":"z"@/up'
         ' "camera":null@/camera "engine":2@/engine "surfaces":[]@/surfaces "links":{}@/links'
     )
-    yield from wrong("beside it", options("?"), "", {"unknown_field": beside})
+    yield from vary_body("beside it", write_options("?"), "", {"unknown_field": beside})
     two = f'{{"surface":{GOOD},"surface":{GOOD}}}'
-    yield case("two surfaces", two, "repeated_key", "/surface")
-    yield case("truncated", options('"x":1')[:-1], "malformed_json", "/x")
+    yield build_case("two surfaces", two, "repeated_key", "/surface")
+    yield build_case("truncated", write_options('"x":1')[:-1], "malformed_json", "/x")
     at = "/surface/control_net"
-    yield case("not finite", net("[[[0,0,0],[0,1,NaN]]]"), "not_finite", f"{at}/0/1/2")
+    yield build_case("not finite", write_net("[[[0,0,0],[0,1,NaN]]]"), "not_finite", f"{at}/0/1/2")
     kept = b'{"arrays":[],"canonical":1,"surface":{}}\n'
-    yield case("a canonical content", kept, "missing_field", at)
+    yield build_case("a canonical content", kept, "missing_field", at)
     tail = f'{{"surface":{GOOD}}}\n\0\0\0\0\0\0\xf0?'
-    yield case("numbers behind the document", tail, "malformed_json")
-    yield long("blanks", lambda: b" " * (3 << 20), "malformed_json")
-    yield long("very many keys", lambda: options(many_keys(60_000, "")[1:]), "too_many_strings")
+    yield build_case("numbers behind the document", tail, "malformed_json")
+    yield build_long_case("blanks", lambda: b" " * (3 << 20), "malformed_json")
+    yield build_long_case(
+        "very many keys", lambda: write_options(write_many_keys(60_000, "")[1:]), "too_many_strings"
+    )
 
 
 STORES: tuple[Hostile, ...] = tuple(stores())
@@ -98,13 +106,15 @@ def conversions() -> Iterator[Hostile]:
     """Invalid operations of /v1/convert."""
     start = '{"surface":{"control_net":[[[0,0,0],[0,1,1],[0,2,0]],[[1,0,1],[1,1,2],[1,2,1]]]},'
 
-    def after(operation: str) -> str:
+    def write_third_operation(operation: str) -> str:
         turn = '{"op":"transpose"}'
         return f'{start}"operations":[{turn},{turn},{operation}]}}'
 
-    def spoiled(op: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
+    def vary_operation(op: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
         """Cases of one operation; their texts follow the name of the operation."""
-        yield from wrong(op, after(f'{{"op":"{op}"?}}'), "/operations/2", faults)
+        yield from vary_body(
+            op, write_third_operation(f'{{"op":"{op}"?}}'), "/operations/2", faults
+        )
 
     faults = {
         "null_value": 'null {"op":null}@/op',
@@ -112,7 +122,7 @@ def conversions() -> Iterator[Hostile]:
         "missing_field": "{}@/op",
         "unknown_operation": f'{{"op":"{ECHO}"}}@/op {{"op":"Elevate"}}@/op',
     }
-    yield from wrong("operation", after("?"), "/operations/2", faults)
+    yield from vary_body("operation", write_third_operation("?"), "/operations/2", faults)
     faults = {
         "null_value": "null [3,null]@/1",
         "out_of_range": "0 65 [3,65]@/1",
@@ -120,10 +130,10 @@ def conversions() -> Iterator[Hostile]:
         "wrong_length": "[] [3] [3,3,3]",
         "degree_too_low": "1 [3,1]@/1",
     }
-    elevate = after('{"op":"elevate","degree":?}')
-    yield from wrong("elevate", elevate, "/operations/2/degree", faults)
+    elevate = write_third_operation('{"op":"elevate","degree":?}')
+    yield from vary_body("elevate", elevate, "/operations/2/degree", faults)
     faults = {"missing_field": "@/degree", "unknown_field": f',"degree":3,"{ECHO}":1@/{ECHO}'}
-    yield from spoiled("elevate", faults)
+    yield from vary_operation("elevate", faults)
     faults = {
         "missing_field": "@",
         "null_value": ',"u":null@/u ,"at":[0.25,null,0.25]@/at/1',
@@ -134,7 +144,7 @@ def conversions() -> Iterator[Hostile]:
         "wrong_length": ',"at":[0.25,0.75]@/at',
         "not_finite": ',"u":NaN@/u ,"u":1e999@/u',
     }
-    yield from spoiled("split", faults)
+    yield from vary_operation("split", faults)
     faults = {
         "missing_field": "@",
         "wrong_type": ',"u":0.5@/u ,"u":[0,[1]]@/u/1',
@@ -142,32 +152,43 @@ def conversions() -> Iterator[Hostile]:
         "out_of_range": ',"u":[0.5,0.5]@/u ,"u":[1,0]@/u ,"u":[-1,1]@/u/0 ,"v":[0,2]@/v/1'
         ' ,"v":[0,1e308]@/v/1',
     }
-    yield from spoiled("restrict", faults)
+    yield from vary_operation("restrict", faults)
     faults = {
         "missing_field": "@/direction",
         "wrong_value": ',"direction":"w"@/direction',
         "null_value": ',"direction":null@/direction',
     }
-    yield from spoiled("reverse", faults)
+    yield from vary_operation("reverse", faults)
     faults = {"missing_field": "@/half", "wrong_value": ',"half":"left"@/half'}
-    yield from spoiled("triangle", faults)
-    yield from spoiled("transpose", {"unknown_field": ',"u":1@/u'})
-    yield from spoiled("bezier", {"unknown_field": ',"degree":3@/degree'})
+    yield from vary_operation("triangle", faults)
+    yield from vary_operation("transpose", {"unknown_field": ',"u":1@/u'})
+    yield from vary_operation("bezier", {"unknown_field": ',"degree":3@/degree'})
     at, turn = "/operations", '{"op":"transpose"}'
     faults = {"null_value": "null", "wrong_type": turn, "wrong_length": "[]"}
-    yield from wrong("operations", f'{start}"operations":?}}', at, faults)
-    yield case("no operations", f"{start[:-1]}}}", "missing_field", at)
+    yield from vary_body("operations", f'{start}"operations":?}}', at, faults)
+    yield build_case("no operations", f"{start[:-1]}}}", "missing_field", at)
     faults = {
         "unknown_field": f'"operations":[{turn}],"resolution":3@/resolution',
         "repeated_key": f'"operations":[{turn}],"operations":[]@/operations',
     }
-    yield from wrong("conversion", f"{start}?}}", "", faults)
+    yield from vary_body("conversion", f"{start}?}}", "", faults)
     nulls = '{"op":"elevate","degree":[null,null]}'
-    yield long("operations", lambda: after(many(nulls, 10_000)[1:-1]), "wrong_length", at)
-    yield long("nulls", lambda: after("null," * 500_000 + "null"), "wrong_length", at)
+    yield build_long_case(
+        "operations",
+        lambda: write_third_operation(repeat_word(nulls, 10_000)[1:-1]),
+        "wrong_length",
+        at,
+    )
+    yield build_long_case(
+        "nulls", lambda: write_third_operation("null," * 500_000 + "null"), "wrong_length", at
+    )
     at = f"{at}/2/degree"
-    yield long("degrees", lambda: elevate.replace("?", many("4", 500_001)), "wrong_length", at)
-    yield long("open lists", lambda: after("[" * 2 * MIB), "too_many_values")
+    yield build_long_case(
+        "degrees", lambda: elevate.replace("?", repeat_word("4", 500_001)), "wrong_length", at
+    )
+    yield build_long_case(
+        "open lists", lambda: write_third_operation("[" * 2 * MIB), "too_many_values"
+    )
 
 
 CONVERSIONS: tuple[Hostile, ...] = tuple(conversions())
@@ -179,8 +200,8 @@ def curves() -> Iterator[Hostile]:
     quarter = '"control_points":[[1,0],[1,1],[0,1]]'
     loop = '"type":"bspline","control_points":[[2,0,0],[0,2,1],[-2,0,0],[0,-2,1]]'
     faults = {"null_value": "null", "wrong_type": "[]", "unknown_type": '{"type":"circle"}@/type'}
-    yield case("no curve", "{}", "missing_field", "/curve")
-    yield from wrong("curve", '{"curve":?}', "/curve", faults)
+    yield build_case("no curve", "{}", "missing_field", "/curve")
+    yield from vary_body("curve", '{"curve":?}', "/curve", faults)
     parted = '"type":"bspline","degree":1,"control_points":[[0,0],[1,0],[1,1],[2,1]]'
     faults = {
         "unknown_field": f'{quarter},"radius":1@/radius',
@@ -192,7 +213,7 @@ def curves() -> Iterator[Hostile]:
         "knots_decrease": f'{loop},"knots":[0,0,0,0,1,1,1,0]@/knots/7',
         "knot_multiplicity": f'{parted},"knots":[0,0,1,1,2,2]@/knots/3',
     }
-    yield from wrong("field", '{"curve":{?}}', "/curve", faults)
+    yield from vary_body("field", '{"curve":{?}}', "/curve", faults)
     faults = {
         "too_few_points": "[[0,0]]",
         "degenerate_curve": "[[1,2],[1,2]]",
@@ -203,14 +224,14 @@ def curves() -> Iterator[Hostile]:
         "degree_too_high": f"[{','.join(f'[{k},0]' for k in range(66))}]",
     }
     at = "/curve/control_points"
-    yield from wrong("points", '{"curve":{"control_points":?}}', at, faults)
+    yield from vary_body("points", '{"curve":{"control_points":?}}', at, faults)
     faults = {
         "out_of_range": '"resolution":0@resolution "tolerance":0@tolerance',
         "wrong_type": '"resolution":[4,4]@resolution "tangents":1@tangents',
         "tolerance_too_small": '"tolerance":1e-300@tolerance',
         "conflicting_options": '"resolution":4,"tolerance":0.1@tolerance',
     }
-    yield from wrong("option", f'{{"curve":{{{quarter}}},?}}', "/", faults)
+    yield from vary_body("option", f'{{"curve":{{{quarter}}},?}}', "/", faults)
 
 
 CURVES: tuple[Hostile, ...] = tuple(curves())
@@ -220,10 +241,12 @@ CURVES: tuple[Hostile, ...] = tuple(curves())
 def projections() -> Iterator[Hostile]:
     """Invalid points of /v1/project."""
 
-    def points(text: str) -> str:
-        return options(f'"points":{text}')
+    def write_points(text: str) -> str:
+        return write_options(f'"points":{text}')
 
-    yield from wrong("coordinate", points("[[0,0,0],[0,?,0]]"), "/points/1/1", NOT_NUMBERS)
+    yield from vary_body(
+        "coordinate", write_points("[[0,0,0],[0,?,0]]"), "/points/1/1", NOT_NUMBERS
+    )
     faults = {
         "null_value": "null [[0,0,0],null]@/1",
         "empty_list": "[] [[]]@/0",
@@ -232,23 +255,28 @@ def projections() -> Iterator[Hostile]:
         "ragged": "[[0,0,0],[0,0]]@/1",
         "coordinate_too_large": "[[0,0,1e300]]@/0/2",
     }
-    yield from wrong("points", points("?"), "/points", faults)
+    yield from vary_body("points", write_points("?"), "/points", faults)
     faults = {"out_of_range": "0 1 -1", "wrong_type": 'true "1" [1]', "null_value": "null"}
-    tolerance = points('[[0,0,0]],"relative_tolerance":?')
-    yield from wrong("tolerance", tolerance, "/relative_tolerance", faults)
-    yield long("points", lambda: points(many("[0,0,0]", 200_001)), "too_many_points", "/points")
+    tolerance = write_points('[[0,0,0]],"relative_tolerance":?')
+    yield from vary_body("tolerance", tolerance, "/relative_tolerance", faults)
+    yield build_long_case(
+        "points",
+        lambda: write_points(repeat_word("[0,0,0]", 200_001)),
+        "too_many_points",
+        "/points",
+    )
 
 
 def rays() -> Iterator[Hostile]:
     """Invalid rays of /v1/intersect."""
 
-    def of(text: str) -> str:
-        return options(f'"rays":{{{text}}}')
+    def write_rays(text: str) -> str:
+        return write_options(f'"rays":{{{text}}}')
 
-    origins = of('"origins":?,"directions":[[0,0,1]]')
-    directions = of('"origins":[[0,0,1]],"directions":?')
+    origins = write_rays('"origins":?,"directions":[[0,0,1]]')
+    directions = write_rays('"origins":[[0,0,1]],"directions":?')
     coordinate = origins.replace("?", "[[0,0,0],[0,?,0]]")
-    yield from wrong("coordinate", coordinate, "/rays/origins/1/1", NOT_NUMBERS)
+    yield from vary_body("coordinate", coordinate, "/rays/origins/1/1", NOT_NUMBERS)
     faults = {
         "null_value": "null [[0,0,0],null]@/1",
         "empty_list": "[]",
@@ -256,26 +284,31 @@ def rays() -> Iterator[Hostile]:
         "wrong_dimension": "[[0,0]]@/0",
         "coordinate_too_large": "[[0,0,1e300]]@/0/2",
     }
-    yield from wrong("origins", origins, "/rays/origins", faults)
+    yield from vary_body("origins", origins, "/rays/origins", faults)
     faults = {"zero_direction": "[[0,0,0]]@/0 [[1,0,0],[0,0,1e-200]]@/1"}
-    yield from wrong("directions", directions, "/rays/directions", faults)
+    yield from vary_body("directions", directions, "/rays/directions", faults)
     three = '"origins":[[0,0,1],[0,0,1],[0,0,1]],"directions":[[1,0,0],[0,1,0]]'
-    yield from wrong("counts", of("?"), "/rays/directions", {"conflicting_options": three})
+    yield from vary_body(
+        "counts", write_rays("?"), "/rays/directions", {"conflicting_options": three}
+    )
     faults = {"out_of_range": "0 1 -1", "wrong_type": 'true "1"', "null_value": "null"}
-    thickness = options(
+    thickness = write_options(
         '"rays":{"origins":[[0,0,1]],"directions":[[1,0,0]]},"relative_thickness":?'
     )
-    yield from wrong("thickness", thickness, "/relative_thickness", faults)
-    yield long(
-        "rays", lambda: origins.replace("?", many("[0,0,0]", 200_001)), "too_many_rays", "/rays"
+    yield from vary_body("thickness", thickness, "/relative_thickness", faults)
+    yield build_long_case(
+        "rays",
+        lambda: origins.replace("?", repeat_word("[0,0,0]", 200_001)),
+        "too_many_rays",
+        "/rays",
     )
 
 
 def planes() -> Iterator[Hostile]:
     """Invalid planes of /v1/intersect."""
-    normals = options('"planes":{"normals":?,"offsets":[0]}')
-    offsets = options('"planes":{"normals":[[0,0,1]],"offsets":?}')
-    places = options('"planes":{"normals":[[0,0,1]],"points":?}')
+    normals = write_options('"planes":{"normals":?,"offsets":[0]}')
+    offsets = write_options('"planes":{"normals":[[0,0,1]],"offsets":?}')
+    places = write_options('"planes":{"normals":[[0,0,1]],"points":?}')
     vectors = {
         "null_value": "null [[0,0,0],null]@/1",
         "empty_list": "[]",
@@ -283,21 +316,24 @@ def planes() -> Iterator[Hostile]:
         "wrong_dimension": "[[0,0]]@/0",
         "coordinate_too_large": "[[0,0,1e300]]@/0/2",
     }
-    yield from wrong("normals", normals, "/planes/normals", vectors)
+    yield from vary_body("normals", normals, "/planes/normals", vectors)
     faults = {"zero_direction": "[[0,0,0]]@/0 [[1,0,0],[0,0,1e-200]]@/1"}
-    yield from wrong("lengths", normals, "/planes/normals", faults)
-    yield from wrong("points", places, "/planes/points", vectors)
-    yield from wrong("offset", offsets.replace("?", "[0,?]"), "/planes/offsets/1", NOT_NUMBERS)
+    yield from vary_body("lengths", normals, "/planes/normals", faults)
+    yield from vary_body("points", places, "/planes/points", vectors)
+    yield from vary_body("offset", offsets.replace("?", "[0,?]"), "/planes/offsets/1", NOT_NUMBERS)
     faults = {"empty_list": "[]", "wrong_type": "0 {}", "coordinate_too_large": "[0,1e300]@/1"}
-    yield from wrong("offsets", offsets, "/planes/offsets", faults)
+    yield from vary_body("offsets", offsets, "/planes/offsets", faults)
     two = '{"normals":[[0,0,1],[0,1,0]],"offsets":[0,1,2]}'
     counts = {"conflicting_options": two}
-    yield from wrong("counts", options('"planes":?'), "/planes/normals", counts)
+    yield from vary_body("counts", write_options('"planes":?'), "/planes/normals", counts)
     faults = {"out_of_range": "0 -1", "wrong_type": 'true "1"', "null_value": "null"}
-    tolerance = options('"planes":{"normals":[[0,0,1]],"offsets":[0]},"tolerance":?')
-    yield from wrong("tolerance", tolerance, "/tolerance", faults)
-    yield long(
-        "planes", lambda: offsets.replace("?", many("0", 100_000)), "too_many_planes", "/planes"
+    tolerance = write_options('"planes":{"normals":[[0,0,1]],"offsets":[0]},"tolerance":?')
+    yield from vary_body("tolerance", tolerance, "/tolerance", faults)
+    yield build_long_case(
+        "planes",
+        lambda: offsets.replace("?", repeat_word("0", 100_000)),
+        "too_many_planes",
+        "/planes",
     )
 
 

@@ -27,28 +27,28 @@ class HostileFile:
     where: str
 
 
-def saved(array: NDArray[Any]) -> bytes:
+def save_array(array: NDArray[Any]) -> bytes:
     file = io.BytesIO()
     np.save(file, array)
     return file.getvalue()
 
 
-def net(rows: int = 4, columns: int = 4, width: int = 3) -> NDArray[np.float64]:
+def build_net(rows: int = 4, columns: int = 4, width: int = 3) -> NDArray[np.float64]:
     points = np.ones((rows, columns, width))
     points[..., 0], points[..., 1] = np.indices((rows, columns))
     return points
 
 
-def changed(value: float, *place: int, width: int = 3, patches: int = 0) -> bytes:
+def change_number(value: float, *place: int, width: int = 3, patches: int = 0) -> bytes:
     """A net, or several, with one number changed."""
-    points = net(width=width)
+    points = build_net(width=width)
     if patches:
         points = np.stack([points] * patches)
     points[place] = value
-    return saved(points)
+    return save_array(points)
 
 
-def case(
+def build_case(
     name: str,
     body: bytes,
     status: int,
@@ -64,41 +64,71 @@ def case(
 
 def arrays() -> Iterator[HostileFile]:
     at = "/surface/control_net"
-    good = saved(net())
-    yield case("no array", ECHO.encode(), 400, "malformed_body")
-    yield case("an empty body", b"", 400, "malformed_body")
-    yield case("JSON", b'{"surface": {}}', 400, "malformed_body")
-    yield case("half an array", good[:-99], 400, "malformed_body")
-    yield case("two arrays", good * 2, 400, "malformed_body")
+    good = save_array(build_net())
+    yield build_case("no array", ECHO.encode(), 400, "malformed_body")
+    yield build_case("an empty body", b"", 400, "malformed_body")
+    yield build_case("JSON", b'{"surface": {}}', 400, "malformed_body")
+    yield build_case("half an array", good[:-99], 400, "malformed_body")
+    yield build_case("two arrays", good * 2, 400, "malformed_body")
     huge = good.replace(b"(4, 4, 3), }         ", b"(99999999, 99999, 3)}")
     assert huge != good
-    yield case("a huge shape", huge, 400, "malformed_body")
-    yield case("whole numbers", saved(net().astype(int)), 422, "wrong_type")
-    yield case("a plain list", saved(np.zeros(3)), 422, "wrong_dimension")
-    yield case("five numbers", saved(net(width=5)), 422, "wrong_dimension")
-    yield case("one row", saved(net(1, 4)), 422, "too_few_points", at)
-    yield case("no row", saved(net(0, 4)), 422, "empty_list")
-    yield case("degree 65", saved(net(66, 2)), 422, "degree_too_high", at)
-    yield case("a patch of degree 65", saved(net(66, 2)[None]), 422, "degree_too_high",
-               "/surface/patches")  # fmt: skip
+    yield build_case("a huge shape", huge, 400, "malformed_body")
+    yield build_case("whole numbers", save_array(build_net().astype(int)), 422, "wrong_type")
+    yield build_case("a plain list", save_array(np.zeros(3)), 422, "wrong_dimension")
+    yield build_case("five numbers", save_array(build_net(width=5)), 422, "wrong_dimension")
+    yield build_case("one row", save_array(build_net(1, 4)), 422, "too_few_points", at)
+    yield build_case("no row", save_array(build_net(0, 4)), 422, "empty_list")
+    yield build_case("degree 65", save_array(build_net(66, 2)), 422, "degree_too_high", at)
+    yield build_case(
+        "a patch of degree 65",
+        save_array(build_net(66, 2)[None]),
+        422,
+        "degree_too_high",
+        "/surface/patches",
+    )
     for value in (np.nan, np.inf, -np.inf):
-        yield case(f"{value}", changed(value, 1, 2, 0), 422, "not_finite", f"{at}/1/2/0")
-        yield case(f"{value} as a weight", changed(value, 1, 2, 3, width=4), 422,
-                   "not_finite", "/surface/weights/1/2")  # fmt: skip
-        yield case(f"{value} in a patch", changed(value, 1, 3, 2, 0, patches=2), 422,
-                   "not_finite", "/surface/vertices/30/0")  # fmt: skip
-    yield case("1e39", changed(1e39, 1, 2, 0), 422, "coordinate_too_large", f"{at}/1/2/0")
+        yield build_case(
+            f"{value}", change_number(value, 1, 2, 0), 422, "not_finite", f"{at}/1/2/0"
+        )
+        yield build_case(
+            f"{value} as a weight",
+            change_number(value, 1, 2, 3, width=4),
+            422,
+            "not_finite",
+            "/surface/weights/1/2",
+        )
+        yield build_case(
+            f"{value} in a patch",
+            change_number(value, 1, 3, 2, 0, patches=2),
+            422,
+            "not_finite",
+            "/surface/vertices/30/0",
+        )
+    yield build_case(
+        "1e39", change_number(1e39, 1, 2, 0), 422, "coordinate_too_large", f"{at}/1/2/0"
+    )
     for value in (0, -1):
-        yield case(f"weight {value}", changed(value, 1, 2, 3, width=4), 422,
-                   "weight_not_positive", "/surface/weights/1/2")  # fmt: skip
+        yield build_case(
+            f"weight {value}",
+            change_number(value, 1, 2, 3, width=4),
+            422,
+            "weight_not_positive",
+            "/surface/weights/1/2",
+        )
     yield HostileFile(
-        "too many control points", NPY, lambda: saved(np.zeros((1001, 1000, 3), np.float32)),
-        "", 422, "too_many_control_points", "pointer", at,
-    )  # fmt: skip
+        "too many control points",
+        NPY,
+        lambda: save_array(np.zeros((1001, 1000, 3), np.float32)),
+        "",
+        422,
+        "too_many_control_points",
+        "pointer",
+        at,
+    )
 
 
 def queries() -> Iterator[HostileFile]:
-    good = saved(net())
+    good = save_array(build_net())
     for query, code, where in (
         ("type=tube", "wrong_value", "type"),
         ("type=patches", "wrong_value", "type"),
@@ -133,13 +163,31 @@ def queries() -> Iterator[HostileFile]:
         ("&".join(f"a{i}=1" for i in range(60)), "too_many_parameters", "a50"),
     ):
         if where is not None:
-            yield case(f"?{query[:40]}", good, 422, code, where, query=query, place="parameter")
+            yield build_case(
+                f"?{query[:40]}", good, 422, code, where, query=query, place="parameter"
+            )
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0"
     for kind in ("bezier", "bspline", "group"):
-        yield case(f"OOGL as {kind}", text, 422, "wrong_value", "type", media_type=OOGL,
-                   query=f"type={kind}", place="parameter")  # fmt: skip
-    yield case("knots of patches", text, 422, "unknown_field", "knots", media_type=OOGL,
-               query="knots=uniform", place="parameter")  # fmt: skip
+        yield build_case(
+            f"OOGL as {kind}",
+            text,
+            422,
+            "wrong_value",
+            "type",
+            media_type=OOGL,
+            query=f"type={kind}",
+            place="parameter",
+        )
+    yield build_case(
+        "knots of patches",
+        text,
+        422,
+        "unknown_field",
+        "knots",
+        media_type=OOGL,
+        query="knots=uniform",
+        place="parameter",
+    )
 
 
 def texts() -> Iterator[HostileFile]:
@@ -151,29 +199,85 @@ def texts() -> Iterator[HostileFile]:
             ("bytes", bytes(range(256))),
             ("UTF-16", "BBP 1 2 3".encode("utf-16")),
         ):
-            yield case(
+            yield build_case(
                 f"{name} as {media_type}", body, 400, "malformed_body", media_type=media_type
             )
-        yield HostileFile(f"blanks as {media_type}", media_type, lambda: b" " * (8 * MIB), "", 400,
-                          "malformed_body", "pointer", "")  # fmt: skip
-        yield HostileFile(f"digits as {media_type}", media_type, lambda: b"1" * (8 * MIB), "", 400,
-                          "malformed_body", "pointer", "")  # fmt: skip
-    yield HostileFile("numbers without end", OOGL, lambda: b"BBP" + b" 1" * (4 * MIB), "", 422,
-                      "too_many_control_points", "pointer", "")  # fmt: skip
-    yield HostileFile("numbers without a layout", TEAPOT, lambda: b"1 " * (4 * MIB), "", 422,
-                      "too_many_control_points", "pointer", "")  # fmt: skip
+        yield HostileFile(
+            f"blanks as {media_type}",
+            media_type,
+            lambda: b" " * (8 * MIB),
+            "",
+            400,
+            "malformed_body",
+            "pointer",
+            "",
+        )
+        yield HostileFile(
+            f"digits as {media_type}",
+            media_type,
+            lambda: b"1" * (8 * MIB),
+            "",
+            400,
+            "malformed_body",
+            "pointer",
+            "",
+        )
+    yield HostileFile(
+        "numbers without end",
+        OOGL,
+        lambda: b"BBP" + b" 1" * (4 * MIB),
+        "",
+        422,
+        "too_many_control_points",
+        "pointer",
+        "",
+    )
+    yield HostileFile(
+        "numbers without a layout",
+        TEAPOT,
+        lambda: b"1 " * (4 * MIB),
+        "",
+        422,
+        "too_many_control_points",
+        "pointer",
+        "",
+    )
     one = b"{BEZ113 0 0 0 1 0 0 0 1 0 1 1 0}"
     other = b"{BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0}"
-    yield case("lists in lists", b"{LIST" * 5000, 400, "malformed_body", media_type=OOGL)
-    yield case("a coordinate beyond float32", one.replace(b"1 1 0", b"1 1 1e39"), 422,
-               "coordinate_too_large", "/surface/vertices/3/2", media_type=OOGL)  # fmt: skip
+    yield build_case("lists in lists", b"{LIST" * 5000, 400, "malformed_body", media_type=OOGL)
+    yield build_case(
+        "a coordinate beyond float32",
+        one.replace(b"1 1 0", b"1 1 1e39"),
+        422,
+        "coordinate_too_large",
+        "/surface/vertices/3/2",
+        media_type=OOGL,
+    )
     group = b"LIST" + one + other.replace(b"2 1 0", b"2 1 1e39")
-    yield case("the same in a group", group, 422, "coordinate_too_large",
-               "/surface/members/1/surface/vertices/5/2", media_type=OOGL)  # fmt: skip
-    yield case("a quotient beyond float64", b"BEZ114 1e300 0 0 1e-300" + b" 1 1 1 1" * 3, 422,
-               "not_finite", "/surface/vertices/0/0", media_type=OOGL)  # fmt: skip
-    yield case("a colour of 2", b"CBEZ113 0 0 0 1 0 0 0 1 0 1 1 0" + b" 1 1 2 1" * 4, 422,
-               "out_of_range", "/surface/colors/0/2", media_type=OOGL)  # fmt: skip
+    yield build_case(
+        "the same in a group",
+        group,
+        422,
+        "coordinate_too_large",
+        "/surface/members/1/surface/vertices/5/2",
+        media_type=OOGL,
+    )
+    yield build_case(
+        "a quotient beyond float64",
+        b"BEZ114 1e300 0 0 1e-300" + b" 1 1 1 1" * 3,
+        422,
+        "not_finite",
+        "/surface/vertices/0/0",
+        media_type=OOGL,
+    )
+    yield build_case(
+        "a colour of 2",
+        b"CBEZ113 0 0 0 1 0 0 0 1 0 1 1 0" + b" 1 1 2 1" * 4,
+        422,
+        "out_of_range",
+        "/surface/colors/0/2",
+        media_type=OOGL,
+    )
 
 
 FILES: tuple[HostileFile, ...] = (*arrays(), *queries(), *texts())

@@ -6,7 +6,7 @@ from service.api.app import create_app
 from service.encoders.registry import FORMATS
 from service.settings.values import Settings
 from service.surface.examples import EXAMPLES
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.forms import PATCH
 
 
@@ -23,7 +23,7 @@ def test_examples_are_listed_with_links_that_work(client: Client) -> None:
 def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
     app = create_app(Settings())
     app.root_path = "/shapes"
-    with client_of(app) as client:
+    with start_client(app) as client:
         listed = client.get("/v1/surfaces").json()["surfaces"]
         assert listed[0]["links"]["self"] == "/shapes/v1/surfaces/utah-teapot"
         response = client.post("/v1/surfaces", {"surface": PATCH})
@@ -61,7 +61,7 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
 def test_parameters_are_refused_where_there_are_none(method: str, url: str) -> None:
     """With a JSON body the query may only have `format`, and only for calls with formats."""
     headers = {"Content-Type": "application/json"}
-    with client_of(create_app(Settings(allow_delete=True))) as client:
+    with start_client(create_app(Settings(allow_delete=True))) as client:
         response = client.request(method, url, b'{"surface":{}}', headers)
     assert response.status_code == 422
     name = url.partition("?")[2].partition("=")[0]

@@ -44,7 +44,7 @@ def test_other_formats_refuse_it_by_url_too(client: Client, option: str) -> None
 def test_formats_list_their_compact_options(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def told() -> dict[str, tuple[bool, list[str]]]:
+    def list_compact() -> dict[str, tuple[bool, list[str]]]:
         formats = client.get("/v1/formats").json()["formats"]
         return {each["name"]: (each["quantize"], each["compression"]) for each in formats}
 
@@ -52,6 +52,6 @@ def test_formats_list_their_compact_options(
         fmt.name: (False, []) for fmt in FORMATS if not fmt.compact
     }
     monkeypatch.setattr(meshopt, "available", lambda: True)
-    assert told() == {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])} | nothing
+    assert list_compact() == {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])} | nothing
     monkeypatch.setattr(meshopt, "available", lambda: False)
-    assert told() == {"glb": (True, []), "gltf": (True, [])} | nothing
+    assert list_compact() == {"glb": (True, []), "gltf": (True, [])} | nothing

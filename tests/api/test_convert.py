@@ -6,7 +6,7 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.forms import SURFACES
 
 NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
@@ -100,12 +100,12 @@ def test_operations_come_one_after_the_other(client: Client) -> None:
 def test_limits_are_those_of_the_settings() -> None:
     operations = [{"op": "elevate", "degree": 9}]
     document = {"surface": {"control_net": NET}, "operations": operations}
-    with client_of(create_app(Settings(max_control_points=99))) as client:
+    with start_client(create_app(Settings(max_control_points=99))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
         assert (error["code"], error["needed"]) == ("too_many_control_points", "at most 99")
-    with client_of(create_app(Settings(max_response_bytes=1024))) as client:
+    with start_client(create_app(Settings(max_response_bytes=1024))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
         assert (error["code"], error["pointer"]) == ("too_many_bytes", "/operations")
-    with client_of(create_app(Settings(max_degree=8))) as client:
+    with start_client(create_app(Settings(max_degree=8))) as client:
         error = client.post("/v1/convert", document).json()["errors"][0]
         assert (error["code"], error["pointer"]) == ("degree_too_high", "/operations/0/degree")

@@ -8,7 +8,7 @@ import pytest
 from service.api.app import create_app
 from service.api.cors import EXPOSED
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 OURS, OTHER = "https://example.com", "https://example.org"
@@ -22,7 +22,7 @@ def origin_header(origin: str) -> dict[str, str]:
     return {"Origin": origin}
 
 
-def answers(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]:
+def send_requests(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]:
     """Responses: a mesh, the same from the cache, a 304, other files, a problem."""
     first = client.get(MESH, headers)
     yield first
@@ -37,8 +37,8 @@ def test_any_origin_may_read_and_requests_without_origin_get_the_same_headers(
     headers: dict[str, str],
 ) -> None:
     """A browser may give a response that it cached on a visit to scripts of other origins."""
-    with client_of(create_app(Settings())) as client:
-        for response in answers(client, headers):
+    with start_client(create_app(Settings())) as client:
+        for response in send_requests(client, headers):
             assert response.headers["access-control-allow-origin"] == "*"
             exposed = response.headers["access-control-expose-headers"].split(", ")
             assert exposed == list(EXPOSED)
@@ -48,7 +48,7 @@ def test_any_origin_may_read_and_requests_without_origin_get_the_same_headers(
 
 
 def test_every_header_of_ours_is_exposed() -> None:
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         headers = client.get(MESH).headers
     ours = {name for name in headers if name.startswith("surface-")}
     assert len(ours) == 3
@@ -58,27 +58,29 @@ def test_every_header_of_ours_is_exposed() -> None:
 
 def test_some_origins_may_read() -> None:
     settings = Settings(cors_origins=(OURS, "https://example.net"))
-    with client_of(create_app(settings)) as client:
-        for response in answers(client, origin_header(OURS)):
+    with start_client(create_app(settings)) as client:
+        for response in send_requests(client, origin_header(OURS)):
             assert response.headers["access-control-allow-origin"] == OURS
             assert response.headers["access-control-expose-headers"]
             assert response.headers["timing-allow-origin"] == f"{OURS}, https://example.net"
             assert "Origin" in response.headers["vary"]
         for headers in ({}, origin_header(OTHER)):
-            for response in answers(client, headers):
+            for response in send_requests(client, headers):
                 assert "access-control-allow-origin" not in response.headers
                 assert "timing-allow-origin" not in response.headers
                 assert "Origin" in response.headers["vary"], "else caches mix them up"
 
 
 def test_no_origin_may_read() -> None:
-    with client_of(create_app(Settings(cors_origins=()))) as client:
-        for response in answers(client, origin_header(OURS)):
+    with start_client(create_app(Settings(cors_origins=()))) as client:
+        for response in send_requests(client, origin_header(OURS)):
             assert response.headers["cross-origin-resource-policy"] == "same-origin"
             assert not [n for n in response.headers if "origin" in n and not n.startswith("cross-")]
             assert "Origin" not in response.headers.get("vary", "")
-        asked = client.request("OPTIONS", "/v1/mesh", headers={**origin_header(OURS), **PREFLIGHT})
-        assert asked.status_code == 405
+        headers = client.request(
+            "OPTIONS", "/v1/mesh", headers={**origin_header(OURS), **PREFLIGHT}
+        )
+        assert headers.status_code == 405
 
 
 def test_an_internal_error_is_readable_and_reveals_nothing(
@@ -88,7 +90,7 @@ def test_an_internal_error_is_readable_and_reveals_nothing(
         raise RuntimeError("not for clients")
 
     monkeypatch.setattr("service.surface.examples.Example.surface", fail)
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         response = client.get("/v1/surfaces/tveit/mesh.glb", origin_header(OURS))
     assert (response.status_code, response.json()["code"]) == (500, "internal_error")
     assert response.headers["content-type"] == "application/problem+json"
@@ -109,7 +111,7 @@ def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
 
 
 def test_preflight_requests_of_other_origins_are_refused() -> None:
-    with client_of(create_app(Settings(cors_origins=(OURS,)))) as client:
+    with start_client(create_app(Settings(cors_origins=(OURS,)))) as client:
         ours, other = (
             client.request("OPTIONS", "/v1/mesh", headers={**origin_header(origin), **PREFLIGHT})
             for origin in (OURS, OTHER)

@@ -14,8 +14,8 @@ def test_vertices_agree_with_points(client: Client) -> None:
     """`POST /v1/points` at the parameters of every vertex has the same numbers and signs."""
     body = {"surface": HILL, "resolution": [4, 8], "curvatures": True}
     mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
-    asked = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}
-    points = client.post("/v1/points", asked).json()
+    request = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}
+    points = client.post("/v1/points", request).json()
     for name in NAMES:
         result = np.array(mesh["attributes"][name])
         np.testing.assert_allclose(result[:, 0], points[name], rtol=1e-9, atol=1e-12)
@@ -26,12 +26,12 @@ def test_vertices_agree_with_points(client: Client) -> None:
 
 
 def test_refusals(client: Client) -> None:
-    taken = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
+    named_surface = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
     group = SURFACES["group"]
     for surface, code, where in (
         (TUBE, "not_parametric", "/curvatures"),
         (group, "not_parametric", "/curvatures"),
-        (taken, "name_clash", "/curvatures"),
+        (named_surface, "name_clash", "/curvatures"),
     ):
         body = {"surface": surface, "curvatures": True}
         for path in ("/v1/mesh?format=glb", "/v1/mesh?format=json"):

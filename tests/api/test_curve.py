@@ -16,10 +16,10 @@ from service.engine.curves.options import CurveOptions
 from service.pipeline.curve import plan_curve
 from service.settings.values import Settings
 from service.surface.curve import BezierCurve
-from tests.api.client import Client, client_of
-from tests.clients.gltf_validator import issues
+from tests.api.client import Client, start_client
+from tests.clients.gltf_validator import list_issues
 from tests.encoders.gltf.reader import read_glb
-from tests.programs import program
+from tests.programs import find_program
 
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, math.sqrt(0.5), 1]}
 LOOP = {
@@ -31,7 +31,7 @@ LOOP = {
 }
 
 
-def body(fmt: str, client: Client, document: Any) -> bytes:
+def fetch_curve(fmt: str, client: Client, document: Any) -> bytes:
     response = client.post(f"/v1/curve?format={fmt}", document)
     assert response.status_code == 200, response.text
     return response.content
@@ -80,12 +80,12 @@ def test_every_format_by_name_and_by_type(client: Client, fmt: CurveFormat) -> N
 @pytest.mark.parametrize("curve", [QUARTER, LOOP], ids=["plane", "space"])
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 def test_the_gltf_is_valid(client: Client, tmp_path: Path, suffix: str, curve: Any) -> None:
-    content = body(suffix, client, {"curve": curve, "resolution": 5})
-    assert issues(content, tmp_path / f"curve.{suffix}") == []
+    content = fetch_curve(suffix, client, {"curve": curve, "resolution": 5})
+    assert list_issues(content, tmp_path / f"curve.{suffix}") == []
 
 
 def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> None:
-    content = body("glb", client, {"curve": LOOP, "resolution": 5})
+    content = fetch_curve("glb", client, {"curve": LOOP, "resolution": 5})
     glb = read_glb(content)
     (node,) = glb.document["nodes"]
     assert node["name"] == "loop"
@@ -102,7 +102,7 @@ def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> 
 def test_a_curve_far_from_zero_has_the_right_position(client: Client) -> None:
     """Positions are relative to a local origin in the node, which also turns the curve upright."""
     points = [[1e6, 2e6, 3e6], [1e6 + 1, 2e6, 3e6], [1e6 + 1, 2e6 + 1, 3e6 + 2]]
-    glb = read_glb(body("glb", client, {"curve": {"control_points": points, "up": "z"}}))
+    glb = read_glb(fetch_curve("glb", client, {"curve": {"control_points": points, "up": "z"}}))
     (node,) = glb.document["nodes"]
     x, y, z = glb.array(0)[0].astype(float)
     upright = np.array([x, z, -y]) + node["translation"]
@@ -111,7 +111,7 @@ def test_a_curve_far_from_zero_has_the_right_position(client: Client) -> None:
 
 @pytest.mark.parametrize("curve", [QUARTER, LOOP], ids=["plane", "space"])
 def test_geomview_reads_the_vect(client: Client, tmp_path: Path, curve: Any) -> None:
-    content = body("oogl", client, {"curve": curve, "resolution": 5})
+    content = fetch_curve("oogl", client, {"curve": curve, "resolution": 5})
     words = content.split()
     closed = curve is LOOP
     count = 20 if closed else 6
@@ -120,17 +120,21 @@ def test_geomview_reads_the_vect(client: Client, tmp_path: Path, curve: Any) -> 
     path = tmp_path / "curve.vect"
     path.write_bytes(content)
     done = subprocess.run(
-        [program("anytooff"), str(path)], capture_output=True, text=True, timeout=60, check=False
+        [find_program("anytooff"), str(path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     assert done.stderr == ""
 
 
 def test_the_obj_is_one_line(client: Client) -> None:
-    lines = body("obj", client, {"curve": LOOP, "resolution": 2}).decode().splitlines()
+    lines = fetch_curve("obj", client, {"curve": LOOP, "resolution": 2}).decode().splitlines()
     assert lines[0] == "o loop"
     assert sum(line.startswith("v ") for line in lines) == 8
     assert lines[-1] == "l 1 2 3 4 5 6 7 8 1"
-    plane = body("obj", client, {"curve": QUARTER, "resolution": 2}).decode().splitlines()
+    plane = fetch_curve("obj", client, {"curve": QUARTER, "resolution": 2}).decode().splitlines()
     assert plane[1] == "v 1.0 0.0 0.0"
     assert plane[-1] == "l 1 2 3"
 
@@ -151,7 +155,7 @@ def test_formats_of_surfaces_are_refused_with_those_of_curves(client: Client, fm
     "options", [{"resolution": 65536}, {"tolerance": 1e-7}], ids=["resolution", "tolerance"]
 )
 def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
-    with client_of(create_app(Settings(max_vertices=1000))) as client:
+    with start_client(create_app(Settings(max_vertices=1000))) as client:
         response = client.post("/v1/curve", {"curve": QUARTER, **options})
     assert response.status_code == 422
     assert response.json()["code"] == "result_too_large"

@@ -15,8 +15,8 @@ from service.decoders.registry import BY_NAME
 from service.settings.values import Settings
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
-from tests.api.client import Client, client_of
-from tests.api.hostile_files import NPY, OOGL, TEAPOT, net, saved
+from tests.api.client import Client, start_client
+from tests.api.hostile_files import NPY, OOGL, TEAPOT, build_net, save_array
 from tests.decoders.test_npy import damaged
 
 WAVE = np.stack(
@@ -25,11 +25,11 @@ WAVE = np.stack(
 WAVE[..., 2] = np.sin(WAVE[..., 0]) * np.cos(WAVE[..., 1])
 
 
-def posted(client: Client, content: bytes, media_type: str, query: str = "") -> httpx.Response:
+def post_file(client: Client, content: bytes, media_type: str, query: str = "") -> httpx.Response:
     return client.request("POST", f"/v1/mesh?{query}", content, {"Content-Type": media_type})
 
 
-def weighted(array: NDArray[np.float64]) -> NDArray[np.float64]:
+def add_weights(array: NDArray[np.float64]) -> NDArray[np.float64]:
     weights = 1 + np.indices(array.shape[:-1]).sum(axis=0) % 3 / 4
     return np.concatenate((array, weights[..., None]), axis=-1)
 
@@ -55,14 +55,14 @@ def weighted(array: NDArray[np.float64]) -> NDArray[np.float64]:
 def test_an_array_is_the_net_that_its_lists_would_be(
     client: Client, query: str, fields: dict[str, Any], options: dict[str, Any], rational: bool
 ) -> None:
-    array = weighted(WAVE) if rational else WAVE
+    array = add_weights(WAVE) if rational else WAVE
     surface = {"control_net": WAVE.tolist()} | fields
     if rational:
         surface["weights"] = array[..., 3].tolist()
     expected = client.post("/v1/mesh?format=glb", {"surface": surface} | options)
     assert expected.status_code == 200
     for order in (np.ascontiguousarray, np.asfortranarray):
-        result = posted(client, saved(order(array)), NPY, f"format=glb&{query}")
+        result = post_file(client, save_array(order(array)), NPY, f"format=glb&{query}")
         assert result.content == expected.content
 
 
@@ -72,17 +72,17 @@ def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -
     assert isinstance(teapot, PatchSurface)
     array = teapot.vertices[teapot.patches]
     shared = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=4").json()
-    own = posted(client, saved(array), NPY, "resolution=4").json()
+    unshared = post_file(client, save_array(array), NPY, "resolution=4").json()
     for name in ("vertices", "triangles", "boundary_edges", "poles_repaired", "watertight"):
-        assert own["report"][name] == shared["report"][name], name
-    np.testing.assert_array_equal(own["vertices"], shared["vertices"])
+        assert unshared["report"][name] == shared["report"][name], name
+    np.testing.assert_array_equal(unshared["vertices"], shared["vertices"])
 
 
 def test_single_precision_is_the_net_that_its_numbers_are(client: Client) -> None:
     array = WAVE.astype(np.float32)
     expected = client.post("/v1/mesh", {"surface": {"control_net": array.tolist()}})
     for dtype in ("<f4", ">f4", ">f8"):
-        assert posted(client, saved(array.astype(dtype)), NPY).content == expected.content
+        assert post_file(client, save_array(array.astype(dtype)), NPY).content == expected.content
 
 
 def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
@@ -91,7 +91,7 @@ def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
     oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
     teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
     for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
-        result = posted(client, content, media_type).json()
+        result = post_file(client, content, media_type).json()
         for name in ("vertices", "faces", "normals"):
             assert result[name] == expected[name]
 
@@ -99,50 +99,53 @@ def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
 def test_a_group_of_patches_stands_where_its_control_points_are(client: Client) -> None:
     text = b"LIST { BEZ113 0 0 0 1 0 0 0 1 2 1 1 2 } { BEZ213 0 0 0 1 0 0 2 0 0 0 1 2 1 1 2 2 1 2 }"
     for up in ("y", "z"):
-        report = posted(client, text, OOGL, f"resolution=1&up={up}&name=both").json()["report"]
+        report = post_file(client, text, OOGL, f"resolution=1&up={up}&name=both").json()["report"]
         assert report["bounds"] == {"min": [0, 0, 0], "max": [2, 1, 2]}
         assert len(report["parts"]) == 2
-        refused = posted(client, text, OOGL, f"up={up}&knots=uniform")
+        refused = post_file(client, text, OOGL, f"up={up}&knots=uniform")
         assert refused.json()["errors"][0]["parameter"] == "knots"
 
 
 def test_a_file_is_named_after_the_surface(client: Client) -> None:
-    response = posted(client, saved(net()), NPY, "format=stl&name=sail")
+    response = post_file(client, save_array(build_net()), NPY, "format=stl&name=sail")
     assert "sail.stl" in response.headers["content-disposition"]
 
 
 def test_estimates_are_those_of_the_surface(client: Client) -> None:
     response = client.request(
-        "POST", "/v1/estimate?resolution=2,3&format=glb", saved(net()), {"Content-Type": NPY}
+        "POST",
+        "/v1/estimate?resolution=2,3&format=glb",
+        save_array(build_net()),
+        {"Content-Type": NPY},
     )
     expected = client.post(
         "/v1/estimate?format=glb",
-        {"surface": {"control_net": net().tolist()}, "resolution": [2, 3]},
+        {"surface": {"control_net": build_net().tolist()}, "resolution": [2, 3]},
     )
     assert response.json() == expected.json()
 
 
 def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -> None:
-    array = weighted(WAVE)
+    array = add_weights(WAVE)
     fields = {"type": "bspline", "degree": [3, 2], "knots": ["clamped", "periodic"], "up": "z"}
     surface = fields | {"control_net": WAVE.tolist(), "weights": array[..., 3].tolist()}
     query = "type=bspline&degree=3,2&knots=clamped,periodic&up=z"
     headers = {"Content-Type": NPY}
-    first = client.request("POST", f"/v1/surfaces?{query}", saved(array), headers)
+    first = client.request("POST", f"/v1/surfaces?{query}", save_array(array), headers)
     again = client.post("/v1/surfaces", {"surface": surface})
     assert (first.status_code, again.status_code) == (201, 200)
     assert first.json() == again.json()
-    other = client.request("POST", f"/v1/surfaces?{query}&name=other", saved(array), headers)
+    other = client.request("POST", f"/v1/surfaces?{query}&name=other", save_array(array), headers)
     assert other.json()["id"] != first.json()["id"]
     kept = client.get(first.json()["links"]["self"]).json()
     mesh = client.post("/v1/mesh?format=glb", kept)
-    assert mesh.content == posted(client, saved(array), NPY, f"{query}&format=glb").content
+    assert mesh.content == post_file(client, save_array(array), NPY, f"{query}&format=glb").content
 
 
 def test_files_to_store_have_no_options(client: Client) -> None:
     for name in ("resolution", "format"):
         response = client.request(
-            "POST", f"/v1/surfaces?{name}=2", saved(net()), {"Content-Type": NPY}
+            "POST", f"/v1/surfaces?{name}=2", save_array(build_net()), {"Content-Type": NPY}
         )
         assert response.status_code == 422
         error = response.json()["errors"][0]
@@ -178,40 +181,40 @@ def changed_text(draw: st.DrawFn) -> tuple[bytes, str]:
 
 @given(st.one_of(changed_text(), damaged().map(lambda content: (content, NPY))))
 def test_no_damage_to_a_file_breaks_the_service(client: Client, file: tuple[bytes, str]) -> None:
-    response = posted(client, *file, "resolution=1&format=glb")
+    response = post_file(client, *file, "resolution=1&format=glb")
     assert response.status_code in (200, 400, 422)
 
 
 def test_the_limits_of_the_service_hold_for_files() -> None:
     limited = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 "
-    with client_of(create_app(limited)) as client:
+    with start_client(create_app(limited)) as client:
         for content, media_type, code in (
-            (saved(net(3, 2)), NPY, "degree_too_high"),
-            (saved(net(3, 3)), NPY, "too_many_control_points"),
-            (saved(net(2, 2)), NPY, None),
-            (saved(net(9, 9)), NPY, "body_too_large"),
+            (save_array(build_net(3, 2)), NPY, "degree_too_high"),
+            (save_array(build_net(3, 3)), NPY, "too_many_control_points"),
+            (save_array(build_net(2, 2)), NPY, None),
+            (save_array(build_net(9, 9)), NPY, "body_too_large"),
             (text + text[7:], OOGL, None),
             (text + text[7:] * 2, OOGL, "too_many_control_points"),
             (b"BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0", OOGL, "degree_too_high"),
             (b"1\n" + b"1 " * 9 + b"\n1\n0 0 0", TEAPOT, "too_many_control_points"),
         ):
-            response = posted(client, content, media_type)
+            response = post_file(client, content, media_type)
             result = response.json()["errors"][0]["code"] if response.status_code != 200 else None
             assert result == code
 
 
 @pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])
 def test_other_calls_accept_json_only(client: Client, path: str) -> None:
-    response = client.request("POST", path, saved(net()), {"Content-Type": NPY})
+    response = client.request("POST", path, save_array(build_net()), {"Content-Type": NPY})
     assert response.status_code == 415
     assert response.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"
 
 
 def test_the_refusal_of_a_type_lists_those_that_are_taken(client: Client) -> None:
-    response = posted(client, b"", "application/octet-stream")
+    response = post_file(client, b"", "application/octet-stream")
     assert response.status_code == 415
     for media_type in ("application/json", NPY, OOGL, TEAPOT):
         assert media_type in response.json()["errors"][0]["needed"]
-    assert posted(client, b"BBP", f"{OOGL}; charset=utf-16").status_code == 415
-    assert posted(client, saved(net()), f"{NPY}; charset=binary").status_code == 200
+    assert post_file(client, b"BBP", f"{OOGL}; charset=utf-16").status_code == 415
+    assert post_file(client, save_array(build_net()), f"{NPY}; charset=binary").status_code == 200

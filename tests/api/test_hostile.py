@@ -8,7 +8,7 @@ from service.api.app import create_app
 from service.api.guard.keys import entry_line
 from service.errors import MAX_ISSUES
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.api.hostile import ECHO, HOSTILE, MIB
 from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES
@@ -66,7 +66,7 @@ def test_every_call_refuses_invalid_fields() -> None:
     app = create_app(limits)
     posts = {path: item["post"] for path, item in app.openapi()["paths"].items() if "post" in item}
     assert posts.keys() >= CALLS.keys()
-    with client_of(app) as client:
+    with start_client(app) as client:
 
         def first_error(path: str, body: bytes) -> tuple[str, str]:
             response = client.request("POST", path, [body], headers)

@@ -8,8 +8,8 @@ import pytest
 from service.api.app import create_app
 from service.api.models.intersect import RayHits
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
-from tests.api.test_project import NPY, npy
+from tests.api.client import Client, start_client
+from tests.api.test_project import NPY, save_npy
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 DOWN = {"origins": [[0.25, 0.5, 2], [3, 0.5, 2]], "directions": [[0, 0, -4]]}
@@ -51,7 +51,7 @@ def test_rays_in_a_file_of_numpy(client: Client) -> None:
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&hits=all&relative_thickness=1e-6&format=json"
-        response = client.request("POST", f"/v1/intersect{query}", npy(rows, dtype), NPY)
+        response = client.request("POST", f"/v1/intersect{query}", save_npy(rows, dtype), NPY)
         assert response.json() == expected, response.text
 
 
@@ -70,7 +70,7 @@ def test_rays_in_a_file_of_numpy(client: Client) -> None:
 def test_files_of_rays_that_are_refused(
     client: Client, query: str, rows: Any, code: str, place: dict[str, str]
 ) -> None:
-    response = client.request("POST", f"/v1/intersect{query}", npy(rows), NPY)
+    response = client.request("POST", f"/v1/intersect{query}", save_npy(rows), NPY)
     assert response.status_code in (400, 422), response.text
     issue = response.json()["errors"][0]
     assert issue["code"] == code
@@ -92,7 +92,7 @@ def test_examples(client: Client, name: str) -> None:
 
 def test_limits() -> None:
     settings = Settings(max_points=10)
-    with client_of(create_app(settings)) as client:
+    with start_client(create_app(settings)) as client:
         rays = {"origins": [[0, 0, 1]] * 11, "directions": [[0, 0, -1]]}
         response = client.post("/v1/intersect", {"surface": {"control_net": NET}, "rays": rays})
     assert response.status_code == 422

@@ -15,7 +15,7 @@ from service.api.workers import Job
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 COUNT = 4
 SIDE = 115
@@ -31,7 +31,7 @@ def app() -> FastAPI:
 
 @pytest.fixture
 def client(app: FastAPI) -> Iterator[Client]:
-    with client_of(app) as client:
+    with start_client(app) as client:
         yield client
 
 

@@ -26,7 +26,7 @@ FACES = [
 SLOW = {"tea-service", "swept-wing"}
 
 
-def brick(faces: Any) -> dict[str, Any]:
+def build_brick(faces: Any) -> dict[str, Any]:
     return {"type": "patches", "vertices": CORNERS, "patches": faces}
 
 
@@ -43,7 +43,7 @@ def is_about(interval: dict[str, float], truth: float, width: float = 1e-6) -> b
 
 
 def test_a_brick(client: Client) -> None:
-    result = ask(client, surface=brick(FACES))
+    result = ask(client, surface=build_brick(FACES))
     assert is_about(result["area"], 22)
     assert is_about(result["volume"], 6, 1e-12)
     assert all(is_about(*each) for each in zip(result["centroid"], (0.5, 1, 1.5), strict=True))
@@ -53,7 +53,7 @@ def test_a_brick(client: Client) -> None:
 
 
 def test_an_open_brick_and_a_turned_face(client: Client) -> None:
-    result = ask(client, surface=brick(FACES[:5]))
+    result = ask(client, surface=build_brick(FACES[:5]))
     assert "volume" not in result
     assert [edge["patch"] for edge in result["faulty_edges"]] == [0, 1, 2, 3]
     assert all(edge["open"] for edge in result["faulty_edges"])
@@ -61,7 +61,7 @@ def test_an_open_brick_and_a_turned_face(client: Client) -> None:
     assert is_about(border["length"], 10)
     assert border["first_edge"] == {"patch": 0, "side": "v=1", "uv": [[0, 1], [1, 1]]}
     turned = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
-    result = ask(client, surface=brick(turned))
+    result = ask(client, surface=build_brick(turned))
     assert (result["open_edges"], result["inconsistent_edges"]) == (0, 8)
     assert not any(edge["open"] for edge in result["faulty_edges"])
 

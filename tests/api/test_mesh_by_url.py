@@ -21,8 +21,8 @@ from service.pipeline.mesh import encode_options, render
 from service.schemas.query import canonical_query, parse_mesh_query
 from service.settings.values import Settings
 from service.surface.examples import find
-from tests.api.client import Client, client_of
-from tests.api.digests import digests
+from tests.api.client import Client, start_client
+from tests.api.digests import compute_digests
 from tests.packed import unpacked_gzip, unpacked_zstd
 from tests.programs import run_python
 
@@ -34,11 +34,11 @@ STEP = r"{};dur=\d+\.\d+"
 @pytest.fixture
 def fresh() -> Iterator[Client]:
     """A client of a new service, whose cache is empty."""
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         yield client
 
 
-def canonical(client: Client, url: str) -> str:
+def read_canonical_url(client: Client, url: str) -> str:
     link = client.get(url, PLAIN).headers["link"]
     match = re.fullmatch(r'<(\S+)>; rel="canonical"', link)
     assert match is not None
@@ -56,7 +56,7 @@ def canonical(client: Client, url: str) -> str:
 )
 def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None:
     url = f"{SADDLE}?resolution=4&uvs=true&engine={ENGINE}"
-    assert canonical(client, f"{SADDLE}?{query}") == url
+    assert read_canonical_url(client, f"{SADDLE}?{query}") == url
     one, other = client.get(url), client.get(f"{SADDLE}?{query}")
     assert one.content == other.content
     assert one.headers["etag"] == other.headers["etag"]
@@ -166,15 +166,15 @@ def test_excluded_codings_are_a_problem(client: Client) -> None:
 
 
 @pytest.mark.parametrize("coding", ["identity", "gzip", "zstd"])
-@pytest.mark.parametrize("known", [False, True])
-def test_an_unchanged_mesh_is_not_sent_again(coding: str, known: bool) -> None:
+@pytest.mark.parametrize("is_unchanged", [False, True])
+def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_unchanged: bool) -> None:
     url = f"/v1/surfaces/sphere/mesh.json?resolution=6&engine={ENGINE}"
     headers = {"Accept-Encoding": coding}
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         first = client.raw(url, headers)
     app = create_app(Settings())
-    with client_of(app) as client:
-        if known:
+    with start_client(app) as client:
+        if is_unchanged:
             client.raw(url, headers)
         tag = first.headers["etag"]
         for condition in (tag, f"W/{tag}", f'"other", {tag}'):
@@ -186,7 +186,7 @@ def test_an_unchanged_mesh_is_not_sent_again(coding: str, known: bool) -> None:
             assert response.headers["server-timing"] == "cache;desc=hit"
             assert response.headers["access-control-allow-origin"] == "*"
             assert "content-length" not in response.headers
-        assert len(app.state.services.cache) == known, "answered without computing"
+        assert len(app.state.services.cache) == is_unchanged, "answered without computing"
         changed = client.raw(url, {**headers, "If-None-Match": '"other"'})
         assert changed.status_code == 200
         other = client.raw(f"{url}&uvs=true", {**headers, "If-None-Match": tag})
@@ -221,7 +221,7 @@ def test_head_computes_and_fills_the_cache(fresh: Client) -> None:
 
 def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
     app = create_app(Settings(cache_bytes=0))
-    with client_of(app) as client:
+    with start_client(app) as client:
         one, two = client.get(SADDLE), client.get(SADDLE)
     assert one.content == two.content
     assert two.headers["server-timing"].startswith("cache;desc=miss")
@@ -270,14 +270,16 @@ OPTIONS = {
     st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in OPTIONS.items()}),
     st.sampled_from(FORMATS),
 )
-def test_the_canonical_address_stands_for_the_same_bytes(said: dict[str, str], fmt: Format) -> None:
+def test_the_canonical_address_stands_for_the_same_bytes(
+    options: dict[str, str], fmt: Format
+) -> None:
     try:
-        asked = parse_mesh_query(said.items())
+        parsed = parse_mesh_query(options.items())
         surface = find("saddle").surface()
-        written = render(surface, asked.mesh_options(), fmt, encode_options(asked))
+        written = render(surface, parsed.mesh_options(), fmt, encode_options(parsed))
     except SurfaceError:
         return
-    query = canonical_query(asked, fmt.ignored)
+    query = canonical_query(parsed, fmt.ignored)
     again = parse_mesh_query(parse_qsl(query))
     assert render(surface, again.mesh_options(), fmt, encode_options(again)) == written
 
@@ -287,4 +289,4 @@ def test_another_process_makes_the_same_bytes() -> None:
     environment = {**os.environ, "PYTHONHASHSEED": "1"}
     root = Path(__file__).parents[2]
     other = run_python("-m", "tests.api.digests", env=environment, cwd=root)
-    assert other.stdout.splitlines() == digests()
+    assert other.stdout.splitlines() == compute_digests()

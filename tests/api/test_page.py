@@ -12,7 +12,7 @@ from service.api.routes import pages
 from service.decoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 from service.surface.examples import EXAMPLES
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 MAIN = "page/main.js"
 FILES = pages.files(dict)
@@ -109,7 +109,7 @@ def test_pages_without_their_scripts_name_the_command_to_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(pages, "STATIC", tmp_path)
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         for url in ("/", "/docs"):
             response = client.get(url)
             assert response.status_code == 503

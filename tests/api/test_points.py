@@ -13,7 +13,7 @@ from service.settings.values import Settings
 from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES, find
 from service.surface.lowered import PatchModel
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
 
@@ -74,7 +74,7 @@ def test_results_of_many_points_are_in_order(client: Client) -> None:
 )
 def test_limits(settings: Settings, code: str) -> None:
     document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 10, "derivatives": 2}
-    with client_of(create_app(settings)) as client:
+    with start_client(create_app(settings)) as client:
         response = client.post("/v1/points", document)
         assert response.status_code == 422
         assert response.json()["code"] == "result_too_large"
@@ -86,7 +86,7 @@ def test_limits(settings: Settings, code: str) -> None:
 
 def test_points_may_be_more_than_control_points() -> None:
     document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 2000, "derivatives": 0}
-    with client_of(create_app(Settings(max_control_points=4))) as client:
+    with start_client(create_app(Settings(max_control_points=4))) as client:
         assert client.post("/v1/points", document).status_code == 200
 
 

@@ -14,23 +14,23 @@ from service.api.problems import PROBLEMS, problem_of
 from service.cancellation import OutOfTime
 from service.errors import DamagedObject, Issue, StoreFailed, StoreFull, SurfaceError
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 JSON = {"Content-Type": "application/json"}
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 
 
-def subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
+def list_subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
     for child in cls.__subclasses__():
         yield child
-        yield from subclasses(child)
+        yield from list_subclasses(child)
 
 
 def test_every_error_has_a_status() -> None:
-    for cls in subclasses(SurfaceError):
+    for cls in list_subclasses(SurfaceError):
         least = 500 if cls in (DamagedObject, OutOfTime, StoreFailed, StoreFull) else 400
         assert least <= problem_of(cls(Issue("code", "text"))).status < least + 100
-    assert set(PROBLEMS) <= set(subclasses(SurfaceError))
+    assert set(PROBLEMS) <= set(list_subclasses(SurfaceError))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_long_body_is_refused_before_it_is_read() -> None:
         read.append(b" " * 1025)
         yield read[-1]
 
-    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+    with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         response = client.request("POST", "/v1/mesh", body(), JSON | {"Content-Length": "1025"})
     assert read == []
     assert response.status_code == 413
@@ -99,7 +99,7 @@ def test_a_net_too_large_for_json_may_come_as_npy(settings: Settings, code: str)
     body = orjson.dumps({"surface": {"control_net": net.tolist()}})
     file = io.BytesIO()
     np.save(file, net)
-    with client_of(create_app(settings)) as client:
+    with start_client(create_app(settings)) as client:
         refused = client.request("POST", "/v1/mesh", [body], JSON)
         assert refused.json()["errors"][0]["code"] == code
         assert ".npy" in refused.json()["errors"][0]["needed"]
@@ -115,7 +115,7 @@ def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> N
             read.append(1)
             yield b" " * 400
 
-    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+    with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         response = client.request("POST", "/v1/mesh", endless(), JSON)
     assert response.status_code == 413
     assert len(read) == 3
@@ -123,7 +123,7 @@ def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> N
 
 def test_a_body_of_the_largest_length_is_read() -> None:
     body = b'{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]}}'.ljust(1024)
-    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+    with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         assert client.request("POST", "/v1/mesh", body, JSON).status_code == 200
 
 
@@ -132,7 +132,7 @@ def test_a_slow_body_is_refused() -> None:
         yield b"{"
         await anyio.sleep(600)
 
-    with client_of(create_app(Settings(body_timeout=1))) as client:
+    with start_client(create_app(Settings(body_timeout=1))) as client:
         response = client.request("POST", "/v1/mesh", slow(), JSON)
     assert response.status_code == 408
     assert response.json()["code"] == "body_too_slow"
@@ -149,7 +149,7 @@ def test_a_slow_body_is_refused() -> None:
 )
 def test_limits_are_settings(settings: Settings, code: str) -> None:
     document = {"surface": {"control_net": [[[i, j, 0] for j in range(3)] for i in range(2)]}}
-    with client_of(create_app(settings)) as client:
+    with start_client(create_app(settings)) as client:
         response = client.post("/v1/mesh", {**document, "resolution": 8})
     assert response.status_code == 422
     assert response.json()["errors"][0]["code"] == code
@@ -164,7 +164,7 @@ def test_control_points_of_all_members_count_together() -> None:
     ]
     body = {"surface": {"type": "group", "members": members}, "resolution": 1}
     for most, status in ((12, 200), (11, 422)):
-        with client_of(create_app(Settings(max_control_points=most))) as client:
+        with start_client(create_app(Settings(max_control_points=most))) as client:
             response = client.post("/v1/mesh", body)
         assert response.status_code == status
     (error,) = response.json()["errors"]
@@ -192,7 +192,7 @@ def test_the_limit_of_degrees_is_that_of_splines_too(
     ):
         if kind in document:
             document = {**document, kind: {**net, **document[kind]}}
-    with client_of(create_app(Settings(max_degree=2))) as client:
+    with start_client(create_app(Settings(max_degree=2))) as client:
         response = client.post(path, document)
     assert response.status_code == 422
     (error,) = response.json()["errors"]

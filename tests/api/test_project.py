@@ -10,7 +10,7 @@ from service.api.app import create_app
 from service.api.models.project import ClosestPoints
 from service.settings.values import Settings
 from service.surface.examples import EXAMPLES
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5**0.5, 1]}
@@ -100,7 +100,7 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
 
 
 def test_too_many_points_are_refused_before_any_work() -> None:
-    with client_of(create_app(Settings(max_points=2))) as client:
+    with start_client(create_app(Settings(max_points=2))) as client:
         body = {"surface": {"control_net": NET}, "points": [[0, 0, 0]] * 3}
         response = client.post("/v1/project", body)
     assert response.status_code == 422
@@ -110,7 +110,7 @@ def test_too_many_points_are_refused_before_any_work() -> None:
 NPY = {"Content-Type": "application/x-npy"}
 
 
-def npy(array: object, dtype: str = "<f8") -> bytes:
+def save_npy(array: object, dtype: str = "<f8") -> bytes:
     file = io.BytesIO()
     np.save(file, np.asarray(array, dtype))
     return file.getvalue()
@@ -123,28 +123,28 @@ def test_points_in_a_file_of_numpy(client: Client) -> None:
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&sign=true&relative_tolerance=1e-6"
-        response = client.request("POST", f"/v1/project{query}", npy(points, dtype), NPY)
+        response = client.request("POST", f"/v1/project{query}", save_npy(points, dtype), NPY)
         assert response.json() == expected, response.text
 
 
 @pytest.mark.parametrize(
     ("query", "body", "code", "place"),
     [
-        ("", npy([[0, 0, 0]]), "missing_field", {"parameter": "surface"}),
-        ("?surface=no", npy([[0, 0, 0]]), "unknown_surface", {"parameter": "surface"}),
-        ("?surface=sphere&points=1", npy([[0, 0, 0]]), "unknown_field",
+        ("", save_npy([[0, 0, 0]]), "missing_field", {"parameter": "surface"}),
+        ("?surface=no", save_npy([[0, 0, 0]]), "unknown_surface", {"parameter": "surface"}),
+        ("?surface=sphere&points=1", save_npy([[0, 0, 0]]), "unknown_field",
          {"parameter": "points"}),
-        ("?surface=sphere&curve=1", npy([[0, 0, 0]]), "wrong_type", {"parameter": "curve"}),
-        ("?surface=sphere&sign=maybe", npy([[0, 0, 0]]), "wrong_type", {"parameter": "sign"}),
-        ("?surface=sphere&sign=true&sign=true", npy([[0, 0, 0]]), "repeated_key",
+        ("?surface=sphere&curve=1", save_npy([[0, 0, 0]]), "wrong_type", {"parameter": "curve"}),
+        ("?surface=sphere&sign=maybe", save_npy([[0, 0, 0]]), "wrong_type", {"parameter": "sign"}),
+        ("?surface=sphere&sign=true&sign=true", save_npy([[0, 0, 0]]), "repeated_key",
          {"parameter": "sign"}),
-        ("?surface=sphere&relative_tolerance=0", npy([[0, 0, 0]]), "out_of_range",
+        ("?surface=sphere&relative_tolerance=0", save_npy([[0, 0, 0]]), "out_of_range",
          {"parameter": "relative_tolerance"}),
-        ("?surface=sphere", npy([0, 0, 0]), "wrong_type", {"pointer": "/points/0"}),
-        ("?surface=sphere", npy([[0, 0]]), "wrong_dimension", {"pointer": "/points/0"}),
-        ("?surface=sphere", npy(np.zeros((0, 3))), "empty_list", {"pointer": "/points"}),
-        ("?surface=sphere", npy([[0, 0, np.nan]]), "not_finite", {"pointer": "/points/0/2"}),
-        ("?surface=sphere", npy([[0, 0, 0]])[:-1], "malformed_body", {"pointer": ""}),
+        ("?surface=sphere", save_npy([0, 0, 0]), "wrong_type", {"pointer": "/points/0"}),
+        ("?surface=sphere", save_npy([[0, 0]]), "wrong_dimension", {"pointer": "/points/0"}),
+        ("?surface=sphere", save_npy(np.zeros((0, 3))), "empty_list", {"pointer": "/points"}),
+        ("?surface=sphere", save_npy([[0, 0, np.nan]]), "not_finite", {"pointer": "/points/0/2"}),
+        ("?surface=sphere", save_npy([[0, 0, 0]])[:-1], "malformed_body", {"pointer": ""}),
     ],
 )  # fmt: skip
 def test_files_that_are_refused(

@@ -9,7 +9,7 @@ from service.api.app import create_app
 from service.api.models.sections import Sections
 from service.encoders.sections.registry import SECTION_FORMATS
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 SQUARE = {"control_net": NET}
@@ -105,10 +105,10 @@ def test_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
 
 
 def test_limits() -> None:
-    hills = {"surface": {"type": "bspline", "degree": 2, "control_net": _bumps()}}
-    with client_of(create_app(Settings(max_vertices=2000))) as client:
-        many = client.post("/v1/intersect", {**hills, "planes": _many(1001)})
-        fine = client.post("/v1/intersect", {**hills, "planes": _many(500)})
+    hills = {"surface": {"type": "bspline", "degree": 2, "control_net": _build_bumps()}}
+    with start_client(create_app(Settings(max_vertices=2000))) as client:
+        many = client.post("/v1/intersect", {**hills, "planes": _build_offsets(1001)})
+        fine = client.post("/v1/intersect", {**hills, "planes": _build_offsets(500)})
         tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
         swept = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
     result = [response.json()["errors"][0] for response in (many, fine, swept)]
@@ -118,10 +118,10 @@ def test_limits() -> None:
     assert [error["pointer"] for error in result] == ["/planes", "/planes", "/surface"]
 
 
-def _many(count: int) -> Any:
+def _build_offsets(count: int) -> Any:
     return {"normals": [[0, 0, 1]], "offsets": np.linspace(-1, 1, count).tolist()}
 
 
-def _bumps() -> Any:
+def _build_bumps() -> Any:
     x, y = np.meshgrid(range(9), range(9), indexing="ij")
     return np.stack([x, y, np.sin(2 * x) * np.cos(2 * y)], axis=-1).tolist()

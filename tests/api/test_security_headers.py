@@ -4,7 +4,7 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 PAGES = ("/", "/docs")
@@ -19,7 +19,7 @@ def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
     origins: tuple[str, ...], policy: str
 ) -> None:
     """Responses of each kind: computed, cached, unchanged, stored, a page, its file, problems."""
-    with client_of(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
+    with start_client(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
         url = client.post("/v1/surfaces", NET).headers["location"]
         tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/page/main.js")}
         answers = [

@@ -10,7 +10,7 @@ from starlette.responses import Response
 from service.api.app import create_app
 from service.api.static_files import StaticFile, StaticFiles
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.packed import unpacked_gzip, unpacked_zstd
 
 SCRIPT = b"export const answer = 42;\n" * 1000
@@ -55,7 +55,7 @@ def folder() -> Folder:
 
 @pytest.fixture
 def client(folder: Folder) -> Iterator[Client]:
-    with client_of(folder.app()) as client:
+    with start_client(folder.app()) as client:
         yield client
 
 

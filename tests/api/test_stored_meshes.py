@@ -12,7 +12,7 @@ from service.engine.mesh.report import ENGINE
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 SAIL = {"surface": {"control_net": NET, "name": "Main sail"}}
@@ -26,18 +26,18 @@ def app() -> FastAPI:
 
 @pytest.fixture
 def client(app: FastAPI) -> Iterator[Client]:
-    with client_of(app) as client:
+    with start_client(app) as client:
         yield client
 
 
-def stored(client: Client) -> dict[str, str]:
+def store_surface(client: Client) -> dict[str, str]:
     """The URLs of the meshes of a stored surface, by suffix."""
     links: dict[str, str] = client.post("/v1/surfaces", SAIL).json()["links"]["mesh"]
     return links
 
 
 def test_links_are_canonical_and_for_ever(client: Client) -> None:
-    links = stored(client)
+    links = store_surface(client)
     assert list(links) == [fmt.suffix for fmt in FORMATS]
     for suffix, url in links.items():
         assert url.endswith(f"/mesh.{suffix}?engine={ENGINE}")
@@ -51,7 +51,7 @@ def test_links_are_canonical_and_for_ever(client: Client) -> None:
 
 
 def test_without_the_engine_they_are_kept_for_an_hour(client: Client) -> None:
-    url = stored(client)["glb"]
+    url = store_surface(client)["glb"]
     plain = url.partition("?")[0]
     for _ in range(2):
         pinned, unpinned = client.get(url), client.get(plain)
@@ -72,13 +72,13 @@ def test_a_tag_is_of_the_content_not_of_the_name(client: Client) -> None:
 
 
 def test_304_without_computing_but_only_where_the_surface_is(client: Client, app: FastAPI) -> None:
-    url = stored(client)["glb"]
+    url = store_surface(client)["glb"]
     tag = client.get(url, PLAIN).headers["etag"]
     condition = {**PLAIN, "If-None-Match": tag}
     fresh = create_app(Settings())
-    with client_of(fresh) as other:
+    with start_client(fresh) as other:
         assert other.get(url, condition).status_code == 404
-        stored(other)
+        store_surface(other)
         response = other.get(url, condition)
     assert response.status_code == 304
     assert response.headers["cache-control"] == "public, max-age=31536000, immutable"
@@ -87,7 +87,7 @@ def test_304_without_computing_but_only_where_the_surface_is(client: Client, app
 
 
 def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
-    url = stored(client)["glb"]
+    url = store_surface(client)["glb"]
     first = client.get(url)
     kept = client.get("/v1/surfaces/saddle/mesh.glb").headers["link"]
     assert client.request("DELETE", url.rpartition("/")[0]).status_code == 204
@@ -95,7 +95,7 @@ def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
     assert client.get(url, {"If-None-Match": first.headers["etag"]}).status_code == 404
     assert len(app.state.services.cache) == 1
     assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == kept
-    assert stored(client)["glb"] == url
+    assert store_surface(client)["glb"] == url
     assert client.get(url).content == first.content
 
 
@@ -110,7 +110,7 @@ def test_a_surface_deleted_during_the_computation_is_not_cached(
         return response(work)
 
     monkeypatch.setattr(MeshWork, "run", slow)
-    url = stored(client)["glb"] + "&resolution=200"
+    url = store_surface(client)["glb"] + "&resolution=200"
     statuses: list[int] = []
     asking = threading.Thread(target=lambda: statuses.append(client.get(url).status_code))
     asking.start()
@@ -124,7 +124,7 @@ def test_a_surface_deleted_during_the_computation_is_not_cached(
 
 
 def test_cached_responses_need_no_store(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    url = stored(client)["glb"]
+    url = store_surface(client)["glb"]
     first = client.get(url)
 
     async def refuse(_store: SurfaceStore, _id: str) -> bytes:
@@ -140,11 +140,11 @@ def test_cached_responses_need_no_store(client: Client, monkeypatch: pytest.Monk
 def test_where_numbers_are_rounded_differently_the_tag_is_another(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    url = stored(client)["glb"]
+    url = store_surface(client)["glb"]
     tag = client.get(url, PLAIN).headers["etag"]
     monkeypatch.setattr("service.encoders.arithmetic.arithmetic", lambda: "another processor")
-    with client_of(create_app(Settings())) as other:
-        stored(other)
+    with start_client(create_app(Settings())) as other:
+        store_surface(other)
         response = other.get(url, {**PLAIN, "If-None-Match": tag})
     assert response.status_code == 200
     assert response.headers["etag"] != tag

@@ -13,7 +13,7 @@ from service.errors import StoreFailed, StoreFull
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, surface_id
 from service.surface.examples import EXAMPLES, find
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.forms import PATCH, SURFACES
 
 JSON = {"Content-Type": "application/json"}
@@ -26,11 +26,11 @@ ID = surface_id(canonical_content(find("saddle").surface()))
 @pytest.fixture
 def fresh() -> Iterator[Client]:
     """A client of a service with an empty store, which allows deletion."""
-    with client_of(create_app(Settings(allow_delete=True))) as client:
+    with start_client(create_app(Settings(allow_delete=True))) as client:
         yield client
 
 
-def stored(client: Client, surface: Any) -> str:
+def store_surface(client: Client, surface: Any) -> str:
     """Stores a surface and returns its URL."""
     return str(client.post("/v1/surfaces", {"surface": surface}).headers["location"])
 
@@ -49,7 +49,7 @@ def test_a_surface_is_stored_once(fresh: Client) -> None:
 @pytest.mark.parametrize("name", SURFACES)
 def test_a_stored_surface_is_given_back(client: Client, name: str) -> None:
     """The response is the document of the same surface, and has the same mesh."""
-    url = stored(client, SURFACES[name])
+    url = store_surface(client, SURFACES[name])
     response = client.get(url)
     assert response.status_code == 200
     assert response.headers["content-type"] == "application/json"
@@ -75,7 +75,7 @@ def test_examples_are_surfaces_too(client: Client) -> None:
 
 @pytest.mark.parametrize("listed", ['"{tag}"', 'W/"{tag}"', '"other", "{tag}"', "*"])
 def test_an_unchanged_surface_is_not_sent_again(client: Client, listed: str) -> None:
-    url = stored(client, PATCH)
+    url = store_surface(client, PATCH)
     for where in (url, "/v1/surfaces/saddle"):
         tag = client.get(where).headers["etag"].strip('"')
         response = client.get(where, {"If-None-Match": listed.format(tag=tag)})
@@ -96,7 +96,7 @@ def test_a_missing_surface_never_gets_304(client: Client) -> None:
 )
 @pytest.mark.parametrize("method", ["GET", "HEAD", "DELETE"])
 def test_unknown_ids(fresh: Client, id: str, method: str) -> None:
-    stored(fresh, fresh.get("/v1/surfaces/saddle").json()["surface"])
+    store_surface(fresh, fresh.get("/v1/surfaces/saddle").json()["surface"])
     response = fresh.request(method, f"/v1/surfaces/{id}")
     assert response.status_code == 404
     if method != "HEAD" and id != "..":
@@ -106,7 +106,7 @@ def test_unknown_ids(fresh: Client, id: str, method: str) -> None:
 
 
 def test_a_surface_is_deleted(fresh: Client) -> None:
-    url = stored(fresh, PATCH)
+    url = store_surface(fresh, PATCH)
     response = fresh.request("DELETE", url)
     assert (response.status_code, response.content) == (204, b"")
     assert fresh.get(url).status_code == 404
@@ -116,7 +116,7 @@ def test_a_surface_is_deleted(fresh: Client) -> None:
 
 
 def test_nothing_is_deleted_unless_it_is_allowed(client: Client) -> None:
-    url = stored(client, PATCH)
+    url = store_surface(client, PATCH)
     for where in (url, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
         response = client.request("DELETE", where)
         assert response.status_code == 405
@@ -144,7 +144,7 @@ def test_examples_stay(fresh: Client) -> None:
     ],
 )
 def test_bodies_are_those_of_other_calls(headers: dict[str, str], body: bytes, status: int) -> None:
-    with client_of(create_app(Settings(max_body_bytes=1024))) as client:
+    with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         assert client.request("POST", "/v1/surfaces", body, headers).status_code == status
 
 
@@ -160,9 +160,9 @@ def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> 
     """The error has a reason, and points to the id, which is all that the client sent."""
     wide, narrow = create_app(Settings()), create_app(settings)
     narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
-    with client_of(wide) as client:
-        url = stored(client, SURFACES["bspline"])
-    with client_of(narrow) as client:
+    with start_client(wide) as client:
+        url = store_surface(client, SURFACES["bspline"])
+    with start_client(narrow) as client:
         response = client.get(url)
     assert response.status_code == 422
     (error,) = response.json()["errors"]
@@ -174,7 +174,7 @@ def test_complete_objects_that_are_not_surfaces(caplog: pytest.LogCaptureFixture
     content = b"no surface\n"
     id = surface_id(content)
     app = create_app(Settings())
-    with client_of(app) as client, caplog.at_level(logging.ERROR):
+    with start_client(app) as client, caplog.at_level(logging.ERROR):
         client.call(app.state.services.store.put, id, content)
         response = client.get(f"/v1/surfaces/{id}")
     assert response.status_code == 500
@@ -195,7 +195,7 @@ def test_a_store_that_does_not_work(
         raise error()
 
     monkeypatch.setattr(app.state.services.store, "put", fails)
-    with client_of(app) as client:
+    with start_client(app) as client:
         response = client.post("/v1/surfaces", {"surface": PATCH})
     assert response.status_code == status
     assert response.json()["code"] == code
@@ -205,5 +205,5 @@ def test_a_store_that_does_not_work(
 def test_a_large_surface_is_stored_in_a_thread(client: Client) -> None:
     net = [[[i / 7, j / 7, (i * j) % 5] for j in range(120)] for i in range(120)]
     surface = {"type": "bspline", "control_net": net}
-    url = stored(client, surface)
+    url = store_surface(client, surface)
     assert client.get(url).json()["surface"]["control_net"] == net

@@ -18,7 +18,7 @@ TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
 """At 32 divisions the mesh is large enough to be computed in a thread."""
 
 
-async def crowd(
+async def request_at_once(
     monkeypatch: pytest.MonkeyPatch, urls: list[str], headers: Mapping[str, str]
 ) -> tuple[list[httpx.Response], int]:
     """The responses to 25 requests for each URL, and the number of computed meshes.
@@ -35,14 +35,14 @@ async def crowd(
     monkeypatch.setattr(MeshWork, "run", waiting)
     transport = httpx.ASGITransport(create_app(Settings()))
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
-        asked = [asyncio.create_task(client.get(url, headers=headers)) for url in urls * 25]
+        tasks = [asyncio.create_task(client.get(url, headers=headers)) for url in urls * 25]
         while not calls:
             await asyncio.sleep(0.001)
         assert (await client.get("/health/live")).status_code == 200
         await asyncio.sleep(0.05)
-        assert not any(task.done() for task in asked)
+        assert not any(task.done() for task in tasks)
         gate.set()
-        return await asyncio.gather(*asked), len(calls)
+        return await asyncio.gather(*tasks), len(calls)
 
 
 def test_many_clients_compute_a_mesh_once_in_any_spelling_of_its_url(
@@ -54,7 +54,9 @@ def test_many_clients_compute_a_mesh_once_in_any_spelling_of_its_url(
         f"{TEAPOT}?resolution=32&oogl=bez",
         f"{TEAPOT}?weld=true&resolution=032",
     ]
-    responses, calls = asyncio.run(crowd(monkeypatch, urls, {"Accept-Encoding": "identity"}))
+    responses, calls = asyncio.run(
+        request_at_once(monkeypatch, urls, {"Accept-Encoding": "identity"})
+    )
     assert [response.status_code for response in responses] == [200] * 100
     assert len({response.content for response in responses}) == 1
     assert calls == 1
@@ -69,6 +71,6 @@ def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(meshes_by_url, "compress", counted)
     urls = [f"{TEAPOT}?resolution=32"]
-    responses, calls = asyncio.run(crowd(monkeypatch, urls, {"Accept-Encoding": "gzip"}))
+    responses, calls = asyncio.run(request_at_once(monkeypatch, urls, {"Accept-Encoding": "gzip"}))
     assert {response.content[:4] for response in responses} == {b"glTF"}
     assert (calls, codings) == (1, ["gzip"])

@@ -10,7 +10,7 @@ from service.api.app import create_app
 from service.api.responses import BOUND_HEADER
 from service.schemas.accuracy import NAMES
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 NET = [[[i, j, 0.3 * (i % 2) * (j % 3)] for j in range(4)] for i in range(4)]
 WAVE = {"control_net": NET}
@@ -65,7 +65,7 @@ def test_queries_name_the_parameter(client: Client) -> None:
 
 def test_limits_hold_for_meshes_by_tolerance(client: Client) -> None:
     for limits in (Settings(max_vertices=100), Settings(max_response_bytes=20_000)):
-        with client_of(create_app(limits)) as small:
+        with start_client(create_app(limits)) as small:
             response = request_mesh(small, tolerance=2e-3)
             assert response.status_code == 422
             assert response.json()["code"] == "result_too_large"

@@ -38,7 +38,7 @@ CAPACITY = 1 << 24
 LARGEST = CAPACITY * 11 // 16
 
 
-def workers_of(cache_bytes: int = 0, **chosen: Any) -> Workers:
+def build_workers(cache_bytes: int = 0, **chosen: Any) -> Workers:
     defaults = {"threads": 1, "memory_bytes": CAPACITY}
     return Workers(Settings(**(defaults | chosen)), ResponseCache(cache_bytes))
 
@@ -62,7 +62,7 @@ async def run_tasks() -> None:
 @asynccontextmanager
 async def lend_workers(**chosen: Any) -> AsyncIterator[Workers]:
     """Workers; checks at the end that all threads and memory are released."""
-    workers = workers_of(**chosen)
+    workers = build_workers(**chosen)
     yield workers
     await run_tasks()
     assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
@@ -233,14 +233,14 @@ async def test_bodies_have_a_quarter_and_never_wait() -> None:
             job.close()
 
 
-def entry(name: str, size: int) -> CachedResponse:
+def build_entry(name: str, size: int) -> CachedResponse:
     return CachedResponse(Subject(name, name, name, for_ever=True), bytes(size), ())
 
 
 async def test_cached_responses_are_dropped_unless_they_are_being_sent() -> None:
     async with lend_workers(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
         cache: ResponseCache = workers._cache
-        read, *unread = (entry(name, CAPACITY // 8) for name in "abc")
+        read, *unread = (build_entry(name, CAPACITY // 8) for name in "abc")
         for each in (read, *unread):
             assert cache.put(each, cache.generation)
         cache.begin(read)

@@ -17,7 +17,7 @@ from service.cancellation import checkpoint
 from service.errors import InvalidRequest, Issue
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
-from tests.live import running_service
+from tests.live import run_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 SIDE = 200
@@ -119,7 +119,7 @@ class Client:
 
 
 @contextmanager
-def serving(**chosen: Any) -> Iterator[Service]:
+def start_service(**chosen: Any) -> Iterator[Service]:
     apps: list[Any] = []
 
     def kept(app: Any) -> Any:
@@ -127,7 +127,7 @@ def serving(**chosen: Any) -> Iterator[Service]:
         return app
 
     settings = Settings(**{"threads": 1, "memory_bytes": ROOM, "cache_bytes": 0, **chosen})
-    with running_service(settings, kept) as url, ExitStack() as clients:
+    with run_service(settings, kept) as url, ExitStack() as clients:
         yield Service(url, apps[0].state.services.workers, clients)
 
 
@@ -140,7 +140,7 @@ def wait_until(condition: Callable[[], bool]) -> None:
 
 
 def test_a_client_that_leaves_leaves_the_queue(looping: Looping) -> None:
-    with serving() as service:
+    with start_service() as service:
         computed = service.posted(LONG)
         wait_until(lambda: looping.calls == 1)
         leaving, staying = service.posted(LONG), service.posted(LONG)
@@ -154,7 +154,7 @@ def test_a_client_that_leaves_leaves_the_queue(looping: Looping) -> None:
 
 
 def test_the_last_waiting_client_that_leaves_cancels_the_work(looping: Looping) -> None:
-    with serving() as service:
+    with start_service() as service:
         first, second = service.got(SADDLE), service.got(SADDLE)
         other = service.got(SADDLE.replace("glb", "stl"))
         wait_until(lambda: looping.calls == 1 and service.workers.waiting == 1)
@@ -171,7 +171,7 @@ def test_the_last_waiting_client_that_leaves_cancels_the_work(looping: Looping) 
 
 
 def test_the_deadline_holds_for_computing_and_waiting_requests(looping: Looping) -> None:
-    with serving(request_timeout=0.5) as service:
+    with start_service(request_timeout=0.5) as service:
         clients = [service.posted(LONG), service.got(SADDLE), service.posted(LONG)]
         refusals = [client.refusal() for client in clients]
         assert [(status, code) for status, code, _ in refusals] == [(503, "out_of_time")] * 3
@@ -181,7 +181,7 @@ def test_the_deadline_holds_for_computing_and_waiting_requests(looping: Looping)
 
 
 def test_small_requests_do_not_wait_for_large_ones(looping: Looping) -> None:
-    with serving(max_queue=1) as service:
+    with start_service(max_queue=1) as service:
         computed = service.posted(LONG)
         wait_until(lambda: looping.calls == 1)
         waiting = service.posted(LONG)
@@ -197,7 +197,7 @@ def test_small_requests_do_not_wait_for_large_ones(looping: Looping) -> None:
 
 def test_slow_readers_hold_the_memory_of_their_response_only() -> None:
     long = LONG | {"resolution": 400}
-    with serving() as service:
+    with start_service() as service:
         for leaves in (False, True):
             client = service.posted(long, "/v1/mesh?format=stl")
             wait_until(lambda: service.workers.computing == 0 < service.workers.used)
@@ -217,14 +217,14 @@ def test_failed_requests_release_threads_and_memory(
         raise error
 
     monkeypatch.setattr(MeshWork, "run", fails)
-    with serving() as service:
+    with start_service() as service:
         for client in (service.posted(LONG), service.posted(SHORT), service.got(SADDLE)):
             assert client.read_response()[0] in (422, 500)
         wait_until(service.given_back)
 
 
 def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
-    with serving(memory_bytes=64 << 20) as service:
+    with start_service(memory_bytes=64 << 20) as service:
         begun = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
         first, second = service.connected(), service.connected()
         first.post(begun, "/v1/mesh", length=10**7)
@@ -245,7 +245,7 @@ def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
     """Reference cycles would keep the memory of a request, because Python rarely looks for them."""
     many = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
     before, kept = gc.isenabled(), list[object]()
-    with serving(max_queue=1) as service:
+    with start_service(max_queue=1) as service:
         gc.collect()
         gc.disable()
         try:

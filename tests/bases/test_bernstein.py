@@ -23,7 +23,7 @@ from tests.strategies import Array, nets
 ULP = 2.0**-52
 
 
-def exact_basis(degree: int, t: float) -> list[Fraction]:
+def compute_exact_basis(degree: int, t: float) -> list[Fraction]:
     """C(n, i) tⁱ (1 − t)ⁿ⁻ⁱ in exact fractions."""
     x = Fraction(t)
     return [comb(degree, i) * x**i * (1 - x) ** (degree - i) for i in range(degree + 1)]
@@ -36,7 +36,7 @@ def test_every_value_is_right_to_about_n_units_in_its_last_place(degree: int) ->
     basis = bernstein(degree, t)
     assert basis.shape == (len(t), degree + 1)
     for row, parameter in zip(basis.tolist(), t.tolist(), strict=True):
-        for value, truth in zip(row, exact_basis(degree, parameter), strict=True):
+        for value, truth in zip(row, compute_exact_basis(degree, parameter), strict=True):
             # Subnormal floats have fewer digits, which is not an error of the recurrence.
             allowed = truth * Fraction((degree + 1) * ULP) + Fraction(degree * 2.0**-1074)
             assert abs(Fraction(value) - truth) <= allowed
@@ -97,8 +97,8 @@ def test_grid_basis_is_the_product_of_the_two() -> None:
 def test_product_of_polynomials_is_the_product_of_their_values(first: Array, second: Array) -> None:
     """The product agrees with exact values of both factors, coordinate by coordinate."""
     product = multiply(np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0))
-    net = exact.exact_net(np.moveaxis(product, 0, -1))
-    one, other = exact.exact_net(first), exact.exact_net(second)
+    net = exact.to_exact_net(np.moveaxis(product, 0, -1))
+    one, other = exact.to_exact_net(first), exact.to_exact_net(second)
     for u, v in ((Fraction(0), Fraction(1)), (Fraction(1, 3), Fraction(3, 4))):
         result = exact.surface_point(net, u, v)
         factors = exact.surface_point(one, u, v), exact.surface_point(other, u, v)

@@ -17,7 +17,7 @@ def array_builder(size: int, value: float = 0.0) -> Callable[[], NDArray[np.floa
     return lambda: np.full(size // 8, value)
 
 
-def never() -> NDArray[np.float64]:
+def fail_to_build() -> NDArray[np.float64]:
     """A builder that must not be called."""
     raise AssertionError("built again although it was held")
 
@@ -26,7 +26,7 @@ def test_builds_once_and_returns_the_same_read_only_array() -> None:
     """The second call returns the array of the first."""
     cache = ArrayCache(64 * KIB)
     first = cache.array("key", array_builder(KIB))
-    assert cache.array("key", never) is first
+    assert cache.array("key", fail_to_build) is first
     assert not first.flags.writeable
 
 
@@ -35,11 +35,11 @@ def test_the_least_recently_used_goes_first() -> None:
     cache = ArrayCache(8 * KIB)
     for name in range(8):
         cache.array(name, array_builder(KIB, name))
-    cache.array(0, never)
+    cache.array(0, fail_to_build)
     cache.array(8, array_builder(KIB))
-    cache.array(0, never)
+    cache.array(0, fail_to_build)
     with pytest.raises(AssertionError, match="built again"):
-        cache.array(1, never)
+        cache.array(1, fail_to_build)
 
 
 def test_never_holds_more_than_its_capacity() -> None:
@@ -55,7 +55,7 @@ def test_a_builder_that_fails_leaves_nothing_behind() -> None:
     """The next call builds again."""
     cache = ArrayCache(8 * KIB)
     with pytest.raises(AssertionError):
-        cache.array("key", never)
+        cache.array("key", fail_to_build)
     assert (len(cache), cache.nbytes) == (0, 0)
     assert cache.array("key", array_builder(KIB, 5))[0] == 5
 

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases import knots as knot
-from tests.oracles.splines import basis_values, fractions, span_of
+from tests.oracles.splines import basis_values, find_span, to_fractions
 from tests.spline_strategies import KnotVector, knot_vectors
 
 fraction_of = st.floats(0, 1)
 
 
-def parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
+def choose_parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
     """Parameters in the domain, its breaks among them."""
     low, high = knot.domain(*vector)
     inside = low + (high - low) * np.array(shares)
@@ -52,13 +52,13 @@ def test_spans_are_right_continuous() -> None:
 @given(knot_vectors(parted=True), st.lists(fraction_of, max_size=4))
 def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[float]) -> None:
     """Checks all functions at all parameters, breaks included; all others vanish there."""
-    t = parameters(vector, shares)
+    t = choose_parameters(vector, shares)
     span, values = knot.evaluate_basis(*vector, t)
-    exact = fractions(vector.knots)
+    exact = to_fractions(vector.knots)
     for row, parameter in enumerate(t):
-        (at,) = fractions([parameter])
+        (at,) = to_fractions([parameter])
         expected = [float(x) for x in basis_values(exact, vector.degree, at)]
-        assert span[row] == span_of(exact, vector.degree, at)
+        assert span[row] == find_span(exact, vector.degree, at)
         actual = np.zeros(vector.points)
         actual[span[row] - vector.degree : span[row] + 1] = values[row]
         np.testing.assert_allclose(actual, expected, atol=1e-15)

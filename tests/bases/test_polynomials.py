@@ -27,7 +27,7 @@ def curves(draw: st.DrawFn, most: int = 6) -> Net:
     return points, draw(st.none() | weight)
 
 
-def point_of(net: Net, t: Fraction) -> Vector:
+def evaluate_exactly(net: Net, t: Fraction) -> Vector:
     """The curve at t, exactly."""
     points, weights = net
     ws = np.ones(len(points)) if weights is None else weights
@@ -39,12 +39,12 @@ def point_of(net: Net, t: Fraction) -> Vector:
     return tuple(x / w for x in spatial)
 
 
-def assert_near(got: Vector, wanted: Vector) -> None:
+def assert_near(got: Vector, expected: Vector) -> None:
     """Equal up to 1e-12 of the nets, which have size 8."""
-    assert max(abs(a - b) for a, b in zip(got, wanted, strict=True)) < 1e-12 * 8
+    assert max(abs(a - b) for a, b in zip(got, expected, strict=True)) < 1e-12 * 8
 
 
-def bits(net: Net) -> tuple[bytes, bytes | None]:
+def read_bits(net: Net) -> tuple[bytes, bytes | None]:
     points, weights = net
     return points.tobytes(), None if weights is None else weights.tobytes()
 
@@ -59,14 +59,16 @@ def test_elevation_keeps_the_curve(net: Net, more: int) -> None:
     higher = elevate(net, len(net[0]) - 1 + more)
     assert len(higher[0]) == len(net[0]) + more
     for t in PARAMETERS:
-        assert_near(point_of(higher, t), point_of(net, t))
+        assert_near(evaluate_exactly(higher, t), evaluate_exactly(net, t))
     np.testing.assert_array_equal(higher[0][[0, -1]], net[0][[0, -1]])
 
 
 @given(curves(), st.integers(1, 6))
 def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) -> None:
     degree = len(net[0]) - 1 + more
-    assert bits(reverse_net(elevate(reverse_net(net), degree))) == bits(elevate(net, degree))
+    assert read_bits(reverse_net(elevate(reverse_net(net), degree))) == read_bits(
+        elevate(net, degree)
+    )
 
 
 def test_the_highest_degree_loses_nothing() -> None:
@@ -74,7 +76,7 @@ def test_the_highest_degree_loses_nothing() -> None:
     weights = np.random.default_rng(4).uniform(0.2, 5, 4)
     higher = elevate((points, weights), 64)
     for t in PARAMETERS:
-        assert_near(point_of(higher, t), point_of((points, weights), t))
+        assert_near(evaluate_exactly(higher, t), evaluate_exactly((points, weights), t))
 
 
 @given(curves(), inner)
@@ -82,8 +84,8 @@ def test_split_keeps_the_curve_on_both_sides(net: Net, t: float) -> None:
     left, right = split(net, t)
     cut = Fraction(t)
     for s in PARAMETERS:
-        assert_near(point_of(left, s), point_of(net, s * cut))
-        assert_near(point_of(right, s), point_of(net, cut + s * (1 - cut)))
+        assert_near(evaluate_exactly(left, s), evaluate_exactly(net, s * cut))
+        assert_near(evaluate_exactly(right, s), evaluate_exactly(net, cut + s * (1 - cut)))
     np.testing.assert_array_equal(left[0][0], net[0][0])
     np.testing.assert_array_equal(right[0][-1], net[0][-1])
     np.testing.assert_array_equal(left[0][-1], right[0][0])
@@ -95,7 +97,7 @@ def test_restrict_keeps_the_curve(net: Net, ends: list[float]) -> None:
     piece = restrict(net, first, last)
     for s in PARAMETERS:
         at = Fraction(first) + s * (Fraction(last) - Fraction(first))
-        assert_near(point_of(piece, s), point_of(net, at))
+        assert_near(evaluate_exactly(piece, s), evaluate_exactly(net, at))
 
 
 @given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)

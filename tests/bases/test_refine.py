@@ -10,25 +10,25 @@ from hypothesis import strategies as st
 from service.bases.affine_combination import combine
 from service.bases.knots import breaks, domain
 from service.bases.refine import find_refinement, raise_knots
-from tests.oracles.splines import fractions, spline_point
-from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+from tests.oracles.splines import spline_point, to_fractions
+from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 seeds = st.integers(0, 10**6)
 shares = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
 
 
-def homogeneous(points: np.ndarray, weights: np.ndarray) -> list[tuple[Fraction, ...]]:
+def to_homogeneous(points: np.ndarray, weights: np.ndarray) -> list[tuple[Fraction, ...]]:
     return [
-        (*(x * w for x in fractions(point)), w)
-        for point, w in zip(points, fractions(weights), strict=True)
+        (*(x * w for x in to_fractions(point)), w)
+        for point, w in zip(points, to_fractions(weights), strict=True)
     ]
 
 
-def exact(
+def evaluate_exactly(
     points: np.ndarray, weights: np.ndarray, knots: np.ndarray, degree: int, t: Fraction
 ) -> list[float]:
     """The rational curve at t."""
-    *x, w = spline_point(homogeneous(points, weights), fractions(knots), degree, t)
+    *x, w = spline_point(to_homogeneous(points, weights), to_fractions(knots), degree, t)
     return [float(c / w) for c in x]
 
 
@@ -51,14 +51,14 @@ def test_other_knots_give_the_same_curve(
     assert index.max() < count
     assert parts.min() >= 0
     np.testing.assert_allclose(parts.sum(axis=0), 1, rtol=1e-14)
-    points, weights = points_for(count, seed), weights_for(count, seed)
+    points, weights = random_points(count, seed), random_weights(count, seed)
     built, point_weights = combine(points, weights, index, parts)
     assert point_weights is not None
-    for a, b in pairwise(fractions(breaks(target, raised))):
+    for a, b in pairwise(to_fractions(breaks(target, raised))):
         for t in (a, a + (b - a) * Fraction(3, 8)):
             np.testing.assert_allclose(
-                exact(built, point_weights, target, raised, t),
-                exact(points, weights, knots, degree, t),
+                evaluate_exactly(built, point_weights, target, raised, t),
+                evaluate_exactly(points, weights, knots, degree, t),
                 atol=4e-12,
             )
 
@@ -69,10 +69,12 @@ def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int)
     multiplicity."""
     knots, degree = vector
     low, high = domain(knots, degree)
-    own = raise_knots(knots, degree, degree, low, high)
-    count = len(own) - degree - 1
-    points, weights = points_for(count, seed), weights_for(count, seed)
-    built, point_weights = combine(points, weights, *find_refinement(own, degree, own, degree))
+    raised = raise_knots(knots, degree, degree, low, high)
+    count = len(raised) - degree - 1
+    points, weights = random_points(count, seed), random_weights(count, seed)
+    built, point_weights = combine(
+        points, weights, *find_refinement(raised, degree, raised, degree)
+    )
     np.testing.assert_array_equal(built, points)
     np.testing.assert_array_equal(point_weights, weights)
 
@@ -81,23 +83,23 @@ def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int)
 def test_elevation_keeps_the_bits_of_the_ends(vector: KnotVector, seed: int, more: int) -> None:
     knots, degree = vector
     low, high = domain(knots, degree)
-    own = raise_knots(knots, degree, degree, low, high)
-    points = points_for(len(own) - degree - 1, seed)
-    target = raise_knots(own, degree, degree + more, low, high)
-    built, _ = combine(points, None, *find_refinement(own, degree, target, degree + more))
+    raised = raise_knots(knots, degree, degree, low, high)
+    points = random_points(len(raised) - degree - 1, seed)
+    target = raise_knots(raised, degree, degree + more, low, high)
+    built, _ = combine(points, None, *find_refinement(raised, degree, target, degree + more))
     np.testing.assert_array_equal(built[[0, -1]], points[[0, -1]])
 
 
 def test_the_highest_degree_loses_nothing() -> None:
     knots = np.array([0.0, 0, 0, 0, 1, 2, 2, 3.5, 4, 4, 4, 4])
-    points, weights = points_for(8, 2), weights_for(8, 2)
+    points, weights = random_points(8, 2), random_weights(8, 2)
     target = raise_knots(knots, 3, 64, 0.0, 4.0)
     index, parts = find_refinement(knots, 3, target, 64)
     built, point_weights = combine(points, weights, index, parts)
     assert point_weights is not None
     for t in (Fraction(1, 3), Fraction(2), Fraction(15, 4)):
         np.testing.assert_allclose(
-            exact(built, point_weights, target, 64, t),
-            exact(points, weights, knots, 3, t),
+            evaluate_exactly(built, point_weights, target, 64, t),
+            evaluate_exactly(points, weights, knots, 3, t),
             atol=4e-12,
         )

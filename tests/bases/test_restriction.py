@@ -8,14 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.bases.restriction import restrict_to_cells, restriction_matrices
-from tests.oracles.exact import curve_point, exact_net, surface_point
+from tests.oracles.exact import curve_point, surface_point, to_exact_net
 
 breaks_of = st.lists(st.integers(-20, 20), min_size=2, max_size=6, unique=True).map(
     lambda numbers: np.array(sorted(numbers)) / 4
 )
 
 
-def blossom(points: list[tuple[Fraction, ...]], places: list[Fraction]) -> tuple[Fraction, ...]:
+def evaluate_blossom(
+    points: list[tuple[Fraction, ...]], places: list[Fraction]
+) -> tuple[Fraction, ...]:
     """De Casteljau with another parameter at every step."""
     for t in places:
         points = [
@@ -33,7 +35,7 @@ def test_rows_are_blossoms(degree: int, breaks: np.ndarray) -> None:
     t = [(Fraction(b) - first) / (last - first) for b in breaks]
     for k, (s, e) in enumerate(pairwise(t)):
         for j in range(degree + 1):
-            exact = [float(x) for x in blossom(unit, [s] * (degree - j) + [e] * j)]
+            exact = [float(x) for x in evaluate_blossom(unit, [s] * (degree - j) + [e] * j)]
             np.testing.assert_allclose(rows[k, j], exact, rtol=1e-13, atol=1e-16)
 
 
@@ -51,13 +53,13 @@ def test_cells_are_in_order_and_have_the_same_values() -> None:
     u, v = np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 2.5, 3.0])
     cells = restrict_to_cells(net, u, v)
     assert cells.shape == (6, 4, 3, 2)
-    whole = exact_net(net)
+    whole = to_exact_net(net)
     half = Fraction(1, 2)
     for number, cell in enumerate(cells):
         k, column = divmod(number, 3)
         middle = (u[k] + u[k + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
         right = surface_point(whole, Fraction(middle[0]), Fraction(middle[1]))
-        result = surface_point(exact_net(cell), half, half)
+        result = surface_point(to_exact_net(cell), half, half)
         np.testing.assert_allclose(
             [float(x) for x in result], [float(x) for x in right], rtol=1e-14
         )

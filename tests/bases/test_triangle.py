@@ -13,7 +13,7 @@ from service.bases.bernstein import bernstein, elevation_matrix
 from tests.oracles import triangles
 
 
-def exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fraction]:
+def compute_exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fraction]:
     """n!/(i! j! k!) r^i s^j t^k in the order of the service."""
     r, s, t = place
     return [
@@ -58,7 +58,7 @@ def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
     """Each value has an error of a few units in its last place, also the smallest."""
     places = triangles.places(divisions)
     result = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions))
-    truth = np.array([exact_basis(degree, place) for place in places]).astype(float).T
+    truth = np.array([compute_exact_basis(degree, place) for place in places]).astype(float).T
     np.testing.assert_allclose(result, truth, rtol=1e-14 * (degree + 1), atol=0)
 
 

@@ -25,7 +25,7 @@ def net(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "wanted"),
+    ("name", "text", "expected"),
     [
         ("elevate", "3", {"degree": 3}),
         ("elevate", "3,4", {"degree": [3, 4]}),
@@ -42,8 +42,8 @@ def net(tmp_path: Path) -> Path:
         ("triangle", "lower", {"half": "lower"}),
     ],
 )
-def test_text_of_a_flag(name: str, text: str, wanted: dict[str, Any]) -> None:
-    assert operations_from_text([(name, text)]) == ([name], [{"op": name, **wanted}])
+def test_text_of_a_flag(name: str, text: str, expected: dict[str, Any]) -> None:
+    assert operations_from_text([(name, text)]) == ([name], [{"op": name, **expected}])
 
 
 def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) -> None:

@@ -11,12 +11,12 @@ import pytest
 from service.cli.main import main
 from service.settings.listening import listening_at
 from service.settings.values import Settings
-from tests.live import running_service
+from tests.live import run_service
 from tests.programs import run_python
 
 
 @contextmanager
-def answering(response: bytes) -> Iterator[str]:
+def serve_once(response: bytes) -> Iterator[str]:
     """The port of a server that accepts one connection and sends this response."""
 
     def once() -> None:
@@ -35,7 +35,7 @@ def answering(response: bytes) -> Iterator[str]:
 def test_a_ready_service(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with running_service() as url:
+    with run_service() as url:
         monkeypatch.setenv("SURFACE_HOST", "0.0.0.0")
         monkeypatch.setenv("SURFACE_PORT", str(urlsplit(url).port))
         assert main(["health"]) == main(["health", "--live"]) == 0
@@ -43,7 +43,7 @@ def test_a_ready_service(
 
 
 @pytest.mark.parametrize(
-    ("response", "told"),
+    ("response", "text"),
     [
         (b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n", "is 503"),
         (b"SSH-2.0-OpenSSH_9.2\r\n", "no response"),
@@ -52,12 +52,12 @@ def test_a_ready_service(
     ids=["draining", "another program", "silence"],
 )
 def test_a_service_that_is_not_ready(
-    response: bytes, told: str, capsys: pytest.CaptureFixture[str]
+    response: bytes, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with answering(response) as port:
+    with serve_once(response) as port:
         assert main(["health", "--port", port]) == 1
     shown = capsys.readouterr()
-    assert told in shown.err
+    assert text in shown.err
     assert shown.out == ""
 
 

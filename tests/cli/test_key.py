@@ -7,7 +7,7 @@ import pytest
 from service.api.guard.keys import entry_line, new_key
 from service.cli.main import main
 from service.settings.values import Settings
-from tests.live import running_service
+from tests.live import run_service
 
 KEY = new_key()
 MESH = ["mesh", "saddle", "--resolution", "1", "-o", "-", "--format", "json"]
@@ -16,7 +16,7 @@ MESH = ["mesh", "saddle", "--resolution", "1", "-o", "-", "--format", "json"]
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
     settings = Settings(api_keys=(entry_line("alice", KEY),), public_reads=False)
-    with running_service(settings) as url:
+    with run_service(settings) as url:
         yield url
 
 

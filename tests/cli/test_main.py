@@ -36,7 +36,7 @@ def net(tmp_path: Path) -> Path:
     return file
 
 
-def files(folder: Path) -> list[str]:
+def list_files(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
@@ -46,7 +46,7 @@ def test_example_in_every_format_by_suffix(tmp_path: Path, fmt: Format) -> None:
     assert main(["mesh", "saddle", "-o", str(output), "--resolution", "3,4"]) == 0
     expected = render(find("saddle").surface(), MeshOptions((3, 4)), fmt)
     assert output.read_bytes() == expected
-    assert files(tmp_path) == [output.name]
+    assert list_files(tmp_path) == [output.name]
 
 
 def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Path) -> None:
@@ -135,23 +135,23 @@ def test_a_closed_pipe_has_an_exit_code_and_no_message(
     monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str
 ) -> None:
     monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
-    done = _bash(f"{COMMAND} {command}; exit ${{PIPESTATUS[0]}}")
+    done = _run_bash(f"{COMMAND} {command}; exit ${{PIPESTATUS[0]}}")
     assert (done.returncode, done.stderr) == (1, "")
 
 
 def test_closed_standard_output() -> None:
-    done = _bash(f"{COMMAND} formats >&-")
+    done = _run_bash(f"{COMMAND} formats >&-")
     assert (done.returncode, done.stderr) == (1, "surface: standard output is closed\n")
 
 
 def test_closed_standard_input_and_closed_standard_error() -> None:
-    done = _bash(f"{COMMAND} mesh - -o x.glb <&-")
+    done = _run_bash(f"{COMMAND} mesh - -o x.glb <&-")
     assert (done.returncode, done.stderr) == (1, "surface: standard input is closed\n")
-    done = _bash(f"{COMMAND} mesh sponge -o - --format glb 2>&-")
+    done = _run_bash(f"{COMMAND} mesh sponge -o - --format glb 2>&-")
     assert (done.returncode, done.stdout) == (2, "")
 
 
-def _bash(script: str) -> subprocess.CompletedProcess[str]:
+def _run_bash(script: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
 
 

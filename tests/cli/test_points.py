@@ -48,7 +48,7 @@ def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[by
 
 
 @pytest.mark.parametrize(
-    ("flags", "said"),
+    ("flags", "text"),
     [
         (("--uv", "2,0.5"), "--uv: "),
         (("--uv", "a,0.5"), "--uv: "),
@@ -59,7 +59,7 @@ def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[by
     ],
 )
 def test_a_refusal_names_the_flag(
-    flags: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+    flags: tuple[str, ...], text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["points", "saddle", "-o", "-", *flags]) == 1
-    assert said in capsys.readouterr().err
+    assert text in capsys.readouterr().err

@@ -7,7 +7,7 @@ from pydantic import SecretStr
 from service.api.app import create_app
 from service.cli.main import main
 from service.settings.values import Settings
-from tests.api.client import client_of
+from tests.api.client import start_client
 
 SECRET = "0123456789abcdef" * 2
 MESH = "/v1/surfaces/saddle/mesh.json?resolution=1"
@@ -21,13 +21,13 @@ def test_the_url_responds(
     url = capsys.readouterr().out.strip()
     assert url.startswith(MESH + "&expires=")
     settings = Settings(public_reads=False, signing_keys=(SecretStr(SECRET),))
-    with client_of(create_app(settings)) as client:
+    with start_client(create_app(settings)) as client:
         assert client.get(url).status_code == 200
         assert client.get(MESH).status_code == 401
 
 
 @pytest.mark.parametrize(
-    ("secret", "arguments", "found"),
+    ("secret", "arguments", "expected"),
     [
         ("", [MESH, "--seconds", "60"], (2, "SURFACE_SIGNING_KEYS")),
         ("short", [MESH, "--seconds", "60"], (2, "SURFACE_SIGNING_KEYS")),
@@ -40,13 +40,13 @@ def test_the_url_responds(
 def test_urls_that_are_not_signed(
     secret: str,
     arguments: list[str],
-    found: tuple[int, str],
+    expected: tuple[int, str],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("SURFACE_SIGNING_KEYS", secret)
-    code, said = found
+    code, text = expected
     assert main(["sign", *arguments]) == code
     output = capsys.readouterr()
-    assert said in output.err
+    assert text in output.err
     assert (output.out, "passwd" in output.err) == ("", False)

@@ -23,7 +23,7 @@ def net(tmp_path: Path) -> str:
     return str(file)
 
 
-def printed(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
+def read_output(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
     return dict(line.split() for line in capsys.readouterr().out.splitlines())
 
 
@@ -34,7 +34,7 @@ def test_urls_are_printed_and_respond(
     np.save(files, NET.astype(np.float32))
     for arguments in ([net], [net], [str(files), "--name", "sail"]):
         assert main(["store", *arguments, "--url", server]) == 0
-        result = printed(capsys)
+        result = read_output(capsys)
         assert result["id"] == ID
         assert result["self"] == f"{server}/v1/surfaces/{ID}"
         assert httpx.get(result["self"]).json()["surface"]["control_net"] == NET.tolist()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.programs import program
+from tests.programs import find_program
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,11 @@ def read_oogl(content: bytes, folder: Path) -> Read:
     path = folder / "model.oogl"
     path.write_bytes(content)
     done = subprocess.run(
-        [program("anytooff"), str(path)], capture_output=True, text=True, timeout=60, check=False
+        [find_program("anytooff"), str(path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return _parse_off(done.stdout)

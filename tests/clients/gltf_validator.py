@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tests.programs import node_package, program
+from tests.programs import find_node_package, find_program
 
 SCRIPT = Path(__file__).with_suffix(".mjs")
 
@@ -16,10 +16,10 @@ UNUSED = "UNUSED_OBJECT"
 
 
 @cache
-def _validator() -> subprocess.Popen[str]:
+def _start_validator() -> subprocess.Popen[str]:
     """The process of the validator, started once, because starting Node takes longer than most
     files."""
-    command = [program("node"), str(SCRIPT), str(node_package("gltf-validator"))]
+    command = [find_program("node"), str(SCRIPT), str(find_node_package("gltf-validator"))]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(process.kill)
     return process
@@ -27,7 +27,7 @@ def _validator() -> subprocess.Popen[str]:
 
 def validate(path: Path) -> dict[str, Any]:
     """Return the report on a `.gltf` or `.glb` file; its issues are of every severity."""
-    process = _validator()
+    process = _start_validator()
     assert process.stdin is not None
     assert process.stdout is not None
     print(path, file=process.stdin, flush=True)
@@ -35,7 +35,7 @@ def validate(path: Path) -> dict[str, Any]:
     return report
 
 
-def issues(content: bytes, path: Path) -> list[dict[str, Any]]:
+def list_issues(content: bytes, path: Path) -> list[dict[str, Any]]:
     """Issues of all severities in a file of this content, unused texture coordinates aside."""
     path.write_bytes(content)
     messages: list[dict[str, Any]] = validate(path)["issues"]["messages"]

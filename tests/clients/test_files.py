@@ -11,15 +11,24 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.bspline import BsplineSurface
 from tests.clients.geomview import read_oogl
-from tests.programs import program
+from tests.programs import find_program
 
 GEOMVIEW = Path("/usr/share/geomview/geom")
 
 
-def posted(url: str, file: Path, media_type: str) -> bytes:
+def post_file(url: str, file: Path, media_type: str) -> bytes:
     """The response to a file, which curl sends unchanged."""
-    command = [program("curl"), "--silent", "--show-error", "--fail", "--data-binary", f"@{file}",
-               "--header", f"Content-Type: {media_type}", url]  # fmt: skip
+    command = [
+        find_program("curl"),
+        "--silent",
+        "--show-error",
+        "--fail",
+        "--data-binary",
+        f"@{file}",
+        "--header",
+        f"Content-Type: {media_type}",
+        url,
+    ]
     return subprocess.run(command, capture_output=True, timeout=60, check=True).stdout
 
 
@@ -29,7 +38,7 @@ def test_an_array_becomes_a_mesh(server: str, tmp_path: Path) -> None:
     url = f"{server}/v1/mesh?type=bspline&format=glb&resolution=1"
     surface = BsplineSurface(net, (3, 3), ("clamped", "clamped"))
     expected = render(surface, MeshOptions((1, 1)), BY_NAME["glb"])
-    assert posted(url, tmp_path / "net.npy", "application/x-npy") == expected
+    assert post_file(url, tmp_path / "net.npy", "application/x-npy") == expected
 
 
 @pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkB.bez"])
@@ -39,7 +48,7 @@ def test_geomview_draws_the_same_patches_before_and_after(
     file = GEOMVIEW / name
     if not file.exists():
         pytest.skip("Geomview's examples are not installed")
-    response = posted(f"{server}/v1/mesh?format=oogl&oogl=bez", file, "model/x-oogl")
+    response = post_file(f"{server}/v1/mesh?format=oogl&oogl=bez", file, "model/x-oogl")
     before, after = (read_oogl(content, tmp_path) for content in (file.read_bytes(), response))
     assert len(before.vertices) == len(after.vertices) > 0
     assert before.faces == after.faces

@@ -19,25 +19,25 @@ MOST = 1_000_000
 DTYPES = ("<f4", "<f8", ">f4", ">f8")
 
 
-def saved(array: NDArray[Any], version: tuple[int, int] = (1, 0)) -> bytes:
+def save_array(array: NDArray[Any], version: tuple[int, int] = (1, 0)) -> bytes:
     """The file of an array, in one of the versions of the format."""
     file = io.BytesIO()
     np.lib.format.write_array(file, array, version=version)
     return file.getvalue()
 
 
-def with_header(text: str, numbers: bytes = b"", version: bytes = b"\1\0") -> bytes:
+def write_file(text: str, numbers: bytes = b"", version: bytes = b"\1\0") -> bytes:
     """A file with this header."""
     size = len(text).to_bytes(2 if version == b"\1\0" else 4, "little")
     return b"\x93NUMPY" + version + size + text.encode("latin-1") + numbers
 
 
-def header(descr: str = "'<f8'", order: str = "False", shape: str = "(2, 2, 3)") -> str:
+def write_header(descr: str = "'<f8'", order: str = "False", shape: str = "(2, 2, 3)") -> str:
     return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}\n"
 
 
 NET = np.arange(12.0).reshape(2, 2, 3)
-FILE = saved(NET)
+FILE = save_array(NET)
 BYTES = NET.tobytes()
 
 
@@ -54,7 +54,7 @@ def arrays(draw: st.DrawFn) -> NDArray[Any]:
     return np.asfortranarray(array) if draw(st.booleans()) else array
 
 
-def put_together(tree: Mapping[str, Any]) -> NDArray[Any]:
+def join_weights(tree: Mapping[str, Any]) -> NDArray[Any]:
     """The array of control points of a surface."""
     if tree["type"] == "patches":
         points, weights = tree["vertices"][tree["patches"]], tree.get("weights")
@@ -66,9 +66,9 @@ def put_together(tree: Mapping[str, Any]) -> NDArray[Any]:
 
 @given(arrays(), st.sampled_from(((1, 0), (2, 0), (3, 0))))
 def test_saved_arrays_come_back_bit_for_bit(array: NDArray[Any], version: tuple[int, int]) -> None:
-    tree = decode(saved(array, version), None, MOST)
+    tree = decode(save_array(array, version), None, MOST)
     assert tree["type"] == ("bezier" if array.ndim == 3 else "patches")
-    result = put_together(tree)
+    result = join_weights(tree)
     assert (result.dtype.itemsize, result.shape) == (array.dtype.itemsize, array.shape)
     assert result.astype(array.dtype).tobytes() == array.tobytes()
 
@@ -76,7 +76,7 @@ def test_saved_arrays_come_back_bit_for_bit(array: NDArray[Any], version: tuple[
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("arrange", [np.ascontiguousarray, np.asfortranarray])
 def test_a_net_is_a_window_on_the_bytes(dtype: str, arrange: Callable[..., Any]) -> None:
-    content = saved(arrange(NET, dtype=dtype))
+    content = save_array(arrange(NET, dtype=dtype))
     net = decode(content, "bspline", MOST)["control_net"]
     assert np.shares_memory(net, np.frombuffer(content, np.uint8))
     assert not net.flags.writeable
@@ -111,8 +111,8 @@ def damaged(draw: st.DrawFn) -> bytes:
                 st.sampled_from([b"9" * 18, b"(", b")", b"'", b",", b"{", b"}", b"0", b"-1", b"O"]),
             )
         )
-        taken = draw(st.one_of(st.just(len(piece)), st.integers(0, 4)))
-        content = content[:place] + piece + content[place + taken :]
+        removed = draw(st.one_of(st.just(len(piece)), st.integers(0, 4)))
+        content = content[:place] + piece + content[place + removed :]
     return content[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else content
 
 
@@ -122,7 +122,7 @@ def test_damaged_files_are_refused_or_read_as_numpy_does_with_little_memory(cont
     tracemalloc.start()
     try:
         with suppress(SurfaceError):
-            result = put_together(decode(content, None, MOST))
+            result = join_weights(decode(content, None, MOST))
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
@@ -148,25 +148,27 @@ MALFORMED = {
     "a byte more": FILE + b"\0",
     "a header as long as it can be": b"\x93NUMPY\1\0\xff\xff" + b" " * 70_000,
     "a longer one": b"\x93NUMPY\2\0\xff\xff\xff\xff" + FILE,
-    "no dictionary": with_header("1\n", BYTES),
-    "two dictionaries": with_header(header() * 2, BYTES),
-    "a list": with_header("[1, 2]\n", BYTES),
-    "a key missing": with_header("{'descr': '<f8', 'shape': (2, 2, 3), }", BYTES),
-    "a key too many": with_header(header().replace("}", "'x': True, }"), BYTES),
-    "a key twice": with_header(header().replace("}", "'shape': (2, 2, 3), }"), BYTES),
-    "no comma": with_header(header().replace(", 'f", " 'f"), BYTES),
-    "a call": with_header(header(shape="print(1)"), BYTES),
-    "a sum": with_header(header(shape="(1 + 1, 2, 3)"), BYTES),
-    "a shape that is a word": with_header(header(shape="'a'"), BYTES),
-    "an order that is a number": with_header(header(order="(1,)"), BYTES),
-    "a length below zero": with_header(header(shape="(-2, -2, 3)"), BYTES),
-    "a fraction": with_header(header(shape="(2.0, 2, 3)"), BYTES),
-    "more than there are bytes": with_header(header(shape="(999999999999999999, 4, 3)"), BYTES),
-    "more than there are integers": with_header(header(shape=f"({'9' * 40}, 4, 3)"), BYTES),
-    "brackets in brackets": with_header(header(shape="(" * 1500), BYTES),
-    "numbers without commas": with_header(header(shape=f"({'1' * 2000}"), BYTES),
-    "many blanks": with_header(header(shape="(" + " " * 2000 + "x)"), BYTES),
-    "no Latin": with_header(header(shape="(٢, 2, 3)".encode().decode("latin-1")), BYTES),
+    "no dictionary": write_file("1\n", BYTES),
+    "two dictionaries": write_file(write_header() * 2, BYTES),
+    "a list": write_file("[1, 2]\n", BYTES),
+    "a key missing": write_file("{'descr': '<f8', 'shape': (2, 2, 3), }", BYTES),
+    "a key too many": write_file(write_header().replace("}", "'x': True, }"), BYTES),
+    "a key twice": write_file(write_header().replace("}", "'shape': (2, 2, 3), }"), BYTES),
+    "no comma": write_file(write_header().replace(", 'f", " 'f"), BYTES),
+    "a call": write_file(write_header(shape="print(1)"), BYTES),
+    "a sum": write_file(write_header(shape="(1 + 1, 2, 3)"), BYTES),
+    "a shape that is a word": write_file(write_header(shape="'a'"), BYTES),
+    "an order that is a number": write_file(write_header(order="(1,)"), BYTES),
+    "a length below zero": write_file(write_header(shape="(-2, -2, 3)"), BYTES),
+    "a fraction": write_file(write_header(shape="(2.0, 2, 3)"), BYTES),
+    "more than there are bytes": write_file(
+        write_header(shape="(999999999999999999, 4, 3)"), BYTES
+    ),
+    "more than there are integers": write_file(write_header(shape=f"({'9' * 40}, 4, 3)"), BYTES),
+    "brackets in brackets": write_file(write_header(shape="(" * 1500), BYTES),
+    "numbers without commas": write_file(write_header(shape=f"({'1' * 2000}"), BYTES),
+    "many blanks": write_file(write_header(shape="(" + " " * 2000 + "x)"), BYTES),
+    "no Latin": write_file(write_header(shape="(٢, 2, 3)".encode().decode("latin-1")), BYTES),
 }
 
 
@@ -178,14 +180,14 @@ def test_files_that_are_not_npy_are_refused(content: bytes) -> None:
 
 
 OTHERS: dict[str, tuple[bytes, str]] = {
-    "objects": (with_header(header("'|O'"), b"\x80\4]"), "Python objects"),
-    "structures": (with_header(header("[('x', '<f8')]"), BYTES), "structures"),
-    "whole numbers": (saved(NET.astype(np.int64)), "numbers of another type"),
-    "complex numbers": (saved(NET.astype(np.complex128)), "numbers of another type"),
-    "half precision": (saved(NET.astype(np.float16)), "numbers of another type"),
-    "truth values": (saved(NET > 1), "numbers of another type"),
-    "texts": (saved(NET.astype("U4")), "numbers of another type"),
-    "native order": (with_header(header("'=f8'"), BYTES), "numbers of another type"),
+    "objects": (write_file(write_header("'|O'"), b"\x80\4]"), "Python objects"),
+    "structures": (write_file(write_header("[('x', '<f8')]"), BYTES), "structures"),
+    "whole numbers": (save_array(NET.astype(np.int64)), "numbers of another type"),
+    "complex numbers": (save_array(NET.astype(np.complex128)), "numbers of another type"),
+    "half precision": (save_array(NET.astype(np.float16)), "numbers of another type"),
+    "truth values": (save_array(NET > 1), "numbers of another type"),
+    "texts": (save_array(NET.astype("U4")), "numbers of another type"),
+    "native order": (write_file(write_header("'=f8'"), BYTES), "numbers of another type"),
 }
 
 
@@ -202,13 +204,13 @@ def test_numbers_of_another_type_are_refused(content: bytes, got: str) -> None:
 )
 def test_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(SurfaceError) as caught:
-        decode(saved(np.zeros(shape)), None, MOST)
+        decode(save_array(np.zeros(shape)), None, MOST)
     assert caught.value.issues[0].code == "wrong_dimension"
 
 
 @pytest.mark.parametrize("shape", [(0, 2, 3), (2, 0, 3), (0, 4, 4, 3), (10**15, 0, 3), (2, 2, 0)])
 def test_empty_arrays_are_refused(shape: tuple[int, ...]) -> None:
-    content = with_header(header(shape=str(shape)))
+    content = write_file(write_header(shape=str(shape)))
     with pytest.raises(SurfaceError) as caught:
         decode(content, None, MOST)
     assert caught.value.issues[0].code == "empty_list"
@@ -216,9 +218,9 @@ def test_empty_arrays_are_refused(shape: tuple[int, ...]) -> None:
 
 def test_control_points_are_counted_before_anything_is_made_of_them() -> None:
     for array, where in ((NET, "/surface/control_net"), (NET[None], "/surface/vertices")):
-        assert decode(saved(array), None, 4)
+        assert decode(save_array(array), None, 4)
         with pytest.raises(SurfaceError) as caught:
-            decode(saved(array), None, 3)
+            decode(save_array(array), None, 3)
         issue = caught.value.issues[0]
         assert (issue.code, issue.pointer) == ("too_many_control_points", where)
 
@@ -228,7 +230,7 @@ def test_control_points_are_counted_before_anything_is_made_of_them() -> None:
 )
 def test_kinds_that_an_array_cannot_be_are_refused(array: NDArray[Any], kind: str) -> None:
     with pytest.raises(SurfaceError) as caught:
-        decode(saved(array), kind, MOST)
+        decode(save_array(array), kind, MOST)
     assert caught.value.issues[0].pointer == "/surface/type"
 
 
@@ -237,8 +239,8 @@ def test_headers_of_other_programs_are_read() -> None:
     for text in (
         "{'shape':(2,2,3),'fortran_order':False,'descr':'<f8'}",
         "{ 'descr' : '<f8' , 'fortran_order' : False , 'shape' : ( 2 , 2 , 3 , ) , }",
-        header().rstrip().ljust(MAX_HEADER - 1) + "\n",
+        write_header().rstrip().ljust(MAX_HEADER - 1) + "\n",
     ):
-        content = with_header(text, BYTES)
+        content = write_file(text, BYTES)
         np.testing.assert_array_equal(np.load(io.BytesIO(content)), NET)
         np.testing.assert_array_equal(decode(content, None, MOST)["control_net"], NET)

@@ -24,7 +24,7 @@ from service.surface import Surface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from tests.clients.geomview import read_oogl
-from tests.programs import program
+from tests.programs import find_program
 
 MOST = 1_000_000
 GEOMVIEW = Path("/usr/share/geomview/geom")
@@ -36,13 +36,13 @@ def encode_exact(surface: Surface, *overlays: Any) -> bytes:
     return render(surface, options, BY_NAME["oogl"], EncodeOptions("bez"))
 
 
-def surface_of(content: bytes) -> Surface:
+def read_surface(content: bytes) -> Surface:
     """The surface in a file, checked like any other document."""
     tree = decode(content, None, MOST)
     return validate_document(MeshRequest, {"surface": tree}).to_surface()
 
 
-def batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def read_batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Control points and weights of the patches in a file, (P, p+1, q+1, …)."""
     tree = decode(content, None, MOST)
     weights = tree.get("weights")
@@ -58,7 +58,7 @@ def lower_example(name: str) -> PatchModel:
 
 @pytest.mark.parametrize("name", ["utah-teapot", "bourke-1111", "saddle", "tveit"])
 def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
-    points, weights = batch(encode_exact(find(name).surface()))
+    points, weights = read_batch(encode_exact(find(name).surface()))
     (expected,) = lower_example(name).batches
     assert expected.weights is None
     assert weights is None
@@ -67,7 +67,7 @@ def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "cylinder"])
 def test_rational_patches_come_back_within_a_rounding(name: str) -> None:
-    points, weights = batch(encode_exact(find(name).surface(), "control_net", "boundary"))
+    points, weights = read_batch(encode_exact(find(name).surface(), "control_net", "boundary"))
     (expected,) = lower_example(name).batches
     np.testing.assert_array_equal(weights, expected.weights)
     np.testing.assert_allclose(points, expected.points, rtol=1e-15, atol=0)
@@ -85,7 +85,7 @@ def test_corners_carry_colours_and_texture_coordinates() -> None:
     np.testing.assert_array_equal(colors[[0, 2, 0, 2], [0, 0, 1, 1], :3],
                                   [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])  # fmt: skip
     np.testing.assert_array_equal(colors[1, 0], [0.5, 0.5, 0, 1])
-    assert surface_of(text.replace(b"STCBEZ213", b"CBEZ213_ST")) is not None
+    assert read_surface(text.replace(b"STCBEZ213", b"CBEZ213_ST")) is not None
 
 
 def test_colours_of_ours_come_back_at_the_corners() -> None:
@@ -140,7 +140,7 @@ OURS_ALONE = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
 
 @pytest.mark.parametrize("text", FORMS)
 def test_every_form_is_read(text: bytes) -> None:
-    points, weights = batch(text)
+    points, weights = read_batch(text)
     assert weights is None
     np.testing.assert_array_equal(points, [[[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]])
 
@@ -161,16 +161,19 @@ def test_geomviews_own_files_are_the_surfaces_that_geomview_draws(name: str) -> 
         pytest.skip("Geomview's examples are not installed")
     dice = 5
     done = subprocess.run(
-        [program("bez2mesh"), str(dice), str(file)], capture_output=True, timeout=60, check=True
+        [find_program("bez2mesh"), str(dice), str(file)],
+        capture_output=True,
+        timeout=60,
+        check=True,
     )
     # Each patch is a MESH of dice × dice lines: x y z, and sometimes a normal.
     lines = [line.split() for line in done.stdout.decode().splitlines()]
     numbers = [line for line in lines if len(line) in (3, 6) and line[0][-1].isdigit()]
     drawn = np.array([line[:3] for line in numbers], dtype=float)
-    model = surface_of(file.read_bytes()).lower()
+    model = read_surface(file.read_bytes()).lower()
     assert isinstance(model, PatchModel)
     (patches,) = model.batches
-    ours = render(surface_of(file.read_bytes()), MeshOptions((dice - 1, dice - 1), weld=False),
+    ours = render(read_surface(file.read_bytes()), MeshOptions((dice - 1, dice - 1), weld=False),
                   BY_NAME["obj"])  # fmt: skip
     points = np.array(
         [line.split()[1:4] for line in ours.decode().splitlines() if line.startswith("v ")],

@@ -21,7 +21,7 @@ def teapot() -> PatchSurface:
     return surface
 
 
-def text_of(surface: PatchSurface, comma: str = ",", rows: bool = False) -> str:
+def write_text(surface: PatchSurface, comma: str = ",", rows: bool = False) -> str:
     """The text of a surface, with one line for each patch, or for each row of a patch."""
     lines = [str(len(surface.patches))]
     for patch in np.asarray(surface.patches) + 1:
@@ -37,7 +37,7 @@ def text_of(surface: PatchSurface, comma: str = ",", rows: bool = False) -> str:
 @pytest.mark.parametrize("end", ["\n", "\r\n", " \n\n"])
 def test_the_teapot_comes_back(comma: str, rows: bool, end: str) -> None:
     surface = teapot()
-    content = text_of(surface, comma, rows).replace("\n", end).encode()
+    content = write_text(surface, comma, rows).replace("\n", end).encode()
     tree = decode(content, None, MOST)
     np.testing.assert_array_equal(tree["vertices"], surface.vertices)
     np.testing.assert_array_equal(tree["patches"], surface.patches)
@@ -55,7 +55,7 @@ def surfaces(draw: st.DrawFn) -> PatchSurface:
 
 @given(surfaces(), st.booleans())
 def test_any_layout_is_found_again(surface: PatchSurface, rows: bool) -> None:
-    tree = decode(text_of(surface, rows=rows).encode(), None, MOST)
+    tree = decode(write_text(surface, rows=rows).encode(), None, MOST)
     np.testing.assert_array_equal(tree["patches"], surface.patches)
     np.testing.assert_array_equal(tree["vertices"], surface.vertices)
 

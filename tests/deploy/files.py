@@ -31,7 +31,7 @@ def run(*command: str | Path, stdin: str = "") -> str:
     return done.stdout
 
 
-def variables(path: Path) -> dict[str, str]:
+def read_variables(path: Path) -> dict[str, str]:
     """The variables of a file with one variable on each line."""
     lines = path.read_text(encoding="utf-8").splitlines()
     pairs = (line.partition("=") for line in lines if line and not line.startswith("#"))
@@ -42,7 +42,7 @@ LIMIT = 1 << 30
 """Bytes that a container may take."""
 
 
-def settings_of(environment: Mapping[str, str]) -> Settings:
+def build_settings(environment: Mapping[str, str]) -> Settings:
     """The settings from these variables; an unknown variable fails the test."""
     ours = {
         name.removeprefix(PREFIX).lower(): value

@@ -7,8 +7,8 @@ import pytest
 
 from service import __version__
 from service.settings.values import Settings
-from tests.deploy.files import DEPLOY, ROOT, check_limits, load, run, settings_of, variables
-from tests.programs import program
+from tests.deploy.files import DEPLOY, ROOT, build_settings, check_limits, load, read_variables, run
+from tests.programs import find_program
 
 FILE = DEPLOY / "compose.yaml"
 SERVICES: dict[str, dict[str, Any]] = load(FILE)["services"]
@@ -17,12 +17,12 @@ every_service = pytest.mark.parametrize("name", SERVICES)
 instances = pytest.mark.parametrize("name", INSTANCES)
 
 
-def settings_in(name: str) -> Settings:
-    return settings_of(SERVICES[name]["environment"])
+def read_settings(name: str) -> Settings:
+    return build_settings(SERVICES[name]["environment"])
 
 
 def test_it_follows_the_specification() -> None:
-    run(program("check-jsonschema"), "--builtin-schema", "vendor.compose-spec", FILE)
+    run(find_program("check-jsonschema"), "--builtin-schema", "vendor.compose-spec", FILE)
 
 
 def test_a_laptop_starts_the_service_alone() -> None:
@@ -65,7 +65,7 @@ def test_no_secret_has_a_default(name: str) -> None:
         assert not any(word in variable for word in words)
     for given in SERVICES[name].get("env_file", []):
         file = given if isinstance(given, str) else given["path"]
-        example = variables(DEPLOY / f"{file}.example")
+        example = read_variables(DEPLOY / f"{file}.example")
         secrets = {key for key in example if any(word in key for word in words)}
         assert secrets
         assert not any(example[key] for key in secrets)
@@ -76,24 +76,24 @@ def test_no_secret_has_a_default(name: str) -> None:
 def test_limits_leave_room_for_the_settings(name: str) -> None:
     assert SERVICES[name]["mem_limit"] == "1g"
     patience = int(SERVICES[name]["stop_grace_period"].removesuffix("s"))
-    check_limits(settings_in(name), 1 << 30, patience)
-    assert settings_in(name).threads == SERVICES[name]["cpus"]
+    check_limits(read_settings(name), 1 << 30, patience)
+    assert read_settings(name).threads == SERVICES[name]["cpus"]
 
 
 @instances
 def test_only_the_proxy_is_trusted(name: str) -> None:
     (subnet,) = load(FILE)["networks"]["front"]["ipam"]["config"]
     url = ip_address(SERVICES["proxy"]["networks"]["front"]["ipv4_address"])
-    assert settings_in(name).trusted_proxies == (str(url),)
+    assert read_settings(name).trusted_proxies == (str(url),)
     assert url in ip_network(subnet["subnet"])
     assert url not in ip_network(subnet["ip_range"]), "another container might have it"
     assert "front" in SERVICES[name]["networks"]
 
 
 def test_both_instances_use_the_store_of_the_file() -> None:
-    settings = variables(DEPLOY / "surface.env.example")
-    assert settings_of(settings).store == "s3://surfaces"
-    store = variables(DEPLOY / "store.env.example")
+    settings = read_variables(DEPLOY / "surface.env.example")
+    assert build_settings(settings).store == "s3://surfaces"
+    store = read_variables(DEPLOY / "store.env.example")
     assert store["GARAGE_DEFAULT_BUCKET"] == "surfaces"
     assert settings["AWS_ENDPOINT_URL"] == "http://store:3900"
     assert "s3_region = " + f'"{settings["AWS_REGION"]}"' in (

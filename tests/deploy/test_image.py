@@ -1,11 +1,11 @@
 """The Dockerfile passes a linter, and agrees with the files that run its image."""
 
 from tests.deploy.files import DEPLOY, ROOT, USER, load, run
-from tests.programs import program
+from tests.programs import find_program
 
 
 def test_dockerfile_is_clean() -> None:
-    assert run(program("hadolint"), ROOT / "Dockerfile") == ""
+    assert run(find_program("hadolint"), ROOT / "Dockerfile") == ""
 
 
 def test_image_keeps_surfaces_where_its_user_may_write() -> None:

@@ -13,8 +13,8 @@ from service.api.app import create_app
 from service.api.observing.health import DEADLINE
 from service.settings.values import Settings
 from service.storage.address import open_store
-from tests.deploy.files import DEPLOY, USER, check_limits, load, run, settings_of
-from tests.programs import program
+from tests.deploy.files import DEPLOY, USER, build_settings, check_limits, load, run
+from tests.programs import find_program
 
 KUBERNETES = "1.37"
 FOLDER = DEPLOY / "kubernetes"
@@ -29,7 +29,7 @@ overlays = pytest.mark.parametrize("overlay", OVERLAYS)
 @cache
 def build_overlay(overlay: str) -> dict[tuple[str, str], Manifest]:
     """The manifests of an overlay, by kind and name, after validation."""
-    text = run(program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
+    text = run(find_program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
     manifests = list(yaml.safe_load_all(text))
     for each in manifests:
         if each["kind"] not in CUSTOM:
@@ -39,31 +39,31 @@ def build_overlay(overlay: str) -> dict[tuple[str, str], Manifest]:
     return named
 
 
-def of_kind(overlay: str, kind: str) -> list[Manifest]:
+def select_kind(overlay: str, kind: str) -> list[Manifest]:
     return [each for (kind_of, _), each in build_overlay(overlay).items() if kind_of == kind]
 
 
 def find_only(overlay: str, kind: str) -> Manifest:
     """The only object of its kind."""
-    (only,) = of_kind(overlay, kind)
+    (only,) = select_kind(overlay, kind)
     return only
 
 
-def pod_of(overlay: str) -> Any:
+def find_pod(overlay: str) -> Any:
     return find_only(overlay, "Deployment")["spec"]["template"]["spec"]
 
 
-def container_of(overlay: str) -> Any:
-    (container,) = pod_of(overlay)["containers"]
+def find_container(overlay: str) -> Any:
+    (container,) = find_pod(overlay)["containers"]
     return container
 
 
-def settings_in(overlay: str) -> Settings:
+def read_settings(overlay: str) -> Settings:
     """The service's settings from the variables of the pod."""
     config = find_only(overlay, "ConfigMap")
     reference = {"configMapRef": {"name": config["metadata"]["name"]}}
-    assert reference in container_of(overlay)["envFrom"]
-    return settings_of(config["data"])
+    assert reference in find_container(overlay)["envFrom"]
+    return build_settings(config["data"])
 
 
 @overlays
@@ -77,12 +77,12 @@ def test_all_objects_are_in_one_namespace_of_restricted_pods(overlay: str) -> No
 
 @overlays
 def test_image_is_of_this_version(overlay: str) -> None:
-    assert container_of(overlay)["image"] == f"surface-service:{__version__}"
+    assert find_container(overlay)["image"] == f"surface-service:{__version__}"
 
 
 @overlays
 def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
-    pod = pod_of(overlay)
+    pod = find_pod(overlay)
     account = find_only(overlay, "ServiceAccount")
     assert pod["serviceAccountName"] == account["metadata"]["name"]
     assert account["automountServiceAccountToken"] is False
@@ -90,7 +90,7 @@ def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
     assert pod["securityContext"]["runAsNonRoot"]
     assert pod["securityContext"]["runAsUser"] == pod["securityContext"]["fsGroup"] == USER
     assert pod["securityContext"]["seccompProfile"] == {"type": "RuntimeDefault"}
-    assert container_of(overlay)["securityContext"] == {
+    assert find_container(overlay)["securityContext"] == {
         "allowPrivilegeEscalation": False,
         "readOnlyRootFilesystem": True,
         "capabilities": {"drop": ["ALL"]},
@@ -99,14 +99,14 @@ def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
 
 @overlays
 def test_limits_leave_room_for_the_settings(overlay: str) -> None:
-    settings = settings_in(overlay)
-    limit = container_of(overlay)["resources"]["limits"]["memory"]
+    settings = read_settings(overlay)
+    limit = find_container(overlay)["resources"]["limits"]["memory"]
     assert limit == "1Gi"
-    check_limits(settings, 1 << 30, pod_of(overlay)["terminationGracePeriodSeconds"])
+    check_limits(settings, 1 << 30, find_pod(overlay)["terminationGracePeriodSeconds"])
     assert settings.threads > 0, "the processors of the node would be counted"
-    if of_kind(overlay, "Ingress"):
+    if select_kind(overlay, "Ingress"):
         assert settings.drain_delay >= 5, "the load balancer needs time to notice"
-    assert "lifecycle" not in container_of(overlay), "the service itself waits"
+    assert "lifecycle" not in find_container(overlay), "the service itself waits"
 
 
 @overlays
@@ -117,14 +117,14 @@ def test_service_finds_the_pods(overlay: str) -> None:
     assert (
         find_only(overlay, "Deployment")["spec"]["selector"]["matchLabels"] == service["selector"]
     )
-    ports = {each["name"]: each["containerPort"] for each in container_of(overlay)["ports"]}
+    ports = {each["name"]: each["containerPort"] for each in find_container(overlay)["ports"]}
     assert {port["targetPort"] for port in service["ports"]} <= ports.keys()
-    assert ports["http"] == settings_in(overlay).port
+    assert ports["http"] == read_settings(overlay).port
 
 
 @overlays
 def test_probed_paths_are_routes(overlay: str) -> None:
-    container = container_of(overlay)
+    container = find_container(overlay)
     probes = ("startupProbe", "livenessProbe", "readinessProbe")
     for probe in probes:
         assert container[probe]["httpGet"]["port"] == "http"
@@ -138,7 +138,7 @@ def test_probed_paths_are_routes(overlay: str) -> None:
 @overlays
 def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
     policies = {
-        each["metadata"]["name"]: each["spec"] for each in of_kind(overlay, "NetworkPolicy")
+        each["metadata"]["name"]: each["spec"] for each in select_kind(overlay, "NetworkPolicy")
     }
     nothing = policies.pop("nothing")
     assert nothing == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
@@ -154,7 +154,7 @@ def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
         for rule in spec.get("egress", [])
         for port in rule["ports"]
     }
-    in_bucket = settings_in(overlay).store.startswith("s3://")
+    in_bucket = read_settings(overlay).store.startswith("s3://")
     assert out == ({53, 443} if in_bucket else set())
 
 
@@ -165,11 +165,11 @@ def test_a_volume_has_one_replica() -> None:
     deployment = find_only("local", "Deployment")["spec"]
     assert deployment["replicas"] == 1
     assert deployment["strategy"] == {"type": "Recreate"}
-    (volume,) = pod_of("local")["volumes"]
+    (volume,) = find_pod("local")["volumes"]
     assert volume["persistentVolumeClaim"]["claimName"] == claim["metadata"]["name"]
-    settings = settings_in("local")
+    settings = read_settings("local")
     mount = {"name": volume["name"], "mountPath": settings.store}
-    assert container_of("local")["volumeMounts"] == [mount]
+    assert find_container("local")["volumeMounts"] == [mount]
     assert claim["spec"]["resources"]["requests"]["storage"] == "10Gi"
     assert settings.store_quota < 10 << 30
 
@@ -185,22 +185,22 @@ def test_in_production_replicas_share_a_bucket_and_one_may_go() -> None:
     budget = find_only("production", "PodDisruptionBudget")["spec"]
     assert budget["maxUnavailable"] < scaling["minReplicas"]
     assert budget["selector"] == deployment["spec"]["selector"]
-    settings = settings_in("production")
+    settings = read_settings("production")
     assert settings.store.startswith("s3://")
     open_store(settings.store, settings.store_quota)
-    assert {"secretRef": {"name": "surface-bucket"}} in container_of("production")["envFrom"]
-    for each in pod_of("production")["topologySpreadConstraints"]:
+    assert {"secretRef": {"name": "surface-bucket"}} in find_container("production")["envFrom"]
+    for each in find_pod("production")["topologySpreadConstraints"]:
         assert each["labelSelector"] == deployment["spec"]["selector"]
 
 
 def test_in_production_keys_are_a_file_that_may_change() -> None:
-    (volume,) = pod_of("production")["volumes"]
+    (volume,) = find_pod("production")["volumes"]
     assert volume["secret"]["secretName"] == "surface-keys"
     assert not volume["secret"].get("optional"), "without keys every client may compute and store"
-    (mount,) = container_of("production")["volumeMounts"]
+    (mount,) = find_container("production")["volumeMounts"]
     assert mount["readOnly"]
     assert "subPath" not in mount, "what is mounted so never changes"
-    folder, _, _ = settings_in("production").api_keys_file.rpartition("/")
+    folder, _, _ = read_settings("production").api_keys_file.rpartition("/")
     assert (mount["name"], mount["mountPath"]) == (volume["name"], folder)
 
 
@@ -214,15 +214,15 @@ def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
     exact = {each["path"] for each in paths if each["pathType"] == "Exact"}
     below = {each["path"] for each in paths if each["pathType"] == "Prefix"}
 
-    def reached(path: str) -> bool:
+    def is_reached(path: str) -> bool:
         return path in exact or any(f"{path}/".startswith(f"{each}/") for each in below)
 
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
     inside = {"/health/live", "/health/ready", "/metrics"}
-    assert {path for path in routes | inside if path and not reached(path)} == inside
+    assert {path for path in routes | inside if path and not is_reached(path)} == inside
     annotations = find_only("production", "Ingress")["metadata"]["annotations"]
     seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
-    assert seconds > settings_in("production").request_timeout
+    assert seconds > read_settings("production").request_timeout
 
 
 def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:

@@ -13,9 +13,9 @@ from prometheus_client.parser import text_string_to_metric_families as families
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import client_of
+from tests.api.client import start_client
 from tests.deploy.files import DEPLOY, ROOT, load, run
-from tests.programs import program
+from tests.programs import find_program
 
 ALERTS = DEPLOY / "prometheus" / "alerts.yaml"
 CONFIG = DEPLOY / "prometheus" / "prometheus.yml"
@@ -102,19 +102,19 @@ QUIET: dict[str, dict[str, str]] = {
 
 @pytest.fixture(scope="module")
 def promtool() -> str:
-    return program("promtool")
+    return find_program("promtool")
 
 
 @pytest.fixture(scope="module")
 def scraped() -> set[str]:
     """Names of all samples of an application, also of families that have no samples yet."""
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         client.get("/v1/surfaces/saddle/mesh.glb?resolution=2")
         result = client.get("/metrics").text
-    return {name for family in families(result) for name in _names(family.name, family.type)}
+    return {name for family in families(result) for name in _find_names(family.name, family.type)}
 
 
-def _names(name: str, kind: str) -> Iterator[str]:
+def _find_names(name: str, kind: str) -> Iterator[str]:
     ends = {
         "counter": ("_total",),
         "summary": ("_count", "_sum"),
@@ -157,7 +157,7 @@ def test_prometheus_accepts_the_rules(promtool: str) -> None:
 
 
 def test_prometheus_parses_the_numbers(promtool: str) -> None:
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         for url in ("/v1/surfaces/saddle/mesh.glb", "/v1/surfaces/saddle/mesh.glb", "/nowhere"):
             client.get(url)
         result = client.get("/metrics").text

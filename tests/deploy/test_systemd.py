@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.deploy.files import DEPLOY, check_limits, run, settings_of, variables
-from tests.programs import program
+from tests.deploy.files import DEPLOY, build_settings, check_limits, read_variables, run
+from tests.programs import find_program
 
 UNIT = DEPLOY / "systemd" / "surface-service.service"
 PROGRAM = "/opt/surface-service/bin/surface"
 LINES = [line.partition("=") for line in UNIT.read_text(encoding="utf-8").splitlines()]
-SETTINGS = settings_of(variables(DEPLOY / "systemd" / "surface.env.example"))
+SETTINGS = build_settings(read_variables(DEPLOY / "systemd" / "surface.env.example"))
 
 
 def read_value(name: str) -> str:
@@ -31,12 +31,14 @@ def unit(tmp_path: Path) -> Path:
 
 
 def test_systemd_accepts_the_unit(unit: Path) -> None:
-    run(program("systemd-analyze"), "verify", unit)
+    run(find_program("systemd-analyze"), "verify", unit)
 
 
 def test_it_is_confined(unit: Path) -> None:
     """systemd's own rating is from 0, confined, to 10, exposed."""
-    reported = run(program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit)
+    reported = run(
+        find_program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit
+    )
     (rating,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", reported)
     assert float(rating) <= 1.5
 

@@ -22,7 +22,16 @@ from service.engine.quantize import quantize_mesh
 from service.errors import UnsupportedByFormat
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
-from tests.meshes import Faces, carrying, control_net, sheet, silo, single, size_of, with_overlays
+from tests.meshes import (
+    Faces,
+    add_attributes,
+    add_overlays,
+    build_control_net,
+    build_sheet,
+    build_silo,
+    measure_size,
+    to_single,
+)
 
 LARGEST = float(np.finfo(np.float32).max)
 FORMS: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
@@ -50,14 +59,14 @@ def measure_forms(
     choices += [replace(choices[0], **choice) for choice in compact if fmt.compact]
     for options in choices:
         try:
-            length = len(fmt.encode(on_grid(mesh) if options.quantize else mesh, options))
+            length = len(fmt.encode(move_to_grid(mesh) if options.quantize else mesh, options))
         except UnsupportedByFormat:
             continue
-        sizes.append((length, fmt.byte_bound(size_of(mesh), options)))
+        sizes.append((length, fmt.byte_bound(measure_size(mesh), options)))
     return sizes
 
 
-def on_grid(mesh: Mesh) -> Mesh:
+def move_to_grid(mesh: Mesh) -> Mesh:
     """The mesh with its positions on the finest grid that 16 bits allow."""
     return quantize_mesh(mesh, 2.0**-126)
 
@@ -67,9 +76,9 @@ def on_grid(mesh: Mesh) -> Mesh:
 @given(data=st.data())
 def test_never_longer_than_the_bound(fmt: Format, data: st.DataObject) -> None:
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
-    mesh = silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
-    mesh = with_overlays(mesh) if data.draw(st.booleans()) else mesh
-    mesh = carrying(mesh, data.draw(st.booleans())) if data.draw(st.booleans()) else mesh
+    mesh = build_silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
+    mesh = add_overlays(mesh) if data.draw(st.booleans()) else mesh
+    mesh = add_attributes(mesh, data.draw(st.booleans())) if data.draw(st.booleans()) else mesh
     positions = data.draw(
         arrays.arrays(
             np.float64, mesh.positions.shape, elements=st.floats(-LARGEST, LARGEST, allow_nan=False)
@@ -83,10 +92,10 @@ def test_never_longer_than_the_bound(fmt: Format, data: st.DataObject) -> None:
 @each_format
 @pytest.mark.parametrize("patches", ["one", "many"])
 def test_the_worst_numbers_fit(fmt: Format, patches: str) -> None:
-    mesh = sheet(20) if patches == "one" else silo(3, 1)
+    mesh = build_sheet(20) if patches == "one" else build_silo(3, 1)
     awful = np.full_like(mesh.positions, AWKWARD)
     awful_normals = np.full_like(mesh.positions, -1.1754944e-38).astype(np.float32)
-    overlay = control_net()
+    overlay = build_control_net()
     overlay = replace(overlay, positions=np.full_like(overlay.positions, AWKWARD), name="\x01" * 99)
     parts = tuple(replace(part, name="\x01" * 99, deviation_bound=-AWKWARD) for part in mesh.parts)
     report = replace(
@@ -114,17 +123,17 @@ def test_the_worst_numbers_fit(fmt: Format, patches: str) -> None:
 @each_format
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 def test_the_bound_is_not_far_above_the_size(fmt: Format, faces: Faces) -> None:
-    mesh = silo(48, 16, faces)
+    mesh = build_silo(48, 16, faces)
     assert mesh.normals is not None
     turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     turned = replace(mesh, positions=mesh.positions @ turn, normals=mesh.normals @ turn)
-    for built in (turned, carrying(turned)):
+    for built in (turned, add_attributes(turned)):
         kept = replace(
             built,
             colors=built.colors if "colors" in fmt.carries else None,
             attributes=built.attributes if "attribute" in fmt.carries else (),
         )
-        for length, bound in measure_forms(fmt, single(kept) if fmt.single else kept, ()):
+        for length, bound in measure_forms(fmt, to_single(kept) if fmt.single else kept, ()):
             assert length <= bound <= 3 * length
 
 
@@ -133,8 +142,8 @@ def test_exact_form(degree: int) -> None:
     points = np.full((3, degree + 1, degree + 1, 3), AWKWARD)
     batch = TensorPatches(points, np.full(points.shape[:3], 1 / 3))
     model = PatchModel("model", (batch,), (Part("model", 0, 3),))
-    length = len(encode_patches(model, (control_net(),)))
-    size = size_of(with_overlays(sheet(1)))
+    length = len(encode_patches(model, (build_control_net(),)))
+    size = measure_size(add_overlays(build_sheet(1)))
     size = replace(size, patches=3, control_points=3 * (degree + 1) ** 2)
     assert length <= byte_bound(size, EncodeOptions("bez")) <= 3 * length + 1024
 

@@ -24,7 +24,7 @@ from service.surface.examples import EXAMPLES
 from service.surface.lowered import GroupModel
 from service.surface.sweep_model import SweepModel
 from tests.clients.geomview import read_oogl
-from tests.clients.gltf_validator import issues
+from tests.clients.gltf_validator import list_issues
 from tests.forms import REQUESTS
 
 OVERLAYS: tuple[OverlayName, ...] = ("control_net", "boundary")
@@ -55,7 +55,7 @@ def build_mesh(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
 @each_form
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 def test_the_validator_finds_no_issue(form: str, suffix: str, tmp_path: Path) -> None:
-    assert issues(write(form, suffix), tmp_path / f"model.{suffix}") == []
+    assert list_issues(write(form, suffix), tmp_path / f"model.{suffix}") == []
 
 
 @each_form
@@ -91,19 +91,19 @@ def check_triangles(form: str, name: str) -> None:
     loaded: list[trimesh.Trimesh] = list(scene.geometry.values())
     mesh = build_mesh(form, fmt)
     corners = (mesh.positions + mesh.origin)[mesh.triangles]
-    result = np.concatenate([own.triangles for own in loaded])
+    result = np.concatenate([item.triangles for item in loaded])
     assert result.shape == corners.shape
     np.testing.assert_allclose(result, corners, rtol=0, atol=1e-5 if fmt.single else 0)
-    for own in loaded:
-        if isinstance(own.visual, TextureVisuals):
+    for item in loaded:
+        if isinstance(item.visual, TextureVisuals):
             assert mesh.uvs is not None
             np.testing.assert_allclose(
-                own.visual.uv[own.faces], mesh.uvs[mesh.triangles], atol=1e-6
+                item.visual.uv[item.faces], mesh.uvs[mesh.triangles], atol=1e-6
             )
         elif mesh.colors is not None and name in {"obj", "ply"}:
-            assert own.visual is not None
+            assert item.visual is not None
             width = mesh.colors.shape[1] if name == "ply" else 3
-            colors = own.visual.vertex_colors[own.faces][..., :width].astype(int)
+            colors = item.visual.vertex_colors[item.faces][..., :width].astype(int)
             colored = 255 * mesh.colors[mesh.triangles][..., :width]
             np.testing.assert_allclose(colors, colored, atol=1)
 
@@ -133,7 +133,7 @@ each_example = pytest.mark.parametrize("example", EXAMPLES)
 def test_the_validator_finds_no_issue_in_examples(example: str, tmp_path: Path) -> None:
     options = MeshOptions(resolution=(3, 5), uvs=True, overlays=OVERLAYS)
     content = render(EXAMPLES[example].surface(), options, BY_NAME["glb"])
-    assert issues(content, tmp_path / "model.glb") == []
+    assert list_issues(content, tmp_path / "model.glb") == []
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions, OoglForm
 from service.encoders.registry import BY_NAME
-from tests.meshes import carrying, silo, single, with_overlays
+from tests.meshes import add_attributes, add_overlays, build_silo, to_single
 
 FOLDER = Path(__file__).parents[1] / "golden"
 
@@ -37,21 +37,21 @@ FILES: dict[str, OoglForm | None] = {
 }
 
 
-def content(file: str) -> bytes:
-    known = BY_NAME[file.rpartition(".")[2]]
-    mesh = with_overlays(silo(faces="quads" if known.quads else "triangles"))
+def render_golden(file: str) -> bytes:
+    fmt = BY_NAME[file.rpartition(".")[2]]
+    mesh = add_overlays(build_silo(faces="quads" if fmt.quads else "triangles"))
     if "colors" in file:
-        mesh = carrying(mesh)
-    if known.single:
-        mesh = single(mesh, (10.0, 0.0, 0.5), "z")
-    return bytes(known.encode(mesh, EncodeOptions(FILES[file])))
+        mesh = add_attributes(mesh)
+    if fmt.single:
+        mesh = to_single(mesh, (10.0, 0.0, 0.5), "z")
+    return bytes(fmt.encode(mesh, EncodeOptions(FILES[file])))
 
 
 @pytest.mark.parametrize("file", FILES)
 def test_files_are_equal_to_the_golden_files(file: str) -> None:
-    assert content(file) == (FOLDER / file).read_bytes()
+    assert render_golden(file) == (FOLDER / file).read_bytes()
 
 
 if __name__ == "__main__":
     for file in FILES:
-        (FOLDER / file).write_bytes(content(file))
+        (FOLDER / file).write_bytes(render_golden(file))

@@ -9,7 +9,7 @@ import numpy as np
 from service.encoders import json_mesh
 from service.encoders.format import EncodeOptions
 from service.engine.mesh.mesh_value import Mesh
-from tests.meshes import carrying, sheet, silo, single, with_overlays
+from tests.meshes import add_attributes, add_overlays, build_sheet, build_silo, to_single
 
 
 def decode(mesh: Mesh) -> dict[str, Any]:
@@ -21,13 +21,13 @@ def test_positions_read_back_bit_for_bit() -> None:
     bits = np.random.default_rng(3).integers(0, 2**64, (500, 3), dtype=np.uint64)
     values = bits.view(np.float64)
     positions = np.where(np.isfinite(values), values, -0.0)
-    mesh = replace(sheet(1), positions=positions)
+    mesh = replace(build_sheet(1), positions=positions)
     read = np.array(decode(mesh)["vertices"], dtype=np.float64)
     np.testing.assert_array_equal(read.view(np.uint64), positions.view(np.uint64))
 
 
 def test_normals_and_parameters_are_float32() -> None:
-    mesh = silo(7)
+    mesh = build_silo(7)
     document = decode(mesh)
     assert mesh.normals is not None
     assert mesh.uvs is not None
@@ -39,12 +39,12 @@ def test_normals_and_parameters_are_float32() -> None:
 
 
 def test_attributes_alone_have_faces_of_their_own_where_they_must() -> None:
-    mesh = replace(carrying(silo()), normals=None, uvs=None, colors=None)
+    mesh = replace(add_attributes(build_silo()), normals=None, uvs=None, colors=None)
     assert decode(mesh)["attribute_faces"] == mesh.triangles.tolist()
     assert "attribute_faces" not in decode(replace(mesh, attributes=()))
 
 
-def rows_of(mesh: Mesh) -> list[int]:
+def find_rows(mesh: Mesh) -> list[int]:
     """For each vertex the row of `vertices` that holds its position: positions in first order."""
     rows: dict[int, int] = {}
     welds = range(len(mesh.positions)) if mesh.welds is None else mesh.welds.tolist()
@@ -52,18 +52,18 @@ def rows_of(mesh: Mesh) -> list[int]:
 
 
 def test_missing_channels_have_no_key() -> None:
-    mesh = replace(sheet(1), normals=None, uvs=None)
+    mesh = replace(build_sheet(1), normals=None, uvs=None)
     assert list(decode(mesh)) == ["vertices", "faces", "parts", "report"]
-    bare = replace(silo(), normals=None, uvs=None)
+    bare = replace(build_silo(), normals=None, uvs=None)
     assert list(decode(bare)) == ["vertices", "faces", "parts", "report"]
     everything = ["vertices", "faces", "normals", "uvs", "attribute_faces", "parts", "lines"]
-    assert list(decode(with_overlays(silo()))) == [*everything, "report"]
+    assert list(decode(add_overlays(build_silo()))) == [*everything, "report"]
 
 
 def test_origin_is_added_back() -> None:
     origin = (5e5, 4.6e6, 0.125)
-    moved = decode(single(with_overlays(silo()), origin))
-    expected = silo().positions + np.array(origin)
-    first = [rows_of(silo()).index(k) for k in range(len(moved["vertices"]))]
+    moved = decode(to_single(add_overlays(build_silo()), origin))
+    expected = build_silo().positions + np.array(origin)
+    first = [find_rows(build_silo()).index(k) for k in range(len(moved["vertices"]))]
     np.testing.assert_array_equal(moved["vertices"], expected[first])
     np.testing.assert_array_equal(moved["lines"][1]["vertices"][0], origin)

@@ -11,14 +11,14 @@ from service.encoders.format import EncodeOptions, OoglForm
 from service.engine.mesh.mesh_value import Mesh
 from service.errors import UnsupportedByFormat
 from tests.clients.geomview import read_oogl
-from tests.meshes import carrying, sheet, silo, with_overlays, without_faces
+from tests.meshes import add_attributes, add_overlays, build_sheet, build_silo, remove_faces
 
 
 def encode(mesh: Mesh, form: OoglForm | None = None) -> bytes:
     return oogl.encode(mesh, EncodeOptions(form))
 
 
-def lines(content: bytes) -> list[str]:
+def read_lines(content: bytes) -> list[str]:
     return content.decode("ascii").splitlines()
 
 
@@ -26,10 +26,10 @@ def lines(content: bytes) -> list[str]:
 def test_positions_keep_all_their_digits(form: OoglForm, tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     positions = rng.standard_normal((16, 3)) * 10.0 ** rng.integers(-30, 30, (16, 1))
-    mesh = replace(sheet(3), positions=positions)
+    mesh = replace(build_sheet(3), positions=positions)
     content = encode(mesh, form)
     order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
-    written = [[float(x) for x in line.split()[:3]] for line in lines(content)[2:18]]
+    written = [[float(x) for x in line.split()[:3]] for line in read_lines(content)[2:18]]
     assert written == positions[order].tolist()
     # Geomview stores float32 and has a number reader of its own, which may miss by one.
     read = read_oogl(content, tmp_path)
@@ -38,7 +38,7 @@ def test_positions_keep_all_their_digits(form: OoglForm, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("value", [1e-30, 1.5e22, -0.0, 1e-5, 123456789.0, -1e-7])
 def test_geomview_reads_every_number(value: float, tmp_path: Path) -> None:
-    mesh = with_overlays(sheet(2))
+    mesh = add_overlays(build_sheet(2))
     odd = replace(mesh, positions=mesh.positions + value)
     for form in ("cquad", "mesh", "off"):
         read_oogl(encode(odd, form), tmp_path)
@@ -48,12 +48,12 @@ def test_geomview_reads_every_number(value: float, tmp_path: Path) -> None:
 def test_a_vertex_is_position_normal_color_texture(
     form: OoglForm, prefix: str, tail: list[float], tmp_path: Path
 ) -> None:
-    mesh = carrying(sheet(3))
+    mesh = add_attributes(build_sheet(3))
     assert mesh.normals is not None
     assert mesh.uvs is not None
     assert mesh.colors is not None
     content = encode(mesh, form)
-    result = lines(content)
+    result = read_lines(content)
     assert result[1].startswith(f"{{ = {prefix}{form.upper()} ")
     order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
     for line, k in zip(result[2:18], order.tolist(), strict=True):
@@ -64,7 +64,7 @@ def test_a_vertex_is_position_normal_color_texture(
 
 
 def test_the_default_is_the_seed_form_where_there_are_grids() -> None:
-    mesh = with_overlays(silo())
+    mesh = add_overlays(build_silo())
     assert encode(mesh) == encode(mesh, "cquad")
     gridless = replace(mesh, grids=())
     assert encode(gridless) == encode(gridless, "off")
@@ -73,10 +73,10 @@ def test_the_default_is_the_seed_form_where_there_are_grids() -> None:
 @pytest.mark.parametrize(
     ("mesh", "form", "reason"),
     [
-        (replace(silo(), grids=()), "cquad", "grid"),
-        (replace(silo(), grids=()), "mesh", "grid"),
-        (silo(), "bez", "patches"),
-        (without_faces(silo()), None, "faces"),
+        (replace(build_silo(), grids=()), "cquad", "grid"),
+        (replace(build_silo(), grids=()), "mesh", "grid"),
+        (build_silo(), "bez", "patches"),
+        (remove_faces(build_silo()), None, "faces"),
     ],
 )
 def test_a_form_that_cannot_hold_the_mesh_is_refused(

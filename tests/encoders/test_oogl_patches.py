@@ -18,17 +18,17 @@ DICE = 10
 """Points along each side into which Geomview divides a patch by default."""
 
 
-def model(*batches: TensorPatches) -> PatchModel:
+def build_model(*batches: TensorPatches) -> PatchModel:
     count = sum(batch.count for batch in batches)
     return PatchModel("model", batches, (Part("model", 0, count),))
 
 
-def net(p: int, q: int, patches: int = 1, *, seed: int = 1) -> Array:
+def build_net(p: int, q: int, patches: int = 1, *, seed: int = 1) -> Array:
     rng = np.random.default_rng((seed, p, q))
     return rng.uniform(-1, 1, (patches, p + 1, q + 1, 3))
 
 
-def quarter_cylinder() -> TensorPatches:
+def build_quarter_cylinder() -> TensorPatches:
     arc = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
     points = np.array([[[[x, y, z] for z in (0.0, 2.0)] for x, y in arc]])
     weights = np.array([[[w, w] for w in (1.0, np.sqrt(0.5), 1.0)]])
@@ -45,8 +45,8 @@ def de_casteljau(points: Array, t: float) -> Array:
 
 @pytest.mark.parametrize("degree", [(1, 1), (2, 3), (3, 3), (9, 1), (10, 4), (12, 12)])
 def test_points_of_geomview_are_on_the_surface(degree: tuple[int, int], tmp_path: Path) -> None:
-    points = net(*degree)
-    read = read_oogl(encode_patches(model(TensorPatches(points))), tmp_path)
+    points = build_net(*degree)
+    read = read_oogl(encode_patches(build_model(TensorPatches(points))), tmp_path)
     t = np.arange(DICE) / (DICE - 1)
     expected = np.array([de_casteljau(de_casteljau(points[0], u), v) for v in t for u in t])
     assert len(read.vertices) == DICE * DICE
@@ -56,7 +56,7 @@ def test_points_of_geomview_are_on_the_surface(degree: tuple[int, int], tmp_path
 
 
 def test_rational_patches_are_homogeneous(tmp_path: Path) -> None:
-    content = encode_patches(model(quarter_cylinder()))
+    content = encode_patches(build_model(build_quarter_cylinder()))
     root = repr(float(np.sqrt(0.5)))
     assert content.decode().splitlines()[:5] == [
         "LIST",
@@ -72,10 +72,10 @@ def test_rational_patches_are_homogeneous(tmp_path: Path) -> None:
 def test_corners_have_their_colors(tmp_path: Path) -> None:
     """A net of degree (1, 1) is all that BEZ can say: Geomview's colours are then the surface's."""
     colors = np.random.default_rng(6).random((2, 2, 2, 4))
-    points = net(2, 1, patches=2)
+    points = build_net(2, 1, patches=2)
     points[1] += 9
     batch = TensorPatches(points, channels=(Channel("colors", "colors", colors),))
-    content = encode_patches(model(batch))
+    content = encode_patches(build_model(batch))
     assert content.startswith(b"LIST\n{ = CBEZ 2 1 3\n")
     read = read_oogl(content, tmp_path)
     assert read.colors is not None
@@ -96,6 +96,6 @@ def test_corners_have_their_colors(tmp_path: Path) -> None:
 @pytest.mark.parametrize("degree", [(13, 1), (1, 13)])
 def test_higher_degrees_are_refused(degree: tuple[int, int]) -> None:
     with pytest.raises(UnsupportedByFormat) as refused:
-        encode_patches(model(TensorPatches(net(*degree))))
+        encode_patches(build_model(TensorPatches(build_net(*degree))))
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer) == ("unsupported_by_format", "/oogl")

@@ -16,7 +16,7 @@ from service.errors import UnsupportedByFormat
 from service.pipeline.mesh import render
 from service.surface.batches import ChannelKind
 from service.surface.examples import find
-from tests.meshes import carrying, silo, with_overlays, without_faces
+from tests.meshes import add_attributes, add_overlays, build_silo, remove_faces
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 
@@ -38,7 +38,7 @@ def test_media_types_differ_and_have_no_parameters() -> None:
 
 @each_format
 def test_quads_are_written_or_refused(fmt: Format) -> None:
-    mesh = silo(faces="quads")
+    mesh = build_silo(faces="quads")
     if fmt.quads:
         assert fmt.encode(mesh, EncodeOptions())
         return
@@ -50,7 +50,7 @@ def test_quads_are_written_or_refused(fmt: Format) -> None:
 
 @each_format
 def test_overlays_are_written_by_the_formats_that_state_them(fmt: Format) -> None:
-    bare, decorated = silo(), with_overlays(silo())
+    bare, decorated = build_silo(), add_overlays(build_silo())
     differ = fmt.encode(bare, EncodeOptions()) != fmt.encode(decorated, EncodeOptions())
     assert differ == fmt.overlays
 
@@ -62,7 +62,7 @@ def test_channels_are_written_by_the_formats_that_state_them(
 ) -> None:
     """The form of OOGL that can store most channels."""
     options = EncodeOptions("off")
-    full = carrying(silo())
+    full = add_attributes(build_silo())
     lacking = {
         "colors": replace(full, colors=None),
         "uvs": replace(full, uvs=None),
@@ -74,7 +74,7 @@ def test_channels_are_written_by_the_formats_that_state_them(
 
 @each_format
 def test_strided_arrays_are_accepted(fmt: Format) -> None:
-    mesh = silo()
+    mesh = build_silo()
     assert mesh.normals is not None
     assert mesh.uvs is not None
     assert mesh.welds is not None
@@ -91,7 +91,7 @@ def test_strided_arrays_are_accepted(fmt: Format) -> None:
 
 @pytest.mark.parametrize("fmt", [f for f in FORMATS if f.name != "oogl"], ids=lambda f: f.name)
 def test_a_mesh_without_faces_is_still_a_file(fmt: Format) -> None:
-    assert fmt.encode(without_faces(silo()), EncodeOptions())
+    assert fmt.encode(remove_faces(build_silo()), EncodeOptions())
 
 
 def test_memory_is_free_at_once() -> None:

@@ -57,7 +57,7 @@ def sample(net: list[list[Point]], i: int, j: int) -> Point:
     return x, y, z
 
 
-def program(net: list[list[Point]]) -> Iterator[str]:
+def run_program(net: list[list[Point]]) -> Iterator[str]:
     """The lines of its output."""
     points = [[sample(net, i, j) for j in range(SAMPLES[1])] for i in range(SAMPLES[0])]
     corners = (0, 0), (0, 1), (1, 1), (1, 0)
@@ -77,7 +77,7 @@ def program(net: list[list[Point]]) -> Iterator[str]:
             yield "}"
 
 
-def ours() -> bytes:
+def render_surface() -> bytes:
     surface = examples.find("bourke-1111").surface()
     options = MeshOptions(resolution=(49, 39), overlays=("control_net",))
     return render(surface, options, BY_NAME["oogl"])
@@ -85,7 +85,7 @@ def ours() -> bytes:
 
 def test_every_line_is_that_of_the_program() -> None:
     net = json.loads(NET.read_text(encoding="utf-8"))["control_net"]
-    expected = [line.rstrip() for line in program(net)]
-    assert ours().decode("ascii").splitlines() == expected
+    expected = [line.rstrip() for line in run_program(net)]
+    assert render_surface().decode("ascii").splitlines() == expected
     assert sum(line.endswith("1 1 1 1") for line in expected) == 4 * 1911
     assert sum(line.startswith("{ = SKEL") for line in expected) == 20

@@ -13,7 +13,7 @@ import trimesh
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from tests.meshes import silo
+from tests.meshes import build_silo
 
 SIDES, ROWS = 12, 3
 AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)
@@ -23,7 +23,7 @@ VOLUME = AREA * (1 + 1 / 3)
 
 @pytest.mark.parametrize("name", ["obj", "off"])
 def test_quads_are_kept(name: str) -> None:
-    mesh = replace(silo(SIDES, ROWS, "quads"), uvs=None)
+    mesh = replace(build_silo(SIDES, ROWS, "quads"), uvs=None)
     assert len(mesh.quads)
     assert len(mesh.triangles)
     file = BytesIO(bytes(BY_NAME[name].encode(mesh, EncodeOptions())))

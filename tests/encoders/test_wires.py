@@ -20,7 +20,7 @@ FORMS: tuple[WireForm, ...] = ("lines", "tubes", "ribbons")
 each_form = pytest.mark.parametrize("wires", FORMS)
 
 
-def wireframe(wires: WireForm, surface: bool = False) -> MeshOptions:
+def build_options(wires: WireForm, surface: bool = False) -> MeshOptions:
     return MeshOptions((4, 4), isocurves=(2, 2), wires=wires, has_faces=surface, wire_sides=5)
 
 
@@ -31,7 +31,7 @@ def test_every_format_takes_tubes_and_those_with_lines_take_lines(
 ) -> None:
     """The files stay within the predicted bytes."""
     for surface in (True, False):
-        options = wireframe(wires, surface)
+        options = build_options(wires, surface)
         if wires == "lines" and not fmt.overlays:
             with pytest.raises(UnsupportedByFormat) as caught:
                 render(TEAPOT, options, fmt)
@@ -46,7 +46,7 @@ def test_every_format_takes_tubes_and_those_with_lines_take_lines(
 
 
 def test_the_wires_of_gltf_have_a_colour() -> None:
-    gltf = read_glb(render(TEAPOT, wireframe("tubes", surface=True), BY_NAME["glb"]))
+    gltf = read_glb(render(TEAPOT, build_options("tubes", surface=True), BY_NAME["glb"]))
     plain, orange = gltf.document["materials"]
     assert plain["name"] == "surface"
     assert orange["name"] == "surface #ed8a40"
@@ -55,10 +55,10 @@ def test_the_wires_of_gltf_have_a_colour() -> None:
 
 def test_the_exact_form_takes_lines_and_nothing_else() -> None:
     oogl, exact = BY_NAME["oogl"], EncodeOptions("bez")
-    lines = render(TEAPOT, wireframe("lines", surface=True), oogl, exact)
+    lines = render(TEAPOT, build_options("lines", surface=True), oogl, exact)
     assert b"BEZ" in lines
     assert b"SKEL" in lines
-    for options in (wireframe("tubes", surface=True), wireframe("lines")):
+    for options in (build_options("tubes", surface=True), build_options("lines")):
         with pytest.raises(UnsupportedByFormat) as caught:
             render(TEAPOT, options, oogl, exact)
         assert caught.value.issues[0].pointer == "/oogl"

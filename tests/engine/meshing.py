@@ -9,39 +9,39 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.examples import find
 from service.surface.lowered import Model
-from tests.oracles.topology import Topology, topology, winding_agreement
-from tests.strategies import Array, model_of
+from tests.oracles.topology import Topology, count_topology, winding_agreement
+from tests.strategies import Array, build_model
 
 Faces = list[list[int]]
 
 
-def mesh_of(source: str | Model | list[Array], *, single: bool = False, **options: Any) -> Mesh:
+def build_mesh(source: str | Model | list[Array], *, single: bool = False, **options: Any) -> Mesh:
     """The mesh of an example, a model, or a list of nets."""
     if isinstance(source, str):
         source = find(source).surface().lower()
     elif isinstance(source, list):
-        source = model_of(source)
+        source = build_model(source)
     return build(source, MeshOptions(**options), single=single)
 
 
-def faces_of(mesh: Mesh) -> Faces:
+def list_faces(mesh: Mesh) -> Faces:
     """Triangles and quads as lists of vertices."""
     faces: Faces = mesh.triangles.tolist() + mesh.quads.tolist()
     return faces
 
 
-def places_of(mesh: Mesh) -> np.ndarray:
+def find_places(mesh: Mesh) -> np.ndarray:
     """For each vertex the first vertex at its position; in an unwelded mesh, the vertex itself."""
     return np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
 
 
-def shape_of(mesh: Mesh) -> Topology:
+def find_topology(mesh: Mesh) -> Topology:
     """The topology of the surface; vertices at one welded position count as one."""
-    place = places_of(mesh).tolist()
-    return topology([[place[i] for i in face] for face in faces_of(mesh)])
+    place = find_places(mesh).tolist()
+    return count_topology([[place[i] for i in face] for face in list_faces(mesh)])
 
 
-def as_triangles(mesh: Mesh) -> np.ndarray:
+def to_triangles(mesh: Mesh) -> np.ndarray:
     """All faces as triangles; quads are split from their second to their fourth corner."""
     quads = mesh.quads
     return np.concatenate([mesh.triangles, quads[:, (0, 1, 3)], quads[:, (1, 2, 3)]])
@@ -51,7 +51,7 @@ def check_sound(mesh: Mesh) -> None:
     """Checks properties of meshes of surfaces without degenerate shapes."""
     check_values(mesh)
     # A face that names a position twice has no area, and must not be in a mesh.
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert shape.degenerate == 0
     _check_report(mesh, shape)
 
@@ -120,7 +120,7 @@ def check_upright(mesh: Mesh) -> None:
     """Checks, for graphs over the plane, that each face looks up or down as the normals of its
     corners."""
     assert mesh.normals is not None
-    faces = as_triangles(mesh)
+    faces = to_triangles(mesh)
     a, b, c = (mesh.positions[faces[:, k]] for k in range(3))
     up = np.sign(np.cross(b - a, c - a)[:, 2])
     np.testing.assert_array_equal(np.sign(mesh.normals[faces, 2]), np.stack([up] * 3, axis=1))
@@ -132,4 +132,4 @@ def check_winding(mesh: Mesh) -> None:
     This is true if the mesh is fine enough.
     """
     assert mesh.normals is not None
-    assert winding_agreement(mesh.positions, mesh.normals, as_triangles(mesh)).min() > 0
+    assert winding_agreement(mesh.positions, mesh.normals, to_triangles(mesh)).min() > 0

@@ -8,27 +8,27 @@ import pytest
 from service.bases import knots
 from service.engine.options import MeshOptions
 from service.surface.bspline import BsplineSurface
-from tests.engine.meshing import check_sound, mesh_of, shape_of
-from tests.spline_strategies import points_for, weights_for
+from tests.engine.meshing import build_mesh, check_sound, find_topology
+from tests.spline_strategies import random_points, random_weights
 from tests.strategies import Array
 
 
-def field(rows: int, columns: int) -> Array:
+def build_field(rows: int, columns: int) -> Array:
     """Control points over a grid in x and y: a surface without folds, normals upwards."""
-    net = points_for(rows, 11, columns)
+    net = random_points(rows, 11, columns)
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     net[..., 2] /= 8
     return net
 
 
-def ridge(rows: int, columns: int) -> Array:
+def build_roof(rows: int, columns: int) -> Array:
     """The control net of a roof whose ridge is the middle row."""
-    net = field(rows, columns)
+    net = build_field(rows, columns)
     net[..., 2] -= 3 * np.abs(net[..., 0] - rows // 2)
     return net
 
 
-def pairs(mesh: Any) -> tuple[Array, Array]:
+def pair_normals(mesh: Any) -> tuple[Array, Array]:
     """Normals of vertices that share a position, in pairs."""
     assert mesh.normals is not None
     if mesh.welds is None:
@@ -40,26 +40,26 @@ def pairs(mesh: Any) -> tuple[Array, Array]:
 def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
     """Every position on that line has two normals, and no other position has."""
     vector = np.array([0, 0, 0, 0, 1, 2, 2, 2, 3, 4, 4, 4, 4.0])
-    surface = BsplineSurface(ridge(9, 6), (3, 3), (vector, "clamped"))
-    mesh = mesh_of(surface.lower(), resolution=(2, 3))
+    surface = BsplineSurface(build_roof(9, 6), (3, 3), (vector, "clamped"))
+    mesh = build_mesh(surface.lower(), resolution=(2, 3))
     check_sound(mesh)
-    here, there = pairs(mesh)
-    assert len(here) == 3 * 3 + 1
-    assert (here * there).sum(axis=1).max() < np.cos(np.radians(1))
-    assert shape_of(mesh).components == 1
+    before, there = pair_normals(mesh)
+    assert len(before) == 3 * 3 + 1
+    assert (before * there).sum(axis=1).max() < np.cos(np.radians(1))
+    assert find_topology(mesh).components == 1
 
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_a_knot_of_multiplicity_p_plus_one_parts_the_surface(rational: bool) -> None:
     """The surface is two sheets with a border each, as the report counts."""
-    net = field(8, 5)
+    net = build_field(8, 5)
     net[4:, :, 2] += 1
-    weights = weights_for(8, 2, 5) if rational else None
+    weights = random_weights(8, 2, 5) if rational else None
     vector = np.array([0, 0, 0, 0, 2, 2, 2, 2, 5, 5, 5, 5.0])
     surface = BsplineSurface(net, (3, 2), (vector, "clamped"), weights)
-    mesh = mesh_of(surface.lower(), resolution=(3, 2))
+    mesh = build_mesh(surface.lower(), resolution=(3, 2))
     check_sound(mesh)
-    assert shape_of(mesh).components == 2
+    assert find_topology(mesh).components == 2
     assert not mesh.report.watertight
     assert mesh.report.boundary_edges == 2 * 2 * (3 + 3 * 2)
 
@@ -71,17 +71,17 @@ def test_surfaces_of_two_requests_fit_together(rational: bool, single: bool) -> 
 
     Bit for bit, though all else differs: size, degree across, the patches beside them.
     """
-    left, right = field(7, 6), field(5, 6)[:, ::-1]
-    left_weights, right_weights = weights_for(7, 1, 6), weights_for(5, 2, 6)
+    left, right = build_field(7, 6), build_field(5, 6)[:, ::-1]
+    left_weights, right_weights = random_weights(7, 1, 6), random_weights(5, 2, 6)
     right[0], right_weights[0] = left[-1, ::-1], left_weights[-1, ::-1]
     vector = np.array([0, 0, 0, 0, 0.3125, 0.75, 1, 1, 1, 1])
     first = BsplineSurface(left, (2, 3), ("clamped", vector), left_weights if rational else None)
     second = BsplineSurface(
         right, (4, 3), ("clamped", 1 - vector[::-1]), right_weights if rational else None
     )
-    here = mesh_of(first.lower(), resolution=(3, 5), single=single, weld=False).positions
-    there = mesh_of(second.lower(), resolution=(2, 5), single=single, weld=False).positions
-    border = here.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)
+    first_side = build_mesh(first.lower(), resolution=(3, 5), single=single, weld=False).positions
+    there = build_mesh(second.lower(), resolution=(2, 5), single=single, weld=False).positions
+    border = first_side.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)
     other = there.reshape(1, 3, 3, 6, 3)[0, :, 0].reshape(-1, 3)
     assert border.tobytes() == other[::-1].copy().tobytes()
 
@@ -90,8 +90,8 @@ def test_surfaces_of_two_requests_fit_together(rational: bool, single: bool) -> 
 def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
     """Both sides of a seam get one number, so that vertices merge; breaks keep two."""
     vector = np.array([-1, -1, -1, 0.1, 0.7, 2, 2, 2])
-    surface = BsplineSurface(field(5, 5), (2, 3), (vector, "uniform"))
-    mesh = mesh_of(surface.lower(), resolution=(2, 3), uvs=True, weld=weld)
+    surface = BsplineSurface(build_field(5, 5), (2, 3), (vector, "uniform"))
+    mesh = build_mesh(surface.lower(), resolution=(2, 3), uvs=True, weld=weld)
     assert mesh.uvs is not None
     if weld:
         assert len(mesh.positions) == (3 * 2 + 1) * (2 * 3 + 1)
@@ -108,7 +108,7 @@ def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
 
 def test_on_a_seam_uvs_keep_both_ends() -> None:
     """Where the surface closes, a position has the first and the last parameter."""
-    mesh = mesh_of("bspline-ring", resolution=(2, 2), uvs=True)
+    mesh = build_mesh("bspline-ring", resolution=(2, 2), uvs=True)
     assert mesh.uvs is not None
     assert mesh.welds is not None
     assert len(np.unique(mesh.welds)) == 10 * 2 * 6 * 2
@@ -120,10 +120,10 @@ def test_on_a_seam_uvs_keep_both_ends() -> None:
 
 def test_the_control_net_overlay_is_the_net_that_was_given() -> None:
     """Lines follow the surface, not its patches; along periodic directions they close."""
-    net = field(5, 6)
-    surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), weights_for(5, 3, 6))
+    net = build_field(5, 6)
+    surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), random_weights(5, 3, 6))
     options = MeshOptions(resolution=(2, 2), overlays=("control_net", "boundary"))
-    overlay, _ = mesh_of(surface.lower(), resolution=(2, 2), overlays=options.overlays).overlays
+    overlay, _ = build_mesh(surface.lower(), resolution=(2, 2), overlays=options.overlays).overlays
     closed = np.concatenate([net, net[:, :1]], axis=1)
     np.testing.assert_array_equal(overlay.positions, closed.reshape(-1, 3))
     assert len(overlay.segments) == 4 * 7 + 5 * 6

@@ -11,18 +11,18 @@ rows = st.lists(
 )
 
 
-def places_of(names: list[int]) -> np.ndarray:
+def find_first_rows(names: list[int]) -> np.ndarray:
     """For each row the first with the same name."""
     return np.array([names.index(name) for name in names], dtype=np.intp)
 
 
 @given(rows, st.sampled_from([0.0, 1.0, 2.5, 100.0]))
 def test_groups_have_the_documented_members(
-    found: list[tuple[int, int, int]], reach: float
+    groups: list[tuple[int, int, int]], reach: float
 ) -> None:
     """Followers are near their leader, leaders of one place are not near each other."""
-    place = places_of([name for name, _, _ in found])
-    values = np.array([[x, y] for _, x, y in found], dtype=np.float64)
+    place = find_first_rows([name for name, _, _ in groups])
+    values = np.array([[x, y] for _, x, y in groups], dtype=np.float64)
     leader = find_leaders(place, values, reach)
     np.testing.assert_array_equal(leader[leader], leader)
     np.testing.assert_array_equal(place[leader], place)

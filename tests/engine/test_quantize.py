@@ -15,7 +15,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
-from tests.meshes import silo, single, with_overlays
+from tests.meshes import add_overlays, build_silo, to_single
 from tests.strategies import Array
 
 COARSE = MeshOptions(resolution=(4, 4))
@@ -25,7 +25,7 @@ EVERYTHING = MeshOptions(
 SQUARE = np.array([[[i, j, 0.1 * i * j] for j in range(2)] for i in range(2)], dtype=float)
 
 
-def square(x: float = 0.0, size: float = 1.0) -> BezierSurface:
+def build_square(x: float = 0.0, size: float = 1.0) -> BezierSurface:
     return BezierSurface(SQUARE * size + [x, 0, 0])
 
 
@@ -36,7 +36,7 @@ def build_group(*surfaces: BezierSurface, matrix: Array | None = None) -> GroupM
     return model
 
 
-def on_a_grid(mesh: Mesh) -> None:
+def check_on_grid(mesh: Mesh) -> None:
     every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
     steps = np.concatenate(every).astype(np.float64) / mesh.step
     assert (steps == np.rint(steps)).all()
@@ -56,7 +56,7 @@ def test_every_example_with_all_that_can_be_drawn_fits_its_grid(example: str) ->
     on = quantize(built, model, options)
     for mesh, step in zip([on] if isinstance(on, Mesh) else on.meshes, steps, strict=True):
         assert mesh.step == step
-        on_a_grid(mesh)
+        check_on_grid(mesh)
 
 
 def is_swept(example: str) -> bool:
@@ -87,9 +87,9 @@ def test_vertices_move_by_half_a_diagonal_at_most_and_bounds_grow_by_as_much() -
 def test_an_origin_is_rounded_to_the_grid_without_moving_positions(
     origin: tuple[float, float, float],
 ) -> None:
-    mesh = single(with_overlays(silo(7, 2)), origin)
+    mesh = to_single(add_overlays(build_silo(7, 2)), origin)
     on = quantize_mesh(mesh, 2.0**-15)
-    on_a_grid(on)
+    check_on_grid(on)
     for old, new in zip(
         [mesh.positions, *(o.positions for o in mesh.overlays)],
         [on.positions, *(o.positions for o in on.overlays)],
@@ -100,21 +100,26 @@ def test_an_origin_is_rounded_to_the_grid_without_moving_positions(
 
 
 def test_models_that_meet_have_one_grid_step() -> None:
-    small, large, far = square(), square(1.0, 40.0), square(100.0)
+    small, large, far = build_square(), build_square(1.0, 40.0), build_square(100.0)
     alone = [find_grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)]
     assert alone[0] == alone[2] < alone[1]
     assert find_grid_steps(build_group(small, large, far), COARSE) == (alone[1], alone[1], alone[2])
     # A member in front of a part of the large one does not share an edge with it.
-    before = square(20.0)
+    before = build_square(20.0)
     assert find_grid_steps(build_group(before, large), COARSE) == (alone[0], alone[1])
     # A chain of neighbours: each meets the next.
-    chain = find_grid_steps(build_group(small, large, square(41.0)), COARSE)
+    chain = find_grid_steps(build_group(small, large, build_square(41.0)), COARSE)
     assert chain == (alone[1],) * 3
 
 
 def test_a_model_of_two_places_ties_those_of_both() -> None:
     """A stands with B here and with C there: all three have the step of the coarsest."""
-    a, b, c, there = square(), square(1.0), square(1.0, 300.0), np.diag([1.0, 1, 1, 1])
+    a, b, c, there = (
+        build_square(),
+        build_square(1.0),
+        build_square(1.0, 300.0),
+        np.diag([1.0, 1, 1, 1]),
+    )
     there[0, 3] = 1000.0
     members = (
         Member(a, name="a"),

@@ -12,22 +12,22 @@ from service.surface.batches import TensorPatches
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
+    build_mesh,
     check_sound,
     check_upright,
     check_values,
     check_winding,
-    faces_of,
-    mesh_of,
-    shape_of,
+    find_topology,
+    list_faces,
 )
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.oracles import exact
-from tests.oracles.topology import topology, welded_by_position
+from tests.oracles.topology import count_topology, weld_by_position
 from tests.strategies import (
     Array,
+    build_model,
     degenerate_nets,
     height_nets,
-    model_of,
     resolutions,
     weighted_nets,
 )
@@ -40,7 +40,7 @@ from tests.strategies import (
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_is_sound(example: str, weld: bool, faces: str, single: bool) -> None:
     """Welded or not, with triangles or quads, in either precision."""
-    mesh = mesh_of(example, single=single, weld=weld, faces=faces, resolution=(5, 5))
+    mesh = build_mesh(example, single=single, weld=weld, faces=faces, resolution=(5, 5))
     check_sound(mesh)
     check_winding(mesh)
     assert mesh.positions.dtype == (np.float32 if single else np.float64)
@@ -53,10 +53,10 @@ def test_teapot_welded_has_the_known_figures(single: bool) -> None:
     The handle touches the body in one point, where each has its own normal: one position, two
     rows of the arrays.
     """
-    mesh = mesh_of("utah-teapot", single=single)
-    shape = shape_of(mesh)
+    mesh = build_mesh("utah-teapot", single=single)
+    shape = find_topology(mesh)
     assert mesh.report.vertices == shape.vertices == 8257
-    assert len(mesh_of("utah-teapot", single=single, normals=False).positions) == 8257
+    assert len(build_mesh("utah-teapot", single=single, normals=False).positions) == 8257
     assert mesh.welds is not None
     (twice,) = np.flatnonzero(mesh.welds != np.arange(8258)).tolist()
     np.testing.assert_allclose(mesh.positions[twice], (-2, 0, 0.9), rtol=1e-7)
@@ -72,10 +72,10 @@ def test_teapot_welded_has_the_known_figures(single: bool) -> None:
 def test_teapot_has_no_cracks_by_position() -> None:
     """Checked by the bits of the positions alone, without the report of the mesh."""
     for resolution in ((16, 16), (3, 7), (1, 1), (5, 4)):
-        mesh = mesh_of("utah-teapot", weld=False, resolution=resolution)
-        welded = mesh_of("utah-teapot", resolution=resolution)
-        result = topology(welded_by_position(welded.positions, welded.triangles))
-        assert result == shape_of(welded)
+        mesh = build_mesh("utah-teapot", weld=False, resolution=resolution)
+        welded = build_mesh("utah-teapot", resolution=resolution)
+        result = count_topology(weld_by_position(welded.positions, welded.triangles))
+        assert result == find_topology(welded)
         # At one division the two halves of the handle are the same sheet.
         assert result.non_manifold == 0 or resolution == (1, 1)
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
@@ -83,15 +83,15 @@ def test_teapot_has_no_cracks_by_position() -> None:
 
 def test_teapot_as_quads() -> None:
     """Each cell is a quad; only cells at poles are triangles."""
-    mesh = mesh_of("utah-teapot", faces="quads")
+    mesh = build_mesh("utah-teapot", faces="quads")
     assert (len(mesh.quads), len(mesh.triangles)) == (32 * 256 - 8 * 16, 8 * 16)
     assert mesh.report.vertices == 8257
-    assert shape_of(mesh).boundary == 256
+    assert find_topology(mesh).boundary == 256
 
 
 def test_teapot_keeps_its_parts() -> None:
     """Parts are named runs of faces, in order."""
-    mesh = mesh_of("utah-teapot", resolution=(4, 4))
+    mesh = build_mesh("utah-teapot", resolution=(4, 4))
     cells = {"rim": 4, "body": 8, "handle": 4, "spout": 4, "lid": 8, "bottom": 4}
     assert [part.name for part in mesh.parts] == list(cells)
     for part in mesh.parts:
@@ -105,8 +105,8 @@ def test_grids_find_every_sample(
 ) -> None:
     """Position, normal and parameters of sample (i, j) stand at `grids[0][0, i, j]`."""
     net, weights = weighted
-    model = model_of([net], None if weights is None else [weights])
-    mesh = mesh_of(model, resolution=resolution, uvs=True)
+    model = build_model([net], None if weights is None else [weights])
+    mesh = build_mesh(model, resolution=resolution, uvs=True)
     check_sound(mesh)
     (grid,) = mesh.grids
     assert grid.shape == (1, resolution[0] + 1, resolution[1] + 1)
@@ -127,7 +127,7 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
     net: Array, resolution: tuple[int, int], faces: str
 ) -> None:
     """Vertex (i, j) has index i (Rv+1) + j; the faces run round as geometry says."""
-    mesh = mesh_of([net], resolution=resolution, faces=faces)
+    mesh = build_mesh([net], resolution=resolution, faces=faces)
     ru, rv = resolution
     index = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
     np.testing.assert_array_equal(mesh.grids[0][0], index)
@@ -143,7 +143,7 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
             tuple(np.roll(t, -int(np.argmin(t)))) for t in np.concatenate(both).tolist()
         }
         assert len(mesh.triangles) == 2 * ru * rv
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert (shape.boundary, shape.euler) == (2 * (ru + rv), 1)
     check_sound(mesh)
     check_upright(mesh)
@@ -155,19 +155,19 @@ def test_degenerate_nets_make_usable_meshes(
 ) -> None:
     """For collapsed edges, and all points in one: indices are in range, normals unit, no number
     NaN."""
-    check_values(mesh_of([net], resolution=resolution, single=single))
+    check_values(build_mesh([net], resolution=resolution, single=single))
 
 
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
 @pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
 def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> None:
     """Extent 1 at a million: single precision keeps its digits of the shape, not of the place."""
-    model = patches_of(example)
+    model = lower_patches(example)
     (batch,) = model.batches
     # Adding and subtracting the offset gives the rounding of the input.
     moved = TensorPatches(batch.points + offset, batch.weights)
     far = PatchModel("far", (moved,), model.parts)
-    mesh, truth = mesh_of(far, single=True), mesh_of(far)
+    mesh, truth = build_mesh(far, single=True), build_mesh(far)
     assert np.abs(mesh.origin).min() > 0
     assert truth.origin.tolist() == [0, 0, 0]
     extent = np.ptp(truth.positions, axis=0).max()
@@ -180,7 +180,7 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
     check_sound(mesh)
 
 
-def digest(mesh: Mesh) -> str:
+def compute_digest(mesh: Mesh) -> str:
     """A hash of every array of a mesh."""
     arrays = [mesh.positions, mesh.normals, mesh.triangles, mesh.quads, mesh.uvs, mesh.welds]
     content = b"".join(b"-" if a is None else a.tobytes() for a in arrays)
@@ -189,37 +189,43 @@ def digest(mesh: Mesh) -> str:
 
 def test_same_bytes_again() -> None:
     """Equal requests give equal bits, without effects of older memory or of randomness."""
-    here = [digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True))]
+    digests = [
+        compute_digest(build_mesh("cone", uvs=True)),
+        compute_digest(build_mesh("utah-teapot", single=True)),
+    ]
     # Work of another shape in between, because contents of caches and work arrays must have no
     # effect.
-    mesh_of("torus", resolution=(33, 2))
-    again = [digest(mesh_of("cone", uvs=True)), digest(mesh_of("utah-teapot", single=True))]
-    assert here == again
+    build_mesh("torus", resolution=(33, 2))
+    again = [
+        compute_digest(build_mesh("cone", uvs=True)),
+        compute_digest(build_mesh("utah-teapot", single=True)),
+    ]
+    assert digests == again
 
 
 def test_uvs_do_not_tear_the_surface() -> None:
     """A vertex has one (u, v), so seams have several vertices, welded by position."""
-    mesh = mesh_of("sphere", uvs=True, resolution=(5, 5))
+    mesh = build_mesh("sphere", uvs=True, resolution=(5, 5))
     check_sound(mesh)
-    assert len(mesh.positions) > shape_of(mesh).vertices
-    assert shape_of(mesh).watertight
+    assert len(mesh.positions) > find_topology(mesh).vertices
+    assert find_topology(mesh).watertight
 
 
 @pytest.mark.parametrize("name", ["control_net", "boundary"])
 def test_overlays_are_lines_beside_the_faces(name: str) -> None:
     """Faces as without them; segments name rows of the overlay's own positions."""
-    mesh = mesh_of("tveit", overlays=(name,), resolution=(4, 4))
+    mesh = build_mesh("tveit", overlays=(name,), resolution=(4, 4))
     (overlay,) = mesh.overlays
     assert overlay.name == name
     assert overlay.segments.max() < len(overlay.positions)
     assert (overlay.segments[:, 0] != overlay.segments[:, 1]).all()
-    assert faces_of(mesh) == faces_of(mesh_of("tveit", resolution=(4, 4)))
+    assert list_faces(mesh) == list_faces(build_mesh("tveit", resolution=(4, 4)))
 
 
 def test_the_control_net_overlay_is_the_net() -> None:
     """16 points, 12 segments each way, nine cells wound (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
-    net = patches_of("tveit").batches[0].points[0]
-    (overlay,) = mesh_of("tveit", overlays=("control_net",)).overlays
+    net = lower_patches("tveit").batches[0].points[0]
+    (overlay,) = build_mesh("tveit", overlays=("control_net",)).overlays
     np.testing.assert_array_equal(overlay.positions, net.reshape(-1, 3))
     edges = {frozenset(s) for s in overlay.segments.tolist()}
     assert edges == {frozenset((4 * i + j, 4 * i + j + 1)) for i in range(4) for j in range(3)} | {
@@ -233,7 +239,7 @@ def test_the_control_net_overlay_is_the_net() -> None:
 
 def test_the_boundary_overlay_runs_along_the_borders() -> None:
     """One patch at 5 × 3 divisions: 16 segments, every point a border sample of the mesh."""
-    mesh = mesh_of("bourke-1111", overlays=("boundary",), resolution=(5, 3))
+    mesh = build_mesh("bourke-1111", overlays=("boundary",), resolution=(5, 3))
     (overlay,) = mesh.overlays
     assert len(overlay.segments) == 16
     border = mesh.grids[0][0].copy()

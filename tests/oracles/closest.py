@@ -20,7 +20,7 @@ from tests.oracles.sheets import Array, Sheet
 NEIGHBOURS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np.float64)
 
 
-def nearest(
+def find_nearest(
     sheets: Sequence[Sheet], points: Array, samples: int = 20_000, starts: int = 3, steps: int = 60
 ) -> Array:
     """Distances (m,) of `points` (m, 3) to the sheets; upper bounds, near the least distances.
@@ -42,13 +42,13 @@ def nearest(
         which = np.flatnonzero(distance[:, 0] <= likely + 4 * gap)
         if len(which):
             x, begin = points[which] - sheet.origin, places[rows[which]]
-            least = _zoomed(sheet, x, begin, sheet.step(each), steps)
+            least = _zoom_in(sheet, x, begin, sheet.step(each), steps)
             best[which] = np.minimum(best[which], least)
     least_of_all: Array = best
     return least_of_all
 
 
-def _zoomed(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
+def _zoom_in(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
     """The least distance that a search from the places (m, k, 2) finds.
 
     After a quarter of the steps, only the best of the k places continues.
@@ -109,20 +109,20 @@ def least_distance(
         low, _, net = heappop(heap)
         if high - low <= width:
             return min(low, high), high
-        for half in _halves(net):
+        for half in _split_quarters(net):
             enter(half)
 
 
-def _halves(net: Net) -> list[Net]:
+def _split_quarters(net: Net) -> list[Net]:
     """A net over the four quarters of its domain."""
-    return [_transposed(part) for half in _halved(net) for part in _halved(_transposed(half))]
+    return [_transpose(part) for half in _halve(net) for part in _halve(_transpose(half))]
 
 
-def _transposed(net: Net) -> Net:
+def _transpose(net: Net) -> Net:
     return [list(row) for row in zip(*net, strict=True)]
 
 
-def _halved(net: Net) -> list[Net]:
+def _halve(net: Net) -> list[Net]:
     low, high, rows = [net[0]], [net[-1]], net
     while len(rows) > 1:
         rows = [

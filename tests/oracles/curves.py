@@ -12,7 +12,7 @@ from typing import Any
 import mpmath
 
 from tests.oracles.exact import Vector, curve_point
-from tests.oracles.splines import fractions, spline_point
+from tests.oracles.splines import spline_point, to_fractions
 
 
 def exact_points(points: Any, weights: Any = None) -> list[Vector]:
@@ -42,8 +42,8 @@ def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False)
     With C(t) as the origin, w (C − C(t)) is a polynomial in h; its lowest term is the direction.
     """
     homogeneous = exact_points(points, [1] * len(points) if weights is None else weights)
-    here = projected(curve_point(homogeneous, t), len(points[0]))
-    local = [tuple(x - q[-1] * c for x, c in zip(q[:-1], here, strict=True)) for q in homogeneous]
+    point = projected(curve_point(homogeneous, t), len(points[0]))
+    local = [tuple(x - q[-1] * c for x, c in zip(q[:-1], point, strict=True)) for q in homogeneous]
     for order in range(1, len(points)):
         local = [tuple(b - a for a, b in zip(*pair, strict=True)) for pair in pairwise(local)]
         value = curve_point(local, t)
@@ -61,7 +61,7 @@ def bspline_point(
 ) -> Vector:
     """C(t) = Σ N_i(t) P_i, right-continuous, left at the end."""
     homogeneous = exact_points(points, weights)
-    return projected(spline_point(homogeneous, fractions(knots), degree, t), len(points[0]))
+    return projected(spline_point(homogeneous, to_fractions(knots), degree, t), len(points[0]))
 
 
 def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> float:

@@ -45,20 +45,20 @@ class Found:
     noise: float
 
 
-def surface_to_mesh(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> Found:
+def measure_surface_to_mesh(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> Found:
     """Largest distance found from a point of the surface to the triangles (T, 3, 3).
 
     Each sheet has `count` samples, without those on borders and around the worst.
     """
-    return max(sheet_by_sheet(sheets, corners, count), key=lambda found: found.distance)
+    return max(measure_each_sheet(sheets, corners, count), key=lambda found: found.distance)
 
 
-def sheet_by_sheet(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> list[Found]:
+def measure_each_sheet(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> list[Found]:
     """The distance from each sheet to all triangles."""
-    return [_from_sheet(number, sheet, corners, count) for number, sheet in enumerate(sheets)]
+    return [_measure_sheet(number, sheet, corners, count) for number, sheet in enumerate(sheets)]
 
 
-def _from_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
+def _measure_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
     # The difference of two nearly equal doubles is exact.
     local = corners - sheet.origin
     soup = Soup(local)
@@ -83,7 +83,7 @@ def _from_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
     )
 
 
-def seen_deviation(
+def measure_seen_deviation(
     sheets: Sequence[Sheet], corners: Array, eye: Array, near: float, count: int = 4000
 ) -> float:
     """Largest distance from a sample to the triangles in units of its distance from an eye.
@@ -99,7 +99,7 @@ def seen_deviation(
     return largest
 
 
-def mesh_to_surface(
+def measure_mesh_to_surface(
     sheets: Sequence[Sheet], corners: Array, count: int = 4000, inner: int = 4, doubt: float = inf
 ) -> float:
     """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
@@ -115,37 +115,37 @@ def mesh_to_surface(
     points = np.einsum("wk,tki->twi", weights, corners).reshape(-1, 3)
     best = np.full(len(points), np.inf)
     for sheet in sheets:
-        result = _descended(sheet, *_seeds(sheet, count), points - sheet.origin, starts=1)
+        result = _descend(sheet, *_sample_sheet(sheet, count), points - sheet.origin, starts=1)
         np.minimum(best, result, out=best)
     order = np.argsort(-best, kind="stable")
-    many = [(sheet, *_seeds(sheet, 16 * count)) for sheet in sheets]
+    many = [(sheet, *_sample_sheet(sheet, 16 * count)) for sheet in sheets]
     largest = 0.0
     for start in range(0, len(order), AGAIN):
         rows = order[start : start + AGAIN]
         if best[rows[0]] <= largest:
             break
         for sheet, places, tree in many:
-            result = _descended(sheet, places, tree, points[rows] - sheet.origin, starts=4)
+            result = _descend(sheet, places, tree, points[rows] - sheet.origin, starts=4)
             best[rows] = np.minimum(best[rows], result)
         largest = max(largest, float(best[rows].max()))
     rows = np.flatnonzero(best > doubt)
     if len(rows):
         for sheet in sheets:
-            result = _descended(
-                sheet, *_seeds(sheet, MULTITUDE), points[rows] - sheet.origin, starts=8
+            result = _descend(
+                sheet, *_sample_sheet(sheet, MULTITUDE), points[rows] - sheet.origin, starts=8
             )
             best[rows] = np.minimum(best[rows], result)
         largest = float(best.max())
     return largest
 
 
-def _seeds(sheet: Sheet, count: int) -> tuple[Array, cKDTree]:
+def _sample_sheet(sheet: Sheet, count: int) -> tuple[Array, cKDTree]:
     """Samples, and their parameters."""
     places = sheet.samples(count)
     return places, cKDTree(sheet.at(places))
 
 
-def _descended(
+def _descend(
     sheet: Sheet, places: Array, tree: cKDTree, points: Array, *, starts: int, steps: int = 8
 ) -> Array:
     """Distances (m,) to a sheet, by steps of Gauss and Newton from the nearest samples.
@@ -162,8 +162,8 @@ def _descended(
     best = (apart * apart).sum(axis=1)
     scale = np.ones((len(points), 1))
     for _ in range(steps):
-        a, b = (_slope(sheet, at, apart + points, size, axis) for axis in range(2))
-        for step in _steps(a, b, apart):
+        a, b = (_estimate_partial(sheet, at, apart + points, size, axis) for axis in range(2))
+        for step in _solve_steps(a, b, apart):
             new = sheet.inside(at - scale * step)
             moved = sheet.at(new) - points
             square = (moved * moved).sum(axis=1)
@@ -176,17 +176,17 @@ def _descended(
     return distances
 
 
-def _slope(sheet: Sheet, at: Array, here: Array, size: Array, axis: int) -> Array:
+def _estimate_partial(sheet: Sheet, at: Array, point: Array, size: Array, axis: int) -> Array:
     """The partial along one parameter, from a difference into the domain."""
     small = np.where(np.arange(2) == axis, size, 0.0)
     there = sheet.inside(at + small)
     stayed = np.abs(there - at)[:, axis, np.newaxis] < size[axis] / 2
     there = sheet.inside(np.where(stayed, at - small, there))
     length = (there - at)[:, axis, np.newaxis]
-    return (sheet.at(there) - here) / np.where(length == 0, 1.0, length)
+    return (sheet.at(there) - point) / np.where(length == 0, 1.0, length)
 
 
-def _steps(a: Array, b: Array, apart: Array) -> list[Array]:
+def _solve_steps(a: Array, b: Array, apart: Array) -> list[Array]:
     """Steps (m, 2) that reduce the differences, to first order: freely and along three lines."""
     e, f, g = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b)))
     p, q = ((x * apart).sum(axis=1) for x in (a, b))

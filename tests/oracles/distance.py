@@ -22,14 +22,14 @@ FLAT = 1e-10
 """A triangle whose height is a smaller share of its length is replaced by its three sides."""
 
 
-def to_triangles(points: Array, corners: Array) -> Array:
+def measure_distances(points: Array, corners: Array) -> Array:
     """Distance (m,) of each point (m, 3) to its own triangle (m, 3, 3)."""
     point = np.ascontiguousarray(points.T)
     a, b, c = np.ascontiguousarray(corners.transpose(1, 2, 0))
     sides = [(end - start, point - start, point - end) for start, end in ((a, b), (b, c), (c, a))]
     squares = [_dot(along, along) for along, _, _ in sides]
     square = np.minimum.reduce(
-        [_to_segments(*side, length) for side, length in zip(sides, squares, strict=True)]
+        [_measure_to_segments(*side, length) for side, length in zip(sides, squares, strict=True)]
     )
     normal = _cross(sides[0][0], -sides[2][0])
     area = _dot(normal, normal)
@@ -40,7 +40,7 @@ def to_triangles(points: Array, corners: Array) -> Array:
     return np.sqrt(np.where(over, np.minimum(height, square), square))
 
 
-def _to_segments(along: Array, start: Array, end: Array, square: Array) -> Array:
+def _measure_to_segments(along: Array, start: Array, end: Array, square: Array) -> Array:
     """Square of the distance to a segment: its vector, the point seen from its ends, (3, m), and
     the square of its length.
     """
@@ -73,15 +73,15 @@ class Soup:
     balls: list[tuple[cKDTree, Index, float]] = field(init=False)
 
     def __post_init__(self) -> None:
-        places, self.owner = _spread(self.corners)
+        places, self.owner = _spread_points(self.corners)
         self.tree = cKDTree(places)
-        self.balls = _balls(self.corners)
+        self.balls = _enclose_triangles(self.corners)
 
     def guess(self, points: Array) -> Array:
         """Distances (m,) that may be too large, never too small."""
         _, rows = self.tree.query(points, k=min(NEAREST, len(self.owner)))
         result = self.owner[np.asarray(rows).reshape(len(points), -1)]
-        pairs = to_triangles(
+        pairs = measure_distances(
             np.repeat(points, result.shape[1], axis=0), self.corners[result.ravel()]
         )
         nearest: Array = pairs.reshape(result.shape).min(axis=1)
@@ -116,11 +116,11 @@ class Soup:
             if counts.any():
                 rows = np.repeat(np.arange(len(points)), counts)
                 chosen = triangles[np.concatenate([np.array(r, dtype=np.intp) for r in near])]
-                np.minimum.at(result, rows, to_triangles(points[rows], self.corners[chosen]))
+                np.minimum.at(result, rows, measure_distances(points[rows], self.corners[chosen]))
         return result
 
 
-def _balls(corners: Array) -> list[tuple[cKDTree, Index, float]]:
+def _enclose_triangles(corners: Array) -> list[tuple[cKDTree, Index, float]]:
     """Middles of the triangles' boxes, by size: a tree, the triangles in it, the largest radius."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     middles, radii = (low + high) / 2, np.sqrt(_dot((high - low).T, (high - low).T)) / 2
@@ -129,7 +129,7 @@ def _balls(corners: Array) -> list[tuple[cKDTree, Index, float]]:
     return [(cKDTree(middles[g]), g, float(radii[g].max()) * (1 + 1e-9)) for g in groups]
 
 
-def _spread(corners: Array) -> tuple[Array, Index]:
+def _spread_points(corners: Array) -> tuple[Array, Index]:
     """Points inside the triangles, more of them the longer a triangle is, and their owners."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     longest = np.max([_dot((q - p).T, (q - p).T) for p, q in ((a, b), (b, c), (c, a))], axis=0)
@@ -140,13 +140,13 @@ def _spread(corners: Array) -> tuple[Array, Index]:
     owners: list[Index] = []
     for divisions, least, most in ((1, 0, 1.7), (2, 1.7, 5), (4, 5, 12), (8, 12, 25), (16, 25, 99)):
         rows = np.flatnonzero((shape >= least) & (shape < most))
-        weights = _middles(divisions)
+        weights = _list_middles(divisions)
         places.append((weights @ corners[rows]).reshape(-1, 3))
         owners.append(np.repeat(rows, len(weights)))
     return np.concatenate(places), np.concatenate(owners)
 
 
-def _middles(divisions: int) -> Array:
+def _list_middles(divisions: int) -> Array:
     """Barycentric middles of the n² triangles that a triangle is divided into, (n², 3)."""
     upright = [(i + 1 / 3, j + 1 / 3) for i in range(divisions) for j in range(divisions - i)]
     turned = [(i + 2 / 3, j + 2 / 3) for i in range(divisions) for j in range(divisions - 1 - i)]

@@ -33,14 +33,14 @@ class Jet(NamedTuple):
     dv: Vector
 
 
-def exact_net(points: Any, weights: Any = None) -> Net:
+def to_exact_net(points: Any, weights: Any = None) -> Net:
     """The net as fractions; homogeneous, (wx, wy, wz, w), with weights."""
-    net = _in_fractions(*_key(points))
+    net = _to_fractions(*_key(points))
     if weights is None:
         return [[*row] for row in net]
-    point_weights = _in_fractions(*_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis]))
+    point_weights = _to_fractions(*_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis]))
     return [
-        [_homogeneous(point, w) for point, (w,) in zip(row, ws, strict=True)]
+        [_to_homogeneous(point, w) for point, (w,) in zip(row, ws, strict=True)]
         for row, ws in zip(net, point_weights, strict=True)
     ]
 
@@ -51,17 +51,17 @@ def _key(values: Any) -> tuple[bytes, tuple[int, ...]]:
 
 
 @lru_cache(maxsize=256)
-def _in_fractions(content: bytes, shape: tuple[int, ...]) -> Net:
+def _to_fractions(content: bytes, shape: tuple[int, ...]) -> Net:
     """Cached, because a net is evaluated at many parameters, one after the other."""
     rows = np.frombuffer(content).reshape(shape).tolist()
     return [[tuple(map(Fraction, point)) for point in row] for row in rows]
 
 
-def _homogeneous(point: Vector, weight: Fraction) -> Vector:
+def _to_homogeneous(point: Vector, weight: Fraction) -> Vector:
     return (*(weight * x for x in point), weight)
 
 
-def divisions(resolution: int) -> list[Fraction]:
+def list_parameters(resolution: int) -> list[Fraction]:
     """The parameters i/R, i = 0 … R."""
     return [Fraction(i, resolution) for i in range(resolution + 1)]
 
@@ -101,7 +101,7 @@ def _mix(a: Vector, b: Vector, t: Fraction) -> Vector:
     return tuple((1 - t) * x + t * y for x, y in zip(a, b, strict=True))
 
 
-def transposed(net: Net) -> Net:
+def transpose(net: Net) -> Net:
     """The net with u and v exchanged."""
     return [list(column) for column in zip(*net, strict=True)]
 
@@ -123,7 +123,7 @@ def jets(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> list[list[
     sides = [
         _grid(net, us, vs),
         _grid(hodograph(net), us, vs),
-        transposed(_grid(hodograph(transposed(net)), vs, us)),
+        transpose(_grid(hodograph(transpose(net)), vs, us)),
     ]
     return [
         [project(*three) for three in zip(*rows, strict=True)] for rows in zip(*sides, strict=True)
@@ -134,7 +134,7 @@ def _grid(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> Net:
     """Values of a tensor-product polynomial: each u gives a curve in v."""
     grid = []
     for u in us:
-        curve = [curve_point(column, u) for column in transposed(net)]
+        curve = [curve_point(column, u) for column in transpose(net)]
         grid.append([curve_point(curve, v) for v in vs])
     return grid
 
@@ -156,12 +156,12 @@ def second_jet(net: Net, u: Fraction, v: Fraction) -> list[Vector]:
 
     The hodographs of degree below zero are zero.
     """
-    return projected(
+    return project_partials(
         [_value(net, i, j, u, v) for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
     )
 
 
-def projected(x: list[Vector]) -> list[Vector]:
+def project_partials(x: list[Vector]) -> list[Vector]:
     """The six partials of a surface; for four coordinates, from those of the homogeneous form.
 
     Quotient rule from the product rule: X = w S gives X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
@@ -170,16 +170,16 @@ def projected(x: list[Vector]) -> list[Vector]:
         return x
     w = [value[3] for value in x]
     s = [tuple(c / w[0] for c in x[0][:3])]
-    s += [_solved(x[k], w[0], [(w[k], s[0])]) for k in (1, 2)]
-    s.append(_solved(x[3], w[0], [(2 * w[1], s[1]), (w[3], s[0])]))
-    s.append(_solved(x[4], w[0], [(w[1], s[2]), (w[2], s[1]), (w[4], s[0])]))
-    s.append(_solved(x[5], w[0], [(2 * w[2], s[2]), (w[5], s[0])]))
+    s += [_divide_by_weight(x[k], w[0], [(w[k], s[0])]) for k in (1, 2)]
+    s.append(_divide_by_weight(x[3], w[0], [(2 * w[1], s[1]), (w[3], s[0])]))
+    s.append(_divide_by_weight(x[4], w[0], [(w[1], s[2]), (w[2], s[1]), (w[4], s[0])]))
+    s.append(_divide_by_weight(x[5], w[0], [(2 * w[2], s[2]), (w[5], s[0])]))
     return s
 
 
-def _solved(x: Vector, w: Fraction, known: list[tuple[Fraction, Vector]]) -> Vector:
+def _divide_by_weight(x: Vector, w: Fraction, terms: list[tuple[Fraction, Vector]]) -> Vector:
     """(x − Σ factor · vector) / w."""
-    return tuple((x[k] - sum(f * vector[k] for f, vector in known)) / w for k in range(3))
+    return tuple((x[k] - sum(f * vector[k] for f, vector in terms)) / w for k in range(3))
 
 
 def _value(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
@@ -188,18 +188,18 @@ def _value(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
         return (Fraction(0),) * len(net[0][0])
     for _ in range(i):
         net = hodograph(net)
-    net = transposed(net)
+    net = transpose(net)
     for _ in range(j):
         net = hodograph(net)
-    return surface_point(transposed(net), u, v)
+    return surface_point(transpose(net), u, v)
 
 
 def curvatures(net: Net, u: Fraction, v: Fraction) -> tuple[mpmath.mpf, ...]:
     """K, H, k_1 ≥ k_2 at a regular point, with 50 digits."""
-    return bending(second_jet(net, u, v))
+    return compute_curvatures(second_jet(net, u, v))
 
 
-def bending(jet: Sequence[Vector]) -> tuple[mpmath.mpf, ...]:
+def compute_curvatures(jet: Sequence[Vector]) -> tuple[mpmath.mpf, ...]:
     """K and H from S, S_u, S_v, S_uu, S_uv, S_vv: by the two fundamental forms."""
     _, du, dv, duu, duv, dvv = jet
     n = cross(du, dv)
@@ -227,14 +227,14 @@ def cross(a: Vector, b: Vector) -> Vector:
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def flat(triangle: Any) -> bool:
+def is_flat(triangle: Any) -> bool:
     """Whether a triangle has no area: three corners of floats."""
     a, b, c = ([Fraction(x) for x in corner] for corner in np.asarray(triangle).tolist())
     edges = [tuple(y - x for x, y in zip(a, p, strict=True)) for p in (b, c)]
     return not any(cross(edges[0], edges[1]))
 
 
-def unit(vector: Vector) -> tuple[float, float, float]:
+def normalize(vector: Vector) -> tuple[float, float, float]:
     """The vector over its length, rounded once, from 50 digits."""
     with mpmath.workdps(DIGITS):
         x, y, z = (mpmath.mpf(c.numerator) / c.denominator for c in vector)
@@ -244,18 +244,18 @@ def unit(vector: Vector) -> tuple[float, float, float]:
 
 def positions(points: Any, weights: Any, resolution: tuple[int, int]) -> np.ndarray:
     """Points S(i/Ru, j/Rv), each coordinate rounded once; shape (Ru+1, Rv+1, 3)."""
-    net = exact_net(points, weights)
-    grid = jets(net, divisions(resolution[0]), divisions(resolution[1]))
+    net = to_exact_net(points, weights)
+    grid = jets(net, list_parameters(resolution[0]), list_parameters(resolution[1]))
     return np.array([[[float(x) for x in jet.point] for jet in row] for row in grid])
 
 
 def normals(points: Any, weights: Any, resolution: tuple[int, int]) -> np.ndarray:
     """Unit normals at the samples, NaN where du × dv is exactly zero; shape (Ru+1, Rv+1, 3)."""
-    net = exact_net(points, weights)
-    grid = jets(net, divisions(resolution[0]), divisions(resolution[1]))
+    net = to_exact_net(points, weights)
+    grid = jets(net, list_parameters(resolution[0]), list_parameters(resolution[1]))
     nowhere = (math.nan,) * 3
     directions = [[cross(jet.du, jet.dv) for jet in row] for row in grid]
-    return np.array([[unit(n) if any(n) else nowhere for n in row] for row in directions])
+    return np.array([[normalize(n) if any(n) else nowhere for n in row] for row in directions])
 
 
 def split(points: Any, t: float = 0.5) -> tuple[np.ndarray, np.ndarray]:

@@ -9,14 +9,22 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from tests.oracles.exact import Vector, cross, exact_net, hodograph, surface_point, transposed, unit
+from tests.oracles.exact import (
+    Vector,
+    cross,
+    hodograph,
+    normalize,
+    surface_point,
+    to_exact_net,
+    transpose,
+)
 
 
-def limit_normal(
+def find_limit_normal(
     points: Any, weights: Any, at: tuple[Fraction, Fraction], into: tuple[int, int]
 ) -> tuple[float, float, float] | None:
     """Unit normal at `at`, reached from the side `into` = (du, dv); None if du × dv ≡ 0 there."""
-    net = exact_net(points, weights)
+    net = to_exact_net(points, weights)
     # Along the line S has degree n at most, the product of two partials 2n; numerators of
     # rational partials are themselves products of two.
     n = (len(net) - 1) * abs(into[0]) + (len(net[0]) - 1) * abs(into[1])
@@ -28,7 +36,7 @@ def limit_normal(
     while True:
         first = _extrapolate(steps, values)
         if any(first):
-            return unit(first)
+            return normalize(first)
         values = [tuple(x / s for x in value) for s, value in zip(steps, values, strict=True)]
 
 
@@ -36,7 +44,7 @@ def _direction(net: list[list[Vector]], u: Fraction, v: Fraction) -> Vector:
     """A positive multiple of du × dv that is a polynomial in u and v, rational surface or not."""
     value = surface_point(net, u, v)
     du = surface_point(hodograph(net), u, v)
-    dv = surface_point(transposed(hodograph(transposed(net))), u, v)
+    dv = surface_point(transpose(hodograph(transpose(net))), u, v)
     if len(value) == 3:
         return cross(du, dv)
     w = value[3]

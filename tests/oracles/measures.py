@@ -29,7 +29,7 @@ def romberg(inscribed: Callable[[int], float], first: int, levels: int) -> tuple
     return rows[-1][-1], abs(rows[-1][-1] - rows[-2][-1]) + 1e-14 * abs(rows[-1][-1])
 
 
-def area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
+def measure_area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
     """The area of all sheets together, and an estimate of its error."""
 
     def inscribed(n: int) -> float:
@@ -38,7 +38,7 @@ def area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[floa
     return romberg(inscribed, first, levels)
 
 
-def flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
+def measure_flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
     """Σ ∫∫ S · N of all sheets, three times the enclosed volume, and an estimate of its error."""
 
     def inscribed(n: int) -> float:
@@ -51,7 +51,7 @@ def flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[floa
     return romberg(inscribed, first, levels)
 
 
-def length(points: Callable[[Array], Array], first: int = 4) -> tuple[float, float]:
+def measure_length(points: Callable[[Array], Array], first: int = 4) -> tuple[float, float]:
     """The length of a curve over [0, 1], and an estimate of its error."""
 
     def inscribed(n: int) -> float:
@@ -63,7 +63,7 @@ def length(points: Callable[[Array], Array], first: int = 4) -> tuple[float, flo
 def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
     """Corners (T, 3) of the triangles of a grid: n × n cells between neighbouring knots."""
     if isinstance(sheet, TensorSheet):
-        u, v = (_divided(breaks, n) for breaks in sheet.breaks)
+        u, v = (_divide(breaks, n) for breaks in sheet.breaks)
     else:
         u = v = np.linspace(0, 1, n + 1)
     s, t = (axis.ravel() for axis in np.meshgrid(u, v, indexing="ij"))
@@ -78,7 +78,7 @@ def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
     return x, y, z
 
 
-def _divided(breaks: Array, n: int) -> Array:
+def _divide(breaks: Array, n: int) -> Array:
     steps = np.arange(n) / n
     return np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel(), breaks[-1])
 

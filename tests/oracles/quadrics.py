@@ -14,7 +14,7 @@ def _axis_distance(points: Array) -> Array:
     return np.hypot(points[:, 0], points[:, 1])
 
 
-def _around(points: Array, radial: Array | float, axial: Array | float) -> Array:
+def _build_unit_vectors(points: Array, radial: Array | float, axial: Array | float) -> Array:
     """Unit vectors with the given components away from the axis and along it."""
     rho = _axis_distance(points)
     away = points[:, :2] / rho[:, None]
@@ -30,7 +30,7 @@ def sphere(points: Array, radius: float = 1.0) -> tuple[Array, Array]:
 
 def cylinder(points: Array, radius: float = 1.0) -> tuple[Array, Array]:
     """Distance from the axis − r, and straight away from the axis."""
-    return _axis_distance(points) - radius, _around(points, 1.0, 0.0)
+    return _axis_distance(points) - radius, _build_unit_vectors(points, 1.0, 0.0)
 
 
 def cone(points: Array, radius: float = 1.0, height: float = 2.0) -> tuple[Array, Array]:
@@ -38,11 +38,11 @@ def cone(points: Array, radius: float = 1.0, height: float = 2.0) -> tuple[Array
     off = _axis_distance(points) - radius * (0.5 - points[:, 2] / height)
     slant = np.hypot(radius, height)
     with np.errstate(invalid="ignore"):
-        return off, _around(points, height / slant, radius / slant)
+        return off, _build_unit_vectors(points, height / slant, radius / slant)
 
 
 def torus(points: Array, radius: float = 1.0, tube: float = 0.4) -> tuple[Array, Array]:
     """Distance from the centre circle − tube radius, and away from that circle."""
     from_circle = _axis_distance(points) - radius
     off = np.hypot(from_circle, points[:, 2]) - tube
-    return off, _around(points, from_circle / tube, points[:, 2] / tube)
+    return off, _build_unit_vectors(points, from_circle / tube, points[:, 2] / tube)

@@ -21,7 +21,7 @@ STEP = 1e-6
 """The step of differences, as a share of the domain."""
 
 
-def crossings(
+def find_crossings(
     sheets: Sequence[Sheet], origins: Array, directions: Array, samples: int = 4000
 ) -> tuple[Ints, Array, Array]:
     """The rays (n,) of crossings, their t (n,), and the errors of t."""
@@ -32,11 +32,11 @@ def crossings(
         corners = sheet.at(cells.reshape(-1, 2)).reshape(-1, 4, 3)
         for first in range(0, len(origins), 200):
             rows = slice(first, first + 200)
-            ray, cell = _near(corners, origins[rows] - sheet.origin, directions[rows])
+            ray, cell = _find_near_pairs(corners, origins[rows] - sheet.origin, directions[rows])
             if not len(ray):
                 continue
             o, d = origins[rows][ray] - sheet.origin, directions[rows][ray]
-            hit, t, error = _newton(sheet, cells[cell].mean(axis=1), o, d, (low, high))
+            hit, t, error = _iterate_newton(sheet, cells[cell].mean(axis=1), o, d, (low, high))
             result.append((ray[hit] + first, t, error))
     ray, t, error = (np.concatenate(each) for each in zip(*result, strict=True))
     return ray, t, error
@@ -58,7 +58,7 @@ def _cells(sheet: Sheet, count: int) -> tuple[Array, Array, Array]:
     return cells, np.array([b[0] for b in breaks]), np.array([b[-1] for b in breaks])
 
 
-def _across(d: Array) -> tuple[Array, Array]:
+def _build_frame(d: Array) -> tuple[Array, Array]:
     """Two vectors across each direction (m, 3)."""
     axis = np.eye(3)[np.abs(d).argmin(axis=1)]
     one = np.cross(d, axis)
@@ -67,10 +67,10 @@ def _across(d: Array) -> tuple[Array, Array]:
     return one, two / np.linalg.norm(two, axis=1, keepdims=True)
 
 
-def _near(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
+def _find_near_pairs(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
     """Pairs of a ray and a cell whose enlarged projection may contain the ray."""
     inside = np.ones((len(o), len(corners)), bool)
-    for axis in _across(d):
+    for axis in _build_frame(d):
         at = corners.reshape(-1, 3) @ axis.T - (o * axis).sum(axis=1)
         at = at.reshape(len(corners), 4, len(o))
         low, high = at.min(axis=1), at.max(axis=1)
@@ -80,7 +80,7 @@ def _near(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
     return ray, cell
 
 
-def _newton(
+def _iterate_newton(
     sheet: Sheet, places: Array, o: Array, d: Array, domain: tuple[Array, Array]
 ) -> tuple[Ints, Array, Array]:
     """Whether each start leads to a crossing within the domain, its t, and the error of t.
@@ -90,7 +90,7 @@ def _newton(
     ray and surface.
     """
     low, high = domain
-    one, two = _across(d)
+    one, two = _build_frame(d)
     step = STEP * (high - low)
     for _ in range(12):
         at = sheet.at(places) - o

@@ -13,13 +13,13 @@ from tests.oracles.sheets import Array, Sheet, TriangleSheet
 HALVINGS = 50
 
 
-def crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count: int = 60) -> Array:
+def find_crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count: int = 60) -> Array:
     """Points (m, 3) of all sheets in the plane, on count + 1 lines in both directions of each."""
-    result = [_of_sheet(sheet, normal, offset, count) for sheet in sheets]
+    result = [_find_sheet_crossings(sheet, normal, offset, count) for sheet in sheets]
     return np.concatenate(result)
 
 
-def _of_sheet(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:
+def _find_sheet_crossings(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:
     low, high = sheet.inside(np.array([[-1e9, -1e9], [1e9, 1e9]]))
     if isinstance(sheet, TriangleSheet):
         low, high = np.zeros(2), np.ones(2)
@@ -49,7 +49,7 @@ def _of_sheet(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:
     return np.asarray(sheet.at(over) + sheet.origin)
 
 
-def distance_to(section: Section, points: Array) -> Array:
+def measure_distances(section: Section, points: Array) -> Array:
     """Distances (m,) of points to the polylines of a section, infinite if there are none."""
     best = np.full(len(points), np.inf)
     for line in section.polylines:

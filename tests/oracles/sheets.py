@@ -82,12 +82,12 @@ class TensorSheet:
 
     def samples(self, count: int) -> Array:
         each = self._each(count)
-        lines = [_divided(breaks, each) for breaks in self.breaks]
-        fine = [_divided(breaks, 4 * each) for breaks in self.breaks]
+        lines = [_divide(breaks, each) for breaks in self.breaks]
+        fine = [_divide(breaks, 4 * each) for breaks in self.breaks]
         ends = [breaks[[0, -1]] for breaks in self.breaks]
         grids = [lines, [fine[0], ends[1]], [ends[0], fine[1]]]
-        coarse = [_divided(breaks, max(1, each // 6)) for breaks in self.breaks]
-        even = _evened(self, _halves(coarse[0], coarse[1]), count // 4)
+        coarse = [_divide(breaks, max(1, each // 6)) for breaks in self.breaks]
+        even = _choose_even_places(self, _split_cells(coarse[0], coarse[1]), count // 4)
         return np.concatenate([*(_grid(u, v) for u, v in grids), even])
 
     def _each(self, count: int) -> int:
@@ -111,7 +111,7 @@ class TriangleSheet:
     origin: Array
 
     def at(self, places: Array) -> Array:
-        degree = triangles.degree_of(len(self.net))
+        degree = triangles.find_degree(len(self.net))
         points = triangle_bernstein(degree, places) @ self.net
         return points[:, :3] / points[:, 3:]
 
@@ -122,7 +122,7 @@ class TriangleSheet:
         zero = np.zeros_like(t)
         sides = [(zero, t), (t, zero), (t, 1 - t)]
         corners = np.array([[[0.0, 0], [1, 0], [0, 1]]])
-        even = _evened(self, corners, count // 4)
+        even = _choose_even_places(self, corners, count // 4)
         return np.concatenate([inner, *(np.stack(side, axis=1) for side in sides), even])
 
     def _divisions(self, count: int) -> int:
@@ -163,7 +163,7 @@ class PlacedSheet:
         return self.sheet.step(count)
 
 
-def _divided(breaks: Array, each: int) -> Array:
+def _divide(breaks: Array, each: int) -> Array:
     """Every interval cut into `each` parts, its ends exact."""
     t = np.arange(each) / each
     starts = breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * t
@@ -174,7 +174,7 @@ def _grid(u: Array, v: Array) -> Array:
     return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def _halves(u: Array, v: Array) -> Array:
+def _split_cells(u: Array, v: Array) -> Array:
     """Every cell of a grid as two triangles of places, (T, 3, 2)."""
     cells = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
     a, b, c, d = cells[:-1, :-1], cells[1:, :-1], cells[1:, 1:], cells[:-1, 1:]
@@ -182,13 +182,13 @@ def _halves(u: Array, v: Array) -> Array:
     return np.concatenate(both)
 
 
-def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
+def _choose_even_places(sheet: Sheet, cells: Array, count: int) -> Array:
     """Centres of a number of triangles of places (T, 3, 2) that are about equally large in space.
 
     Triangles at least half as large as the largest are halved across their longest side. The length
     of a side is measured through its middle, so that bulges count, too.
     """
-    sizes, sides = _sizes(sheet, cells)
+    sizes, sides = _measure_cells(sheet, cells)
     while len(cells) < count:
         large = sizes >= sizes.max() / 2
         chosen = np.flatnonzero(large)[: count - len(cells)]
@@ -199,7 +199,7 @@ def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
         middle = (halves[0][rows, begin] + halves[0][rows, end]) / 2
         halves[0][rows, end] = halves[1][rows, begin] = middle
         new = np.concatenate(halves)
-        more_sizes, more_sides = _sizes(sheet, new)
+        more_sizes, more_sides = _measure_cells(sheet, new)
         cells = np.concatenate([cells[~large], new])
         sizes = np.concatenate([sizes[~large], more_sizes])
         sides = np.concatenate([sides[~large], more_sides])
@@ -207,7 +207,7 @@ def _evened(sheet: Sheet, cells: Array, count: int) -> Array:
     return centres
 
 
-def _sizes(sheet: Sheet, cells: Array) -> tuple[Array, NDArray[np.intp]]:
+def _measure_cells(sheet: Sheet, cells: Array) -> tuple[Array, NDArray[np.intp]]:
     """The sizes in space of triangles of places, and the number of their longest side."""
     following = cells[:, [1, 2, 0]]
     middles = (cells + following) / 2
@@ -280,52 +280,52 @@ def _inverse(length: Array) -> Array:
     return np.where(length > 0, 1 / np.where(length > 0, length, 1.0), 0.0)
 
 
-def sheets_of(surface: object) -> list[Sheet]:
+def build_sheets(surface: object) -> list[Sheet]:
     """The sheets that a surface consists of."""
     match surface:
         case BezierSurface():
-            return [bezier_sheet(surface.control_net, surface.weights)]
+            return [build_bezier_sheet(surface.control_net, surface.weights)]
         case TriangleSurface():
-            return [triangle_sheet(surface.control_net, surface.weights)]
+            return [build_triangle_sheet(surface.control_net, surface.weights)]
         case BsplineSurface():
-            return [_spline_sheet(surface)]
+            return [_build_spline_sheet(surface)]
         case PatchSurface():
-            return _patch_sheets(surface)
+            return _build_patch_sheets(surface)
         case MultipatchSurface():
-            return [sheet for own in surface.surfaces for sheet in sheets_of(own)]
+            return [sheet for member in surface.surfaces for sheet in build_sheets(member)]
         case PatchModel():
-            return _model_sheets(surface)
+            return _build_model_sheets(surface)
     raise TypeError(type(surface).__name__)
 
 
-def bezier_sheet(net: Array, weights: Array | None = None) -> TensorSheet:
+def build_bezier_sheet(net: Array, weights: Array | None = None) -> TensorSheet:
     """One tensor-product Bézier patch."""
     unit = np.array([0.0, 1.0])
-    homogeneous, origin = _homogeneous(net, weights)
+    homogeneous, origin = _to_homogeneous(net, weights)
     bases = bernstein(net.shape[0] - 1), bernstein(net.shape[1] - 1)
     return TensorSheet(homogeneous, bases, (unit, unit), origin)
 
 
-def triangle_sheet(net: Array, weights: Array | None = None) -> TriangleSheet:
+def build_triangle_sheet(net: Array, weights: Array | None = None) -> TriangleSheet:
     """One triangular Bézier patch."""
-    return TriangleSheet(*_homogeneous(net, weights))
+    return TriangleSheet(*_to_homogeneous(net, weights))
 
 
-def _spline_sheet(surface: BsplineSurface) -> TensorSheet:
-    net, origin = _homogeneous(surface.control_net, surface.weights)
+def _build_spline_sheet(surface: BsplineSurface) -> TensorSheet:
+    net, origin = _to_homogeneous(surface.control_net, surface.weights)
     bases: list[Basis] = []
     breaks: list[Array] = []
     for axis, (named, degree) in enumerate(zip(surface.knots, surface.degree, strict=True)):
         if isinstance(named, str) and named == "periodic":
             head = np.take(net, range(degree), axis=axis)
             net = np.concatenate([net, head], axis=axis)
-        knots = _knots(named, net.shape[axis], degree)
+        knots = _build_knots(named, net.shape[axis], degree)
         bases.append(spline_basis(knots, degree))
         breaks.append(np.unique(knots[degree : len(knots) - degree]))
     return TensorSheet(net, (bases[0], bases[1]), (breaks[0], breaks[1]), origin)
 
 
-def _knots(named: str | Array, count: int, degree: int) -> Array:
+def _build_knots(named: str | Array, count: int, degree: int) -> Array:
     """Numbers for names: spans of length one, the domain begins at 0."""
     if not isinstance(named, str):
         return np.asarray(named)
@@ -333,28 +333,28 @@ def _knots(named: str | Array, count: int, degree: int) -> Array:
     return np.clip(steps, 0, count - degree) if named == "clamped" else steps
 
 
-def _patch_sheets(surface: PatchSurface) -> list[Sheet]:
+def _build_patch_sheets(surface: PatchSurface) -> list[Sheet]:
     points, weights = surface.vertices, surface.weights
 
     def loads(rows: NDArray[np.int64]) -> Array | None:
         return None if weights is None else weights[rows]
 
-    grids: list[Sheet] = [bezier_sheet(points[rows], loads(rows)) for rows in surface.patches]
-    return grids + [triangle_sheet(points[rows], loads(rows)) for rows in surface.triangles]
+    grids: list[Sheet] = [build_bezier_sheet(points[rows], loads(rows)) for rows in surface.patches]
+    return grids + [build_triangle_sheet(points[rows], loads(rows)) for rows in surface.triangles]
 
 
-def _model_sheets(model: PatchModel) -> list[Sheet]:
+def _build_model_sheets(model: PatchModel) -> list[Sheet]:
     result: list[Sheet] = []
     for batch in model.batches:
         point_weights: Sequence[Array | None] = (
             [None] * batch.count if batch.weights is None else list(batch.weights)
         )
-        make = bezier_sheet if isinstance(batch, TensorPatches) else triangle_sheet
+        make = build_bezier_sheet if isinstance(batch, TensorPatches) else build_triangle_sheet
         result += [make(net, w) for net, w in zip(batch.points, point_weights, strict=True)]
     return result
 
 
-def _homogeneous(net: Array, weights: Array | None) -> tuple[Array, Array]:
+def _to_homogeneous(net: Array, weights: Array | None) -> tuple[Array, Array]:
     """(wx, wy, wz, w) about the middle of the net's bounds, and that middle."""
     flat = net.reshape(-1, 3)
     origin = flat.min(axis=0) + (flat.max(axis=0) - flat.min(axis=0)) / 2

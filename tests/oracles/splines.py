@@ -15,7 +15,7 @@ from functools import lru_cache
 from tests.oracles.exact import Vector
 
 
-def span_of(knots: Sequence[Fraction], degree: int, t: Fraction) -> int:
+def find_span(knots: Sequence[Fraction], degree: int, t: Fraction) -> int:
     """The last s with U_s ≤ t < U_{s+1}; at the end of the domain, the last span that is not
     empty."""
     last = len(knots) - degree - 2
@@ -30,7 +30,7 @@ def basis_values(knots: Sequence[Fraction], degree: int, t: Fraction) -> list[Fr
 
 @lru_cache(maxsize=256)
 def _basis_values(knots: tuple[Fraction, ...], degree: int, t: Fraction) -> list[Fraction]:
-    span = span_of(knots, degree, t)
+    span = find_span(knots, degree, t)
     values = [Fraction(int(i == span)) for i in range(len(knots) - 1)]
     for p in range(1, degree + 1):
         values = [
@@ -68,6 +68,6 @@ def spline_surface_point(
     return tuple(x / point[3] for x in point[:3])
 
 
-def fractions(values: object) -> list[Fraction]:
+def to_fractions(values: object) -> list[Fraction]:
     """Floats as exact rational numbers."""
     return [Fraction(float(value)) for value in values]  # type: ignore[attr-defined]

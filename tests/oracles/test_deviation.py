@@ -12,9 +12,19 @@ from trimesh.proximity import closest_point_naive
 
 from service.surface.bspline import BsplineSurface
 from tests.oracles import exact, splines, triangles
-from tests.oracles.deviation import mesh_to_surface, seen_deviation, surface_to_mesh
+from tests.oracles.deviation import (
+    measure_mesh_to_surface,
+    measure_seen_deviation,
+    measure_surface_to_mesh,
+)
 from tests.oracles.distance import Soup
-from tests.oracles.sheets import Array, PlacedSheet, bezier_sheet, sheets_of, triangle_sheet
+from tests.oracles.sheets import (
+    Array,
+    PlacedSheet,
+    build_bezier_sheet,
+    build_sheets,
+    build_triangle_sheet,
+)
 from tools.certify.surfaces import FAMILIES, bicubic
 
 PLACES = [(0.0, 0.0), (1.0, 1.0), (1 / 3, 5 / 7), (0.125, 0.875)]
@@ -28,9 +38,9 @@ def close(points: Array, truth: Array) -> None:
 def test_tensor_sheets_are_exact_de_casteljau(seed: int) -> None:
     net: Array = bicubic(seed, 0.3)[: seed + 2] + 10 ** (2 * seed)
     weights = np.random.default_rng(seed).uniform(0.2, 5, net.shape[:2]) if seed % 2 else None
-    sheet = bezier_sheet(net, weights)
+    sheet = build_bezier_sheet(net, weights)
     points = sheet.at(np.array(PLACES))
-    exactly = exact.exact_net(net, weights)
+    exactly = exact.to_exact_net(net, weights)
     truth = [exact.jets(exactly, [Fraction(u)], [Fraction(v)])[0][0] for u, v in PLACES]
     origin = [Fraction(float(x)) for x in sheet.origin]
     close(
@@ -45,9 +55,9 @@ def test_triangle_sheets_are_exact_de_casteljau(degree: int) -> None:
     net = rng.uniform(-1, 1, ((degree + 1) * (degree + 2) // 2, 3))
     weights = rng.uniform(0.2, 5, len(net))
     places = [(0.25, 0.75), (0.375, 0.125), (0.0, 0.0), (0.0, 1.0)]
-    sheet = triangle_sheet(net, weights)
+    sheet = build_triangle_sheet(net, weights)
     truth = [
-        triangles.jet(triangles.exact_triangle(net, weights), (1 - s - t, s, t)).point
+        triangles.jet(triangles.to_exact_triangle(net, weights), (1 - s - t, s, t)).point
         for s, t in [(Fraction(s), Fraction(t)) for s, t in places]
     ]
     points = sheet.at(np.array(places)) + sheet.origin
@@ -58,7 +68,7 @@ def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
     for seed in range(12):
         surface = FAMILIES["creases" if seed % 2 else "NURBS"].surface(seed)
         assert isinstance(surface, BsplineSurface)
-        (sheet,) = sheets_of(surface)
+        (sheet,) = build_sheets(surface)
         places = sheet.samples(50)
         points = sheet.at(places) + sheet.origin
         weights = np.ones(surface.control_net.shape[:2])
@@ -71,11 +81,11 @@ def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
         close(points, peer[:, :3] / peer[:, 3:])
         u, v = places[7].tolist()
         knots = (
-            splines.fractions(surface.knot_vectors[0]),
-            splines.fractions(surface.knot_vectors[1]),
+            splines.to_fractions(surface.knot_vectors[0]),
+            splines.to_fractions(surface.knot_vectors[1]),
         )
         truth = splines.spline_surface_point(
-            exact.exact_net(surface.control_net, weights),
+            exact.to_exact_net(surface.control_net, weights),
             knots,
             surface.degree,
             (Fraction(u), Fraction(v)),
@@ -110,20 +120,20 @@ def test_deviation_of_a_parabola() -> None:
     """(u, v, 4u(1 − u)) is up to 1 from its chord plane, and up to 1/(4√5) from two planes that
     meet at its top."""
     net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
-    sheets = [bezier_sheet(net)]
+    sheets = [build_bezier_sheet(net)]
     a, b, c, d = (np.array(p, dtype=float) for p in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
     corners = np.array([[a, b, c], [a, c, d]])
-    result = surface_to_mesh(sheets, corners)
+    result = measure_surface_to_mesh(sheets, corners)
     assert result.distance == pytest.approx(1, abs=1e-12)
     assert result.place[0] == pytest.approx(0.5, abs=1e-6)
     # The plane is nowhere further away than its middle is from the nearest point of the parabola:
     # (u, 4u(1−u)) nearest to (½, 0) solves (u − ½) + 16 u (1 − u)(1 − 2u) = 0.
     u = (1 - sqrt(1 - 1 / 8)) / 2
     truth = np.hypot(0.5 - u, 4 * u * (1 - u))
-    assert mesh_to_surface(sheets, corners) == pytest.approx(truth, abs=1e-3)
+    assert measure_mesh_to_surface(sheets, corners) == pytest.approx(truth, abs=1e-3)
     top, far = np.array([0.5, 0, 1]), np.array([0.5, 1, 1])
     roof = np.array([[a, top, far], [a, far, d], [top, b, c], [top, c, far]])
-    assert surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
+    assert measure_surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
 
 
 def test_deviation_of_a_placed_parabola_and_of_one_seen_by_an_eye() -> None:
@@ -132,11 +142,11 @@ def test_deviation_of_a_placed_parabola_and_of_one_seen_by_an_eye() -> None:
     matrix = np.diag([1.0, 1, 3, 1])
     matrix[:3, 3] = 5, -7, 9
     floor = np.array([[[5.0, -7, 9], [6, -7, 9], [6, -6, 9]], [[5, -7, 9], [6, -6, 9], [5, -6, 9]]])
-    sheets = [PlacedSheet(bezier_sheet(net), matrix)]
-    assert surface_to_mesh(sheets, floor).distance == pytest.approx(3, abs=1e-12)
+    sheets = [PlacedSheet(build_bezier_sheet(net), matrix)]
+    assert measure_surface_to_mesh(sheets, floor).distance == pytest.approx(3, abs=1e-12)
     eye = np.array([5.5, -6.5, 14])
-    assert seen_deviation(sheets, floor, eye, 1e-3) == pytest.approx(1.5, abs=1e-3)
-    assert seen_deviation(sheets, floor, eye, 9.0) == pytest.approx(1 / 3, abs=1e-9)
+    assert measure_seen_deviation(sheets, floor, eye, 1e-3) == pytest.approx(1.5, abs=1e-3)
+    assert measure_seen_deviation(sheets, floor, eye, 9.0) == pytest.approx(1 / 3, abs=1e-9)
 
 
 def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
@@ -144,11 +154,11 @@ def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
     arc, weights = np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, sqrt(0.5), 1])
     net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in arc])
     for away in (0.0, 2.0**20):
-        sheets = [bezier_sheet(net + away, np.column_stack([weights, weights]))]
+        sheets = [build_bezier_sheet(net + away, np.column_stack([weights, weights]))]
         t = np.linspace(0, pi / 2, 5)
         rim = np.stack([np.cos(t), np.sin(t), np.zeros(5)], axis=1) + away
         up = np.array([0.0, 0, 1])
         corners = [[p, q, q + up] for p, q in pairwise(rim)]
         corners += [[p, q + up, p + up] for p, q in pairwise(rim)]
-        result = surface_to_mesh(sheets, np.array(corners))
+        result = measure_surface_to_mesh(sheets, np.array(corners))
         assert result.distance == pytest.approx(1 - cos(pi / 16), abs=1e-8)

@@ -39,12 +39,16 @@ class Topology:
         return not (self.boundary or self.non_manifold or self.misoriented)
 
 
-def topology(faces: Iterable[Sequence[int]]) -> Topology:
+def count_topology(faces: Iterable[Sequence[int]]) -> Topology:
     """Count everything; the faces are polygons given by their vertices in order."""
-    loops = [faces] if isinstance(faces, np.ndarray) else _arrays(faces)
-    ends = np.concatenate([_ends(each) for each in loops] or [np.empty((0, 2), dtype=np.int64)])
-    _, directed = np.unique(_keys(ends), return_counts=True)
-    _, edge, uses = np.unique(_keys(np.sort(ends, axis=1)), return_inverse=True, return_counts=True)
+    loops = [faces] if isinstance(faces, np.ndarray) else _group_faces(faces)
+    ends = np.concatenate(
+        [_list_edge_ends(each) for each in loops] or [np.empty((0, 2), dtype=np.int64)]
+    )
+    _, directed = np.unique(_number_edges(ends), return_counts=True)
+    _, edge, uses = np.unique(
+        _number_edges(np.sort(ends, axis=1)), return_inverse=True, return_counts=True
+    )
     # Faces with a common edge are connected: a graph of faces and edges.
     corners = np.repeat([each.shape[1] for each in loops], [len(each) for each in loops])
     count = len(corners)
@@ -64,24 +68,24 @@ def topology(faces: Iterable[Sequence[int]]) -> Topology:
     )
 
 
-def _arrays(faces: Iterable[Sequence[int]]) -> list[NDArray[np.int64]]:
+def _group_faces(faces: Iterable[Sequence[int]]) -> list[NDArray[np.int64]]:
     """Faces as arrays (m, k), one for each number k of corners."""
     lists = [list(face) for face in faces]
     sizes = sorted({len(face) for face in lists})
     return [np.array([face for face in lists if len(face) == size]) for size in sizes]
 
 
-def _ends(loops: NDArray[np.int64]) -> NDArray[np.int64]:
+def _list_edge_ends(loops: NDArray[np.int64]) -> NDArray[np.int64]:
     """Both vertices (m k, 2) of each edge, face by face."""
     return np.stack([loops, np.roll(loops, -1, axis=1)], axis=2).reshape(-1, 2).astype(np.int64)
 
 
-def _keys(ends: NDArray[np.int64]) -> NDArray[np.int64]:
+def _number_edges(ends: NDArray[np.int64]) -> NDArray[np.int64]:
     """A number for each pair of vertices (m, 2)."""
     return ends[:, 0] * (int(ends.max(initial=0)) + 1) + ends[:, 1]
 
 
-def welded_by_position(positions: np.ndarray, faces: np.ndarray) -> NDArray[np.int64]:
+def weld_by_position(positions: np.ndarray, faces: np.ndarray) -> NDArray[np.int64]:
     """The faces with every vertex replaced by the first one whose position has the same bits."""
     # Adding 0.0 makes −0.0 and 0.0 one position.
     _, first, places = np.unique(positions + 0.0, axis=0, return_index=True, return_inverse=True)

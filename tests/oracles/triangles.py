@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from tests.oracles.exact import Jet, Vector, cross, project, projected, unit
+from tests.oracles.exact import Jet, Vector, cross, normalize, project, project_partials
 
 Key: TypeAlias = tuple[int, int, int]
 Triangle: TypeAlias = dict[Key, Vector]
@@ -21,18 +21,18 @@ def keys(degree: int) -> list[Key]:
     return [(degree - j - k, j, k) for k in range(degree + 1) for j in range(degree + 1 - k)]
 
 
-def degree_of(count: int) -> int:
+def find_degree(count: int) -> int:
     """The degree of a net of `count` points."""
     return next(n for n in range(count) if (n + 1) * (n + 2) == 2 * count)
 
 
-def exact_triangle(points: Any, weights: Any = None) -> Triangle:
+def to_exact_triangle(points: Any, weights: Any = None) -> Triangle:
     """The net as fractions; homogeneous, (wx, wy, wz, w), with weights."""
     rows = [tuple(Fraction(float(x)) for x in point) for point in points]
     if weights is not None:
         ws = [Fraction(float(w)) for w in weights]
         rows = [(*(w * x for x in row), w) for row, w in zip(rows, ws, strict=True)]
-    return dict(zip(keys(degree_of(len(rows))), rows, strict=True))
+    return dict(zip(keys(find_degree(len(rows))), rows, strict=True))
 
 
 def value(net: Triangle, place: Vector) -> Vector:
@@ -88,7 +88,7 @@ def second_jet(net: Triangle, place: Vector) -> list[Vector]:
     if sum(next(iter(net))) > 1:
         pairs = ((0, 1), (0, 2), (1, 2))
         second = [value(partial(first[i], towards), place) for i, towards in pairs]
-    return projected([value(net, place), *(value(d, place) for d in first), *second])
+    return project_partials([value(net, place), *(value(d, place) for d in first), *second])
 
 
 def places(divisions: int) -> list[Vector]:
@@ -98,19 +98,19 @@ def places(divisions: int) -> list[Vector]:
 
 def jets(points: Any, weights: Any, divisions: int) -> list[Jet]:
     """Jets at all samples."""
-    net = exact_triangle(points, weights)
+    net = to_exact_triangle(points, weights)
     return [jet(net, place) for place in places(divisions)]
 
 
-def positions(found: list[Jet]) -> np.ndarray:
+def positions(all_jets: list[Jet]) -> np.ndarray:
     """Points, each coordinate rounded once: (S, 3)."""
-    return np.array([[float(x) for x in each.point] for each in found])
+    return np.array([[float(x) for x in each.point] for each in all_jets])
 
 
-def normals(found: list[Jet]) -> np.ndarray:
+def normals(all_jets: list[Jet]) -> np.ndarray:
     """Unit normals ∂s × ∂t, NaN where that is exactly zero: (S, 3)."""
-    vectors = [cross(each.du, each.dv) for each in found]
-    return np.array([unit(n) if any(n) else (math.nan,) * 3 for n in vectors])
+    vectors = [cross(each.du, each.dv) for each in all_jets]
+    return np.array([normalize(n) if any(n) else (math.nan,) * 3 for n in vectors])
 
 
 def apply_symmetry(net: np.ndarray, symmetry: int) -> np.ndarray:
@@ -118,7 +118,7 @@ def apply_symmetry(net: np.ndarray, symmetry: int) -> np.ndarray:
 
     Axis 0 of the net holds the control points. A rotation takes corner r to s, s to t, t to r.
     """
-    order = keys(degree_of(len(net)))
+    order = keys(find_degree(len(net)))
     row = {key: number for number, key in enumerate(order)}
 
     def origin(key: Key) -> Key:

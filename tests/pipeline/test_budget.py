@@ -66,24 +66,24 @@ def test_of_two_budgets_both_are_kept() -> None:
 
 @pytest.mark.parametrize("option", ["max_triangles", "max_bytes"])
 def test_the_issue_names_the_least_budget_that_is_enough(option: str) -> None:
-    def within(most: int) -> Accuracy:
+    def limit_triangles(most: int) -> Accuracy:
         if option == "max_bytes":
             return Accuracy(max_bytes=most)
         return Accuracy(max_triangles=most)
 
     with pytest.raises(InvalidRequest) as refused:
-        render_within("utah-teapot", within(1))
+        render_within("utah-teapot", limit_triangles(1))
     (issue,) = refused.value.issues
     assert issue.got == f"1 {option.removeprefix('max_').removesuffix('s')}"
     assert (issue.code, issue.pointer) == ("budget_too_small", f"/{option}")
     numbers = re.search(r"\d+", issue.needed or "")
     assert numbers is not None
     least = int(numbers.group())
-    result = render_within("utah-teapot", within(least))
+    result = render_within("utah-teapot", limit_triangles(least))
     assert result.report is not None
     assert (result.report.triangles if option == "max_triangles" else len(result.content)) == least
     with pytest.raises(InvalidRequest):
-        render_within("utah-teapot", within(least - 1))
+        render_within("utah-teapot", limit_triangles(least - 1))
 
 
 def test_a_flat_surface_is_met_by_its_fewest_triangles() -> None:

@@ -24,9 +24,9 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
 from service.surface.triangle import TriangleSurface
-from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.deviation import measure_surface_to_mesh
 from tests.oracles.distance import Soup
-from tests.oracles.sheets import sheets_of
+from tests.oracles.sheets import build_sheets
 from tests.strategies import Array
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
@@ -47,7 +47,7 @@ def build_mesh(work: MeshWork) -> Mesh | Scene:
     return work.build(*work.lower())
 
 
-def refusal(
+def list_issues(
     surface: Surface, options: MeshOptions, name: str = "json", **more: Any
 ) -> list[tuple[str, str]]:
     """Codes and pointers of the issues."""
@@ -75,9 +75,9 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
     assert 0 <= report.deviation_bound <= 0.02 * 1.5 * np.linalg.norm(np.ptp(points, axis=0))
     assert len(document["faces"]) == report.triangles > 0
     corners = points[np.array(document["faces"])]
-    sheets = [] if isinstance(surface, GroupSurface) else sheets_of(surface)
+    sheets = [] if isinstance(surface, GroupSurface) else build_sheets(surface)
     if 0 < len(sheets) <= 8:  # other examples take seconds
-        result = surface_to_mesh(sheets, corners, 400)
+        result = measure_surface_to_mesh(sheets, corners, 400)
         assert result.distance <= report.deviation_bound + result.noise
     low, high = report.bounds_min, report.bounds_max
     np.testing.assert_array_equal([points.min(axis=0), points.max(axis=0)], [low, high])
@@ -99,14 +99,14 @@ def test_every_format_has_the_mesh(fmt: Format) -> None:
         assert len(read_corners(bytes(response.content), fmt.name)) == response.report.triangles
 
 
-def true_deviation(surface: Surface, corners: Array) -> float:
-    return surface_to_mesh(sheets_of(surface), corners, 2000).distance
+def measure_deviation(surface: Surface, corners: Array) -> float:
+    return measure_surface_to_mesh(build_sheets(surface), corners, 2000).distance
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "json"])
 @pytest.mark.parametrize("far", [0.0, 3e4])
 def test_the_written_positions_are_certified(name: str, far: float) -> None:
-    """Also far from zero, where float32 is coarse, in STL, which has no local origin."""
+    """Also for STL far from zero: STL has no local origin, and float32 is coarse there."""
     surface = BezierSurface(WAVES + far)
     tolerance = 0.02
     response = plan_mesh(surface, mesh_options(tolerance=tolerance), BY_NAME[name]).run()
@@ -119,16 +119,16 @@ def test_the_written_positions_are_certified(name: str, far: float) -> None:
         corners = np.array(document["vertices"])[np.array(document["faces"])]
     else:
         corners = read_corners(bytes(response.content), name)
-    result = true_deviation(surface, corners)
+    result = measure_deviation(surface, corners)
     assert result <= bound
     assert result > bound / 4
 
 
-def copies(*members: Member) -> GroupSurface:
+def build_group(*members: Member) -> GroupSurface:
     return GroupSurface(members)
 
 
-STRETCHED = copies(
+STRETCHED = build_group(
     Member(BezierSurface(WAVES), "plain"),
     Member(BezierSurface(WAVES), "sheared", matrix=SHEAR),
     Member(TriangleSurface(DOME), "mirrored", matrix=MIRROR),
@@ -145,7 +145,7 @@ def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
     corners = read_corners(bytes(response.content), name)
     worst = 0.0
     for member in STRETCHED.members:
-        (sheet,) = sheets_of(member.surface)
+        (sheet,) = build_sheets(member.surface)
         points = place_points(sheet.at(sheet.samples(1000)) + sheet.origin, member.matrix)
         worst = max(worst, float(Soup(corners).distances(points).max()))
     assert bound / 4 < worst <= bound
@@ -165,7 +165,7 @@ def test_the_plain_copy_is_as_fine_as_the_stretched_one_needs() -> None:
     assert sheared == pytest.approx(plain * stretch, rel=1e-6)
     assert max(sheared, mirrored) == built.report.deviation_bound
     alone = build_mesh(
-        plan_mesh(copies(STRETCHED.members[0]), mesh_options(tolerance=0.05), BY_NAME["glb"])
+        plan_mesh(build_group(STRETCHED.members[0]), mesh_options(tolerance=0.05), BY_NAME["glb"])
     )
     assert isinstance(alone, Scene)
     assert len(alone.meshes[0].triangles) < len(built.meshes[0].triangles)
@@ -181,7 +181,7 @@ def camera_options(
 def test_parts_far_from_the_camera_are_divided_less() -> None:
     near, far = np.eye(4), np.eye(4)
     far[:3, 3] = 0, 0, -200
-    group = copies(
+    group = build_group(
         Member(BezierSurface(WAVES), matrix=near), Member(BezierSurface(WAVES), matrix=far)
     )
     built = build_mesh(plan_mesh(group, camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"]))
@@ -249,7 +249,7 @@ def test_lines_alone_are_those_of_the_faces() -> None:
 @pytest.mark.parametrize("example", sorted(TUBES))
 @pytest.mark.parametrize("how", ["tolerance", "relative_tolerance", "angle_tolerance", "max_bytes"])
 def test_sweeps_are_refused(example: str, how: str) -> None:
-    result = refusal(find(example).surface(), mesh_options(**{how: 1}))
+    result = list_issues(find(example).surface(), mesh_options(**{how: 1}))
     assert result == [("not_parametric", f"/{how}")]
 
 
@@ -267,7 +267,7 @@ def test_options_that_a_tolerance_excludes_are_refused(
     more: dict[str, Any], oogl: OoglForm | None, where: str
 ) -> None:
     options = replace(mesh_options(relative_tolerance=0.1), **more)
-    result = refusal(find("saddle").surface(), options, "oogl", encode=EncodeOptions(oogl))
+    result = list_issues(find("saddle").surface(), options, "oogl", encode=EncodeOptions(oogl))
     assert result == [("conflicting_options", where)]
 
 
@@ -287,18 +287,18 @@ def test_too_many_triangles_are_refused_with_the_pointer_of_the_option(example: 
     assert (issue.code, issue.pointer) == ("too_many_triangles", "/relative_tolerance")
     assert issue.needed.startswith("at most 1000")
     budget = mesh_options(relative_tolerance=1e-5, max_triangles=300)
-    assert refusal(surface, budget) == [("too_many_triangles", "/max_triangles")]
+    assert list_issues(surface, budget) == [("too_many_triangles", "/max_triangles")]
 
 
 def test_too_many_bytes_are_refused_with_the_pointer_of_the_option() -> None:
     surface, options = find("sphere").surface(), mesh_options(tolerance=0.01)
-    result = refusal(surface, options, limits=Limits(max_bytes=20_000))
+    result = list_issues(surface, options, limits=Limits(max_bytes=20_000))
     assert result == [("too_many_bytes", "/tolerance")]
-    result = refusal(surface, mesh_options(tolerance=0.01, max_bytes=5_000))
+    result = list_issues(surface, mesh_options(tolerance=0.01, max_bytes=5_000))
     assert result == [("too_many_bytes", "/max_bytes")]
     content = render(surface, mesh_options(tolerance=0.01, max_bytes=500_000), BY_NAME["json"])
     assert len(content) < 500_000
-    result = refusal(surface, options, limits=Limits(max_vertices=100))
+    result = list_issues(surface, options, limits=Limits(max_vertices=100))
     assert result[0][1] == "/tolerance"
 
 
@@ -306,7 +306,7 @@ def test_too_many_bytes_are_refused_with_the_pointer_of_the_option() -> None:
 def test_a_tolerance_below_rounding_is_refused_where_it_was_stated(name: str) -> None:
     least = {"json": 1e-16, "glb": 1e-9, "stl": 1e-9}[name]
     for surface in (find("saddle").surface(), STRETCHED):
-        result = refusal(surface, mesh_options(relative_tolerance=least), name)
+        result = list_issues(surface, mesh_options(relative_tolerance=least), name)
         assert result == [("tolerance_too_small", "/relative_tolerance")]
 
 
@@ -314,7 +314,7 @@ def test_a_tolerance_below_rounding_is_refused_where_it_was_stated(name: str) ->
 def test_a_share_of_a_surface_without_size_is_refused_at_once(name: str) -> None:
     # A tolerance of 0 allows no rounding, so that only the limit of work would end the search.
     point = TriangleSurface(np.zeros((3, 3)))
-    result = refusal(
+    result = list_issues(
         point, mesh_options(relative_tolerance=0.01), name, limits=Limits(max_multiplications=0)
     )
     assert result == [("tolerance_too_small", "/relative_tolerance")]
@@ -334,12 +334,12 @@ def test_a_surface_smaller_than_all_rounding_is_within_a_large_tolerance(
 def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     far = np.eye(4)
     far[:3, 3] = 1e5
-    group = copies(Member(BezierSurface(WAVES), matrix=far))
-    assert refusal(group, mesh_options(tolerance=0.001), "stl") == [
+    group = build_group(Member(BezierSurface(WAVES), matrix=far))
+    assert list_issues(group, mesh_options(tolerance=0.001), "stl") == [
         ("tolerance_too_small", "/tolerance")
     ]
     response = plan_mesh(group, mesh_options(tolerance=0.05), BY_NAME["stl"]).run()
-    result = true_deviation(
+    result = measure_deviation(
         BezierSurface(WAVES + 1e5), read_corners(bytes(response.content), "stl")
     )
     assert response.report is not None

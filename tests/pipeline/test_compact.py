@@ -22,8 +22,8 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from tests.encoders.gltf.reader import Gltf, read_glb
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_sheets
 from tests.strategies import Array
 
 GLB = BY_NAME["glb"]
@@ -41,7 +41,7 @@ def mesh_options(**accuracy: Any) -> MeshOptions:
     return MeshOptions(accuracy=Accuracy(**accuracy))
 
 
-def corners(gltf: Gltf) -> Array:
+def read_corners(gltf: Gltf) -> Array:
     """Corners (T, 3, 3) of all triangles as they are stored, in model coordinates."""
     result = []
     for node in gltf.document["nodes"][1:]:
@@ -66,7 +66,7 @@ def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
     assert bound == response.report.deviation_bound
     assert bound is not None
     assert bound != plain.report.deviation_bound
-    result = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 50)
+    result = measure_surface_to_mesh(build_sheets(surface.lower()), read_corners(gltf), 50)
     assert result.distance <= bound
 
 
@@ -89,7 +89,7 @@ def test_tolerances_near_the_grid_step_hold_or_are_refused() -> None:
     assert bound is not None
     assert bound <= 2.2 * moved
     gltf = read_glb(bytes(response.content))
-    result = surface_to_mesh(sheets_of(surface.lower()), corners(gltf), 400)
+    result = measure_surface_to_mesh(build_sheets(surface.lower()), read_corners(gltf), 400)
     assert result.distance <= bound
     for tolerance in (1.9 * moved, 0.5 * moved):
         with pytest.raises(InvalidRequest) as refused:
@@ -147,7 +147,7 @@ def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
     right[0] = left[-1]
     rows = []
     for net in (left, right):
-        built = corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
+        built = read_corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
         rows.append({tuple(point) for point in built.reshape(-1, 3).tolist()})
     # The second begins where the first one ends, which is not a multiple of the step.
     edge = max(point[0] for point in rows[0])
@@ -165,7 +165,7 @@ def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
     response = work.run()
     assert response.report is not None
     assert response.report.watertight
-    shapes = corners(read_glb(bytes(response.content)))
+    shapes = read_corners(read_glb(bytes(response.content)))
     assert len(shapes) == response.report.triangles
     assert (shapes[:, 0] == shapes[:, 1]).all(axis=1).any()
 

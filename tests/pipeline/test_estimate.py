@@ -27,8 +27,8 @@ INEXACT = {"trefoil-tube", "ribbon", "hair"}
 """Examples that are swept along curves, or contain such members."""
 
 
-def issues_of(found: Estimate, fmt: Format) -> set[Issue]:
-    return {refusal.issue for refusal in found.refusals if fmt.name in refusal.formats}
+def select_issues(estimate: Estimate, fmt: Format) -> set[Issue]:
+    return {refusal.issue for refusal in estimate.refusals if fmt.name in refusal.formats}
 
 
 def check(
@@ -40,14 +40,14 @@ def check(
     sizes = {name: (size, exact) for name, size, exact in result.sizes}
     answered = 0
     for fmt in FORMATS:
-        content, issues = rendered(surface, options, fmt, encode, limits)
-        assert issues_of(result, fmt) == issues
+        content, issues = try_render(surface, options, fmt, encode, limits)
+        assert select_issues(result, fmt) == issues
         if issues:
             continue
         answered += 1
         size, exact = sizes[fmt.name]
         assert len(content) == size if exact else len(content) <= size
-        for report in reports(fmt, content):
+        for report in read_reports(fmt, content):
             for name in COUNTS:
                 expected = getattr(result.counts, name)
                 assert report[name] == expected if result.exact else report[name] <= expected
@@ -55,7 +55,7 @@ def check(
     return result
 
 
-def rendered(*request: Any) -> tuple[bytes, set[Issue]]:
+def try_render(*request: Any) -> tuple[bytes, set[Issue]]:
     """The file, or what is wrong with the request."""
     try:
         return render(*request), set()
@@ -63,7 +63,7 @@ def rendered(*request: Any) -> tuple[bytes, set[Issue]]:
         return b"", set(error.issues)
 
 
-def reports(fmt: Format, content: bytes) -> list[dict[str, Any]]:
+def read_reports(fmt: Format, content: bytes) -> list[dict[str, Any]]:
     """The report in a file, where the format has a place for it."""
     if fmt.name == "json":
         return [json.loads(content)["report"]]
@@ -114,7 +114,7 @@ def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) 
     result = plan_estimate(GroupSurface(members), options).run()
     plain = plan_estimate(GroupSurface(members), replace(options, curvatures=False)).run()
     for (name, size, _), (_, before, _) in zip(result.sizes, plain.sizes, strict=True):
-        content, issues = rendered(GroupSurface(members), options, BY_NAME[name])
+        content, issues = try_render(GroupSurface(members), options, BY_NAME[name])
         assert not issues
         assert len(content) <= size
         if accuracy is None:
@@ -165,10 +165,10 @@ def test_tolerances_and_budgets_are_bounded(
     assert result.accepted
     sizes = {name: size for name, size, _ in result.sizes}
     for name in ("glb", "json"):
-        content, issues = rendered(surface, options, BY_NAME[name])
+        content, issues = try_render(surface, options, BY_NAME[name])
         assert not (issues and result.certain)
         assert len(content) <= sizes[name]
-        for report in reports(BY_NAME[name], content) if content else ():
+        for report in read_reports(BY_NAME[name], content) if content else ():
             for count in COUNTS:
                 assert report[count] <= getattr(result.counts, count)
 
@@ -178,7 +178,7 @@ def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
     surface = FAMILIES[name].surface(1)
     options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.01), normals=False)
     result = plan_estimate(surface, options).run()
-    content, issues = rendered(surface, options, BY_NAME["json"])
+    content, issues = try_render(surface, options, BY_NAME["json"])
     if issues:
         assert not result.certain
         return
@@ -190,17 +190,17 @@ def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
 def test_certain_and_uncertain_estimates() -> None:
     surface = find("sphere").surface()
 
-    def told(**accuracy: Any) -> Estimate:
+    def estimate(**accuracy: Any) -> Estimate:
         return plan_estimate(surface, MeshOptions(accuracy=Accuracy(**accuracy))).run()
 
-    assert told(tolerance=0.01).certain
-    assert not told(tolerance=1e-9).certain
-    assert not told(tolerance=0.01, max_triangles=200).certain
-    assert not told(tolerance=0.01, max_bytes=5000).certain
-    assert not told(max_triangles=200).certain
-    assert not told(angle_tolerance=0.1).certain
-    assert told(max_triangles=200).counts.triangles == 200
-    assert dict(list_sizes(told(max_bytes=5000)))["glb"] == 5000
+    assert estimate(tolerance=0.01).certain
+    assert not estimate(tolerance=1e-9).certain
+    assert not estimate(tolerance=0.01, max_triangles=200).certain
+    assert not estimate(tolerance=0.01, max_bytes=5000).certain
+    assert not estimate(max_triangles=200).certain
+    assert not estimate(angle_tolerance=0.1).certain
+    assert estimate(max_triangles=200).counts.triangles == 200
+    assert dict(list_sizes(estimate(max_bytes=5000)))["glb"] == 5000
     # The number of poles is known only after evaluation: few samples cannot be too many.
     for divisions, certain in ((16, True), (200, False)):
         for curvatures in (True, False):
@@ -209,8 +209,8 @@ def test_certain_and_uncertain_estimates() -> None:
     assert plan_estimate(surface, MeshOptions((200, 200), curvatures=True)).run().exact
 
 
-def list_sizes(found: Estimate) -> list[tuple[str, int]]:
-    return [(name, size) for name, size, _ in found.sizes]
+def list_sizes(estimate: Estimate) -> list[tuple[str, int]]:
+    return [(name, size) for name, size, _ in estimate.sizes]
 
 
 def test_options_that_a_mesh_by_tolerance_excludes_are_refused() -> None:

@@ -17,13 +17,13 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.sizes import SurfaceKind
-from tools.memory import taken
+from tools.memory import measure_memory
 
 LOOSEST = 3
 """The largest quotient of predicted and used memory for a mesh of some megabytes."""
 
 
-def hills(count: int, *, weighted: bool = False) -> BsplineSurface:
+def build_hills(count: int, *, weighted: bool = False) -> BsplineSurface:
     random = np.random.default_rng(3)
     net = random.normal(size=(count, count, 3))
     weights = random.uniform(1, 2, (count, count)) if weighted else None
@@ -35,12 +35,14 @@ FINE = MeshOptions(resolution=(32, 32))
 CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
     **{fmt.name: (TEAPOT, FINE, EncodeOptions(), fmt.name) for fmt in FORMATS},
     "quantized": (TEAPOT, FINE, EncodeOptions(quantize=True), "glb"),
-    "patches": (hills(40), MeshOptions(resolution=(1, 1)), EncodeOptions(), "glb"),
-    "framed": (hills(20, weighted=True), MeshOptions(resolution=(1, 5)), EncodeOptions(), "json"),
+    "patches": (build_hills(40), MeshOptions(resolution=(1, 1)), EncodeOptions(), "glb"),
+    "framed": (
+        build_hills(20, weighted=True), MeshOptions(resolution=(1, 5)), EncodeOptions(), "json",
+    ),
     "group": (find("tea-service").surface(), MeshOptions((8, 8)), EncodeOptions(), "stl"),
     "curved": (TORUS, MeshOptions((20, 20), curvatures=True), EncodeOptions(), "ply"),
     "folded": (TORUS, MeshOptions((1, 200)), EncodeOptions(), "glb"),
-    "exact": (hills(40), MeshOptions(), EncodeOptions(oogl="bez"), "oogl"),
+    "exact": (build_hills(40), MeshOptions(), EncodeOptions(oogl="bez"), "oogl"),
     "de Casteljau": (
         BezierSurface(np.random.default_rng(5).normal(size=(24, 24, 3))),
         MeshOptions((40, 40), method="de_casteljau"),
@@ -61,15 +63,15 @@ def test_a_mesh_takes_no_more_than_predicted(name: str) -> None:
     surface, options, encode, fmt = CASES[name]
     work = plan_mesh(surface, options, BY_NAME[fmt], encode)
     work.run()  # the process keeps bases and work arrays
-    most = taken(work.run)
+    most = measure_memory(work.run)
     assert most <= work.cost.memory
     if most > 8e6 and options.accuracy is None:
         assert work.cost.memory <= LOOSEST * most
 
 
-@pytest.mark.parametrize("surface", [hills(60), hills(40, weighted=True)])
+@pytest.mark.parametrize("surface", [build_hills(60), build_hills(40, weighted=True)])
 def test_lowering_takes_no_more_than_predicted(surface: BsplineSurface) -> None:
-    most = taken(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
+    most = measure_memory(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
     assert most <= lowering_memory(surface.size()) <= LOOSEST * most
 
 
@@ -113,7 +115,7 @@ def test_a_large_net_is_refused_by_its_shape_or_is_meshed(options: MeshOptions) 
 
 def test_patches_are_counted_before_they_are_computed() -> None:
     with pytest.raises(TooLarge) as refused:
-        plan_mesh(hills(40), FINE, BY_NAME["glb"], limits=Limits(max_patches=37 * 37 - 1))
+        plan_mesh(build_hills(40), FINE, BY_NAME["glb"], limits=Limits(max_patches=37 * 37 - 1))
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer, issue.got) == (
         "too_many_patches",

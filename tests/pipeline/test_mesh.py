@@ -27,10 +27,10 @@ from service.surface.group import GroupSurface, Member
 from service.surface.sizes import SurfaceSize
 from service.surface.sweeps import TubeSurface
 from service.surface.triangle import TriangleSurface
-from tests.examples import patches_of
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
-from tests.strategies import Array, model_of, resolutions, split_models
+from tests.examples import lower_patches
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_sheets
+from tests.strategies import Array, build_model, resolutions, split_models
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 MEBIBYTE = 1 << 20
@@ -39,7 +39,7 @@ MEBIBYTE = 1 << 20
 @each_format
 def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
     """float32 where files hold float32, float64 elsewhere."""
-    built = build_mesh(patches_of("tveit"), MeshOptions(), fmt)
+    built = build_mesh(lower_patches("tveit"), MeshOptions(), fmt)
     assert built.positions.dtype == (np.float32 if fmt.single else np.float64)
 
 
@@ -53,7 +53,7 @@ def test_predictions_are_upper_bounds(
     """Bounds follow from the size of a surface alone, also with rotated neighbours; each model is
     counted."""
     options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
-    once, copies = count_models(model_of(pieces[1]), options)
+    once, copies = count_models(build_model(pieces[1]), options)
     assert once == copies
     predicted = mesh_counts(SurfaceSize((3, 3), grids=len(pieces[1])), options)
     assert all(a >= b for a, b in zip(astuple(predicted)[:3], astuple(once), strict=True))
@@ -281,5 +281,5 @@ def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
     quads = points.reshape(-1, 4, 3)
     for halves in ([0, 1, 2], [0, 2, 3]), ([1, 2, 3], [1, 3, 0]):
         written = np.concatenate([quads[:, half] for half in halves])
-        result = surface_to_mesh(sheets_of(surface), written).distance
+        result = measure_surface_to_mesh(build_sheets(surface), written).distance
         assert bounds["off"] < result <= bounds["cquad"] < 3 * result

@@ -40,21 +40,21 @@ class Counted(Cancellation):
         super().check()
 
 
-def planned(kind: str) -> MeshWork:
+def plan_example(kind: str) -> MeshWork:
     name, options, fmt = KINDS[kind]
     return plan_mesh(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_work_stops_wherever_it_is_and_comes_out_the_same_afterwards(kind: str) -> None:
-    expected = planned(kind).run().content
+    expected = plan_example(kind).run().content
     whole = Counted()
     with cancelled_by(whole):
-        assert planned(kind).run().content == expected
+        assert plan_example(kind).run().content == expected
     assert whole.seen >= 3
     for last in sorted({whole.seen * part // 4 for part in range(4)}):
         stop = Counted(last)
         with cancelled_by(stop), pytest.raises(Cancelled):
-            planned(kind).run()
+            plan_example(kind).run()
         assert stop.seen == last + 1, "it went on after the cancellation"
-    assert planned(kind).run().content == expected
+    assert plan_example(kind).run().content == expected

@@ -32,11 +32,11 @@ def revolve(profile: Any, knots: Any, along: Any, scale: float = 1, at: Any = (0
     return {"degree": degree, "control_net": points, "knots": [knots, along], "weights": weights}
 
 
-def cylinder(knots: Any = QUARTERS, **place: Any) -> Any:
+def build_cylinder(knots: Any = QUARTERS, **place: Any) -> Any:
     return revolve([(1, 0, 1), (1, 2, 1)], knots, [0, 0, 1, 1], **place)
 
 
-def sphere() -> Any:
+def build_sphere() -> Any:
     return revolve(ARCS, QUARTERS, [0, 0, 0, 1, 1, 2, 2, 2])
 
 
@@ -47,7 +47,7 @@ def add_noise(surface: Any, rows: Any, size: float) -> Any:
     return surface | {"control_net": net}
 
 
-def wrapped(scale: float, shift: float) -> Any:
+def build_wrapped_torus(scale: float, shift: float) -> Any:
     """A torus of degree 3 over uniform knots, with its first rows and columns repeated."""
     u, v = np.meshgrid(np.arange(8) * np.pi / 4, np.arange(6) * np.pi / 3, indexing="ij")
     away = 3 + np.cos(v)
@@ -57,13 +57,13 @@ def wrapped(scale: float, shift: float) -> Any:
     return {"degree": 3, "control_net": net, "knots": knots}
 
 
-def sheet(*knots: Any, at: Any = (0, 0, 0), scale: float = 1) -> Any:
+def build_sheet(*knots: Any, at: Any = (0, 0, 0), scale: float = 1) -> Any:
     x, y = np.meshgrid(np.arange(6.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, np.sin(x)], axis=-1) * scale + at
     return {"degree": 3, "control_net": net, "knots": [list(knots) or "clamped", "clamped"]}
 
 
-def face(axis: int, side: int, rng: Any) -> Any:
+def build_face(axis: int, side: int, rng: Any) -> Any:
     """A side of a cube of 1 cm, 1000 km from zero, with random degrees and knots."""
     net = np.zeros((2, 2, 3))
     net[..., axis] = side
@@ -84,7 +84,7 @@ def face(axis: int, side: int, rng: Any) -> Any:
 def test_a_cube_of_splines_far_from_zero_is_closed(kind: str, options: Any) -> None:
     """Its numbers are equal up to the rounding far from zero, 1e-8 of its size."""
     rng = np.random.default_rng(3)
-    faces = [face(axis, side, rng) for axis in range(3) for side in (0, 1)]
+    faces = [build_face(axis, side, rng) for axis in range(3) for side in (0, 1)]
     surface = {"type": kind, "surfaces": faces}
     if kind == "group":
         surface = {"type": kind, "members": [{"surface": each} for each in faces]}
@@ -98,50 +98,57 @@ def test_a_cube_of_splines_far_from_zero_is_closed(kind: str, options: Any) -> N
 
 
 CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
-    "cylinder": (cylinder(), (False, True, False), 0),
-    "cylinder, knots without their ends": (cylinder(QUARTERS[1:-1]), (False, True, False), 0),
+    "cylinder": (build_cylinder(), (False, True, False), 0),
+    "cylinder, knots without their ends": (build_cylinder(QUARTERS[1:-1]), (False, True, False), 0),
     "cylinder in mm, on an arc length, far away": (
-        cylinder((np.array(QUARTERS) * 2 * np.pi * 25.4).tolist(), scale=25.4, at=(1e6, -2e6, 3e5)),
+        build_cylinder(
+            (np.array(QUARTERS) * 2 * np.pi * 25.4).tolist(), scale=25.4, at=(1e6, -2e6, 3e5)
+        ),
         (False, True, False), 0,
     ),
-    "cylinder, seam up to rounding": (add_noise(cylinder(), -1, 1e-14), (False, True, False), 0),
-    "cylinder, seam open": (add_noise(cylinder(), -1, 1e-8), (False, False, False), 0),
-    "sphere": (sphere(), (True, True, False), 0),
+    "cylinder, seam up to rounding": (
+        add_noise(build_cylinder(), -1, 1e-14), (False, True, False), 0,
+    ),
+    "cylinder, seam open": (add_noise(build_cylinder(), -1, 1e-8), (False, False, False), 0),
+    "sphere": (build_sphere(), (True, True, False), 0),
     "sphere, poles up to rounding": (
-        add_noise(sphere(), np.s_[:, [0, -1], :2], 1e-16), (True, True, False), 0,
+        add_noise(build_sphere(), np.s_[:, [0, -1], :2], 1e-16), (True, True, False), 0,
     ),
     "sphere of tiny weights": (
-        sphere() | {"weights": sphere()["weights"] * 1e-7}, (True, True, False), 0,
+        build_sphere() | {"weights": build_sphere()["weights"] * 1e-7}, (True, True, False), 0,
     ),
-    "torus, wrapped": (wrapped(1, 0), (True, True, True), 0),
-    "torus, knots of sevenths about 1000": (wrapped(1 / 7, 1000), (True, True, True), 0),
+    "torus, wrapped": (build_wrapped_torus(1, 0), (True, True, True), 0),
+    "torus, knots of sevenths about 1000": (
+        build_wrapped_torus(1 / 7, 1000), (True, True, True), 0,
+    ),
     "torus of mm, far away": (
-        wrapped(1 / 7, 1000) | {"control_net": wrapped(1, 0)["control_net"] * 1e-3 + 1e6},
+        build_wrapped_torus(1 / 7, 1000)
+        | {"control_net": build_wrapped_torus(1, 0)["control_net"] * 1e-3 + 1e6},
         (True, True, True), 0,
     ),
     "cylinder on degrees, its seam equal up to roundings of its place": (
-        add_noise(cylinder((np.array(QUARTERS) * 360).tolist(), at=(1e6, 1e6, 0)), -1, 1e-10),
+        add_noise(build_cylinder((np.array(QUARTERS) * 360).tolist(), at=(1e6, 1e6, 0)), -1, 1e-10),
         (False, True, False), 0,
     ),
     "knots 1e-8 of their range apart, about 1e4": (
-        sheet(*(1e4 + np.array([0, 0, 0, 0, 0.5, 0.5 + 1e-8, 1, 1, 1, 1])).tolist()),
+        build_sheet(*(1e4 + np.array([0, 0, 0, 0, 0.5, 0.5 + 1e-8, 1, 1, 1, 1])).tolist()),
         (False, False, False), 0,
     ),
     "knots 1e-14 apart": (
-        sheet(0, 0, 0, 0, 0.5, 0.5 + 1e-14, 1, 1, 1, 1), (False, False, False), 1,
+        build_sheet(0, 0, 0, 0, 0.5, 0.5 + 1e-14, 1, 1, 1, 1), (False, False, False), 1,
     ),
     "end knots up to rounding": (
-        sheet(0, 1e-16, 2e-16, 3e-16, 0.3, 0.7, 1 - 2e-16, 1 - 1e-16, 1, 1),
+        build_sheet(0, 1e-16, 2e-16, 3e-16, 0.3, 0.7, 1 - 2e-16, 1 - 1e-16, 1, 1),
         (False, False, False), 5,
     ),
     "knots about 1e9": (
-        sheet(*(1e9 + np.array([0, 0, 0, 0, 0.25, 0.75, 1, 1, 1, 1])).tolist()),
+        build_sheet(*(1e9 + np.array([0, 0, 0, 0, 0.25, 0.75, 1, 1, 1, 1])).tolist()),
         (False, False, False), 0,
     ),
-    "coordinates of a map": (sheet(at=(4.5e5, 5.4e6, 120)), (False, False, False), 0),
-    "microns in metres": (sheet(scale=1e-6), (False, False, False), 0),
+    "coordinates of a map": (build_sheet(at=(4.5e5, 5.4e6, 120)), (False, False, False), 0),
+    "microns in metres": (build_sheet(scale=1e-6), (False, False, False), 0),
     "parted at a knot": (
-        sheet() | {"degree": [1, 3], "knots": [[0, 0, 1, 1, 2, 2, 3, 3], "clamped"]},
+        build_sheet() | {"degree": [1, 3], "knots": [[0, 0, 1, 1, 2, 2, 3, 3], "clamped"]},
         (False, False, False), 0,
     ),
 }  # fmt: skip

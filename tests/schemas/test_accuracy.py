@@ -44,7 +44,7 @@ def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "wanted"),
+    ("options", "expected"),
     [
         ({}, None),
         ({"resolution": 16}, None),
@@ -75,9 +75,9 @@ def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
     ],
 )
 def test_the_engine_reads_the_accuracy_of_a_body(
-    options: dict[str, Any], wanted: Accuracy | None
+    options: dict[str, Any], expected: Accuracy | None
 ) -> None:
-    assert read_accuracy(**options) == wanted
+    assert read_accuracy(**options) == expected
 
 
 @pytest.mark.parametrize(

@@ -18,19 +18,22 @@ SCALARS: st.SearchStrategy[Any] = st.sampled_from(
 )
 
 
-def nested(depth: int) -> st.SearchStrategy[Any]:
+def nested_lists(depth: int) -> st.SearchStrategy[Any]:
     """Lists of about the right depth, mostly of one length."""
     if depth == 0:
         return st.sampled_from([0, 1, 2, 0.5]) | SCALARS
     length = st.sampled_from([3, 3, 3, 2, 0])
-    return length.flatmap(lambda n: st.lists(nested(depth - 1), min_size=n, max_size=n)) | SCALARS
+    return (
+        length.flatmap(lambda n: st.lists(nested_lists(depth - 1), min_size=n, max_size=n))
+        | SCALARS
+    )
 
 
-def valid(value: Any, grid: NumberGrid) -> bool:
+def is_valid(value: Any, grid: NumberGrid) -> bool:
     """Whether a value is valid for the field, checked one number at a time."""
     lengths: dict[int, set[int]] = {}
 
-    def right(item: Any, level: int) -> bool:
+    def is_right(item: Any, level: int) -> bool:
         if level == len(grid.levels):
             if grid.integers:
                 return type(item) is int and abs(item) <= 2**53
@@ -38,9 +41,9 @@ def valid(value: Any, grid: NumberGrid) -> bool:
         if not isinstance(item, list) or not item:
             return False
         lengths.setdefault(level, set()).add(len(item))
-        return all(right(child, level + 1) for child in item)
+        return all(is_right(child, level + 1) for child in item)
 
-    if not right(value, 0) or any(len(result) != 1 for result in lengths.values()):
+    if not is_right(value, 0) or any(len(result) != 1 for result in lengths.values()):
         return False
     return grid.width is None or lengths[len(grid.levels) - 1] == {grid.width}
 
@@ -48,8 +51,8 @@ def valid(value: Any, grid: NumberGrid) -> bool:
 @pytest.mark.parametrize("grid", [CONTROL_NET, NET_WEIGHTS, PATCHES, VERTICES])
 @given(data=st.data())
 def test_arrays_are_accepted_exactly_if_valid(grid: NumberGrid, data: st.DataObject) -> None:
-    value = data.draw(nested(len(grid.levels)))
-    if valid(value, grid):
+    value = data.draw(nested_lists(len(grid.levels)))
+    if is_valid(value, grid):
         array = grid.array(value, LIMITS)
         assert array.tolist() == value
         assert array.dtype == (np.int64 if grid.integers else np.float64)

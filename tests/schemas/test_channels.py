@@ -12,7 +12,7 @@ from service.schemas.request import MeshRequest
 from service.schemas.surfaces import definition
 from service.schemas.validation import validate_document
 from service.surface import Surface
-from tests.examples import patches_of
+from tests.examples import lower_patches
 
 NET = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 PATCHES = {
@@ -33,7 +33,7 @@ CARRIED: list[tuple[dict[str, Any], dict[str, Any]]] = [
 ]
 
 
-def surface_of(document: dict[str, Any]) -> Surface:
+def parse_surface(document: dict[str, Any]) -> Surface:
     return validate_document(MeshRequest, {"surface": document}, LIMITS).to_surface()
 
 
@@ -41,17 +41,17 @@ def surface_of(document: dict[str, Any]) -> Surface:
 def test_channels_that_are_read_are_written_back(
     surface: dict[str, Any], carried: dict[str, Any]
 ) -> None:
-    result = surface_of(surface | carried)
+    result = parse_surface(surface | carried)
     again = orjson.loads(orjson.dumps(definition(result), option=orjson.OPT_SERIALIZE_NUMPY))
     assert {key: again[key] for key in carried} == carried
-    assert patches_of(surface_of(again)).batches[0].channels[0].nets.tolist() == (
-        patches_of(result).batches[0].channels[0].nets.tolist()
+    assert lower_patches(parse_surface(again)).batches[0].channels[0].nets.tolist() == (
+        lower_patches(result).batches[0].channels[0].nets.tolist()
     )
 
 
 def test_no_channels_means_no_columns() -> None:
-    assert set(definition(surface_of(NET))) == {"type", "control_net", "up", "name"}
-    assert "attributes" not in definition(surface_of(NET | {"attributes": {}}))
+    assert set(definition(parse_surface(NET))) == {"type", "control_net", "up", "name"}
+    assert "attributes" not in definition(parse_surface(NET | {"attributes": {}}))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_no_channels_means_no_columns() -> None:
 )
 def test_wrong_channels_are_pointed_at(channel: dict[str, Any], code: str, pointer: str) -> None:
     with pytest.raises(InvalidRequest) as caught:
-        surface_of(NET | channel)
+        parse_surface(NET | channel)
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == (code, f"/surface{pointer}")
     assert issue.got
@@ -87,7 +87,7 @@ def test_wrong_channels_are_pointed_at(channel: dict[str, Any], code: str, point
 
 def test_patches_have_one_value_a_vertex() -> None:
     with pytest.raises(InvalidRequest) as caught:
-        surface_of(PATCHES | {"uvs": [[0, 0]] * 3})
+        parse_surface(PATCHES | {"uvs": [[0, 0]] * 3})
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == ("channel_shape", "/surface/uvs")
     assert (issue.got, issue.needed) == ("3 values", "4 values")
@@ -95,10 +95,10 @@ def test_patches_have_one_value_a_vertex() -> None:
 
 def test_the_number_of_issues_is_bounded() -> None:
     with pytest.raises(InvalidRequest) as caught:
-        surface_of(NET | {"attributes": {f"{k}": [[["x"]]] for k in range(5000)}})
+        parse_surface(NET | {"attributes": {f"{k}": [[["x"]]] for k in range(5000)}})
     assert len(caught.value.issues) == 20
 
 
 def test_a_channel_is_float64() -> None:
-    (channel,) = patches_of(surface_of(NET | {"uvs": [[[1, 2]]]})).batches[0].channels
+    (channel,) = lower_patches(parse_surface(NET | {"uvs": [[[1, 2]]]})).batches[0].channels
     assert channel.nets.dtype == np.float64

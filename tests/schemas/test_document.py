@@ -47,22 +47,22 @@ def test_repeated_keys_are_always_found(value: Any, key: str, other: Any) -> Non
             parse_document(body.encode())
 
 
-def paths(value: Any, pointer: str = "") -> dict[str, Any]:
+def list_paths(value: Any, pointer: str = "") -> dict[str, Any]:
     """Every value of a document by its pointer (an oracle for `find_pointer`)."""
     result = {pointer: value}
     if isinstance(value, dict):
         for key, child in value.items():
-            result |= paths(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
+            result |= list_paths(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
     elif isinstance(value, list):
         for index, child in enumerate(value):
-            result |= paths(child, f"{pointer}/{index}")
+            result |= list_paths(child, f"{pointer}/{index}")
     return result
 
 
 @given(VALUES)
 def test_pointers_lead_back_to_their_field(value: Any) -> None:
     """Each value in turn is replaced by NaN, whose place the error must name."""
-    for pointer, child in paths(value).items():
+    for pointer, child in list_paths(value).items():
         marked = json.dumps(_insert_mark(value, child, pointer, "")).encode()
         at = marked.index(b'"\\u0000mark"')
         assert find_pointer(marked, at) == pointer
@@ -132,11 +132,11 @@ def test_invalid_json_has_error_messages_of_the_service(body: bytes, got: str) -
     assert refusal.value.issues[0].got == got
 
 
-def depth_of(value: object) -> int:
+def measure_depth(value: object) -> int:
     """Brackets that are open at the deepest place of a document."""
     if isinstance(value, dict):
         value = list(value.values())
-    return 1 + max(map(depth_of, value), default=0) if isinstance(value, list) else 0
+    return 1 + max(map(measure_depth, value), default=0) if isinstance(value, list) else 0
 
 
 _TEXTS = st.text('[]{}",\\a', max_size=6)
@@ -151,7 +151,7 @@ _NESTED = st.recursive(
 def test_depth_is_counted_outside_of_strings(value: object, within: int, is_long: bool) -> None:
     blank = " " * (300_000 * is_long)  # longer than one step of the scan
     text = json.dumps([value]).encode().replace(b"[", b"[" + blank.encode(), 1)
-    depth = depth_of([value])
+    depth = measure_depth([value])
     assert not is_deeper(text, depth + within)
     assert is_deeper(text, depth - 1 - within) or depth - 1 - within < 0
 

@@ -17,15 +17,15 @@ from service.schemas.query import canonical_query, parse_mesh_query
 FIELDS = MeshOptionFields.model_fields
 
 
-def positive(most: float) -> st.SearchStrategy[float]:
+def positive_numbers(most: float) -> st.SearchStrategy[float]:
     return st.floats(0, most, exclude_min=True, allow_subnormal=True)
 
 
 VALUES: dict[str, st.SearchStrategy[Any]] = {
     "resolution": st.lists(st.integers(1, 65536), min_size=2, max_size=2) | st.just([8, 8]),
-    "tolerance": positive(1e6),
-    "relative_tolerance": positive(1),
-    "angle_tolerance": positive(pi),
+    "tolerance": positive_numbers(1e6),
+    "relative_tolerance": positive_numbers(1),
+    "angle_tolerance": positive_numbers(pi),
     "max_triangles": st.integers(1, 2**53 - 1) | st.just(10**15),
     "max_bytes": st.integers(1, 2**53 - 1) | st.just(2**53 - 1),
     "crease_angle": st.floats(0, pi) | st.just(-0.0),
@@ -34,12 +34,12 @@ VALUES: dict[str, st.SearchStrategy[Any]] = {
         lambda names: st.integers(0, 2).map(lambda n: tuple(names[:n]))
     ),
     "isocurves": st.lists(st.integers(0, 1024), min_size=2, max_size=2),
-    "wire_width": positive(1e6),
+    "wire_width": positive_numbers(1e6),
     "wire_sides": st.integers(3, 256),
 }
 
 
-def values_of(name: str) -> st.SearchStrategy[Any]:
+def option_values(name: str) -> st.SearchStrategy[Any]:
     """Values of an option, including its default."""
     if name in VALUES:
         return VALUES[name]
@@ -53,10 +53,10 @@ def values_of(name: str) -> st.SearchStrategy[Any]:
 
 
 @st.composite
-def chosen(draw: st.DrawFn) -> dict[str, Any]:
+def chosen_options(draw: st.DrawFn) -> dict[str, Any]:
     """Some options with values that may stand together."""
     names = draw(st.sets(st.sampled_from(sorted(FIELDS))))
-    values = {name: draw(values_of(name)) for name in sorted(names)}
+    values = {name: draw(option_values(name)) for name in sorted(names)}
     accuracies = [name for name in NAMES if values.get(name)]
     if accuracies:
         values.pop("resolution", None)
@@ -77,7 +77,7 @@ def number(draw: st.DrawFn, value: float) -> str:
 
 
 @st.composite
-def spelled(draw: st.DrawFn, values: dict[str, Any]) -> str:
+def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
     """One of the many queries with the same meaning."""
     pairs: dict[str, str] = {}
     with_accuracy = any(values.get(name) for name in NAMES)
@@ -108,31 +108,31 @@ def text(draw: st.DrawFn, value: Any) -> str:
     return str(value)
 
 
-def options_of(query: str) -> dict[str, Any]:
+def parse_options(query: str) -> dict[str, Any]:
     return parse_mesh_query(parse_qsl(query, keep_blank_values=True)).model_dump(exclude={"engine"})
 
 
-@given(chosen())
+@given(chosen_options())
 def test_reading_the_canonical_query_gives_the_options_back(values: dict[str, Any]) -> None:
     options = MeshOptionFields(**values)
     query = canonical_query(options)
     assert query == quote(query, safe="=&,.-_"), "no escapes, no plus signs"
     assert query.endswith(f"engine={ENGINE}")
-    assert options_of(query) == options.model_dump()
+    assert parse_options(query) == options.model_dump()
     assert canonical_query(parse_mesh_query(parse_qsl(query))) == query
 
 
 @given(st.data())
 def test_every_spelling_has_the_same_canonical_query(data: st.DataObject) -> None:
-    values = data.draw(chosen())
+    values = data.draw(chosen_options())
     query = canonical_query(MeshOptionFields(**values))
     for _ in range(3):
-        other = data.draw(spelled(values))
-        asked = parse_mesh_query(parse_qsl(other, keep_blank_values=True))
-        assert canonical_query(asked) == query, other
+        other = data.draw(spelled_queries(values))
+        parsed = parse_mesh_query(parse_qsl(other, keep_blank_values=True))
+        assert canonical_query(parsed) == query, other
 
 
-@given(chosen(), chosen())
+@given(chosen_options(), chosen_options())
 def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str, Any]) -> None:
     one, other = MeshOptionFields(**a), MeshOptionFields(**b)
     assert (canonical_query(one) == canonical_query(other)) == (
@@ -160,10 +160,10 @@ def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str
     ],
 )
 def test_canonical_queries(query: str, canonical: str) -> None:
-    asked = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
-    assert canonical_query(asked) == f"{canonical}engine={ENGINE}"
+    parsed = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
+    assert canonical_query(parsed) == f"{canonical}engine={ENGINE}"
 
 
 def test_options_that_a_format_ignores_are_left_out() -> None:
-    asked = parse_mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
-    assert canonical_query(asked, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"
+    parsed = parse_mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
+    assert canonical_query(parsed, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"

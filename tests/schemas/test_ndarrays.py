@@ -36,17 +36,17 @@ DTYPES = ("<f8", ">f8", "<f4", ">f4", "<i8", ">i8", "<i4", "<u8", ">u2", "i1", "
 SMALL = DocumentLimits(max_control_points=12, max_degree=3)
 
 
-def in_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
+def to_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
     """The lists with the values of the array."""
     if grid.triangle_level is None or values.ndim < grid.triangle_level:
         return values.tolist()
     if grid.triangle_level == 2:
         inner = replace(grid, triangle_level=1)
-        return [in_lists(each, inner) for each in values]
+        return [to_lists(each, inner) for each in values]
     return [row.tolist() for row in split_rows(values)]
 
 
-def outcome(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
+def parse_value(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
     """The array, or the code and the place of the first fault."""
     try:
         return grid.array(value, SMALL)
@@ -70,8 +70,8 @@ def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: 
     numbers = np.arange(np.prod(shape)).reshape(shape)
     values = (numbers.astype("<f8") / 4 if dtype[1:2] == "f" else numbers).astype(dtype)
     values = np.repeat(values, abs(step), axis=-1)[..., ::step]
-    expected = outcome(grid, in_lists(values, grid))
-    actual = outcome(grid, values)
+    expected = parse_value(grid, to_lists(values, grid))
+    actual = parse_value(grid, values)
     if isinstance(expected, np.ndarray):
         assert isinstance(actual, np.ndarray)
         assert actual.dtype == expected.dtype
@@ -88,7 +88,7 @@ def test_numbers_are_finite(count: int, at: int, wrong: float) -> None:
     weights[at % count] = wrong
     named = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
     place = named[at % count]
-    fault = outcome(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
+    fault = parse_value(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
     assert fault == ("not_finite", place, "Every number must be finite.")
 
 
@@ -108,13 +108,13 @@ def test_there_are_issues_for_the_first_twenty_positions() -> None:
 
 @pytest.mark.parametrize("index", [2**53 + 1, -(2**53) - 1, np.iinfo(np.int64).min])
 def test_indices_end_where_doubles_skip(index: int) -> None:
-    fault = outcome(arrays.PATCHES, np.array([[[0, 1], [2, index]]]))
+    fault = parse_value(arrays.PATCHES, np.array([[[0, 1], [2, index]]]))
     assert fault == ("index_out_of_range", "/0/1/1", "No list is that long.")
 
 
 @pytest.mark.parametrize("count", [2, 4, 5, 7])
 def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
-    fault = outcome(arrays.TRIANGLE_NET, np.zeros((count, 3)))
+    fault = parse_value(arrays.TRIANGLE_NET, np.zeros((count, 3)))
     assert fault[:2] == ("ragged", "")
 
 
@@ -134,7 +134,7 @@ def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
     ids=lambda values: str(values.dtype.kind),
 )
 def test_values_that_are_not_numbers_are_refused(values: NDArray[Any]) -> None:
-    fault = outcome(arrays.CONTROL_NET, values)
+    fault = parse_value(arrays.CONTROL_NET, values)
     assert fault == ("wrong_type", "/0/0/0", "This must be a number.")
 
 

@@ -41,11 +41,11 @@ def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
 
 
 def test_every_option_can_be_written_and_is_read() -> None:
-    said = MeshOptionFields.model_fields.keys()
+    names = MeshOptionFields.model_fields.keys()
     engine = {field.name for field in fields(MeshOptions) if field.init}
     read = engine | {field.name for field in fields(formats.EncodeOptions)} | ACCURACY
-    assert said <= read, f"service/engine/options.py lacks {said - read}"
-    unsaid = engine - said - {"accuracy", "has_faces"}
+    assert names <= read, f"service/engine/options.py lacks {names - read}"
+    unsaid = engine - names - {"accuracy", "has_faces"}
     assert not unsaid, f"service/schemas/options.py lacks {unsaid}"
 
 
@@ -77,16 +77,16 @@ def test_definition_and_request_are_inverse(example: Any) -> None:
     text = orjson.dumps({"surface": definition(surface)}, option=orjson.OPT_SERIALIZE_NUMPY)
     again = validate_document(MeshRequest, orjson.loads(text), LIMITS).to_surface()
     assert type(again) is type(surface)
-    assert same(again, surface)
+    assert is_equal(again, surface)
 
 
-def same(one: Any, other: Any) -> bool:
+def is_equal(one: Any, other: Any) -> bool:
     """Whether two values are equal, arrays inside them number by number."""
     if is_dataclass(one):
         names = [f.name for f in fields(one) if f.init]
-        return all(same(getattr(one, name), getattr(other, name)) for name in names)
+        return all(is_equal(getattr(one, name), getattr(other, name)) for name in names)
     if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(same, one, other))
+        return len(one) == len(other) and all(map(is_equal, one, other))
     return bool(np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other)
 
 

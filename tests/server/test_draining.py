@@ -43,7 +43,7 @@ class Slow:
 
 
 @contextmanager
-def answering(slow: Slow, settings: Settings, state: object) -> Iterator[tuple[Server, str]]:
+def run_server(slow: Slow, settings: Settings, state: object) -> Iterator[tuple[Server, str]]:
     """A server in a thread, and its address."""
     server = make_server(slow.app, settings, state)
     listener = socket.create_server(("127.0.0.1", 0))
@@ -72,7 +72,7 @@ def is_refused(url: str) -> bool:
 def test_requests_during_the_delay_get_the_last_response_of_their_connection() -> None:
     slow, state = Slow(), SimpleNamespace(ready=True)
     with (
-        answering(slow, Settings(drain_delay=LONG), state) as (server, url),
+        run_server(slow, Settings(drain_delay=LONG), state) as (server, url),
         httpx.Client(base_url=url) as kept,
     ):
         assert "connection" not in kept.get("/").headers
@@ -86,7 +86,7 @@ def test_requests_during_the_delay_get_the_last_response_of_their_connection() -
 
 def test_running_requests_are_answered_after_the_listener_is_closed() -> None:
     slow, answers = Slow(), []
-    with answering(slow, Settings(drain_timeout=LONG), None) as (server, url):
+    with run_server(slow, Settings(drain_timeout=LONG), None) as (server, url):
         asking = threading.Thread(target=lambda: answers.append(httpx.get(f"{url}/slow")))
         asking.start()
         assert slow.begun.wait(LONG)
@@ -109,7 +109,7 @@ def test_running_requests_are_answered_after_the_listener_is_closed() -> None:
 
 def test_half_a_request_and_a_client_that_was_refused_are_not_waited_for() -> None:
     slow = Slow()
-    with answering(slow, Settings(drain_timeout=LONG), None) as (server, url):
+    with run_server(slow, Settings(drain_timeout=LONG), None) as (server, url):
         address = ("127.0.0.1", int(url.rsplit(":", 1)[1]))
         with socket.create_connection(address) as half, socket.create_connection(address) as other:
             half.sendall(b"GET / HT")
@@ -146,7 +146,7 @@ serve(app, settings, SimpleNamespace(ready=True))
 
 
 @contextmanager
-def process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
+def start_process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
     """A process that serves an application with one URL that never responds."""
     port = free_port()
     command = [sys.executable, "-c", PROGRAM, str(port), str(delay)]
@@ -160,7 +160,10 @@ def process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
 
 
 def test_endless_work_is_cut_off_and_the_exit_code_is_0() -> None:
-    with process(0) as (started, port), socket.create_connection(("127.0.0.1", port)) as asking:
+    with (
+        start_process(0) as (started, port),
+        socket.create_connection(("127.0.0.1", port)) as asking,
+    ):
         asking.sendall(b"GET /stuck HTTP/1.1\r\nHost: x\r\n\r\n")
         assert started.stdout is not None
         seen = b""
@@ -179,7 +182,7 @@ def test_endless_work_is_cut_off_and_the_exit_code_is_0() -> None:
 
 
 def test_a_second_signal_ends_the_process_at_once() -> None:
-    with process(600) as (started, port):
+    with start_process(600) as (started, port):
         started.send_signal(signal.SIGTERM)
         with httpx.Client(verify=False) as client:
             while client.get(f"http://127.0.0.1:{port}/").headers.get("connection") != "close":

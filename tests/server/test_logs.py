@@ -18,7 +18,7 @@ from tests.programs import run_python
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
 
 
-def failing() -> logging.LogRecord:
+def build_error_record() -> logging.LogRecord:
     """A record of an exception with its cause."""
     try:
         try:
@@ -33,7 +33,7 @@ def failing() -> logging.LogRecord:
 
 
 def test_a_record_is_one_object_in_one_line() -> None:
-    line = Records("json").format(failing())
+    line = Records("json").format(build_error_record())
     assert line.isprintable()
     reported = json.loads(line)
     assert (reported["level"], reported["logger"], reported["message"]) == (
@@ -57,7 +57,7 @@ def test_text_cannot_be_forged() -> None:
     assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
     assert len(text) < 8 * MAX_MESSAGE
-    _, *below = Records("text").format(failing()).split("\n")
+    _, *below = Records("text").format(build_error_record()).split("\n")
     assert len(below) == 4
     assert all(line.startswith("    ") and line.isprintable() for line in below)
 
@@ -102,8 +102,8 @@ def test_all_messages_go_to_one_stream() -> None:
 def test_messages_before_the_log_is_set_up_have_its_form() -> None:
     """A port in use has another exit code than a service that does not respond."""
     settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1"}
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = str(listener.getsockname()[1])
         command = ("-m", "service", "serve", "--port", port)
         done = run_python(*command, env=os.environ | settings, check=False)
     assert done.returncode == 1
@@ -126,7 +126,7 @@ for _ in range(5000): requests.write("x" * 1000 + "\\n")
 
 
 @contextmanager
-def pipe() -> Iterator[tuple[int, int]]:
+def open_pipe() -> Iterator[tuple[int, int]]:
     ends = os.pipe()
     try:
         yield ends
@@ -143,7 +143,7 @@ def is_written(log: Lines, seconds: float = 10) -> bool:
 
 
 def test_lines_are_complete_and_in_order() -> None:
-    with pipe() as (read, write):
+    with open_pipe() as (read, write):
         log = Lines(write)
         for number in range(1000):
             log.write(f"{number}\n")
@@ -156,7 +156,7 @@ def test_lines_are_complete_and_in_order() -> None:
 
 
 def test_a_full_pipe_blocks_no_request() -> None:
-    with pipe() as (read, write):
+    with open_pipe() as (read, write):
         log = Lines(write, waiting=100)
         line = "x" * 1000 + "\n"
         for _ in range(500):
@@ -180,7 +180,7 @@ def test_a_full_pipe_blocks_no_request() -> None:
 
 
 def test_a_reader_that_has_gone_is_no_error() -> None:
-    with pipe() as (read, write):
+    with open_pipe() as (read, write):
         os.close(read)
         log = Lines(write)
         log.write("a\n")

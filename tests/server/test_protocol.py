@@ -50,7 +50,7 @@ async def send_response(send: Send, body: bytes) -> None:
     await send({"type": "http.response.body", "body": body})
 
 
-async def deaf(_scope: Scope, _receive: Receive, send: Send) -> None:
+async def respond_without_reading(_scope: Scope, _receive: Receive, send: Send) -> None:
     """An application that responds without reading the body."""
     await send_response(send, b"no")
 
@@ -274,7 +274,7 @@ async def test_all_requests_of_a_client_see_that_it_has_gone() -> None:
 async def test_a_response_that_is_sent_before_the_body(length: bytes, last: bytes) -> None:
     """The rest of the body is read and dropped, so that the client can read the response."""
 
-    server = Server(deaf)
+    server = Server(respond_without_reading)
     client = server.connect()
     await client.send(FIRST + last + length + b"\r\n\r\n")
     assert client.wire.answer.endswith(b"\r\n\r\nno")
@@ -286,10 +286,10 @@ async def test_a_response_that_is_sent_before_the_body(length: bytes, last: byte
 
 
 async def test_a_body_that_breaks_off_after_its_response_gets_no_second_one() -> None:
-    client = Server(deaf).connect()
+    client = Server(respond_without_reading).connect()
     await client.send(CHUNKED + b"\r\n1\r\na\r\nx\r\n")
     assert client.statuses == [400]
-    client = Server(deaf).connect()
+    client = Server(respond_without_reading).connect()
     await client.send(CHUNKED + b"\r\n1\r\na\r\n")
     await client.send(b"x\r\n")
     assert client.statuses == [200]
@@ -303,12 +303,12 @@ async def test_trailers_are_no_headers() -> None:
 
 
 async def test_a_failure_after_the_client_has_gone_leaves_nothing() -> None:
-    async def left(_scope: Scope, receive: Receive, _send: Send) -> None:
+    async def fail_after_disconnect(_scope: Scope, receive: Receive, _send: Send) -> None:
         while (await receive())["type"] != "http.disconnect":
             pass
         raise RuntimeError("inside")
 
-    server = Server(left)
+    server = Server(fail_after_disconnect)
     client = server.connect()
     await client.send(FIRST + b"Content-Length: 9\r\n\r\nabc")
     client.lose()
@@ -335,16 +335,17 @@ async def test_a_closed_connection_is_freed_at_once() -> None:
         gc.enable()
 
 
-async def failing(_scope: Scope, _receive: Receive, _send: Send) -> None:
+async def raise_error(_scope: Scope, _receive: Receive, _send: Send) -> None:
     raise RuntimeError("inside")
 
 
-async def cancelled(_scope: Scope, _receive: Receive, _send: Send) -> None:
+async def raise_cancelled(_scope: Scope, _receive: Receive, _send: Send) -> None:
     raise asyncio.CancelledError
 
 
 @pytest.mark.parametrize(
-    ("app", "status", "code"), [(failing, 500, "internal_error"), (cancelled, 503, "draining")]
+    ("app", "status", "code"),
+    [(raise_error, 500, "internal_error"), (raise_cancelled, 503, "draining")],
 )
 async def test_an_application_without_a_response(app: Any, status: int, code: str) -> None:
     server = Server(app)

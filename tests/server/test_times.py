@@ -8,7 +8,7 @@ import pytest
 from starlette.types import Receive, Scope, Send
 
 from service.settings.values import Settings
-from tests.live import running_service
+from tests.live import run_service
 from tests.server.wire import Server, settle
 
 pytestmark = pytest.mark.anyio
@@ -16,20 +16,20 @@ MIB = 1 << 20
 GET = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"
 
 
-async def quick(_scope: Scope, _receive: Receive, send: Send) -> None:
+async def respond_at_once(_scope: Scope, _receive: Receive, send: Send) -> None:
     await send({"type": "http.response.start", "status": 204, "headers": []})
     await send({"type": "http.response.body", "body": b""})
 
 
-async def waiting(_scope: Scope, receive: Receive, send: Send) -> None:
-    """An application that answers once the body is there."""
+async def respond_after_body(_scope: Scope, receive: Receive, send: Send) -> None:
+    """An application that responds after it has received the whole body."""
     while (await receive()).get("more_body"):
         pass
-    await quick(_scope, receive, send)
+    await respond_at_once(_scope, receive, send)
 
 
 async def test_a_connection_without_input_is_closed_without_a_response() -> None:
-    server = Server(quick, head_timeout=10)
+    server = Server(respond_at_once, head_timeout=10)
     client = server.connect()
     server.wait(9)
     assert not client.wire.closed
@@ -43,7 +43,7 @@ async def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes
     """The deadline of the first head begins with the connection, that of a later head with its
     first byte."""
 
-    server = Server(quick, head_timeout=10, keep_alive=1000)
+    server = Server(respond_at_once, head_timeout=10, keep_alive=1000)
     client = server.connect()
     if before:
         await client.send(before)
@@ -61,7 +61,7 @@ async def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes
 
 
 async def test_a_head_that_begins_during_an_answer_has_its_time_from_its_next_byte() -> None:
-    server = Server(waiting, head_timeout=10)
+    server = Server(respond_after_body, head_timeout=10)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
     server.wait(100)
@@ -76,7 +76,7 @@ async def test_a_head_that_begins_during_an_answer_has_its_time_from_its_next_by
 
 
 async def test_one_connection_too_many_is_refused() -> None:
-    server = Server(waiting, max_connections=2)
+    server = Server(respond_after_body, max_connections=2)
     clients = [server.connect() for _ in range(2)]
     for client in clients:
         await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
@@ -93,14 +93,14 @@ async def test_one_connection_too_many_is_refused() -> None:
 
 
 def test_an_idle_connection_is_closed_without_a_response() -> None:
-    with running_service(Settings(keep_alive=0.2)) as url, connected(url) as client:
+    with run_service(Settings(keep_alive=0.2)) as url, connect(url) as client:
         client.sendall(GET)
         assert b"HTTP/1.1 200 OK" in read(client)
 
 
 @pytest.mark.parametrize(("unsent", "seconds"), [(70_000, 30), (3 * MIB - 1, 90), (3 * MIB, 120)])
 async def test_a_client_must_read_a_response_before_its_deadline(unsent: int, seconds: int) -> None:
-    server = Server(waiting, send_timeout=30)
+    server = Server(respond_after_body, send_timeout=30)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
     for is_taken in (True, False):
@@ -119,8 +119,8 @@ async def test_a_client_must_read_a_response_before_its_deadline(unsent: int, se
 
 
 def test_a_client_that_does_not_read_loses_its_connection() -> None:
-    """The response has 36 MB, more than the system buffers for a connection."""
-    with running_service(Settings(send_timeout=0.1)) as url, connected(url) as stalled:
+    """The response has 36 MB: the buffers of the connection hold less."""
+    with run_service(Settings(send_timeout=0.1)) as url, connect(url) as stalled:
         stalled.sendall(GET.replace(b"/", b"/v1/surfaces/saddle/mesh.stl?resolution=600", 1))
         assert stalled.recv(15, socket.MSG_WAITALL) == b"HTTP/1.1 200 OK"
         # Sending to a closed connection fails, sooner or later.
@@ -137,7 +137,7 @@ def send_for_ever(client: socket.socket) -> None:
 @pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
 def test_a_refused_body_gets_its_response(last: bytes) -> None:
     settings = Settings(max_body_bytes=1024, keep_alive=1)
-    with running_service(settings) as url, connected(url) as client:
+    with run_service(settings) as url, connect(url) as client:
         # With this option, a client that closes drops unread bytes at once.
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.sendall(
@@ -151,7 +151,7 @@ def test_a_refused_body_gets_its_response(last: bytes) -> None:
     assert b'"code":"body_too_large"' in response
 
 
-def connected(url: str) -> socket.socket:
+def connect(url: str) -> socket.socket:
     return socket.create_connection(("127.0.0.1", int(url.rsplit(":", 1)[1])), timeout=30)
 
 

@@ -14,7 +14,7 @@ from service.storage.store import SurfaceStore
 KINDS = ("memory", "folder")
 
 
-def id_of(content: bytes) -> str:
+def compute_id(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
@@ -22,17 +22,17 @@ def store_of(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
     return open_store("memory://" if kind == "memory" else str(folder), quota)
 
 
-def file_of(folder: Path, content: bytes) -> Path:
+def find_file(folder: Path, content: bytes) -> Path:
     """The path of the file of a content in a folder."""
-    return folder / key_of(id_of(content))
+    return folder / key_of(compute_id(content))
 
 
-def files(folder: Path) -> list[Path]:
+def list_files(folder: Path) -> list[Path]:
     return [path for path in folder.rglob("*") if path.is_file()]
 
 
 @contextmanager
-def account(url: str) -> Iterator[None]:
+def set_account(url: str) -> Iterator[None]:
     """The environment of a process that may use the S3 server at `url`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("AWS_ENDPOINT_URL", url)

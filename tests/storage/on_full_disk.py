@@ -1,4 +1,4 @@
-"""Tests of a service whose disk gets full: `make test-disk`.
+"""Tests of a service whose disk fills up: `make test-disk`.
 
 The disk is a tmpfs of two megabytes. Mounting one takes root, or the root of a name space of its
 own.
@@ -14,7 +14,7 @@ import httpx
 import pytest
 
 from service.storage.backends import STAGING
-from tests.storage.backends import file_of, files
+from tests.storage.backends import find_file, list_files
 from tools.processes import service_server
 
 BALLAST = 1 << 20
@@ -42,8 +42,8 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def serving(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Path]]:
-    """A client of the service in a process of its own, and its log; it must not end by itself."""
+def start_service(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Path]]:
+    """A client of a service in its own process, and its log; the process must outlive the block."""
     with (
         service_server(folder, {"SURFACE_STORE": str(store)}) as server,
         httpx.Client(base_url=server.url) as client,
@@ -51,7 +51,7 @@ def serving(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Path]]:
         yield client, server.log
 
 
-def surface(number: int) -> dict[str, Any]:
+def build_surface(number: int) -> dict[str, Any]:
     """A surface of some 90 kB; each number gives another."""
     size = 61
     net = [[[row, column, number / 7] for column in range(size)] for row in range(size)]
@@ -59,51 +59,51 @@ def surface(number: int) -> dict[str, Any]:
 
 
 def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    with serving(disk / "store", tmp_path_factory.mktemp("log")) as (client, log):
+    with start_service(disk / "store", tmp_path_factory.mktemp("log")) as (client, log):
         answers: list[httpx.Response] = []
         while not answers or answers[-1].status_code == 201:
-            answers.append(client.post("/v1/surfaces", json=surface(len(answers))))
+            answers.append(client.post("/v1/surfaces", json=build_surface(len(answers))))
         *stored, refused = answers
         assert len(stored) > 5
         _is_full(refused, disk)
         for number in range(3):  # the disk stays full
-            _is_full(client.post("/v1/surfaces", json=surface(100 + number)), disk)
+            _is_full(client.post("/v1/surfaces", json=build_surface(100 + number)), disk)
 
         # The service still computes meshes, and returns stored surfaces.
         ready = client.get("/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (200, "ready")
-        assert client.post("/v1/mesh", json=surface(0) | {"resolution": 1}).status_code == 200
-        assert client.post("/v1/surfaces", json=surface(0)).status_code == 200
+        assert client.post("/v1/mesh", json=build_surface(0) | {"resolution": 1}).status_code == 200
+        assert client.post("/v1/surfaces", json=build_surface(0)).status_code == 200
         for response in stored:
             assert client.get(response.headers["location"]).status_code == 200
 
         (disk / "ballast").unlink()
-        again = client.post("/v1/surfaces", json=surface(len(stored)))
+        again = client.post("/v1/surfaces", json=build_surface(len(stored)))
         assert again.status_code == 201
         assert client.get(again.headers["location"]).json() is not None
 
     # The log is complete only after the service has ended.
     assert "No space left on device" in log.read_text(encoding="utf-8")
-    objects = files(disk / "store" / "surfaces")
+    objects = list_files(disk / "store" / "surfaces")
     assert {path.name for path in objects} == {
         response.json()["id"] for response in (*stored, again)
     }
     for path in objects:
-        assert path == file_of(disk / "store", path.read_bytes())
-    assert files(disk / "store" / STAGING) == []
+        assert path == find_file(disk / "store", path.read_bytes())
+    assert list_files(disk / "store" / STAGING) == []
 
 
 def test_service_starts_on_a_full_disk(
     disk: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     logs = tmp_path_factory.mktemp("log")
-    with serving(disk / "store", logs) as (client, _):
-        kept = client.post("/v1/surfaces", json=surface(0)).headers["location"]
+    with start_service(disk / "store", logs) as (client, _):
+        kept = client.post("/v1/surfaces", json=build_surface(0)).headers["location"]
     with pytest.raises(OSError, match="No space"):
         (disk / "more ballast").write_bytes(bytes(2 * BALLAST))
-    with serving(disk / "store", logs) as (client, _):
+    with start_service(disk / "store", logs) as (client, _):
         assert client.get(kept).status_code == 200
-        _is_full(client.post("/v1/surfaces", json=surface(1)), disk)
+        _is_full(client.post("/v1/surfaces", json=build_surface(1)), disk)
 
 
 def _is_full(response: httpx.Response, disk: Path) -> None:

@@ -20,8 +20,8 @@ from service.settings.values import Settings
 from service.storage.address import open_store
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
-from tests.live import running_service
-from tests.storage.backends import account, id_of
+from tests.live import run_service
+from tests.storage.backends import compute_id, set_account
 from tools.processes import Server, free_port
 
 pytestmark = pytest.mark.anyio
@@ -31,7 +31,7 @@ TEN = [bytes([digit]) * 10 for digit in range(10)]
 
 
 @contextmanager
-def s3_server() -> Iterator[str]:
+def start_s3_server() -> Iterator[str]:
     """URL of a server that keeps everything in its memory, with one empty bucket."""
     port = free_port()
     command = [os.environ["S3_SERVER"], "--host", "127.0.0.1", "--port", str(port)]
@@ -42,7 +42,7 @@ def s3_server() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    with s3_server() as url, account(url):
+    with start_s3_server() as url, set_account(url):
         yield url
 
 
@@ -54,13 +54,13 @@ def address(server: str, request: pytest.FixtureRequest) -> str:
 
 
 async def put(store: SurfaceStore, content: bytes) -> bool:
-    return await store.put(id_of(content), content)
+    return await store.put(compute_id(content), content)
 
 
 @pytest.mark.parametrize("size", [0, 10, 6 << 20], ids=["empty", "short", "6 MiB"])
 async def test_stored_surfaces_are_read_back(size: int, address: str) -> None:
     content = b"x" * size
-    id = id_of(content)
+    id = compute_id(content)
     store = open_store(address, 0)
     assert not await store.has(id)
     assert await put(store, content)
@@ -77,11 +77,11 @@ async def test_stored_surfaces_are_read_back(size: int, address: str) -> None:
 async def test_damaged_object(instead: bytes, address: str) -> None:
     store = open_store(address, 0)
     await put(store, TEN[0])
-    await obstore.put_async(store._backend.objects, key_of(id_of(TEN[0])), instead)
+    await obstore.put_async(store._backend.objects, key_of(compute_id(TEN[0])), instead)
     with pytest.raises(DamagedObject):
-        await store.get(id_of(TEN[0]))
+        await store.get(compute_id(TEN[0]))
     assert await put(store, TEN[0])
-    assert await store.get(id_of(TEN[0])) == TEN[0]
+    assert await store.get(compute_id(TEN[0])) == TEN[0]
 
 
 async def test_all_pages_of_the_listing_count(address: str) -> None:
@@ -94,7 +94,7 @@ async def test_all_pages_of_the_listing_count(address: str) -> None:
         await put(store, TEN[1])
     assert caught.value.issues[0].needed == "at most 9 bytes"
     assert not await put(store, TEN[0])
-    assert await store.delete(id_of(many[0]))
+    assert await store.delete(compute_id(many[0]))
     assert await put(store, TEN[1])
 
 
@@ -107,9 +107,9 @@ async def test_a_bucket_that_is_not_there(server: str) -> None:
 
 
 def test_service_outlives_its_store() -> None:
-    with s3_server() as url, account(url):
+    with start_s3_server() as url, set_account(url):
         settings = Settings(store=f"s3://{BUCKET}/service", store_quota=1 << 20)
-        with running_service(settings) as service:
+        with run_service(settings) as service:
             ready = httpx.get(f"{service}/health/ready")
             assert (ready.status_code, ready.json()["store"]) == (200, "ready")
             stored = httpx.post(f"{service}/v1/surfaces", json=PATCH)
@@ -117,7 +117,7 @@ def test_service_outlives_its_store() -> None:
             address = stored.headers["location"]
             given = httpx.get(f"{service}{address}").json()["surface"]
             assert given["control_net"] == PATCH["surface"]["control_net"]
-    with account(url), running_service(settings) as service:  # no server listens at `url` any more
+    with set_account(url), run_service(settings) as service:  # no server listens at `url` any more
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (200, "unavailable")
         assert httpx.get(f"{service}/v1/surfaces/saddle/mesh.glb").status_code == 200

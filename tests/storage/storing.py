@@ -8,13 +8,13 @@ import sys
 from collections.abc import Iterator
 
 from service.storage.address import open_store
-from tests.storage.backends import id_of
+from tests.storage.backends import compute_id
 
 CONTENTS = 200
 AT_ONCE = 8
 
 
-def contents() -> Iterator[bytes]:
+def generate_contents() -> Iterator[bytes]:
     """Different contents, most of them short; every twentieth has half a megabyte."""
     for index in range(CONTENTS):
         size = 1 << 19 if index % 20 == 0 else 100 + index
@@ -23,11 +23,11 @@ def contents() -> Iterator[bytes]:
 
 async def store_all(folder: str) -> None:
     store = open_store(folder, 1 << 30)
-    waiting = contents()
+    waiting = generate_contents()
 
     async def worker() -> None:
         for content in waiting:
-            id = id_of(content)
+            id = compute_id(content)
             await store.put(id, content)
             print(id, flush=True)
 

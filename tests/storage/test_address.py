@@ -15,27 +15,27 @@ from service.errors import InvalidSettings, StoreFailed
 from service.settings.values import Settings
 from service.storage import address
 from service.storage.address import InvalidStore, open_store
-from tests.storage.backends import account, files, id_of
+from tests.storage.backends import compute_id, list_files, set_account
 
 pytestmark = pytest.mark.anyio
 CONTENT = b"content"
 NOBODY = 65534
 
 
-async def stores_in(place: str, folder: Path) -> bool:
+async def is_stored_in(place: str, folder: Path) -> bool:
     """Whether contents stored at an address are in a folder."""
-    await open_store(place, 0).put(id_of(CONTENT), CONTENT)
-    return [path.name for path in files(folder)] == [id_of(CONTENT)]
+    await open_store(place, 0).put(compute_id(CONTENT), CONTENT)
+    return [path.name for path in list_files(folder)] == [compute_id(CONTENT)]
 
 
 async def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert await stores_in(str(tmp_path / "whole"), tmp_path / "whole")
-    assert await stores_in("./relative", tmp_path / "relative")
-    assert await stores_in("~/data", tmp_path / "home" / "data")
-    assert await stores_in("./s3:", tmp_path / "s3:")
-    assert await stores_in((tmp_path / "a b").as_uri(), tmp_path / "a b")
+    assert await is_stored_in(str(tmp_path / "whole"), tmp_path / "whole")
+    assert await is_stored_in("./relative", tmp_path / "relative")
+    assert await is_stored_in("~/data", tmp_path / "home" / "data")
+    assert await is_stored_in("./s3:", tmp_path / "s3:")
+    assert await is_stored_in((tmp_path / "a b").as_uri(), tmp_path / "a b")
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_other_addresses(place: str, message: str) -> None:
 
 
 @contextmanager
-def as_nobody() -> Iterator[None]:
+def drop_privileges() -> Iterator[None]:
     """Runs as another user, because root may write everywhere."""
     root = os.geteuid() == 0
     if root:
@@ -79,7 +79,7 @@ def test_a_folder_that_may_not_be_written(tmp_path: Path) -> None:
     open_store(str(folder), 0)
     for path in (folder, *folder.iterdir()):
         path.chmod(0o555)
-    with as_nobody(), pytest.raises(InvalidStore, match="Permission denied"):
+    with drop_privileges(), pytest.raises(InvalidStore, match="Permission denied"):
         open_store(str(folder), 0)
 
 
@@ -89,10 +89,10 @@ async def test_a_full_disk_stops_the_start_only_if_there_is_nothing_yet(
     def full(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    await open_store(str(tmp_path), 0).put(id_of(CONTENT), CONTENT)
+    await open_store(str(tmp_path), 0).put(compute_id(CONTENT), CONTENT)
     monkeypatch.setattr(address, "make_folder", full)
     store = open_store(str(tmp_path), 0)
-    assert await store.get(id_of(CONTENT)) == CONTENT
+    assert await store.get(compute_id(CONTENT)) == CONTENT
     with pytest.raises(InvalidStore, match="No space left"):
         open_store(str(tmp_path / "new"), 0)
 
@@ -113,8 +113,8 @@ def test_an_invalid_address_stops_the_start(
 
 async def test_a_bucket_that_cannot_be_reached() -> None:
     """The service starts, and reports that its store does not respond."""
-    with account("http://127.0.0.1:9"):
+    with set_account("http://127.0.0.1:9"):
         store = open_store("s3://bucket/prefix", 0)
         with pytest.raises(StoreFailed):
-            await store.get(id_of(CONTENT))
+            await store.get(compute_id(CONTENT))
         assert not await store.is_ready()

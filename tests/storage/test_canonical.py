@@ -28,7 +28,7 @@ from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, content_key
 from tests.forms import ARC, PATCH, SURFACES, TENT, WAVES, Json
-from tests.spellings import EYE, numerals, spelled
+from tests.spellings import EYE, spell_number, spell_surface
 
 LIMITS = DocumentLimits()
 IDS: Path = Path(__file__).parents[1] / "golden" / "ids.json"
@@ -81,12 +81,12 @@ MORE: dict[str, Json] = {
 ALL = {**SURFACES, **MORE}
 
 
-def surface(document: Any) -> Surface:
+def parse_surface(document: Any) -> Surface:
     return validate_document(SurfaceRequest, {"surface": document}, LIMITS).to_surface()
 
 
-def id_of(document: Any) -> str:
-    return surface_id(canonical_content(surface(document)))
+def compute_id(document: Any) -> str:
+    return surface_id(canonical_content(parse_surface(document)))
 
 
 def read(text: str) -> Surface:
@@ -99,9 +99,11 @@ def test_many_spellings_have_one_id_each() -> None:
     for content in ALL.values():
         # Ribbons and groups take ten times as long as the others.
         count = 15 if content.get("type") in ("ribbon", "group") else 40
-        spellings = [spelled(content, random) for _ in range(count)]
-        assert {surface_id(canonical_content(read(text))) for text in spellings} == {id_of(content)}
-        ids.add(id_of(content))
+        spellings = [spell_surface(content, random) for _ in range(count)]
+        assert {surface_id(canonical_content(read(text))) for text in spellings} == {
+            compute_id(content)
+        }
+        ids.add(compute_id(content))
         texts.update(spellings)
     assert len(texts) >= 600
     assert len(ids) == len(ALL)
@@ -109,7 +111,7 @@ def test_many_spellings_have_one_id_each() -> None:
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
-    for numeral in numerals(number):
+    for numeral in spell_number(number):
         parsed = parse_document(numeral.encode())
         assert isinstance(parsed, int | float)
         assert float(parsed) == number
@@ -117,20 +119,20 @@ def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
 
 @pytest.mark.parametrize("name", [*ALL, *EXAMPLES])
 def test_a_content_is_restored_whole(name: str) -> None:
-    one = surface(ALL[name]) if name in ALL else find(name).surface()
+    one = parse_surface(ALL[name]) if name in ALL else find(name).surface()
     content = canonical_content(one)
     again = restore_surface(content, LIMITS)
     assert canonical_content(again) == content
     assert content_key(again) == content_key(one)
     written = orjson.dumps(definition(again), option=orjson.OPT_SERIALIZE_NUMPY)
-    assert canonical_content(surface(orjson.loads(written))) == content
+    assert canonical_content(parse_surface(orjson.loads(written))) == content
 
 
 def test_every_field_of_every_kind_is_part_of_the_content() -> None:
     """Each kind of value occurs among the surfaces with each of its fields not at its default."""
     seen: dict[type, set[str]] = {}
     documents = [*ALL.values(), *(each | {"name": "a", "up": "z"} for each in ALL.values())]
-    for value in (part for document in documents for part in _values(surface(document))):
+    for value in (part for document in documents for part in _list_values(parse_surface(document))):
         for each in fields(value):
             default = each.default
             if each.default_factory is not MISSING:
@@ -142,19 +144,19 @@ def test_every_field_of_every_kind_is_part_of_the_content() -> None:
         assert names | unread == {each.name for each in fields(kind) if each.init}, kind
 
 
-def _values(value: Any) -> Iterator[Any]:
+def _list_values(value: Any) -> Iterator[Any]:
     """The value and the values within it."""
     yield value
     if isinstance(value, GroupSurface):
         for member in value.members:
             yield member
-            yield from _values(member.surface)
+            yield from _list_values(member.surface)
     for name in ("curve", "channels"):
         if hasattr(value, name):
             yield getattr(value, name)
 
 
-def _numbers(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+def _list_number_paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """The paths of numbers that may have a fraction."""
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
@@ -163,29 +165,29 @@ def _numbers(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
                 key not in ("patches", "triangles", "parts", "degree", "sides")
                 or "type" not in value
             ):
-                yield from _numbers(item, (*path, key))
+                yield from _list_number_paths(item, (*path, key))
     elif type(value) in (int, float):
         yield path
 
 
-def _changed(value: Any, path: tuple[Any, ...], towards: float) -> Any:
+def _change_number(value: Any, path: tuple[Any, ...], towards: float) -> Any:
     """A copy in which the number at `path` is the next one towards another."""
     if not path:
         return math.nextafter(value, towards)
     copy = dict(value) if isinstance(value, dict) else list(value)
-    copy[path[0]] = _changed(value[path[0]], path[1:], towards)
+    copy[path[0]] = _change_number(value[path[0]], path[1:], towards)
     return copy
 
 
 @given(st.sampled_from([*ALL]), st.sampled_from([math.inf, -math.inf]), st.data())
 def test_the_next_number_is_another_surface(name: str, towards: float, data: st.DataObject) -> None:
     document = ALL[name]
-    path = data.draw(st.sampled_from([*_numbers(document)]))
+    path = data.draw(st.sampled_from([*_list_number_paths(document)]))
     try:
-        other = id_of(_changed(document, path, towards))
+        other = compute_id(_change_number(document, path, towards))
     except InvalidRequest:
         assume(False)  # a colour above 1, a knot that is too close to the next
-    assert other != id_of(document)
+    assert other != compute_id(document)
 
 
 @pytest.mark.parametrize(
@@ -203,22 +205,22 @@ def test_the_next_number_is_another_surface(name: str, towards: float, data: st.
     ],
 )  # fmt: skip
 def test_different_surfaces_have_different_ids(one: Json, other: Json) -> None:
-    assert id_of(one) != id_of(other)
+    assert compute_id(one) != compute_id(other)
 
 
 def test_numbers_from_arrays_are_those_of_lists() -> None:
     net = np.array([[[0.5, 1, -0.0], [1, 2, 3]], [[1e9, 0, 2], [-4, 5, 0.25]]])
-    listed = id_of({"control_net": net.tolist()})
+    listed = compute_id({"control_net": net.tolist()})
     given = (net, net.astype(">f8"), net.astype("<f4"), np.asfortranarray(net))
-    assert {id_of({"control_net": array}) for array in given} == {listed}
+    assert {compute_id({"control_net": array}) for array in given} == {listed}
 
 
 def test_weights_beyond_double_precision_count_by_their_quotients() -> None:
     """Large weights are scaled by a power of two, which changes no digit."""
     weights: FloatArray = np.array([[1.0, 3.0, 2.0], [1.0, 1.0, 7.0]])
-    ids = {id_of(PATCH | {"weights": weights * 2.0**k}) for k in (100, 101, -700)}
+    ids = {compute_id(PATCH | {"weights": weights * 2.0**k}) for k in (100, 101, -700)}
     assert len(ids) == 1
-    assert ids != {id_of(PATCH | {"weights": weights})}
+    assert ids != {compute_id(PATCH | {"weights": weights})}
 
 
 def test_the_content_is_as_documented() -> None:
@@ -230,22 +232,22 @@ def test_the_content_is_as_documented() -> None:
         b'"surface":{"control_net":null,"name":"\\u00e9","type":"bezier","up":"y"}}'
     )
     content = header + b"\n" + numbers.tobytes()
-    built = surface({"control_net": net, "name": "é"})
+    built = parse_surface({"control_net": net, "name": "é"})
     assert canonical_content(built) == content
     assert surface_id(content) == sha256(content).hexdigest()
 
 
 def test_ids_are_for_ever() -> None:
     """Ids must never change, because surfaces are stored under them."""
-    assert ids() == json.loads(IDS.read_text())
+    assert compute_ids() == json.loads(IDS.read_text())
 
 
-def ids() -> dict[str, str]:
+def compute_ids() -> dict[str, str]:
     """The ids of the surfaces above and of the built-in ones."""
     result = {
         name: surface_id(canonical_content(example.surface())) for name, example in EXAMPLES.items()
     }
-    return result | {name: id_of(document) for name, document in ALL.items()}
+    return result | {name: compute_id(document) for name, document in ALL.items()}
 
 
 @pytest.mark.parametrize(
@@ -291,7 +293,7 @@ def test_a_content_ends_where_it_ends() -> None:
 @given(st.sampled_from([*ALL]), st.data())
 def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
     """Every other content is refused; the store checks the hash."""
-    content = bytearray(canonical_content(surface(ALL[name])))
+    content = bytearray(canonical_content(parse_surface(ALL[name])))
     end = content.index(b"\n")
     for _ in range(data.draw(st.integers(1, 3))):
         content[data.draw(st.integers(0, end))] = data.draw(
@@ -315,4 +317,4 @@ def test_a_large_surface_is_restored_from_its_bytes() -> None:
 
 
 if __name__ == "__main__":
-    IDS.write_text(json.dumps(ids(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    IDS.write_text(json.dumps(compute_ids(), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from service.errors import DamagedObject
 from service.storage.keys import key_of
 from service.storage.store import INLINE, SurfaceStore
-from tests.storage.backends import KINDS, id_of, store_of
+from tests.storage.backends import KINDS, compute_id, store_of
 
 pytestmark = pytest.mark.anyio
 CONTENT = b"bezier" * 100
@@ -26,8 +26,8 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
-async def damage(store: SurfaceStore, content: bytes, instead: bytes) -> None:
-    await obstore.put_async(store._backend.objects, key_of(id_of(content)), instead)
+async def damage_object(store: SurfaceStore, content: bytes, instead: bytes) -> None:
+    await obstore.put_async(store._backend.objects, key_of(compute_id(content)), instead)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -40,17 +40,17 @@ async def test_damaged_object(
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    id = id_of(content)
+    id = compute_id(content)
     store = store_of(kind, tmp_path)
     assert await store.put(id, content)
-    await damage(store, content, damaged(content))
+    await damage_object(store, content, damaged(content))
     with pytest.raises(DamagedObject), caplog.at_level(logging.ERROR):
         await store.get(id)
     assert key_of(id) in caplog.text
     assert await store.has(id)
     assert await store.put(id, content), "mended"
     assert await store.get(id) == content
-    await damage(store, content, damaged(content))
+    await damage_object(store, content, damaged(content))
     assert await store.delete(id)
     assert not await store.has(id)
 
@@ -58,9 +58,9 @@ async def test_damaged_object(
 @given(st.binary(min_size=1, max_size=64), st.binary(max_size=64))
 def test_other_contents_are_never_sent(content: bytes, instead: bytes) -> None:
     async def work(store: SurfaceStore) -> None:
-        await damage(store, content, instead)
+        await damage_object(store, content, instead)
         try:
-            assert await store.get(id_of(content)) == content
+            assert await store.get(compute_id(content)) == content
         except DamagedObject:
             assert instead != content
 

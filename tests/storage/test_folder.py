@@ -11,21 +11,21 @@ from service.errors import StoreFailed, StoreFull
 from service.storage.backends import STAGING
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
-from tests.storage.backends import file_of, files, id_of, store_of
+from tests.storage.backends import compute_id, find_file, list_files, store_of
 
 pytestmark = pytest.mark.anyio
 ONE, TWO = b"one", b"two"
 
 
 async def put_one(store: SurfaceStore) -> bool:
-    return await store.put(id_of(ONE), ONE)
+    return await store.put(compute_id(ONE), ONE)
 
 
 async def test_an_object_is_on_the_disk_before_it_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The file first; then the folders in which its name and theirs are new."""
-    final = file_of(tmp_path, ONE)
+    final = find_file(tmp_path, ONE)
     store = store_of("folder", tmp_path)
     synced: list[tuple[int, bool]] = []
     fsync = os.fsync
@@ -73,14 +73,14 @@ async def test_a_folder_that_breaks_fails_and_works_again(
     staging.rmdir()
     staging.write_text("no folder")
     with pytest.raises(StoreFailed) as caught:
-        await store.put(id_of(TWO), TWO)
+        await store.put(compute_id(TWO), TWO)
     assert caught.value.issues == ()
-    assert key_of(id_of(TWO)) in caplog.text
+    assert key_of(compute_id(TWO)) in caplog.text
     assert "Debug source" not in caplog.text
-    assert await store.get(id_of(ONE)) == ONE
-    assert not await store.has(id_of(TWO))
+    assert await store.get(compute_id(ONE)) == ONE
+    assert not await store.has(compute_id(TWO))
     staging.unlink()
-    assert await store.put(id_of(TWO), TWO)
+    assert await store.put(compute_id(TWO), TWO)
 
 
 async def test_a_write_that_fails_leaves_nothing(
@@ -97,7 +97,7 @@ async def test_a_write_that_fails_leaves_nothing(
         with pytest.raises(StoreFull) as caught:
             await put_one(store)
     assert [issue.code for issue in caught.value.issues] == ["disk_full"]
-    assert files(tmp_path) == []
+    assert list_files(tmp_path) == []
     assert await put_one(store)
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import client_of
-from tests.storage.backends import files
+from tests.api.client import start_client
+from tests.storage.backends import list_files
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 PATCH = {"surface": {"control_net": NET}}
@@ -17,11 +17,11 @@ OTHER_PATCH = {"surface": {"control_net": [NET[0], [[1, 0, 1], [1, 1, 0.5]]]}}
 def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with client_of(create_app(Settings(store=str(tmp_path)))) as client:
+    with start_client(create_app(Settings(store=str(tmp_path)))) as client:
         stored = client.post("/v1/surfaces", PATCH).json()
         address = stored["links"]["self"]
         other = client.post("/v1/surfaces", OTHER_PATCH).json()
-        kept = {path.name: path for path in files(tmp_path)}
+        kept = {path.name: path for path in list_files(tmp_path)}
         kept[stored["id"]].write_bytes(kept[other["id"]].read_bytes())
         mesh = stored["links"]["mesh"]["glb"]
         for url in (address, mesh):
@@ -39,13 +39,13 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
 
 
 def test_a_quota_names_the_bytes_left(tmp_path: Path) -> None:
-    with client_of(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
+    with start_client(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
-        (kept,) = files(tmp_path)
+        (kept,) = list_files(tmp_path)
         size = kept.stat().st_size
         response = client.post("/v1/surfaces", OTHER_PATCH)
         assert response.status_code == 507
         assert response.json()["code"] == "store_full"
         (error,) = response.json()["errors"]
         assert (error["code"], error["needed"]) == ("store_full", f"at most {400 - size} bytes")
-        assert files(tmp_path) == [kept]
+        assert list_files(tmp_path) == [kept]

@@ -9,14 +9,14 @@ from service.errors import StoreFailed, StoreFull
 from service.storage import quota as module
 from service.storage.quota import FRESH, STALE, Usage
 from service.storage.store import SurfaceStore
-from tests.storage.backends import KINDS, file_of, files, id_of, store_of
+from tests.storage.backends import KINDS, compute_id, find_file, list_files, store_of
 
 pytestmark = pytest.mark.anyio
 TEN = [bytes([digit]) * 10 for digit in range(10)]
 
 
 async def put(store: SurfaceStore, content: bytes) -> bool:
-    return await store.put(id_of(content), content)
+    return await store.put(compute_id(content), content)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -30,10 +30,10 @@ async def test_surfaces_beyond_the_quota_are_refused_and_not_written(
         await put(store, TEN[3])
     (issue,) = caught.value.issues
     assert (issue.code, issue.got, issue.needed) == ("store_full", "10 bytes", "at most 9 bytes")
-    assert not await store.has(id_of(TEN[3]))
+    assert not await store.has(compute_id(TEN[3]))
     assert not await put(store, TEN[0]), "what is there needs no room"
     assert await put(store, b"123456789"), "what fits is taken"
-    assert await store.delete(id_of(TEN[0]))
+    assert await store.delete(compute_id(TEN[0]))
     assert await put(store, TEN[3])
 
 
@@ -58,7 +58,7 @@ async def test_mending_needs_no_room(tmp_path: Path) -> None:
     store = store_of("folder", tmp_path, 20)
     for content in TEN[:2]:
         await put(store, content)
-    file_of(tmp_path, TEN[0]).write_bytes(b"")
+    find_file(tmp_path, TEN[0]).write_bytes(b"")
     assert await put(store, TEN[0])
 
 
@@ -68,7 +68,7 @@ async def test_room_that_others_make_is_found(
     store = store_of("folder", tmp_path, 20)
     for content in TEN[:2]:
         await put(store, content)
-    for path in files(tmp_path):
+    for path in list_files(tmp_path):
         path.unlink()
     with pytest.raises(StoreFull):
         await put(store, TEN[2])  # the last count is recent
@@ -101,7 +101,7 @@ async def take(usage: Usage, size: int) -> None:
         pass
 
 
-async def rounds() -> None:
+async def run_tasks() -> None:
     for _ in range(5):
         await asyncio.sleep(0)
 
@@ -125,7 +125,7 @@ async def test_counts_are_made_once_then_before_refusing_then_now_and_then() -> 
     place.bytes = 0
     await take(usage, 0)
     await take(usage, 1)
-    await rounds()
+    await run_tasks()
     assert place.counts == 3
 
 
@@ -136,7 +136,7 @@ async def test_an_old_count_is_used_while_a_new_one_fails() -> None:
     place.broken = True
     place.now = STALE + 1
     await take(usage, 10)
-    await rounds()
+    await run_tasks()
     assert place.counts == 2
     with pytest.raises(StoreFailed):
         await take(usage, 90)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from service.errors import UnknownSurface
 from service.storage.keys import key_of
 from service.storage.store import INLINE, SurfaceStore
-from tests.storage.backends import KINDS, id_of, store_of
+from tests.storage.backends import KINDS, compute_id, store_of
 
 pytestmark = pytest.mark.anyio
 CONTENTS = st.binary(max_size=2)
@@ -34,7 +34,7 @@ NAMES = [
 @pytest.mark.parametrize("size", [0, 1, INLINE + 1])
 async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Path) -> None:
     content = bytes(index % 251 for index in range(size))
-    id = id_of(content)
+    id = compute_id(content)
     store = store_of(kind, tmp_path)
     assert not await store.has(id)
     assert await store.put(id, content)
@@ -53,11 +53,11 @@ def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFacto
     """A store and a dictionary agree after any sequence of operations."""
 
     @given(st.lists(st.tuples(st.sampled_from(["put", "delete", "has"]), CONTENTS), max_size=20))
-    def agree(steps: list[tuple[str, bytes]]) -> None:
+    def check_agreement(steps: list[tuple[str, bytes]]) -> None:
         async def work(store: SurfaceStore) -> None:
             model: dict[str, bytes] = {}
             for step, content in steps:
-                id = id_of(content)
+                id = compute_id(content)
                 if step == "put":
                     assert await store.put(id, content) is (id not in model)
                     model[id] = content
@@ -69,7 +69,7 @@ def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFacto
 
         asyncio.run(work(store_of(kind, tmp_path_factory.mktemp("store"))))
 
-    agree()
+    check_agreement()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -97,14 +97,14 @@ def test_only_ids_become_keys(name: str) -> None:
 async def test_content_goes_under_its_own_hash_only(kind: str, tmp_path: Path) -> None:
     store = store_of(kind, tmp_path)
     with pytest.raises(ValueError, match="not the hash"):
-        await store.put(id_of(b"one"), b"other")
-    assert not await store.has(id_of(b"one"))
+        await store.put(compute_id(b"one"), b"other")
+    assert not await store.has(compute_id(b"one"))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 async def test_one_of_many_clients_stores_a_surface_first(kind: str, tmp_path: Path) -> None:
     content = b"the same" * 1000
     store = store_of(kind, tmp_path)
-    stored = await asyncio.gather(*(store.put(id_of(content), content) for _ in range(50)))
+    stored = await asyncio.gather(*(store.put(compute_id(content), content) for _ in range(50)))
     assert sorted(stored) == [False] * 49 + [True]
-    assert await store.get(id_of(content)) == content
+    assert await store.get(compute_id(content)) == content

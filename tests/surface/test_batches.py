@@ -9,7 +9,7 @@ from service.surface.sides import take_side
 
 @pytest.mark.parametrize("count", [1, 2, 63, 64, 81])
 def test_bounds_and_collapsed_sides(count: int) -> None:
-    """For any number of patches; a side with two equal ends is not yet a single point."""
+    """For any number of patches. A side with two equal ends is not a single point."""
     points = np.random.default_rng(count).uniform(-1, 1, (count, 3, 4, 3))
     points[::4, 0] = points[::4, :1, 0]
     points[1::4, :, -1] = points[1::4, :1, -1]

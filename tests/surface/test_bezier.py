@@ -12,7 +12,7 @@ from tests.strategies import Array, weighted_nets
 FLAT = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2, 3], indexing="ij"), np.zeros((3, 4))], -1)
 
 
-def issues_of(**fields: object) -> tuple[Issue, ...]:
+def list_issues(**fields: object) -> tuple[Issue, ...]:
     """The issues of a surface with these fields."""
     with pytest.raises(InvalidRequest) as caught:
         BezierSurface(**fields)  # type: ignore[arg-type]
@@ -66,7 +66,7 @@ def test_minus_zero_is_zero() -> None:
 
 def test_names_at_most_twenty_faults() -> None:
     """Every coordinate is invalid; the first twenty have issues, in order."""
-    issues = issues_of(control_net=np.full((4, 4, 3), np.nan))
+    issues = list_issues(control_net=np.full((4, 4, 3), np.nan))
     assert len(issues) == 20
     assert [i.pointer for i in issues[:4]] == [
         "/control_net/0/0/0",

@@ -17,10 +17,10 @@ from service.surface.batches import TensorPatches
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import MAX_WEIGHT_RATIO
 from service.surface.lowered import Part, PatchModel
-from tests.engine.meshing import mesh_of
-from tests.oracles.exact import exact_net
-from tests.oracles.splines import fractions, spline_surface_point
-from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+from tests.engine.meshing import build_mesh
+from tests.oracles.exact import to_exact_net
+from tests.oracles.splines import spline_surface_point, to_fractions
+from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -31,14 +31,14 @@ small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
 seeds = st.integers(0, 10**6)
 
 
-def surface_of(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> BsplineSurface:
+def build_surface(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> BsplineSurface:
     """A random surface over given knots."""
-    net = points_for(u.points, seed, v.points)
-    weights = weights_for(u.points, seed + 1, v.points) if rational else None
+    net = random_points(u.points, seed, v.points)
+    weights = random_weights(u.points, seed + 1, v.points) if rational else None
     return BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
 
 
-def values(model: PatchModel, at: Array = PLACES) -> Array:
+def evaluate_model(model: PatchModel, at: Array = PLACES) -> Array:
     """Points of all patches at local parameters at × at: (P, m, m, 3), by plain products."""
     (batch,) = model.batches
     assert isinstance(batch, TensorPatches)
@@ -53,7 +53,7 @@ def values(model: PatchModel, at: Array = PLACES) -> Array:
     return rational
 
 
-def parameters(model: PatchModel, at: Array = PLACES) -> tuple[Array, Array]:
+def list_parameters(model: PatchModel, at: Array = PLACES) -> tuple[Array, Array]:
     """The domain's parameters at the same places: (P, m) each."""
     assert model.domain is not None
     u, v = (b[:-1, None] + np.diff(b)[:, None] * at for b in (model.domain.u, model.domain.v))
@@ -65,13 +65,13 @@ def test_is_the_surface_of_cox_and_de_boor(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
     """Checked in exact arithmetic, at inner parameters of every patch and at its borders."""
-    surface = surface_of(u, v, seed, rational)
+    surface = build_surface(u, v, seed, rational)
     model = surface.lower()
-    net = exact_net(surface.control_net, surface.weights)
-    exact = fractions(u.knots), fractions(v.knots)
+    net = to_exact_net(surface.control_net, surface.weights)
+    exact = to_fractions(u.knots), to_fractions(v.knots)
     at = np.array([0.0, 0.75])
-    actual = values(model, at)
-    for k, (us, vs) in enumerate(zip(*parameters(model, at), strict=True)):
+    actual = evaluate_model(model, at)
+    for k, (us, vs) in enumerate(zip(*list_parameters(model, at), strict=True)):
         for a, b in np.ndindex(2, 2):
             place = Fraction(us[a]), Fraction(vs[b])
             expected = spline_surface_point(net, exact, surface.degree, place)
@@ -80,7 +80,7 @@ def test_is_the_surface_of_cox_and_de_boor(
 
 def test_one_span_keeps_its_control_net() -> None:
     """Making a surface does not lower it."""
-    net, weights = points_for(4, 3, 3), weights_for(4, 3, 3)
+    net, weights = random_points(4, 3, 3), random_weights(4, 3, 3)
     model = BsplineSurface(net, (3, 2), weights=weights, up="z", name="bowl").lower()
     (batch,) = model.batches
     np.testing.assert_array_equal(batch.points, net[None])
@@ -93,7 +93,7 @@ def test_patches_share_their_edges_bit_for_bit(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
     """Control points and weights of the common side."""
-    model = surface_of(u, v, seed, rational).lower()
+    model = build_surface(u, v, seed, rational).lower()
     (batch,), domain = model.batches, model.domain
     assert domain is not None
     np.testing.assert_array_equal(domain.u, knot.breaks(u.knots, u.degree))
@@ -110,14 +110,14 @@ def test_the_reversed_surface_has_reversed_patches(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
     """Bit for bit, in both directions at once."""
-    here = surface_of(u, v, seed, rational)
+    forward = build_surface(u, v, seed, rational)
     there = BsplineSurface(
-        here.control_net[::-1, ::-1],
-        here.degree,
+        forward.control_net[::-1, ::-1],
+        forward.degree,
         (3 - u.knots[::-1], 3 - v.knots[::-1]),
-        None if here.weights is None else here.weights[::-1, ::-1],
+        None if forward.weights is None else forward.weights[::-1, ::-1],
     )
-    (forth,), (back,) = here.lower().batches, there.lower().batches
+    (forth,), (back,) = forward.lower().batches, there.lower().batches
     np.testing.assert_array_equal(back.points[::-1, ::-1, ::-1], forth.points)
     if forth.weights is not None and back.weights is not None:
         np.testing.assert_array_equal(back.weights[::-1, ::-1, ::-1], forth.weights)
@@ -125,7 +125,7 @@ def test_the_reversed_surface_has_reversed_patches(
 
 def test_blocks_give_the_same_patches(monkeypatch: pytest.MonkeyPatch) -> None:
     """Large nets are lowered piece by piece."""
-    surface = BsplineSurface(points_for(9, 1, 8), weights=weights_for(9, 1, 8))
+    surface = BsplineSurface(random_points(9, 1, 8), weights=random_weights(9, 1, 8))
     (at_once,) = surface.lower().batches
     monkeypatch.setattr(bspline, "BLOCK_POINTS", 1)
     (in_turn,) = surface.lower().batches
@@ -137,7 +137,7 @@ def test_blocks_give_the_same_patches(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("degree", [(3, 3), (2, 1), (4, 5)])
 def test_periodic_directions_close(degree: tuple[int, int], rational: bool) -> None:
     """The distinct control points, given once: as many spans, and the last meets the first."""
-    net, weights = points_for(5, 3, 4), weights_for(5, 4, 4) if rational else None
+    net, weights = random_points(5, 3, 4), random_weights(5, 4, 4) if rational else None
     model = BsplineSurface(net, degree, ("periodic", "periodic"), weights).lower()
     assert model.patch_count == 20
     p, q = degree
@@ -150,7 +150,7 @@ def test_periodic_directions_close(degree: tuple[int, int], rational: bool) -> N
 
 def test_a_pole_stays_one_point() -> None:
     """The equal control points of a NURBS sphere's pole, with their different weights."""
-    net, weights = points_for(7, 3, 6), weights_for(7, 4, 6)
+    net, weights = random_points(7, 3, 6), random_weights(7, 4, 6)
     net[0], net[-1] = (0.1, 0.2, 0.7), (-0.3, 1 / 3, 9.1)
     model = BsplineSurface(net, (3, 2), ("clamped", "periodic"), weights).lower()
     collapsed = model.batches[0].collapsed.reshape(4, 6, 4)
@@ -161,7 +161,7 @@ def test_a_pole_stays_one_point() -> None:
 
 def test_is_frozen_and_copies_its_input() -> None:
     """Later changes of the caller's arrays have no effect; arrays of the surface are read-only."""
-    net, knots = points_for(4, 1, 4), knot.clamped_knots(4, 3)
+    net, knots = random_points(4, 1, 4), knot.clamped_knots(4, 3)
     surface = BsplineSurface(net, knots=(knots, "clamped"))
     before = net.copy()
     net[:], knots[:] = 7, 7
@@ -177,14 +177,14 @@ GOOD: dict[str, Any] = {"control_net": np.zeros((5, 4, 3)), "degree": (2, 3)}
 KNOTS = [0, 0, 0, 1, 2, 3, 3, 3]
 
 
-def issues_of(**fields: Any) -> tuple[Issue, ...]:
+def list_issues(**fields: Any) -> tuple[Issue, ...]:
     """The issues of the good surface with these fields replaced."""
     with pytest.raises(InvalidRequest) as caught:
         BsplineSurface(**(GOOD | fields))
     return caught.value.issues
 
 
-def u_knots(*vector: float) -> dict[str, Any]:
+def replace_u_knots(*vector: float) -> dict[str, Any]:
     return {"knots": (np.array(vector), "clamped")}
 
 
@@ -201,17 +201,21 @@ def u_knots(*vector: float) -> dict[str, Any]:
             "/control_net",
         ),
         ({"knots": ("clamped", "open")}, "wrong_value", "/knots/1"),
-        (u_knots(*KNOTS[1:]), "wrong_length", "/knots/0"),
-        (u_knots(*KNOTS, 3), "wrong_length", "/knots/0"),
-        (u_knots(0, 0, 0, 2, 1, 3, 3, 3), "knots_decrease", "/knots/0/4"),
-        (u_knots(0, 0, 0, np.nan, 1, 3, 3, 3), "not_finite", "/knots/0/3"),
-        (u_knots(0, 0, 0, 1, 2, 3, 3, np.inf), "not_finite", "/knots/0/7"),
-        (u_knots(0, 0, 0, 1, 2, 3, 3, 1e39), "knot_too_large", "/knots/0/7"),
-        (u_knots(0, 0, 0, 0, 2, 3, 3, 3), "knot_multiplicity", "/knots/0/3"),
-        (u_knots(0, 0, 1, 1, 1, 1, 3, 3), "knot_multiplicity", "/knots/0/5"),
-        (u_knots(-1, 0, 1, 1, 1, 1, 2, 3), "knot_multiplicity", "/knots/0/5"),
-        ({"degree": (4, 3), **u_knots(0, 0, 0, 1, 2, 2, 3, 3, 3, 3)}, "empty_domain", "/knots/0"),
-        (u_knots(0, 0, 0, 1e-320, 3e-320, 3e-320, 1, 1), "knots_too_close", "/knots/0/3"),
+        (replace_u_knots(*KNOTS[1:]), "wrong_length", "/knots/0"),
+        (replace_u_knots(*KNOTS, 3), "wrong_length", "/knots/0"),
+        (replace_u_knots(0, 0, 0, 2, 1, 3, 3, 3), "knots_decrease", "/knots/0/4"),
+        (replace_u_knots(0, 0, 0, np.nan, 1, 3, 3, 3), "not_finite", "/knots/0/3"),
+        (replace_u_knots(0, 0, 0, 1, 2, 3, 3, np.inf), "not_finite", "/knots/0/7"),
+        (replace_u_knots(0, 0, 0, 1, 2, 3, 3, 1e39), "knot_too_large", "/knots/0/7"),
+        (replace_u_knots(0, 0, 0, 0, 2, 3, 3, 3), "knot_multiplicity", "/knots/0/3"),
+        (replace_u_knots(0, 0, 1, 1, 1, 1, 3, 3), "knot_multiplicity", "/knots/0/5"),
+        (replace_u_knots(-1, 0, 1, 1, 1, 1, 2, 3), "knot_multiplicity", "/knots/0/5"),
+        (
+            {"degree": (4, 3), **replace_u_knots(0, 0, 0, 1, 2, 2, 3, 3, 3, 3)},
+            "empty_domain",
+            "/knots/0",
+        ),
+        (replace_u_knots(0, 0, 0, 1e-320, 3e-320, 3e-320, 1, 1), "knots_too_close", "/knots/0/3"),
         ({"weights": np.ones((4, 5))}, "weights_shape", "/weights"),
         ({"weights": np.zeros((5, 4))}, "weight_not_positive", "/weights/0/0"),
         ({"control_net": np.zeros((5, 4, 2))}, "wrong_dimension", "/control_net"),
@@ -220,7 +224,7 @@ def u_knots(*vector: float) -> dict[str, Any]:
 )
 def test_refuses_and_points(fields: dict[str, Any], code: str, pointer: str) -> None:
     """Code and pointer of the issue; its got and needed have texts."""
-    issue = issues_of(**fields)[0]
+    issue = list_issues(**fields)[0]
     assert (issue.code, issue.pointer) == (code, pointer)
     assert issue.got
     assert issue.needed
@@ -228,7 +232,7 @@ def test_refuses_and_points(fields: dict[str, Any], code: str, pointer: str) -> 
 
 def test_the_issue_names_the_number_of_knots() -> None:
     """n + p + 1, added up."""
-    (issue,) = issues_of(**u_knots(*KNOTS[1:]))
+    (issue,) = list_issues(**replace_u_knots(*KNOTS[1:]))
     assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1, or 6")
 
 
@@ -237,7 +241,7 @@ ROUNDED = 1e-13
 
 
 @pytest.mark.parametrize(
-    ("given", "meant", "count"),
+    ("given", "expected", "count"),
     [
         ([0, 0, 0, 1, 1 + ROUNDED, 3, 3, 3], [0, 0, 0, 1, 1, 3, 3, 3], 1),
         ([0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], [0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], 0),
@@ -248,17 +252,17 @@ ROUNDED = 1e-13
     ids=["equal", "near", "at the ends", "never more than p", "far from zero"],
 )
 def test_knots_that_differ_by_rounding_are_made_equal(
-    given: list[float], meant: list[float] | None, count: int
+    given: list[float], expected: list[float] | None, count: int
 ) -> None:
     net = np.random.default_rng(1).random((len(given) - 3, 4, 3))
     surface = BsplineSurface(net, (2, 3), (np.array(given), "clamped"))
-    exact = BsplineSurface(net, (2, 3), (np.array(meant or given), "clamped"))
+    exact = BsplineSurface(net, (2, 3), (np.array(expected or given), "clamped"))
     assert surface.knots[0].tolist() == given  # type: ignore[union-attr]
-    np.testing.assert_array_equal(surface.knot_vectors[0], meant or given)
+    np.testing.assert_array_equal(surface.knot_vectors[0], expected or given)
     model, other = surface.lower(), exact.lower()
     assert np.array_equal(model.batches[0].points, other.batches[0].points)
     for accuracy in (None, Accuracy(tolerance=0.1)):
-        assert mesh_of(model, accuracy=accuracy).report.merged_knots == count
+        assert build_mesh(model, accuracy=accuracy).report.merged_knots == count
 
 
 def test_the_first_and_the_last_knot_may_be_left_out() -> None:
@@ -270,7 +274,7 @@ def test_the_first_and_the_last_knot_may_be_left_out() -> None:
     )
     points, expected = (surface.lower().batches[0].points for surface in (short, long))
     np.testing.assert_allclose(points, expected, atol=1e-15)
-    assert issues_of(**u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
+    assert list_issues(**replace_u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
 
 
 def test_accepts_surfaces_just_within_the_limits() -> None:
@@ -286,7 +290,7 @@ def test_accepts_surfaces_just_within_the_limits() -> None:
 
 def test_too_many_patches_are_refused_by_number() -> None:
     """Patches of degree 1 have few control points, and cost as much."""
-    (issue,) = issues_of(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
+    (issue,) = list_issues(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
     assert (issue.code, issue.pointer) == ("too_many_spans", "/control_net")
     assert issue.got == "709 × 709 spans"
 
@@ -298,6 +302,6 @@ def test_too_many_bezier_points_are_refused_by_number(
     shape: tuple[int, int], degree: tuple[int, int]
 ) -> None:
     """The error is raised before any patch is made."""
-    (issue,) = issues_of(control_net=np.zeros((*shape, 3)), degree=degree)
+    (issue,) = list_issues(control_net=np.zeros((*shape, 3)), degree=degree)
     assert (issue.code, issue.pointer) == ("too_many_bezier_points", "/control_net")
     assert f"of degree {degree[0]}" in issue.got

@@ -18,14 +18,14 @@ from service.surface.channel_values import MAX_ATTRIBUTES
 from service.surface.channels import MAX_DIMENSION, MAX_NUMBERS, Channels, keep_channels
 from service.surface.checks import MAX_DEGREE
 from service.surface.patches import PatchSurface
-from tests.oracles.exact import exact_net, surface_point
-from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+from tests.oracles.exact import surface_point, to_exact_net
+from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 SQUARE = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
 ONE = np.ones((1, 1, 1))
 
 
-def issue_of(**channels: Any) -> tuple[str, str]:
+def read_issue(**channels: Any) -> tuple[str, str]:
     """Code and pointer of the only issue."""
     with pytest.raises(InvalidRequest) as caught:
         BezierSurface(SQUARE, channels=Channels(**channels))
@@ -47,12 +47,12 @@ def issue_of(**channels: Any) -> tuple[str, str]:
     ],
 )
 def test_invalid_colors(colors: Any, code: str, pointer: str) -> None:
-    assert issue_of(colors=np.array(colors)) == (code, pointer)
+    assert read_issue(colors=np.array(colors)) == (code, pointer)
 
 
 def test_invalid_texture_coordinates() -> None:
-    assert issue_of(uvs=np.ones((2, 2, 3))) == ("wrong_dimension", "/uvs")
-    assert issue_of(uvs=np.full((1, 1, 2), 1e39)[:, :, :1].repeat(2, axis=2) * [1, 0]) == (
+    assert read_issue(uvs=np.ones((2, 2, 3))) == ("wrong_dimension", "/uvs")
+    assert read_issue(uvs=np.full((1, 1, 2), 1e39)[:, :, :1].repeat(2, axis=2) * [1, 0]) == (
         "coordinate_too_large",
         "/uvs/0/0/0",
     )
@@ -60,14 +60,14 @@ def test_invalid_texture_coordinates() -> None:
 
 def test_invalid_attributes() -> None:
     wide = np.ones((1, 1, MAX_DIMENSION + 1))
-    assert issue_of(attributes=(("a", wide),)) == ("wrong_dimension", "/attributes/a")
+    assert read_issue(attributes=(("a", wide),)) == ("wrong_dimension", "/attributes/a")
     infinite = np.full((1, 2, 1), [[[0.0], [np.inf]]])
-    assert issue_of(attributes=(("a", infinite),)) == ("not_finite", "/attributes/a/0/1/0")
+    assert read_issue(attributes=(("a", infinite),)) == ("not_finite", "/attributes/a/0/1/0")
 
 
 @pytest.mark.parametrize("name", ["", "1st", "_x", "a b", "ä", "a/b", "a" * 33, "a\n"], ids=repr)
 def test_invalid_names_of_attributes(name: str) -> None:
-    code, pointer = issue_of(attributes=((name, ONE),))
+    code, pointer = read_issue(attributes=((name, ONE),))
     assert code == "wrong_value"
     assert len(pointer) < 64
 
@@ -78,13 +78,13 @@ def test_invalid_names_of_attributes(name: str) -> None:
 )
 def test_names_that_formats_could_not_distinguish(names: tuple[str, ...], at: str) -> None:
     attributes = tuple((name, ONE) for name in names)
-    assert issue_of(attributes=attributes) == ("name_clash", f"/attributes/{at}")
+    assert read_issue(attributes=attributes) == ("name_clash", f"/attributes/{at}")
 
 
 def test_the_number_of_attributes_is_limited() -> None:
     attributes = tuple((f"a{k}", ONE) for k in range(MAX_ATTRIBUTES + 1))
     assert len(Channels(attributes=attributes[1:]).attributes) == MAX_ATTRIBUTES
-    assert issue_of(attributes=attributes) == ("wrong_length", "/attributes")
+    assert read_issue(attributes=attributes) == ("wrong_length", "/attributes")
 
 
 def test_one_value_for_each_vertex() -> None:
@@ -134,9 +134,11 @@ def test_keeps_some_channels() -> None:
 small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
 
 
-def spline(u: KnotVector, v: KnotVector, channels: Channels, rational: bool) -> BsplineSurface:
-    net = points_for(u.points, 7, v.points)
-    weights = weights_for(u.points, 8, v.points) if rational else None
+def build_spline(
+    u: KnotVector, v: KnotVector, channels: Channels, rational: bool
+) -> BsplineSurface:
+    net = random_points(u.points, 7, v.points)
+    weights = random_weights(u.points, 8, v.points) if rational else None
     degree, knots = (u.degree, v.degree), (u.knots, v.knots)
     return BsplineSurface(net, degree, knots, weights, channels=channels)
 
@@ -146,10 +148,10 @@ def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
     u: KnotVector, v: KnotVector, rational: bool
 ) -> None:
     """The control points as an attribute are the points of the surface without weights."""
-    net = points_for(u.points, 7, v.points)
+    net = random_points(u.points, 7, v.points)
     channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
-    (batch,) = spline(u, v, channels, rational).lower().batches
-    (plain,) = spline(u, v, Channels(), rational=False).lower().batches
+    (batch,) = build_spline(u, v, channels, rational).lower().batches
+    (plain,) = build_spline(u, v, Channels(), rational=False).lower().batches
     place, wide = (channel.nets for channel in batch.channels)
     np.testing.assert_array_equal(place, plain.points)
     np.testing.assert_array_equal(wide, np.concatenate([place, place], axis=3))
@@ -164,14 +166,14 @@ def test_any_other_net_is_one_function_over_the_whole_domain(
     if shape == (u.points, v.points):
         shape = (7, 1)
     net = np.random.default_rng(shape).random((*shape, 2))
-    model = spline(u, v, Channels(attributes=(("heat", net),)), rational=True).lower()
+    model = build_spline(u, v, Channels(attributes=(("heat", net),)), rational=True).lower()
     assert model.domain is not None
     built = tessellate(model, MeshOptions((2, 2), uvs=True))
     ((_, heat),) = built.attributes
     assert built.uvs is not None
     low = model.domain.u[0], model.domain.v[0]
     high = model.domain.u[-1], model.domain.v[-1]
-    exact = exact_net(net)
+    exact = to_exact_net(net)
     for place, result in zip(built.uvs.tolist(), heat, strict=True):
         t = [
             (Fraction(x) - Fraction(float(a))) / (Fraction(float(b)) - Fraction(float(a)))

@@ -8,7 +8,7 @@ from service.engine.tessellate import tessellate
 from service.errors import UnknownSurface
 from service.surface.colored import COLD, HOT
 from service.surface.examples import EXAMPLES, find
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.oracles import exact, quadrics, triangles
 
 PATCHES = {
@@ -41,9 +41,9 @@ ON = {
 }
 
 
-def points_of(example: str) -> np.ndarray:
+def read_points(example: str) -> np.ndarray:
     """All patches of an example that lowers to one batch."""
-    (batch,) = patches_of(example).batches
+    (batch,) = lower_patches(example).batches
     return batch.points
 
 
@@ -58,7 +58,7 @@ def test_each_has_an_id_and_a_description() -> None:
 @pytest.mark.parametrize("example", PATCHES)
 def test_numbers_of_patches(example: str) -> None:
     """The part names, the number and the degree of the patches."""
-    model = patches_of(example)
+    model = lower_patches(example)
     batch = model.batches[0]
     assert (batch.count, batch.degree) == PATCHES[example]
     assert [(b.count, b.degree) for b in model.batches[1:]] == OTHERS.get(example, [])
@@ -78,7 +78,7 @@ def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
 
 def test_teapot_has_its_parts_and_stands_upright() -> None:
     """Six parts, z up, from the table at 0 to the knob at 3.15."""
-    model = patches_of("utah-teapot")
+    model = lower_patches("utah-teapot")
     sizes = [(part.name, part.last - part.first) for part in model.parts]
     assert sizes == [
         ("rim", 4),
@@ -89,7 +89,7 @@ def test_teapot_has_its_parts_and_stands_upright() -> None:
         ("bottom", 4),
     ]
     assert model.up == "z"
-    points = points_of("utah-teapot")
+    points = read_points("utah-teapot")
     assert (points[..., 2].min(), points[..., 2].max()) == (0.0, 3.15)
     # Of Newell's 306 vertices 294 are distinct, and four of these are used by no patch.
     assert len(np.unique(points.reshape(-1, 3), axis=0)) == 290
@@ -97,7 +97,7 @@ def test_teapot_has_its_parts_and_stands_upright() -> None:
 
 def test_bourke_has_the_heights_of_the_c_library() -> None:
     """x = i, y = j, and z from random() seeded with 1111: its first and last numbers."""
-    net = points_of("bourke-1111")[0]
+    net = read_points("bourke-1111")[0]
     i, j = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
     np.testing.assert_array_equal(net[..., 0], i)
     np.testing.assert_array_equal(net[..., 1], j)
@@ -110,14 +110,14 @@ def test_bourke_has_the_heights_of_the_c_library() -> None:
 
 def test_tveit_has_the_tutorials_normal_at_a() -> None:
     """DA × DC at A, normalised: (4, 2, 3)/√29."""
-    normal = exact.normals(points_of("tveit")[0], None, (1, 1))[0, 0]
+    normal = exact.normals(read_points("tveit")[0], None, (1, 1))[0, 0]
     np.testing.assert_allclose(normal, np.array([4, 2, 3]) / np.sqrt(29), atol=1e-15)
 
 
 @pytest.mark.parametrize(("example", "part"), ON)
 def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
     """The exact points of the rational patches lie on the closed form, to the rounding of √½."""
-    model = patches_of(example)
+    model = lower_patches(example)
     run = next(p for p in model.parts if p.name == part)
     (batch,) = model.batches
     assert batch.weights is not None
@@ -135,12 +135,12 @@ def test_the_colored_surface_shows_its_height() -> None:
     """The colour is right at every vertex, not only at control points; the surface does not
     change."""
     built, plain = (
-        tessellate(patches_of(name), MeshOptions((8, 8)))
+        tessellate(lower_patches(name), MeshOptions((8, 8)))
         for name in ("bourke-1111-colors", "bourke-1111")
     )
     np.testing.assert_array_equal(built.positions, plain.positions)
     assert built.colors is not None
-    (batch,) = patches_of("bourke-1111").batches
+    (batch,) = lower_patches("bourke-1111").batches
     low, high = batch.bounds[0][2], batch.bounds[1][2]
     share = (built.positions[:, 2:] - low) / (high - low)
     expected = (1 - share) * COLD + share * HOT
@@ -149,7 +149,7 @@ def test_the_colored_surface_shows_its_height() -> None:
 
 def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
     """Colours are a function of the temperature; texture coordinates are x and y in metres."""
-    built = tessellate(patches_of("heated-panel"), MeshOptions((16, 16)))
+    built = tessellate(lower_patches("heated-panel"), MeshOptions((16, 16)))
     ((name, temperature),) = built.attributes
     assert name == "temperature"
     assert temperature.min() == 20
@@ -163,7 +163,7 @@ def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
 
 def test_the_monkey_saddle_is_its_polynomial() -> None:
     """z = x³ − 3xy² with three equal legs: exactly, except for the rounding of √3."""
-    (net,) = points_of("monkey-saddle")
+    (net,) = read_points("monkey-saddle")
     points = triangles.positions(triangles.jets(net, None, 6))
     x, y, z = points.T
     assert np.abs(z - (x**3 - 3 * x * y**2)).max() < 5e-16
@@ -172,7 +172,7 @@ def test_the_monkey_saddle_is_its_polynomial() -> None:
 
 def test_the_rounded_box_is_smooth_all_over() -> None:
     """Each vertex of 24 flat places and of the seams has one normal, the exact one."""
-    mesh = tessellate(patches_of("rounded-box"), MeshOptions((6, 6)))
+    mesh = tessellate(lower_patches("rounded-box"), MeshOptions((6, 6)))
     assert mesh.normals is not None
     assert mesh.report.watertight
     assert len(mesh.positions) == mesh.report.vertices

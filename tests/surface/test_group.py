@@ -15,7 +15,7 @@ NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
 SAIL = BezierSurface(NET)
 
 
-def scaled(x: float, y: float, z: float) -> Array:
+def build_scaling(x: float, y: float, z: float) -> Array:
     return np.diag([x, y, z, 1.0])
 
 
@@ -28,7 +28,7 @@ def test_equal_surfaces_are_one_model_under_any_name() -> None:
             Member(BezierSurface(NET, up="z")),
             Member(BezierSurface(NET, np.ones((2, 2)))),
             Member(BezierSurface(NET.swapaxes(0, 1))),
-            Member(BezierSurface(NET), "named", (1, 0, 0), scaled(-1, 1, 1)),
+            Member(BezierSurface(NET), "named", (1, 0, 0), build_scaling(-1, 1, 1)),
         )
     )
     model = group.lower()
@@ -48,7 +48,7 @@ def test_content_keys_are_of_values() -> None:
     assert content_key(find("sphere").surface()) != content_key(find("torus").surface())
 
 
-@pytest.mark.parametrize("matrix", [None, scaled(2, 3, -4)])
+@pytest.mark.parametrize("matrix", [None, build_scaling(2, 3, -4)])
 def test_members_of_another_up_are_turned_upright_exactly(matrix: Array | None) -> None:
     """A point along the member's vertical axis ends up along the group's."""
     point = np.array([0.1, 0.2, 0.3, 1.0])

@@ -29,7 +29,7 @@ OPTIONS = (
 )
 
 
-def pieces_of(surface: object) -> tuple[Single, ...]:
+def list_pieces(surface: object) -> tuple[Single, ...]:
     """The members of a group, or the patches of a surface, as separate surfaces."""
     if isinstance(surface, GroupSurface):
         return tuple(m.surface for m in surface.members)  # type: ignore[misc]
@@ -45,7 +45,7 @@ def test_nets_without_indices_close_as_patches_with_them(name: str, options: Mes
     surface = find(name).surface()
     mesh, other = (
         build(s.lower(), options)
-        for s in (surface, MultipatchSurface(pieces_of(surface), surface.up, name))
+        for s in (surface, MultipatchSurface(list_pieces(surface), surface.up, name))
     )
     np.testing.assert_array_equal(mesh.positions, other.positions)
     np.testing.assert_array_equal(mesh.triangles, other.triangles)
@@ -59,7 +59,7 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
     """A ring of splines, cut at knots, closes in any order, also with transposed or elevated
     pieces."""
     ring = find("bspline-ring").surface()
-    pieces = pieces_of(convert(ring, [Split(u=3.0, v=2.0)]))
+    pieces = list_pieces(convert(ring, [Split(u=3.0, v=2.0)]))
     raised = convert(pieces[1], [Elevate((4, 5))])
     assert isinstance(raised, BsplineSurface)
     for members in (pieces, pieces[::-1], (pieces[0], raised, *pieces[2:])):

@@ -19,7 +19,7 @@ STRIP = np.array([[x, y, x * y] for x in (0.0, 1, 2, 3) for y in (0.0, 1)])
 QUADS = np.array([[[0, 1], [2, 3]], [[2, 3], [4, 5]], [[4, 5], [6, 7]]])
 
 
-def issues_of(**fields: object) -> tuple[Issue, ...]:
+def list_issues(**fields: object) -> tuple[Issue, ...]:
     """The issues of the strip with these fields replaced."""
     with pytest.raises(InvalidRequest) as caught:
         PatchSurface(**({"vertices": STRIP, "patches": QUADS} | fields))  # type: ignore[arg-type]
@@ -54,7 +54,7 @@ def test_parts_are_in_the_order_of_their_first_patches() -> None:
         assert kept == (("c", ()), ("b", (1,)), ("a", (2, 0)))
 
 
-def pillow(degrees: list[tuple[int, int]]) -> tuple[FloatArray, tuple[Ints, ...]]:
+def build_pillow(degrees: list[tuple[int, int]]) -> tuple[FloatArray, tuple[Ints, ...]]:
     """Patches over the unit square with one border, closed by the first: vertices and grids."""
     vertices: list[tuple[float, ...]] = []
     grids: list[Ints] = []
@@ -78,7 +78,7 @@ def test_grids_of_several_degrees_close(
     options: MeshOptions, degrees: list[tuple[int, int]]
 ) -> None:
     """Whether patches share vertices or each has its own; in another form too."""
-    vertices, grids = pillow(degrees)
+    vertices, grids = build_pillow(degrees)
     places, number = np.unique(vertices, axis=0, return_inverse=True)
     for surface in (
         (soup := PatchSurface(vertices, grids)),
@@ -105,7 +105,7 @@ def test_is_frozen_and_copies_its_input() -> None:
 
 def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:
     """All faults at once, with the name of the part escaped for JSON pointers."""
-    issues = issues_of(parts=(("a/b", (0, 3)), ("c", (0, -1))))
+    issues = list_issues(parts=(("a/b", (0, 3)), ("c", (0, -1))))
     assert [(i.code, i.pointer) for i in issues] == [
         ("index_out_of_range", "/parts/a~1b/1"),
         ("repeated_patch", "/parts/c/0"),

@@ -35,7 +35,7 @@ def test_a_kind_without_size_cannot_be_created() -> None:
         silent()
 
 
-def models_of(model: Model) -> list[PatchModel | SweepModel]:
+def list_models(model: Model) -> list[PatchModel | SweepModel]:
     """The models of all members of a group, or the model."""
     if isinstance(model, GroupModel):
         return [model.models[member.model] for member in model.members]
@@ -45,17 +45,17 @@ def models_of(model: Model) -> list[PatchModel | SweepModel]:
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
     surface = find(example).surface()
-    size, models = surface.size(), models_of(surface.lower())
-    batches = [b for own in models if isinstance(own, PatchModel) for b in own.batches]
+    size, models = surface.size(), list_models(surface.lower())
+    batches = [b for each in models if isinstance(each, PatchModel) for b in each.batches]
     triangles = [batch.count for batch in batches if isinstance(batch, TrianglePatches)]
     assert size.patches == sum(batch.count for batch in batches)
     assert size.triangles == sum(triangles)
     assert size.control_points >= sum(batch.points.size // 3 for batch in batches)
     assert size.members == len(models)
-    assert size.curves == sum(own.pieces.count for own in models if isinstance(own, SweepModel))
+    assert size.curves == sum(each.pieces.count for each in models if isinstance(each, SweepModel))
     drawn = [net.points.size // 3 for o in models if isinstance(o, PatchModel) for net in o.nets]
     assert size.net_points >= sum(drawn)
-    parts = [part.name for own in models if isinstance(own, PatchModel) for part in own.parts]
+    parts = [part.name for each in models if isinstance(each, PatchModel) for part in each.parts]
     assert size.parts >= len(parts)
     assert size.name_bytes >= sum(len(name.encode()) for name in parts)
     for batch in batches:
@@ -67,14 +67,16 @@ def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
 
 
 def test_every_kind_is_listed_where_requests_look_for_it() -> None:
-    def classes(room: str) -> Iterator[Any]:
+    def list_classes(room: str) -> Iterator[Any]:
         for file in (SERVICE / room).glob("[a-z]*.py"):
             module = import_module(f"service.{room}.{file.stem}")
             yield from (c for c in vars(module).values() if isinstance(c, type))
 
-    kinds = {c for c in classes("surface") if issubclass(c, SurfaceKind) and c is not SurfaceKind}
+    kinds = {
+        c for c in list_classes("surface") if issubclass(c, SurfaceKind) and c is not SurfaceKind
+    }
     assert kinds == {*get_args(Surface)}, "list the kind in service/surface/__init__.py"
-    models = [c for c in classes("schemas") if hasattr(c, "to_surface")]
+    models = [c for c in list_classes("schemas") if hasattr(c, "to_surface")]
     types = [c.model_fields["type"] for c in models if "type" in c.model_fields]
     names = {name for field in types for name in get_args(field.annotation)}
     assert names == {*KINDS}, "list the kind in service/schemas/surfaces.py"

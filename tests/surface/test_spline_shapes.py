@@ -8,11 +8,11 @@ from service.engine.mesh.closure import Closure, find_closure
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.multipatch import MultipatchSurface
-from tests.engine.meshing import as_triangles, check_sound, check_winding, mesh_of, shape_of
+from tests.engine.meshing import build_mesh, check_sound, check_winding, find_topology, to_triangles
 from tests.oracles.topology import volume
 
 
-def spline(example: str) -> BsplineSurface:
+def find_spline(example: str) -> BsplineSurface:
     surface = find(example).surface()
     assert isinstance(surface, BsplineSurface)
     return surface
@@ -20,10 +20,10 @@ def spline(example: str) -> BsplineSurface:
 
 def test_every_section_of_the_goblet_is_a_circle() -> None:
     """Distance from the axis and height depend on v alone."""
-    surface = spline("nurbs-goblet")
+    surface = find_spline("nurbs-goblet")
     model = surface.lower()
     assert find_closure(model) == Closure("C1", None)
-    mesh = mesh_of("nurbs-goblet", resolution=(5, 4), weld=False)
+    mesh = build_mesh("nurbs-goblet", resolution=(5, 4), weld=False)
     grid = mesh.positions.reshape(4, 11, 6, 5, 3)
     away, height = np.hypot(grid[..., 0], grid[..., 1]), grid[..., 2]
     for values in (away, height):
@@ -34,12 +34,12 @@ def test_every_section_of_the_goblet_is_a_circle() -> None:
 
 def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
     """Watertight, with normals outward; only positions on foot and rim have two normals."""
-    mesh = mesh_of("nurbs-goblet", resolution=(6, 6))
+    mesh = build_mesh("nurbs-goblet", resolution=(6, 6))
     check_sound(mesh)
     check_winding(mesh)
     assert mesh.report.watertight
-    assert shape_of(mesh).euler == 2
-    assert 0.5 < volume(mesh.positions, as_triangles(mesh)) < 3
+    assert find_topology(mesh).euler == 2
+    assert 0.5 < volume(mesh.positions, to_triangles(mesh)) < 3
     assert mesh.welds is not None
     assert mesh.normals is not None
     twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
@@ -55,12 +55,12 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
 )
 def test_models_of_several_splines_are_solids(example: str, least: float, most: float) -> None:
     """Watertight by resolution, normals outward, and by tolerance."""
-    mesh = mesh_of(example, resolution=(4, 4))
+    mesh = build_mesh(example, resolution=(4, 4))
     check_winding(mesh)
-    for built in (mesh, mesh_of(example, accuracy=Accuracy(relative_tolerance=1e-3))):
+    for built in (mesh, build_mesh(example, accuracy=Accuracy(relative_tolerance=1e-3))):
         check_sound(built)
         assert built.report.watertight
-        assert least < volume(built.positions, as_triangles(built)) < most
+        assert least < volume(built.positions, to_triangles(built)) < most
 
 
 def test_port_is_the_mirror_of_starboard() -> None:

@@ -25,7 +25,7 @@ POWERS = [-1070, -500, 500, 1020]
 """Powers of two up to the ends of float64; the largest weight here is 8 times as large."""
 
 
-def surfaces(w: float) -> dict[str, dict[str, Any]]:
+def build_surfaces(w: float) -> dict[str, dict[str, Any]]:
     grid = [[w, 2 * w, w, 8 * w]] * 4
     return {
         "bezier": {"control_net": NET, "weights": grid},
@@ -50,12 +50,14 @@ def surfaces(w: float) -> dict[str, dict[str, Any]]:
 
 
 @pytest.mark.parametrize("power", POWERS)
-@pytest.mark.parametrize("kind", surfaces(1.0))
+@pytest.mark.parametrize("kind", build_surfaces(1.0))
 def test_meshes_are_those_of_usual_weights(kind: str, power: int) -> None:
     """Bit for bit: a power of two is exact."""
     meshes = [
         render(
-            validate_document(MeshRequest, {"surface": surfaces(w)[kind]}, LIMITS).to_surface(),
+            validate_document(
+                MeshRequest, {"surface": build_surfaces(w)[kind]}, LIMITS
+            ).to_surface(),
             MeshOptions((5, 4)),
             BY_NAME["json"],
         )

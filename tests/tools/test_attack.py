@@ -19,7 +19,7 @@ CODE = b'{"code": "body_too_large"}'
 
 
 @pytest.mark.parametrize(
-    ("response", "said"),
+    ("response", "text"),
     [
         (b"", "closed"),
         (b"SSH-2.0\r\n\r\n", "no HTTP"),
@@ -30,8 +30,8 @@ CODE = b'{"code": "body_too_large"}'
         (PROBLEM + CODE, "413 body_too_large"),
     ],
 )
-def test_answers_in_short(response: bytes, said: str) -> None:
-    assert summarize(response, len(response)) == said
+def test_answers_in_short(response: bytes, text: str) -> None:
+    assert summarize(response, len(response)) == text
 
 
 def test_a_response_to_head_has_no_body() -> None:

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from service.errors import Issue, MalformedBody
-from tools.fuzz.judge import MEMORY, TooExpensive, judged, most_resident, resident
+from tools.fuzz.judge import MEMORY, TooExpensive, judge, measure_most_resident, measure_resident
 from tools.fuzz.seeds import LARGEST, SEEDS
 from tools.fuzz.targets import TARGETS
 
@@ -16,7 +16,7 @@ def test_the_first_inputs_of_the_fuzzer_have_no_faults(name: str) -> None:
     seeds = [content for content in SEEDS[name]() if len(content) <= LARGEST]
     assert seeds
     for content in seeds[:: max(1, len(seeds) // 40)]:
-        judged(TARGETS[name], content)
+        judge(TARGETS[name], content)
 
 
 def test_every_target_has_seeds() -> None:
@@ -27,7 +27,7 @@ def test_a_refusal_is_no_finding() -> None:
     def refusing(_: bytes) -> None:
         raise MalformedBody(Issue("malformed_body", "no"))
 
-    judged(refusing, b"")
+    judge(refusing, b"")
 
 
 def test_other_exceptions_and_too_much_work_are_findings() -> None:
@@ -41,12 +41,12 @@ def test_other_exceptions_and_too_much_work_are_findings() -> None:
 
     def greedy(_: bytes) -> None:
         # More than other tests had in this process: the most that it ever held is what is seen.
-        assert len(b"x" * (most_resident() - resident() + 2 * MEMORY)) > MEMORY
+        assert len(b"x" * (measure_most_resident() - measure_resident() + 2 * MEMORY)) > MEMORY
 
-    judged(failing, b"x")
+    judge(failing, b"x")
     with pytest.raises(UnicodeDecodeError):
-        judged(failing, b"\xff")
+        judge(failing, b"\xff")
     with pytest.raises(TooExpensive, match="s for 0 bytes"):
-        judged(slow, b"", seconds=0.01)
+        judge(slow, b"", seconds=0.01)
     with pytest.raises(TooExpensive, match="MiB for 0 bytes"):
-        judged(greedy, b"")
+        judge(greedy, b"")

@@ -12,21 +12,21 @@ import pytest
 from service.api.app import create_app
 from service.settings.values import Settings
 from service.surface.bspline import BsplineSurface
-from tests.api.client import Client, client_of
-from tests.oracles.sheets import TensorSheet, sheets_of
+from tests.api.client import Client, start_client
+from tests.oracles.sheets import TensorSheet, build_sheets
 from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
-from tools.judge.__main__ import Case, Verdict, cases, document_of, judge, work
-from tools.judge.enclosures import least_distances
-from tools.judge.exact import nets_of, read_glb
-from tools.judge.proof import Mesh, _distances, _halved, _points, prove
+from tools.judge.__main__ import Case, Verdict, judge, judge_cases, list_cases, write_document
+from tools.judge.enclosures import enclose_least_distances
+from tools.judge.exact import list_nets, read_glb
+from tools.judge.proof import Mesh, _bound_distances, _halve_pieces, _project_points, prove
 
 LIKE = {"relative_tolerance": 3e-2}
 
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         yield client
 
 
@@ -45,7 +45,9 @@ def test_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
 
 
 def test_the_examples_of_several_surfaces_are_proved() -> None:
-    verdicts = work([Case("ship-hull", None, LIKE, "glb"), Case("tea-service", None, LIKE, "glb")])
+    verdicts = judge_cases(
+        [Case("ship-hull", None, LIKE, "glb"), Case("tea-service", None, LIKE, "glb")]
+    )
     (hull,) = verdicts  # a group has no patches of its own
     assert isinstance(hull, Verdict)
     assert (hull.proof.undecided, hull.proof.beyond) == (0, None)
@@ -54,10 +56,10 @@ def test_the_examples_of_several_surfaces_are_proved() -> None:
 @pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "rational triangles"])
 def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> None:
     """The judge finds a vertex that is moved by three times the bound, and a missing triangle."""
-    surface: dict[str, Any] = document_of(FAMILIES[family].surface(7))
+    surface: dict[str, Any] = write_document(FAMILIES[family].surface(7))
     response = client.post("/v1/mesh?format=glb", {"surface": surface, "normals": False, **LIKE})
     corners, origin = read_glb(response.content)
-    nets, bound = nets_of(surface, origin), float(response.headers["surface-deviation-bound"])
+    nets, bound = list_nets(surface, origin), float(response.headers["surface-deviation-bound"])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     largest = np.linalg.norm(normals, axis=1).argmax()
     around = (corners == corners[largest, 0]).all(axis=2)
@@ -75,8 +77,8 @@ def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> 
 def test_nets_are_those_of_the_surface(family: str) -> None:
     for seed in range(2):
         surface = FAMILIES[family].surface(seed)
-        (sheet,) = sheets_of(surface)
-        (nets,) = nets_of(document_of(surface), sheet.origin)
+        (sheet,) = build_sheets(surface)
+        (nets,) = list_nets(write_document(surface), sheet.origin)
         halves = [np.array([comb(n - 1, k) / 2.0 ** (n - 1) for k in range(n)])
                   for n in nets.shape[1:3]]  # fmt: skip
         middles = np.einsum("i,j,mijk->mk", *halves, nets)
@@ -89,7 +91,7 @@ def test_nets_are_those_of_the_surface(family: str) -> None:
         np.testing.assert_allclose(middles[:, :3] / middles[:, 3:], sheet.at(places), atol=1e-12)
 
 
-def crumpled(rng: np.random.Generator, spread: float) -> Array:
+def crumple_square(rng: np.random.Generator, spread: float) -> Array:
     """Triangles about the unit square that are folded along their edges, some of them sharply."""
     grid = np.stack(np.meshgrid([0.0, 0.4, 1], [0.0, 0.7, 1], [0.0], indexing="ij"), -1)[:, :, 0]
     grid = grid + spread * rng.uniform(-1, 1, grid.shape)
@@ -105,7 +107,7 @@ def test_no_point_of_a_piece_is_further_than_its_hull_is_said_to_be(spread: floa
     lines = [np.array([comb(2, k) * x**k * (1 - x) ** (2 - k) for k in range(3)]) for x in t]
     grid = np.stack(lines)
     for _ in range(2):
-        mesh = Mesh(crumpled(rng, spread))
+        mesh = Mesh(crumple_square(rng, spread))
         net = np.append(rng.uniform(0, 1, (3, 3, 3)), rng.uniform(0.3, 3, (3, 3, 1)), axis=-1)
         net[..., 2] *= spread
         net[..., :3] *= net[..., 3:]
@@ -113,13 +115,13 @@ def test_no_point_of_a_piece_is_further_than_its_hull_is_said_to_be(spread: floa
         for _ in range(6):
             points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
             true = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
-            said = _distances(mesh, _points(pieces), of_all=False)
-            assert (true.reshape(len(said), -1).max(axis=1) <= said + 1e-12).all()
-            pieces = _halved(pieces, _points(pieces))
+            text = _bound_distances(mesh, _project_points(pieces), of_all=False)
+            assert (true.reshape(len(text), -1).max(axis=1) <= text + 1e-12).all()
+            pieces = _halve_pieces(pieces, _project_points(pieces))
 
 
 def test_there_are_enough_of_every_family() -> None:
-    every = list(cases())
+    every = list(list_cases())
     assert len({case.family for case in every} & set(FAMILIES)) == len(FAMILIES) - 1
     assert set(Counter(case.family for case in every if case.seed is not None).values()) == {200}
 
@@ -131,8 +133,10 @@ def test_enclosures_hold_the_distances_of_a_cylinder() -> None:
     x = np.random.default_rng(3).uniform([0, 0, -1], [2, 2, 2], (40, 3))
     beyond = np.maximum(np.maximum(-x[:, 2], x[:, 2] - 1), 0.0)
     truth = np.hypot(np.hypot(x[:, 0], x[:, 1]) - 1, beyond)
-    low, high = least_distances([net[np.newaxis]], x, 1e-9)
+    low, high = enclose_least_distances([net[np.newaxis]], x, 1e-9)
     assert ((low <= truth) & (truth <= high)).all()
     assert (high - low <= 1.001e-9).all()
     # All points of the arc are equally near to its axis, so no number of pieces is enough.
-    assert np.isnan(least_distances([net[np.newaxis]], np.array([[0.0, 0.0, 0.5]]), 1e-9)[1]).all()
+    assert np.isnan(
+        enclose_least_distances([net[np.newaxis]], np.array([[0.0, 0.0, 0.5]]), 1e-9)[1]
+    ).all()

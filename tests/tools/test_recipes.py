@@ -29,24 +29,24 @@ def test_steps_find_their_places_and_their_names_and_touch_few_files(
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select=F821", str(tmp_path)]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 0, done.stdout
-    assert not list(missing_imports(tmp_path))
+    assert not list(find_missing_imports(tmp_path))
 
 
-def missing_imports(copy: Path) -> Iterator[str]:
+def find_missing_imports(copy: Path) -> Iterator[str]:
     """Names that files of `copy` import from files in which no such word is."""
     for path in copy.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if not isinstance(node, ast.ImportFrom):
                 continue
             module = (node.module or "").replace(".", "/")
-            text = text_of(copy, f"{module}.py") or text_of(copy, f"{module}/__init__.py")
+            text = read_text(copy, f"{module}.py") or read_text(copy, f"{module}/__init__.py")
             for name in [each.name for each in node.names] if text else ():
-                is_there = re.search(rf"\b{name}\b", text) or text_of(copy, f"{module}/{name}.py")
+                is_there = re.search(rf"\b{name}\b", text) or read_text(copy, f"{module}/{name}.py")
                 if not is_there:
                     yield f"{path.relative_to(copy)}: {node.module}.{name}"
 
 
-def text_of(copy: Path, path: str) -> str:
+def read_text(copy: Path, path: str) -> str:
     """A file of `copy`, or of this checkout where it has none; empty if neither has it."""
     files = (root / path for root in (copy, ROOT) if (root / path).is_file())
     return next((file.read_text(encoding="utf-8") for file in files), "")

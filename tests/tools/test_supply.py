@@ -12,17 +12,17 @@ import yaml
 
 from service import __version__
 from tests.deploy.files import run
-from tests.programs import program
+from tests.programs import find_program
 from tools.supply.licences import PAGE, READ, Unread, check, licence, page, statement
 from tools.supply.packages import BUNDLED, ROOT, needed, scripts
 from tools.supply.release import unreleased
-from tools.supply.sbom import with_scripts
+from tools.supply.sbom import add_scripts
 
 DOCKERFILE = (ROOT / "Dockerfile").read_text(encoding="utf-8")
 DEPENDABOT = ROOT / ".github" / "dependabot.yml"
 
 
-def stated(name: str, **fields: str) -> str:
+def read_licence(name: str, **fields: str) -> str:
     """The licence of a distribution with these fields."""
     metadata = Message()
     for field, text in fields.items():
@@ -46,18 +46,18 @@ def test_needed_packages_exclude_development_tools() -> None:
 
 def test_an_unclear_licence_must_be_read_first() -> None:
     with pytest.raises(Unread, match="'BSD License'"):
-        stated("x", Classifier="License :: OSI Approved :: BSD License")
+        read_licence("x", Classifier="License :: OSI Approved :: BSD License")
     with pytest.raises(Unread, match="says ''"):
-        stated("x")
+        read_licence("x")
 
 
 def test_a_changed_licence_text_must_be_read_again() -> None:
-    name, (said, meant) = next(iter(READ.items()))
-    assert statement(distribution(name)) == said
-    assert stated(name, License="GPL-3.0-only") == "GPL-3.0-only"
+    name, (declared, expected) = next(iter(READ.items()))
+    assert statement(distribution(name)) == declared
+    assert read_licence(name, License="GPL-3.0-only") == "GPL-3.0-only"
     with pytest.raises(Unread, match=name):
-        stated(name, License="Our own licence")
-    assert check(name, meant) == meant
+        read_licence(name, License="Our own licence")
+    assert check(name, expected) == expected
 
 
 @pytest.mark.parametrize("expression", ["GPL-3.0-only", "MIT OR AGPL-3.0-only", "(MIT)AND(X)", ""])
@@ -78,7 +78,7 @@ def test_bill_of_materials_has_the_scripts_too() -> None:
         "components": [library],
         "dependencies": [{"ref": "root-component", "dependsOn": ["numpy==2"]}, {"ref": "numpy==2"}],
     }
-    whole = with_scripts(bill)
+    whole = add_scripts(bill)
     assert whole["metadata"]["component"]["version"] == __version__
     assert [each["name"] for each in whole["components"]] == ["numpy", *BUNDLED]
     (hashed,) = whole["components"][-1]["hashes"]
@@ -88,7 +88,7 @@ def test_bill_of_materials_has_the_scripts_too() -> None:
     added = [f"pkg:npm/{script.name}@{script.version}" for script in scripts()]
     assert needs["root-component"] == ["numpy==2", *added]
     assert needs["numpy==2"] is None
-    assert json.dumps(with_scripts(bill)) == json.dumps(whole)
+    assert json.dumps(add_scripts(bill)) == json.dumps(whole)
 
 
 def test_bases_of_the_image_are_exact() -> None:
@@ -99,7 +99,7 @@ def test_bases_of_the_image_are_exact() -> None:
 
 
 def test_updates_are_looked_for_wherever_something_is_pinned() -> None:
-    run(program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT)
+    run(find_program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT)
     updates = yaml.safe_load(DEPENDABOT.read_text(encoding="utf-8"))["updates"]
     watched = {(each["package-ecosystem"], each["directory"]) for each in updates}
     locks = {("npm", f"/{folder}") for folder in ("web", "tests/web")}

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from playwright.sync_api import Browser
 
 from tests.live import serve
-from tests.programs import node_package
+from tests.programs import find_node_package
 from tests.web.browser import FOLDER, SLOW_FRAMES, WITHOUT_PIXELS, QuietHandler, Stage, open_page
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
@@ -32,32 +32,32 @@ SERVED_AT = "http://127.0.0.1:8000"
 MODEL = re.compile(rf"{SERVED_AT}/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
 
 
-def upright(rows: ArrayLike) -> NDArray[np.float64]:
+def turn_upright(rows: ArrayLike) -> NDArray[np.float64]:
     """Points whose third coordinate points up, as glTF has them: (x, y, z) → (x, z, −y)."""
     x, y, z = np.asarray(rows).T
     return np.stack([x, z, -y], axis=1)
 
 
-def linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
+def to_linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
     """The linear light of an sRGB value (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def blocks(language: str) -> list[str]:
+def read_blocks(language: str) -> list[str]:
     """The blocks of code of the documentation's page that are in this language."""
     text = PAGE.read_text(encoding="utf-8")
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
-def page_of(library: str) -> str:
+def read_page(library: str) -> str:
     """The documentation's page for this library."""
-    (page,) = (block for block in blocks("html") if LIBRARIES[library] in block)
+    (page,) = (block for block in read_blocks("html") if LIBRARIES[library] in block)
     return page
 
 
-def client(library: str, model: str) -> str:
-    """Loads another model by its URL, which may be one of `data:`."""
-    page, replaced = MODEL.subn(lambda _: model, page_of(library))
+def write_client(library: str, model: str) -> str:
+    """The page of a library, changed to load another model, whose URL may be a `data:` URL."""
+    page, replaced = MODEL.subn(lambda _: model, read_page(library))
     assert replaced == 1
     return page
 
@@ -82,19 +82,19 @@ class _SiteHandler(QuietHandler):
 
 
 @contextmanager
-def site(pages: Mapping[str, str]) -> Iterator[str]:
-    """The origin of a server of these pages by their paths, and of `/node_modules/…`.
+def serve_site(pages: Mapping[str, str]) -> Iterator[str]:
+    """The origin of a server that has these pages at their paths, and `/node_modules/…`.
 
     Pages may be added to the mapping while the site runs.
     """
     for name in PACKAGES:
-        node_package(name)
+        find_node_package(name)
     with serve(partial(_SiteHandler, pages=pages, directory=str(FOLDER))) as origin:
         yield origin
 
 
-def new_visitor(browser: Browser, pixels: bool = False) -> Stage:
-    """A blank page; `held` works on all pages that it opens, and pictures if `pixels` is true."""
+def open_blank_page(browser: Browser, pixels: bool = False) -> Stage:
+    """A blank page, which `read_meshes` can read; if `pixels` is true, it can be photographed."""
     stage = open_page(browser)
     stage.page.add_init_script(path=HELD)
     stage.page.add_init_script(SLOW_FRAMES)
@@ -111,7 +111,7 @@ def visit(stage: Stage, url: str, width: int = 240, height: int = 160) -> None:
     stage.page.goto(url)
 
 
-def held(stage: Stage) -> list[dict[str, Any]]:
+def read_meshes(stage: Stage) -> list[dict[str, Any]]:
     """Waits for the meshes in the library of this page, and returns them.
 
     Of each `name`, `triangles` (indices, three a triangle), and rows of `positions`, `normals` and

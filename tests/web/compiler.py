@@ -4,7 +4,7 @@ import json
 import subprocess
 from pathlib import Path
 
-from tests.programs import node_package, program
+from tests.programs import find_node_package, find_program
 
 STRICT = {
     "strict": True,
@@ -27,11 +27,11 @@ def project_of(folder: Path, *sources: Path) -> Path:
     return project
 
 
-def complaints(project: Path) -> str:
+def compile_project(project: Path) -> str:
     """The compiler's errors in the project of a `tsconfig.json`; empty if there are none."""
     # Version 7 takes a sixth of the time; openapi-typescript needs the library of version 5.
-    compiler = node_package("typescript-7") / "bin" / "tsc"
-    command = [program("node"), str(compiler), "--project", str(project)]
+    compiler = find_node_package("typescript-7") / "bin" / "tsc"
+    command = [find_program("node"), str(compiler), "--project", str(project)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     reported = done.stdout + done.stderr
     assert bool(reported) == bool(done.returncode), "a compiler that fails says why"

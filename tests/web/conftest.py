@@ -6,9 +6,9 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser
 
-from tests.programs import chromium, node_package
+from tests.programs import find_chromium, find_node_package
 from tests.web.browser import FOLDER, Stage, open_browser, open_page, open_viewer, serve_folder
-from tests.web.clients import new_visitor
+from tests.web.clients import open_blank_page
 from tests.web.editor import SADDLE, open_editor
 
 
@@ -16,14 +16,14 @@ from tests.web.editor import SADDLE, open_editor
 def browser() -> Iterator[Browser]:
     """Headless Chromium, closed after these tests, because no event loop can start beside
     Playwright's."""
-    with open_browser(chromium()) as browser:
+    with open_browser(find_chromium()) as browser:
         yield browser
 
 
 @pytest.fixture(scope="package")
 def viewer(browser: Browser) -> Iterator[Stage]:
     """The page that draws models, kept open."""
-    node_package("three")
+    find_node_package("three")
     with serve_folder(FOLDER) as pages:
         stage = open_page(browser)
         open_viewer(stage, pages, "?plain")
@@ -33,7 +33,7 @@ def viewer(browser: Browser) -> Iterator[Stage]:
 @pytest.fixture(scope="package")
 def visitor(browser: Browser) -> Stage:
     """A page for all tests that open other pages, because a new page takes 0.5 s of CPU time."""
-    return new_visitor(browser)
+    return open_blank_page(browser)
 
 
 @pytest.fixture(scope="package")

@@ -54,16 +54,16 @@ def show(page: Page, address: str) -> None:
     page.wait_for_selector(READY)
 
 
-def value(page: Page, name: str) -> float:
+def read_value(page: Page, name: str) -> float:
     """A number of the readouts, with all of its digits."""
     return float(page.locator(f"#{name}").get_attribute("value") or "nan")
 
 
-def point(page: Page) -> list[float]:
+def read_point(page: Page) -> list[float]:
     return [float(page.input_value(f"#{axis}")) for axis in "xyz"]
 
 
-def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
+def perform(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
     """Performs an action that requests a mesh, waits for the mesh, and returns the request."""
     with page.expect_response(
         lambda response: (
@@ -73,9 +73,9 @@ def settled(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
     ) as waited:
         act()
     page.wait_for_selector(READY)
-    asked = waited.value.request.post_data_json
-    assert isinstance(asked, dict)
-    return asked
+    request = waited.value.request.post_data_json
+    assert isinstance(request, dict)
+    return request
 
 
 def choose(page: Page, number: int) -> tuple[float, float]:

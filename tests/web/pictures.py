@@ -42,7 +42,7 @@ class Difference:
     most: float
 
 
-def difference(stage: Stage, one: bytes, other: bytes) -> Difference:
+def compare_pictures(stage: Stage, one: bytes, other: bytes) -> Difference:
     """The difference of two PNG files of one size, computed in a page."""
     pictures = [f"data:image/png;base64,{base64.b64encode(p).decode()}" for p in (one, other)]
     return Difference(**stage.page.evaluate(COMPARE, pictures))

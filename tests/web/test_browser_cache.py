@@ -8,9 +8,9 @@ import pytest
 from playwright.sync_api import Page
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from tests.live import running_service
+from tests.live import run_service
 from tests.web.browser import Stage
-from tests.web.clients import site, visit
+from tests.web.clients import serve_site, visit
 
 SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
@@ -42,7 +42,7 @@ def watched() -> Iterator[Watched]:
         built.append(Watched(app))
         return built[0]
 
-    with running_service(around=around) as url:
+    with run_service(around=around) as url:
         built[0].url = url
         yield built[0]
 
@@ -75,7 +75,7 @@ def loaded(
 ) -> Iterator[tuple[Page, str, str]]:
     """A page of another origin that has loaded the mesh once, its script, and the URL."""
     load, link = LOADS[request.param], links[request.param]
-    with site({"/": EMPTY}) as origin:
+    with serve_site({"/": EMPTY}) as origin:
         visit(visitor, f"{origin}/")
         watched.seen.clear()
         visitor.page.evaluate(load, link)
@@ -128,7 +128,7 @@ def test_a_page_of_another_origin_can_fetch_a_visited_file(
     watched: Watched, links: dict[str, str], visitor: Stage
 ) -> None:
     """A script may read a file that is cached because it was visited: its headers allow it."""
-    with site({"/": EMPTY}) as origin:
+    with serve_site({"/": EMPTY}) as origin:
         page = visitor.page
         watched.seen.clear()
         page.goto(links["json"])

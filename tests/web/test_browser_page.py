@@ -14,22 +14,30 @@ from service.api.cors import EXPOSED
 from service.api.openapi.document import build_full_settings
 from service.settings.environment import with_flags
 from service.settings.values import Settings
-from tests.live import running_service
-from tests.programs import node_package, program
+from tests.live import run_service
+from tests.programs import find_node_package, find_program
 from tests.test_readme import run_shell
 from tests.web.browser import FOLDER, Stage
-from tests.web.clients import PAGE, SERVED_AT, blocks, held, page_of, site, visit
-from tests.web.compiler import complaints, project_of
+from tests.web.clients import (
+    PAGE,
+    SERVED_AT,
+    read_blocks,
+    read_meshes,
+    read_page,
+    serve_site,
+    visit,
+)
+from tests.web.compiler import compile_project, project_of
 
 TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 TEXT = PAGE.read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))
 Open = Callable[[str], Stage]
 EMPTY = "<!doctype html><html lang=en><title>Nothing yet</title><link rel=icon href='data:,'>"
-IMPORTS = re.search(r"<script type=\"importmap\">.*?</script>", page_of("three"), re.DOTALL)
+IMPORTS = re.search(r"<script type=\"importmap\">.*?</script>", read_page("three"), re.DOTALL)
 
 
-def rows(section: str) -> list[list[str]]:
+def read_rows(section: str) -> list[list[str]]:
     """The cells of the only table of a section, without its head."""
     lines = re.findall(r"^\| (.*) \|$", SECTIONS[section], re.MULTILINE)
     return [line.split(" | ") for line in lines[2:]]
@@ -45,14 +53,14 @@ def opened(server: str, visitor: Stage) -> Iterator[Open]:
         visit(visitor, f"{origin}/")
         return visitor
 
-    with site(pages) as origin:
+    with serve_site(pages) as origin:
         yield open_it
 
 
 def test_a_net_becomes_a_geometry(opened: Open, server: str) -> None:
-    (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
+    (page,) = (block for block in read_blocks("html") if "BufferGeometry" in block)
     stage = opened(page)
-    (mesh,) = held(stage)
+    (mesh,) = read_meshes(stage)
     assert stage.complaints == []
     net = [[[0, 0, 0], [0, 1, 0], [0, 0, 2]], [[1, 0, 1], [1, 2, 1], [1, 0, 3]]]
     net.append([[2, 0, 0], [2, 1, 0], [2, 0, 2]])
@@ -65,7 +73,7 @@ def test_a_net_becomes_a_geometry(opened: Open, server: str) -> None:
 
 def test_creases_have_the_normals_of_their_corners(opened: Open, server: str) -> None:
     """The function of the page works for meshes whose positions have several normals."""
-    (page,) = (block for block in blocks("html") if "BufferGeometry" in block)
+    (page,) = (block for block in read_blocks("html") if "BufferGeometry" in block)
     (function,) = re.findall(r"function geometryOf.*?\n  }\n", page, re.DOTALL)
     assert IMPORTS is not None
     script = f"""{EMPTY}{IMPORTS[0]}<script type="module">
@@ -94,7 +102,7 @@ def test_creases_have_the_normals_of_their_corners(opened: Open, server: str) ->
 
 
 def test_a_refusal_is_read_from_the_error_of_three(opened: Open) -> None:
-    (code,) = blocks("js")
+    (code,) = read_blocks("js")
     assert IMPORTS is not None
     stage = opened(f'{EMPTY}{IMPORTS[0]}<script type="module">{code}</script>')
     stage.page.wait_for_function("document.body.textContent.includes(':')")
@@ -105,11 +113,11 @@ def test_a_refusal_is_read_from_the_error_of_three(opened: Open) -> None:
 
 def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path) -> None:
     """The compiler accepts the valid uses of the types, and refuses the invalid ones."""
-    node_package("openapi-fetch")
-    (source,) = blocks("ts")
+    find_node_package("openapi-fetch")
+    (source,) = read_blocks("ts")
     (tmp_path / "client.ts").write_text(source, encoding="utf-8")
     (tmp_path / TYPES.name).write_bytes(TYPES.read_bytes())
-    assert complaints(project_of(tmp_path, tmp_path / "client.ts", FOLDER / "uses.ts")) == ""
+    assert compile_project(project_of(tmp_path, tmp_path / "client.ts", FOLDER / "uses.ts")) == ""
     (compiled,) = (tmp_path / "js").rglob("client.js")
     script = compiled.read_text(encoding="utf-8")
     stage = opened(f'{EMPTY}<script type="module">{script}</script>')
@@ -126,10 +134,10 @@ def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path
 
 def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> None:
     """The types of all optional features, without files, which are texts for the generator."""
-    (command,) = (block for block in blocks("sh") if block.startswith("npx "))
-    maker = node_package("openapi-typescript") / "bin" / "cli.js"
-    command = command.replace("npx openapi-typescript", f"{program('node')} {maker}")
-    with running_service(build_full_settings()) as server:
+    (command,) = (block for block in read_blocks("sh") if block.startswith("npx "))
+    maker = find_node_package("openapi-typescript") / "bin" / "cli.js"
+    command = command.replace("npx openapi-typescript", f"{find_program('node')} {maker}")
+    with run_service(build_full_settings()) as server:
         run_shell(command.replace(SERVED_AT, server), tmp_path)
     built = (tmp_path / TYPES.name).read_text(encoding="utf-8")
     ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
@@ -142,7 +150,7 @@ def test_meshes_are_kept_as_the_table_says(server: str) -> None:
     stored = links["mesh"]["glb"]
     addresses = [stored, stored.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
     answers = [httpx.get(server + url) for url in addresses]
-    shown = [cells[1].strip("`") for cells in rows("What is kept, and for how long")]
+    shown = [cells[1].strip("`") for cells in read_rows("What is kept, and for how long")]
     assert [response.headers["Cache-Control"] for response in answers] == shown
     canonical = f'<{stored}>; rel="canonical"'
     assert [response.headers["Link"] for response in answers[:2]] == [canonical] * 2
@@ -155,7 +163,7 @@ def test_another_version_of_the_numbers_is_gone(server: str) -> None:
 
 
 def test_headers_are_those_that_scripts_may_read(server: str) -> None:
-    names = {name for cells in rows("Headers of responses") for name in cells[0].split(", ")}
+    names = {name for cells in read_rows("Headers of responses") for name in cells[0].split(", ")}
     assert {name.strip("`") for name in names} == set(EXPOSED)
     headers = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb").headers
     sometimes = {"Location", "Retry-After", "RateLimit", "RateLimit-Policy"}

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser
 
-from tests.programs import program
+from tests.programs import find_program
 from tests.test_readme import run_shell
 from tests.web.browser import Stage
 from tests.web.clients import (
@@ -20,13 +20,13 @@ from tests.web.clients import (
     MODEL,
     SERVED_AT,
     TRIED,
-    blocks,
-    held,
-    linear,
-    new_visitor,
-    page_of,
-    site,
-    upright,
+    open_blank_page,
+    read_blocks,
+    read_meshes,
+    read_page,
+    serve_site,
+    to_linear,
+    turn_upright,
     visit,
 )
 
@@ -36,8 +36,8 @@ RESOLUTION = 32
 @pytest.fixture(scope="module")
 def stored(server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """The response to the first command of docs/browser.md, which stores a surface."""
-    program("curl")
-    command = blocks("sh")[0].replace(SERVED_AT, server)
+    find_program("curl")
+    command = read_blocks("sh")[0].replace(SERVED_AT, server)
     response: dict[str, Any] = json.loads(run_shell(command, tmp_path_factory.mktemp("stored")))
     return response
 
@@ -59,7 +59,7 @@ class Drawn:
     complaints: list[str]
 
 
-def drawn_picture(stage: Stage) -> NDArray[np.int64]:
+def wait_for_picture(stage: Stage) -> NDArray[np.int64]:
     """Waits until the picture is not blank and does not change, and returns it."""
     deadline = monotonic() + 20
     before, picture = stage.picture(), stage.picture()
@@ -73,36 +73,38 @@ def drawn(
     request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
 ) -> Drawn:
     """The page of the documentation, opened for the first time."""
-    page = page_of(request.param).replace(SERVED_AT, server)
+    page = read_page(request.param).replace(SERVED_AT, server)
     assert stored["id"] in page
-    with site({"/": page}) as origin:
-        stage = new_visitor(browser, pixels=True)
+    with serve_site({"/": page}) as origin:
+        stage = open_blank_page(browser, pixels=True)
         visit(stage, f"{origin}/")
-        (mesh,) = held(stage)
-        picture = drawn_picture(stage)
+        (mesh,) = read_meshes(stage)
+        picture = wait_for_picture(stage)
         stage.page.close()
     return Drawn(mesh, picture, stage.complaints)
 
 
 def test_the_surface_is_stored_as_the_page_shows(stored: dict[str, Any]) -> None:
-    assert stored == json.loads(blocks("json")[0])
+    assert stored == json.loads(read_blocks("json")[0])
 
 
 def test_the_pages_load_stored_meshes(stored: dict[str, Any]) -> None:
     link = SERVED_AT + stored["links"]["mesh"]["glb"]
     expected = link.replace("?", f"?resolution={RESOLUTION}&")
-    assert [MODEL.findall(page_of(library)) for library in LIBRARIES] == [[expected]] * 3
+    assert [MODEL.findall(read_page(library)) for library in LIBRARIES] == [[expected]] * 3
 
 
 def test_positions_and_triangles_are_those_of_the_service(
     drawn: Drawn, computed: dict[str, Any]
 ) -> None:
-    np.testing.assert_allclose(drawn.mesh["positions"], upright(computed["vertices"]), atol=1e-6)
+    np.testing.assert_allclose(
+        drawn.mesh["positions"], turn_upright(computed["vertices"]), atol=1e-6
+    )
     assert np.reshape(drawn.mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
 def test_normals_are_those_of_the_service(drawn: Drawn, computed: dict[str, Any]) -> None:
-    np.testing.assert_allclose(drawn.mesh["normals"], upright(computed["normals"]), atol=1e-6)
+    np.testing.assert_allclose(drawn.mesh["normals"], turn_upright(computed["normals"]), atol=1e-6)
 
 
 def test_colours_are_those_of_the_service_and_linear(
@@ -110,7 +112,7 @@ def test_colours_are_those_of_the_service_and_linear(
 ) -> None:
     colors = np.array(drawn.mesh["colors"])[:, :3]
     assert np.ptp(colors, axis=0).min() > 0.1
-    np.testing.assert_allclose(colors, linear(np.array(computed["colors"])), atol=1e-6)
+    np.testing.assert_allclose(colors, to_linear(np.array(computed["colors"])), atol=1e-6)
 
 
 def test_it_is_drawn_in_its_colours_without_warnings(drawn: Drawn) -> None:

@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 
 from service.engine.grid import CORNER
 from tests.web.browser import FILL_PIXELS, Stage
-from tests.web.clients import TRIED, client, site, visit
-from tests.web.pictures import difference
+from tests.web.clients import TRIED, serve_site, visit, write_client
+from tests.web.pictures import compare_pictures
 
 pytest.importorskip("meshopt")
 
@@ -52,10 +52,12 @@ Shown = dict[str, tuple[Any, bytes]]
 @pytest.fixture(scope="module", params=[each for each in TRIED if each != "model-viewer"])
 def shown(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Shown:
     """The surface in every form as a library read it, with pictures, all on one page."""
-    pages = {f"/{name}": client(request.param, server + SURFACE + FORMS[name]) for name in FORMS}
+    pages = {
+        f"/{name}": write_client(request.param, server + SURFACE + FORMS[name]) for name in FORMS
+    }
     frames = "".join(f'<iframe name="{name}" src="{name}"></iframe>' for name in FORMS)
     result: Shown = {}
-    with site({"/": FRAMES + frames, **pages}) as origin:
+    with serve_site({"/": FRAMES + frames, **pages}) as origin:
         visit(visitor, f"{origin}/", width=480, height=320)
         page = visitor.page
         for frame in page.frames[1:]:
@@ -83,15 +85,15 @@ def test_libraries_hold_and_draw_the_same(shown: Shown, form: str, viewer: Stage
     assert np.degrees(2 * np.arcsin(apart / 2)).max() < NORMAL[form]
     colors = [np.array(mesh["colors"])[:, :3] for mesh in (expected, result)]
     assert np.abs(colors[0][rows] - colors[1]).max() < 1e-5
-    assert faces(result["triangles"], rows) == faces(expected["triangles"], None)
-    unlike = difference(viewer, plain, picture)
+    assert list_faces(result["triangles"], rows) == list_faces(expected["triangles"], None)
+    unlike = compare_pictures(viewer, plain, picture)
     assert unlike.inside > 0.02
     assert unlike.mean < 0.1
     assert unlike.apart < 0.002
     assert unlike.most == 0 or "quantize" in FORMS[form]
 
 
-def faces(indices: list[int], rows: Any) -> set[tuple[int, ...]]:
+def list_faces(indices: list[int], rows: Any) -> set[tuple[int, ...]]:
     """Triangles by the vertices of the plain mesh, each from the least of them on."""
     corners = np.array(indices) if rows is None else rows[np.array(indices)]
     turned = (np.roll(face, -face.argmin()) for face in corners.reshape(-1, 3))

@@ -14,11 +14,11 @@ from tests.web.editor import (
     SADDLE,
     choose,
     drag,
-    point,
-    settled,
+    perform,
+    read_point,
+    read_value,
     show,
     start_anew,
-    value,
 )
 
 
@@ -32,29 +32,29 @@ def page(editor: Stage) -> Iterator[Page]:
 
 
 def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
-    assert value(page, "triangles") == 72
-    assert value(page, "vertices") == 49
+    assert read_value(page, "triangles") == 72
+    assert read_value(page, "vertices") == 49
     assert page.inner_text("#open-edges") == "24"
-    assert value(page, "server-time") > 0
-    assert value(page, "round-trip") > 0
+    assert read_value(page, "server-time") > 0
+    assert read_value(page, "round-trip") > 0
     # One bilinear patch in 6 × 6 cells: d = |twist| / 4 · (1 / 6)², plus rounding.
-    assert value(page, "deviation") == pytest.approx(4 / 4 / 36, rel=0.2)
+    assert read_value(page, "deviation") == pytest.approx(4 / 4 / 36, rel=0.2)
 
 
 def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
-    asked: list[Any] = []
-    page.on("request", lambda request: asked.append(request.post_data_json))
+    requests: list[Any] = []
+    page.on("request", lambda request: requests.append(request.post_data_json))
     assert "Drag a black point" in page.inner_text("#invitation")
     assert page.is_hidden("#point-fields")
-    start, before = choose(page, 4), value(page, "deviation")
-    was = point(page)
+    start, before = choose(page, 4), read_value(page, "deviation")
+    was = read_point(page)
     drag(page, start, (60, -50))
-    now = point(page)
+    now = read_point(page)
     assert page.input_value("#point") == "4"
     assert now != was
     assert now[2] > was[2]  # upwards on the screen is up
     # The last request has the point of the panel, and the full resolution.
-    posted = [request for request in asked if request]
+    posted = [request for request in requests if request]
     page.wait_for_function(
         "deviation => Number(document.getElementById('deviation').value) != deviation", arg=before
     )
@@ -64,19 +64,19 @@ def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
     assert page.is_hidden("#invitation")
     page.click("#undo")
     page.wait_for_selector(READY)
-    assert point(page) == was
-    assert value(page, "deviation") == before
+    assert read_point(page) == was
+    assert read_value(page, "deviation") == before
     page.click("#redo")
     page.wait_for_selector(READY)
-    assert point(page) == now
+    assert read_point(page) == now
     page.keyboard.press("Control+z")
     page.wait_for_selector(READY)
-    assert point(page) == was
+    assert read_point(page) == was
     page.keyboard.press("Control+Shift+Z")
-    assert point(page) == now
+    assert read_point(page) == now
     page.click("#reset")
     page.wait_for_selector(READY)
-    assert point(page) == was
+    assert read_point(page) == was
     assert page.is_hidden("#edited")
 
 
@@ -99,7 +99,7 @@ def test_clicks_on_the_surface_tell_parameters_curvature_and_distance(page: Page
     s, t = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
     there = 2 * s - 1, 2 * t - 1
     far = ((there[0] - x) ** 2 + (there[1] - y) ** 2 + (there[0] * there[1] - x * y) ** 2) ** 0.5
-    assert value(page, "probe-distance") == pytest.approx(far, rel=1e-6)
+    assert read_value(page, "probe-distance") == pytest.approx(far, rel=1e-6)
     page.click("#open")
     page.click('[data-example="saddle"]')
     page.wait_for_selector(READY)
@@ -110,7 +110,7 @@ def test_area_and_volume_are_measured_when_asked_for(page: Page) -> None:
     page.click("#measure")
     page.wait_for_selector("#measure", state="hidden")
     area = 5.123157101093616  # four times the integral of (1 + x² + y²)^½ over the unit square
-    assert value(page, "area") == pytest.approx(area, rel=1e-6)
+    assert read_value(page, "area") == pytest.approx(area, rel=1e-6)
     assert page.inner_text("#volume") == "none: 4 open or inconsistent edges"
     page.click("#open")
     page.click('[data-example="sphere"]')
@@ -118,14 +118,14 @@ def test_area_and_volume_are_measured_when_asked_for(page: Page) -> None:
     assert page.inner_text("#volume") == "–"
     page.click("#measure")
     page.wait_for_selector("#measure", state="hidden")
-    assert value(page, "volume") == pytest.approx(4 / 3 * 3.14159265358979, rel=1e-5)
+    assert read_value(page, "volume") == pytest.approx(4 / 3 * 3.14159265358979, rel=1e-5)
 
 
 def test_a_drag_moves_along_its_axis_only(page: Page) -> None:
-    start, was = choose(page, 4), point(page)
+    start, was = choose(page, 4), read_point(page)
     page.check('input[name="axis"][value="x"]', force=True)
     drag(page, start, (50, -40))
-    now = point(page)
+    now = read_point(page)
     assert now[0] != was[0]
     assert now[1:] == was[1:]
 
@@ -136,11 +136,11 @@ def test_everything_works_by_keyboard(page: Page) -> None:
     assert page.input_value("#point") == "1"
     page.keyboard.press("[")
     assert page.input_value("#point") == "4"
-    was = point(page)
+    was = read_point(page)
     page.keyboard.press("ArrowUp")
     page.wait_for_selector(READY)
-    assert point(page)[2] > was[2]
-    assert point(page)[:2] == was[:2]
+    assert read_point(page)[2] > was[2]
+    assert read_point(page)[:2] == was[:2]
     # The switches show the effect of keys of one letter.
     page.keyboard.press("n")
     page.keyboard.press("w")
@@ -159,37 +159,37 @@ def test_numbers_and_weights_are_typed(page: Page) -> None:
     page.press("#z", "Enter")
     page.wait_for_selector(READY)
     page.fill("#weight", "4")
-    asked = settled(page, lambda: page.press("#weight", "Enter"))
-    assert asked["surface"]["control_net"][0][0][2] == 2.5
-    assert asked["surface"]["weights"] == [[4, 1], [1, 1]]
+    request = perform(page, lambda: page.press("#weight", "Enter"))
+    assert request["surface"]["control_net"][0][0][2] == 2.5
+    assert request["surface"]["weights"] == [[4, 1], [1, 1]]
     assert float(page.input_value("#weight-slider")) == 2  # 2² = 4
 
 
 def test_sliders_change_the_request(page: Page) -> None:
-    assert settled(page, lambda: page.fill("#resolution", "9"))["resolution"] == 9
-    assert value(page, "triangles") == 162
-    asked = settled(
+    assert perform(page, lambda: page.fill("#resolution", "9"))["resolution"] == 9
+    assert read_value(page, "triangles") == 162
+    request = perform(
         page, lambda: page.check('input[name="accuracy"][value="tolerance"]', force=True)
     )
-    assert asked["relative_tolerance"] == 0.001
-    assert "resolution" not in asked
-    before = value(page, "triangles")
-    settled(page, lambda: page.fill("#tolerance", "-4"))
-    assert value(page, "triangles") > before
+    assert request["relative_tolerance"] == 0.001
+    assert "resolution" not in request
+    before = read_value(page, "triangles")
+    perform(page, lambda: page.fill("#tolerance", "-4"))
+    assert read_value(page, "triangles") > before
 
 
 def test_curvature_is_shown_with_a_legend(page: Page) -> None:
-    asked = settled(page, lambda: page.check('input[name="look"][value="gaussian"]', force=True))
-    assert asked["curvatures"] is True
+    request = perform(page, lambda: page.check('input[name="look"][value="gaussian"]', force=True))
+    assert request["curvatures"] is True
     page.wait_for_selector("#legend")
     assert "Gaussian curvature" in page.inner_text("#legend")
 
 
 def test_a_tube_has_no_curvature_to_show(page: Page) -> None:
-    assert settled(page, lambda: page.check('input[name="look"][value="mean"]', force=True))
+    assert perform(page, lambda: page.check('input[name="look"][value="mean"]', force=True))
     page.click("#open")
-    asked = settled(page, lambda: page.click('[data-example="hair"]'))
-    assert "curvatures" not in asked
+    request = perform(page, lambda: page.click('[data-example="hair"]'))
+    assert "curvatures" not in request
     assert page.is_disabled('input[name="look"][value="mean"]')
     assert page.is_checked('input[name="look"][value="shaded"]')
     assert page.inner_text("#point-count") == "of 8"
@@ -199,7 +199,7 @@ def test_examples_are_listed_and_opened(page: Page) -> None:
     page.click("#open")
     first = page.locator("#examples button").first
     assert first.get_attribute("data-example") == "utah-teapot"
-    settled(page, lambda: page.click('[data-example="sphere"]'))
+    perform(page, lambda: page.click('[data-example="sphere"]'))
     assert page.inner_text("#title") == "Sphere"
     assert page.inner_text("#open-edges") == "none"
     assert page.inner_text("#point-count") == "of 28"
@@ -209,7 +209,7 @@ def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
     """The browser itself writes to the console that a request failed."""
     page = editor.page
     start_anew(page)
-    before = value(page, "triangles")
+    before = read_value(page, "triangles")
     choose(page, 2)
     page.fill("#weight", "0")
     page.press("#weight", "Enter")
@@ -217,7 +217,7 @@ def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
     reported = page.inner_text("#problem")
     assert "needed a number above 0" in reported
     assert "/surface/weights/0/1" in reported
-    assert value(page, "triangles") == before
+    assert read_value(page, "triangles") == before
     page.fill("#point", "1")
     page.press("#point", "Enter")
     page.click("#problem-point")
@@ -245,13 +245,13 @@ def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) 
     assert page.inner_text("#problem-title") == "There is no surface at this address"
     assert page.inner_text("#title") == "Open a surface"
     # Without a surface the page sends no requests and exports nothing, and offers an example.
-    asked = len(editor.asked)
+    count = len(editor.asked)
     page.check('input[name="accuracy"][value="tolerance"]', force=True)
     assert page.is_disabled("#copy-link")
     assert page.is_hidden("#loading")
-    assert len(editor.asked) == asked
+    assert len(editor.asked) == count
     page.click("#problem-example")
-    settled(page, lambda: page.click('[data-example="saddle"]'))
+    perform(page, lambda: page.click('[data-example="saddle"]'))
     assert page.is_hidden("#problem")
     assert page.is_enabled("#copy-link")
 
@@ -261,14 +261,14 @@ def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
     patch."""
     page = editor.page
     start_anew(page)
-    settled(page, lambda: page.fill("#resolution", "64"))
+    perform(page, lambda: page.fill("#resolution", "64"))
     rows = [[[i, j, (i * j) % 7] for j in range(40)] for i in range(40)]
     page.click("#open")
     page.fill("#paste", json.dumps({"type": "bspline", "control_net": rows, "knots": "uniform"}))
     page.click("#paste-open")
     page.wait_for_selector(READY)
     assert page.input_value("#resolution") == "1"
-    assert value(page, "triangles") == 2 * 37 * 37
+    assert read_value(page, "triangles") == 2 * 37 * 37
 
 
 def test_text_that_is_not_json_stays_on_the_page(page: Page) -> None:
@@ -278,7 +278,7 @@ def test_text_that_is_not_json_stays_on_the_page(page: Page) -> None:
     assert "not the JSON of a surface" in page.inner_text("#paste-problem")
     net = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
     page.fill("#paste", json.dumps({"surface": {"control_net": net, "name": "mine"}}))
-    settled(page, lambda: page.click("#paste-open"))
+    perform(page, lambda: page.click("#paste-open"))
     assert page.inner_text("#title") == "mine"
     assert page.inner_text("#point-count") == "of 6"
 
@@ -316,11 +316,11 @@ def test_without_webgl_everything_but_the_picture_works(server: str, editor: Sta
     )
     show(page, server + SADDLE)
     assert "WebGL" in page.inner_text("#no-webgl")
-    assert value(page, "triangles") == 72
+    assert read_value(page, "triangles") == 72
     page.fill("#point", "4")
     page.press("#point", "Enter")
     page.fill("#z", "3")
-    asked = settled(page, lambda: page.press("#z", "Enter"))
-    assert asked["surface"]["control_net"][1][1] == [1, 1, 3]
+    request = perform(page, lambda: page.press("#z", "Enter"))
+    assert request["surface"]["control_net"][1][1] == [1, 1, 3]
     page.close()
     assert stage.complaints == []

@@ -10,12 +10,12 @@ from playwright.sync_api import Browser, Page, Request
 
 from service.api.guard.keys import entry_line, new_key
 from service.settings.values import Settings
-from tests.live import running_service
+from tests.live import run_service
 from tests.test_readme import run_shell
 from tests.web.browser import Stage
 from tests.web.editor import READY, SADDLE, open_profile
-from tests.web.test_page_access import violations
-from tests.web.test_page_sharing import copied
+from tests.web.test_page_access import list_violations
+from tests.web.test_page_sharing import copy_text
 
 KEY = new_key()
 
@@ -23,7 +23,7 @@ KEY = new_key()
 @pytest.fixture(scope="module")
 def private() -> Iterator[str]:
     settings = Settings(api_keys=(entry_line("alice", KEY),), public_reads=False)
-    with running_service(settings) as url:
+    with run_service(settings) as url:
         yield url
 
 
@@ -43,7 +43,7 @@ def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request
     stage.page.context.close()
 
 
-def enter(page: Page, key: str) -> None:
+def enter_key(page: Page, key: str) -> None:
     page.fill("#access-key", key)
     page.press("#access-key", "Enter")
 
@@ -56,22 +56,22 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     # The dialog is visible and announced, and works with the keyboard alone.
     assert "have a key" in page.inner_text("#access-why")
     assert page.evaluate("document.activeElement.id") == "access-key"
-    assert violations(page) == []
+    assert list_violations(page) == []
     # A text that is not a key is not sent; a wrong key is reported.
     before = len(requests)
-    enter(page, "password")
+    enter_key(page, "password")
     assert page.is_visible("#access")
     assert len(requests) == before
-    enter(page, new_key())
+    enter_key(page, new_key())
     page.wait_for_selector("#access-why:has-text('does not know')")
     # A closed dialog does not open again by itself; the page says that a key is missing, and has a
     # button.
     page.keyboard.press("Escape")
     page.wait_for_selector("#problem-key")
     assert page.inner_text("#problem-title") == "A key is needed"
-    assert violations(page) == []
+    assert list_violations(page) == []
     page.click("#problem-key")
-    enter(page, f" {KEY}\n")
+    enter_key(page, f" {KEY}\n")
     page.wait_for_selector(READY)
     assert page.is_hidden("#problem")
     assert page.inner_text("#triangles") == "72"
@@ -86,9 +86,9 @@ def test_the_key_is_asked_for_sent_and_not_stored(
 
     # The copied command names a variable, never the key, and has the URL of the service.
     for button in ("copy-link", "copy-snippet", "copy-curl"):
-        assert KEY not in copied(page, button)
+        assert KEY not in copy_text(page, button)
         assert page.is_visible("#copied-private")
-    command = copied(page, "copy-curl").replace("curl", "curl -sf")
+    command = copy_text(page, "copy-curl").replace("curl", "curl -sf")
     assert '-H "Authorization: Bearer $SURFACE_KEY"' in command
     run_shell(f"SURFACE_KEY={KEY}; {command}", tmp_path)
     (written,) = tmp_path.iterdir()
@@ -98,12 +98,12 @@ def test_the_key_is_asked_for_sent_and_not_stored(
 
     # After the key is removed, the page asks for it again.
     page.click("#api-key")
-    assert violations(page) == []
+    assert list_violations(page) == []
     page.click("#access-forget")
     assert page.evaluate("sessionStorage.length") == 0
     page.fill("#resolution", "7")
     page.wait_for_selector("#access[open]")
-    enter(page, KEY)
+    enter_key(page, KEY)
     page.wait_for_selector(READY)
     assert page.inner_text("#triangles") == "98"
     reported = [line for line in stage.complaints if "401" not in line]
@@ -115,6 +115,6 @@ def test_without_keys_the_editor_does_not_ask(editor: Stage) -> None:
     assert page.is_hidden("#access")
     assert page.is_hidden("#api-key")
     assert page.is_hidden("#copied-private")
-    assert "Authorization" not in copied(page, "copy-curl")
+    assert "Authorization" not in copy_text(page, "copy-curl")
     storage: Any = json.loads(page.evaluate("JSON.stringify(sessionStorage)"))
     assert storage == {}

@@ -22,7 +22,7 @@ def page(server: str, visitor: Stage) -> Page:
     return visitor.page
 
 
-def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
+def read_net(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Control points of an example in the scene, and the pairs of them that are joined."""
     document = json_text(definition(find(name).surface())).decode()
     reported: dict[str, Any] = page.evaluate(
@@ -42,11 +42,11 @@ def net_of(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
     return placed[:, :3], np.array(reported["edges"]).reshape(-1, 2)
 
 
-def upright(points: np.ndarray, up: str) -> np.ndarray:
+def turn_upright(points: np.ndarray, up: str) -> np.ndarray:
     return points if up == "y" else points @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
 
 
-def lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
+def list_lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
     """Lines as pairs of end points, without lines of length 0, at poles."""
     ends = np.round(points, 6)[pairs] + 0.0
     result = {frozenset(map(tuple, line.tolist())) for line in ends}
@@ -60,11 +60,11 @@ def test_nets_are_those_that_the_service_draws(page: Page, name: str) -> None:
     mesh = build(model, MeshOptions(resolution=(1, 1), overlays=("control_net",)))
     expected = set().union(
         *(
-            lines(upright(overlay.positions + mesh.origin, mesh.up), overlay.segments)
+            list_lines(turn_upright(overlay.positions + mesh.origin, mesh.up), overlay.segments)
             for overlay in mesh.overlays
         )
     )
-    assert lines(*net_of(page, name)) == expected
+    assert list_lines(*read_net(page, name)) == expected
 
 
 def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:

@@ -7,9 +7,9 @@ import pytest
 from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.programs import node_package
+from tests.programs import find_node_package
 from tests.web.browser import Stage
-from tests.web.editor import READY, choose, start_anew, value
+from tests.web.editor import READY, choose, read_value, start_anew
 
 WIDE, NARROW = (1200, 800), (360, 740)
 # The place of the mouse pointer has no meaning for users without a mouse.
@@ -41,10 +41,10 @@ def page(editor: Stage) -> Iterator[Page]:
     assert editor.complaints == []
 
 
-def violations(page: Page) -> list[tuple[str, str, list[Any]]]:
+def list_violations(page: Page) -> list[tuple[str, str, list[Any]]]:
     """Findings of axe on the page: rule, impact and places."""
     if not page.evaluate("'axe' in window"):
-        page.evaluate((node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
+        page.evaluate((find_node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
     result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
     return [
         (rule["id"], rule["impact"], [node["target"] for node in rule["nodes"]])
@@ -56,14 +56,14 @@ def violations(page: Page) -> list[tuple[str, str, list[Any]]]:
 def test_axe_reports_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> None:
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": size[0], "height": size[1]})
-    assert violations(page) == []
+    assert list_violations(page) == []
     for opener in ("#open", "#help"):
         page.click(opener)
         assert page.locator("dialog[open]").count() == 1
-        assert violations(page) == [], opener
+        assert list_violations(page) == [], opener
         page.keyboard.press("Escape")
     choose(page, 2)
-    assert violations(page) == []
+    assert list_violations(page) == []
     # The page never scrolls sideways, at any width.
     assert page.evaluate("document.documentElement.scrollWidth") == size[0]
 
@@ -75,7 +75,7 @@ def test_axe_reports_nothing_for_a_refusal(editor: Stage) -> None:
     page.fill("#weight", "0")
     page.press("#weight", "Enter")
     page.wait_for_selector("#problem[role=alert]")
-    assert violations(page) == []
+    assert list_violations(page) == []
     page.click("#problem-undo")
     page.wait_for_selector(READY)
 
@@ -87,7 +87,7 @@ def test_axe_can_find_something(page: Page) -> None:
         nameless.id = 'nameless';
         document.querySelector('main').append(nameless);
     }""")
-    assert [rule for rule, _, _ in violations(page)] == ["button-name"]
+    assert [rule for rule, _, _ in list_violations(page)] == ["button-name"]
     page.evaluate("document.querySelector('#nameless').remove()")
 
 
@@ -122,11 +122,11 @@ def test_a_surface_is_edited_without_a_mouse(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "view"
     keys.press("]")
     assert page.inner_text("#status").startswith("Control point 1 of 28")
-    before = value(page, "deviation")
+    before = read_value(page, "deviation")
     keys.press("PageUp")
     page.wait_for_selector(READY)
     page.wait_for_selector("#status:has-text('triangles')")
-    assert value(page, "deviation") != before
+    assert read_value(page, "deviation") != before
     keys.press("Control+z")
     page.wait_for_selector(READY)
-    assert value(page, "deviation") == before
+    assert read_value(page, "deviation") == before

@@ -12,7 +12,7 @@ from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from tests.web.browser import Stage
-from tests.web.clients import linear, upright
+from tests.web.clients import to_linear, turn_upright
 
 
 def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
@@ -36,10 +36,10 @@ def test_curvatures_arrive(server: str, stage: Stage) -> None:
     tube = np.hypot(rho - 1, points[:, 1])
     np.testing.assert_allclose(tube, 0.4, atol=1e-6)
     cosine = (rho - 1) / 0.4
-    own = {name: np.array(rows)[:, 0] for name, rows in mesh["own"].items()}
-    assert sorted(own) == ["_gaussian_curvature", "_mean_curvature"]
-    np.testing.assert_allclose(own["_gaussian_curvature"], cosine / (0.4 * rho), atol=1e-5)
-    np.testing.assert_allclose(own["_mean_curvature"], -(2.5 + cosine / rho) / 2, atol=1e-5)
+    attributes = {name: np.array(rows)[:, 0] for name, rows in mesh["own"].items()}
+    assert sorted(attributes) == ["_gaussian_curvature", "_mean_curvature"]
+    np.testing.assert_allclose(attributes["_gaussian_curvature"], cosine / (0.4 * rho), atol=1e-5)
+    np.testing.assert_allclose(attributes["_mean_curvature"], -(2.5 + cosine / rho) / 2, atol=1e-5)
 
 
 def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> None:
@@ -52,15 +52,15 @@ def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> 
     # In the order of the members, because three.js changes equal names.
     waiting = iter(meshes)
     for node in scene.nodes:
-        expected = upright(place_points(scene.meshes[node.model].positions, node.matrix))
-        own = [next(waiting) for _ in scene.meshes[node.model].parts]
-        result = np.concatenate([mesh["positions"] for mesh in own])
+        expected = turn_upright(place_points(scene.meshes[node.model].positions, node.matrix))
+        copies = [next(waiting) for _ in scene.meshes[node.model].parts]
+        result = np.concatenate([mesh["positions"] for mesh in copies])
         for end in ("min", "max"):
             bounds = (getattr(points, end)(axis=0) for points in (result, expected))
             np.testing.assert_allclose(*bounds, atol=1e-5)  # type: ignore[call-overload]
         assert node.color is not None
-        light = linear(np.array(node.color[:3]))
-        for mesh in own:
+        light = to_linear(np.array(node.color[:3]))
+        for mesh in copies:
             np.testing.assert_allclose(mesh["color"], light, atol=1e-6)
             determinant = 1 if node.matrix is None else np.linalg.det(node.matrix[:3, :3])
             assert mesh["mirrored"] == (determinant < 0)

@@ -19,25 +19,25 @@ from service.schemas.request import MeshRequest
 from service.schemas.validation import validate_document
 from tests.forms import CURVES, REQUESTS
 from tests.web.browser import Stage
-from tests.web.clients import linear
+from tests.web.clients import to_linear
 
 
-def rows(up: str, *columns: Any) -> np.ndarray:
+def turn_rows(up: str, *columns: Any) -> np.ndarray:
     """Rows of vectors, turned into a scene with y up."""
     turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]) if up == "z" else np.eye(3)
     return np.hstack([np.asarray(column, float).reshape(-1, 3) @ turn for column in columns])
 
 
-def near(found: np.ndarray, wanted: np.ndarray) -> None:
+def check_near(rows: np.ndarray, expected: np.ndarray) -> None:
     """Checks that every row of the first array is a row of the second."""
-    distance, _ = KDTree(wanted).query(found)
+    distance, _ = KDTree(expected).query(rows)
     assert distance.max() < 1e-5
 
 
-def same(found: np.ndarray, wanted: np.ndarray) -> None:
+def check_same(rows: np.ndarray, expected: np.ndarray) -> None:
     """Checks that both arrays have the same set of rows."""
-    near(found, wanted)
-    near(wanted, found)
+    check_near(rows, expected)
+    check_near(expected, rows)
 
 
 @pytest.mark.parametrize("form", list(REQUESTS)[::2])  # the validator tests all forms
@@ -51,29 +51,31 @@ def test_forms_are_drawn_where_they_are(stage: Stage, form: str) -> None:
     model = surface.lower()
     mesh = build(add_stretches(model) if options.curvatures else model, options)
     positions = mesh.positions + mesh.origin
-    assert sum(own["triangles"] for own in meshes) == len(mesh.triangles)
+    assert sum(drawn["triangles"] for drawn in meshes) == len(mesh.triangles)
     if len(mesh.triangles):
         assert mesh.normals is not None
-        assert max(own["longestNormalError"] for own in meshes) < 1e-6
-        result = [np.hstack([own["positions"], own["normals"]]) for own in meshes]
-        same(np.concatenate(result), rows(mesh.up, positions, mesh.normals))
+        assert max(drawn["longestNormalError"] for drawn in meshes) < 1e-6
+        result = [np.hstack([drawn["positions"], drawn["normals"]]) for drawn in meshes]
+        check_same(np.concatenate(result), turn_rows(mesh.up, positions, mesh.normals))
     if mesh.colors is not None:
         light = mesh.colors.astype(float)
-        light[:, :3] = linear(light[:, :3])
+        light[:, :3] = to_linear(light[:, :3])
         # Only members with colours; if they are one mesh, all colours have an opacity.
-        painted = [own for own in meshes if own["colors"]]
-        colors = np.concatenate([own["colors"] for own in painted])
-        shown = np.hstack([np.concatenate([own["positions"] for own in painted]), colors])
-        near(shown, np.hstack([rows(mesh.up, positions), light[:, : colors.shape[1]]]))
+        painted = [drawn for drawn in meshes if drawn["colors"]]
+        colors = np.concatenate([drawn["colors"] for drawn in painted])
+        shown = np.hstack([np.concatenate([drawn["positions"] for drawn in painted]), colors])
+        check_near(shown, np.hstack([turn_rows(mesh.up, positions), light[:, : colors.shape[1]]]))
         assert form.startswith("group") or painted == meshes
     if mesh.uvs is not None:
-        result = [np.hstack([own["positions"], own["uvs"]]) for own in meshes]
-        same(np.concatenate(result), np.hstack([rows(mesh.up, positions), mesh.uvs]))
-    assert [own["name"] for own in lines] == [overlay.name for overlay in mesh.overlays]
-    for own, overlay in zip(lines, mesh.overlays, strict=True):
-        assert own["type"] == "LineSegments"
-        assert own["segments"] == len(overlay.segments)
-        same(np.array(own["positions"]), rows(mesh.up, overlay.positions + mesh.origin))
+        result = [np.hstack([drawn["positions"], drawn["uvs"]]) for drawn in meshes]
+        check_same(np.concatenate(result), np.hstack([turn_rows(mesh.up, positions), mesh.uvs]))
+    assert [drawn["name"] for drawn in lines] == [overlay.name for overlay in mesh.overlays]
+    for drawn, overlay in zip(lines, mesh.overlays, strict=True):
+        assert drawn["type"] == "LineSegments"
+        assert drawn["segments"] == len(overlay.segments)
+        check_same(
+            np.array(drawn["positions"]), turn_rows(mesh.up, overlay.positions + mesh.origin)
+        )
 
 
 @pytest.mark.parametrize("name", CURVES)
@@ -87,4 +89,4 @@ def test_every_curve_is_drawn_where_it_is(stage: Stage, name: str) -> None:
     assert stage.page.evaluate("window.viewer.measure()")["coverage"] > 0
     reported = json.loads(plan_curve(curve, options, CURVES_BY_NAME["json"]).run())
     points = in_space(np.array(reported["points"]))
-    np.testing.assert_allclose(line["positions"], rows(curve.up, points), atol=1e-6)
+    np.testing.assert_allclose(line["positions"], turn_rows(curve.up, points), atol=1e-6)

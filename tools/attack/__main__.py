@@ -91,20 +91,20 @@ class Row:
 
     def wrong(self) -> list[str]:
         """Faults of the service that the attack showed."""
-        found = self.attack.wrong(self.answers)
-        found += [f"client: {what}" for what in sorted({s.what for s in self.seen} - {"ok"})]
+        faults = self.attack.wrong(self.answers)
+        faults += [f"client: {what}" for what in sorted({s.what for s in self.seen} - {"ok"})]
         if self.resident > MOST_RESIDENT:
-            found.append("memory")
+            faults.append("memory")
         if not self.seen:
-            found.append("no client")  # it waited during the whole attack, or has ended
-        elif percentile(self.seen, 99) > (SLOWEST_JSON if self.attack.parses else SLOWEST):
-            found.append("p99")
-        return found
+            faults.append("no client")  # it waited during the whole attack, or has ended
+        elif compute_percentile(self.seen, 99) > (SLOWEST_JSON if self.attack.parses else SLOWEST):
+            faults.append("p99")
+        return faults
 
     def line(self) -> str:
         """A line of the table."""
         answers = ", ".join(f"{count} × {what}" for what, count in self.answers.most_common())
-        half, most = (percentile(self.seen, part) * 1e3 for part in (50, 99))
+        half, most = (compute_percentile(self.seen, part) * 1e3 for part in (50, 99))
         return (
             f"| {self.attack.name} | {self.end - self.start:.0f} s | {answers} | "
             f"{self.resident / 1e6:.0f} MB | {half:.1f} / {most:.1f} ms of {len(self.seen)} | "
@@ -112,7 +112,7 @@ class Row:
         )
 
 
-def percentile(seen: list[Seen], part: int) -> float:
+def compute_percentile(seen: list[Seen], part: int) -> float:
     """A percentile of the latencies of requests, in seconds; 0 without requests."""
     if len(seen) < 2:
         return sum(s.seconds for s in seen)
@@ -132,21 +132,21 @@ async def run_attacks(
     rows."""
     rows: list[Row] = []
 
-    async def one(attack: Attack) -> None:
+    async def run_attack(attack: Attack) -> None:
         reset_peak(service.pid)
         start = time.monotonic()
         answers = await attack.run(port)
         rows.append(Row(attack, answers, start, time.monotonic(), peak_memory(service.pid)))
         print(f"  {attack.name}: {dict(answers)}", file=sys.stderr, flush=True)
 
-    async def in_turn(attacks: Iterable[Attack]) -> None:
+    async def run_in_turn(attacks: Iterable[Attack]) -> None:
         for attack in attacks:
-            await one(attack)
+            await run_attack(attack)
             await asyncio.sleep(0.3)
 
-    await in_turn(first)
-    await asyncio.gather(*map(one, lasting), in_turn(beside))
-    await in_turn(last)
+    await run_in_turn(first)
+    await asyncio.gather(*map(run_attack, lasting), run_in_turn(beside))
+    await run_in_turn(last)
     return rows
 
 
@@ -155,16 +155,16 @@ def client(port: int) -> Iterator[list[Seen]]:
     """Results of a well-behaved client at a port: a list that is complete after the block."""
     command = [sys.executable, "-m", "tools.attack.client", str(port)]
     seen: list[Seen] = []
-    with tempfile.TemporaryFile("w+") as told:
-        process = subprocess.Popen(command, cwd=ROOT, stdout=told)
+    with tempfile.TemporaryFile("w+") as output:
+        process = subprocess.Popen(command, cwd=ROOT, stdout=output)
         try:
             time.sleep(QUIET + 1)
             yield seen
         finally:
             process.terminate()
             process.wait()
-        told.seek(0)
-        for line in told:
+        output.seek(0)
+        for line in output:
             moment, kind, seconds, what = line.rstrip("\n").split(" ", 3)
             seen.append(Seen(float(moment), kind, float(seconds), what))
 
@@ -205,7 +205,7 @@ def find_held_resources(service: Server) -> list[str]:
 def main(chosen: list[str]) -> bool:
     """Whether the service withstood all attacks."""
 
-    def meant(attacks: Sequence[Attack]) -> list[Attack]:
+    def select(attacks: Sequence[Attack]) -> list[Attack]:
         return [each for each in attacks if not chosen or any(word in each.name for word in chosen)]
 
     shutil.rmtree(FOLDER, ignore_errors=True)
@@ -216,15 +216,15 @@ def main(chosen: list[str]) -> bool:
     }
     rows: list[Row] = []
     with service_server(FOLDER, settings) as service:
-        if meant(PROXIED):
+        if select(PROXIED):
             with Proxy(FOLDER, service.port, service.port) as proxy, client(proxy.port) as seen:
-                rows += asyncio.run(run_attacks(service, proxy.port, meant(PROXIED)))
+                rows += asyncio.run(run_attacks(service, proxy.port, select(PROXIED)))
             assign(rows, seen)
         with client(service.port) as seen:
             os.nice(10)  # the attacks get only idle processor time
             files, begin = service.open_files(), time.monotonic()
-            rest = {"lasting": meant(LASTING), "beside": meant(BESIDE), "last": meant(LAST)}
-            direct = asyncio.run(run_attacks(service, service.port, meant(FIRST), **rest))
+            rest = {"lasting": select(LASTING), "beside": select(BESIDE), "last": select(LAST)}
+            direct = asyncio.run(run_attacks(service, service.port, select(FIRST), **rest))
             end = time.monotonic()
         assign(direct, seen)
         left = find_leftovers(service, files)
@@ -243,7 +243,7 @@ def report(
     rows: list[Row], before: list[Seen], left: list[str], traces: int, seconds: float
 ) -> bool:
     """Prints the table; returns whether the service passed."""
-    half, most = (percentile(before, part) * 1e3 for part in (50, 99))
+    half, most = (compute_percentile(before, part) * 1e3 for part in (50, 99))
     print("| attack | took | answers | most memory | client p50 / p99 | |")
     print("| --- | --- | --- | --- | --- | --- |")
     print(f"| nothing | | | | {half:.1f} / {most:.1f} ms of {len(before)} | |")
@@ -257,7 +257,7 @@ def report(
     print(", ".join(f"{s.seconds * 1e3:.0f} ms {s.kind}" for s in slow))
     for kind in sorted({s.kind for s in before}):
         of_kind = [s for row in rows for s in row.seen if s.kind == kind]
-        half, most = (percentile(of_kind, part) * 1e3 for part in (50, 99))
+        half, most = (compute_percentile(of_kind, part) * 1e3 for part in (50, 99))
         print(f"  {kind}: {half:.1f} / {most:.1f} ms of {len(of_kind)}")
     print(f"{len(wrong)} things are wrong" + "".join(f"\n- {what}" for what in wrong))
     return not wrong

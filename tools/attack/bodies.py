@@ -10,9 +10,20 @@ from itertools import cycle
 
 import numpy as np
 
-from tests.api.hostile import HOSTILE, NET, options
-from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, saved
-from tools.attack.wire import BUSY, DONE, Attack, Pieces, again, ask, get, post, post_head, storm
+from tests.api.hostile import HOSTILE, NET, write_options
+from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, save_array
+from tools.attack.wire import (
+    BUSY,
+    DONE,
+    Attack,
+    Pieces,
+    ask,
+    get,
+    post,
+    post_head,
+    repeat,
+    send_storm,
+)
 
 PIECE = 1 << 18
 HUGE = 1 << 31
@@ -35,7 +46,7 @@ def _endless(media_type: str, piece: bytes) -> Iterator[bytes]:
 async def declared(port: int) -> Counter[str]:
     head = post_head("/v1/mesh", f"Content-Length: {GIGABYTE}")
     lied = post_head("/v1/mesh", f"Content-Length: {10**30}", media_type="application/json")
-    return await storm(port, cycle((head, lied)))
+    return await send_storm(port, cycle((head, lied)))
 
 
 async def in_chunks(port: int) -> Counter[str]:
@@ -44,15 +55,15 @@ async def in_chunks(port: int) -> Counter[str]:
     def bodies() -> Iterator[Pieces]:
         return (_endless(kind, text * (PIECE // len(text))) for kind, text in kinds)
 
-    alone = await storm(port, bodies(), together=1, seconds=6)
-    return alone + await storm(port, again(bodies), seconds=6)
+    alone = await send_storm(port, bodies(), together=1, seconds=6)
+    return alone + await send_storm(port, repeat(bodies), seconds=6)
 
 
 async def brackets(port: int) -> Counter[str]:
     nested = ("[" * 100_000, '{"a":' * 100_000, "[" * 100_000 + "]" * 100_000, "[{" * 50_000)
     bodies = [post("/v1/mesh", text.encode()) for text in nested]
-    inside = [post("/v1/mesh", options(f'"x":{text}').encode()) for text in nested]
-    return await storm(port, cycle(bodies + inside))
+    inside = [post("/v1/mesh", write_options(f'"x":{text}').encode()) for text in nested]
+    return await send_storm(port, cycle(bodies + inside))
 
 
 async def wide(port: int) -> Counter[str]:
@@ -62,15 +73,15 @@ async def wide(port: int) -> Counter[str]:
         f'{{"surface":{{"control_net":[[{row}]]}}}}',
         f'{{"surface":{{"control_net":[[{"0," * 1_500_000}0]]}}}}',
         f'{{"surface":{{"control_net":{NET},"attributes":{{{keys}}}}}}}',
-        options(keys),
+        write_options(keys),
         '{"surface":"' + "x" * (16 << 20) + '"}',
         '{"surface":{"name":"' + "\\u0000" * 150_000 + '"}}',
         "[" + "1e999999999," * 80_000 + "1]",
-        options('"resolution":' + "1" * 1_000_000),
+        write_options('"resolution":' + "1" * 1_000_000),
         " " * (32 << 20),
     )
     bodies = [post("/v1/mesh", text.encode()) for text in texts]
-    return await storm(port, cycle(bodies), together=3, seconds=8)
+    return await send_storm(port, cycle(bodies), together=3, seconds=8)
 
 
 async def bombs(port: int) -> Counter[str]:
@@ -82,7 +93,7 @@ async def bombs(port: int) -> Counter[str]:
         for coding, body in (bombs | many).items()
         for kind in ("application/json", NPY, TEAPOT)
     ]
-    return await storm(port, cycle(sent))
+    return await send_storm(port, cycle(sent))
 
 
 async def nothing_finite(port: int) -> Counter[str]:
@@ -140,7 +151,7 @@ def _huge() -> Iterator[Pieces]:
         (_shape("(2147483648, 2147483648, 3)"), NPY),
         (_shape("(2147483648, 0, 3)"), NPY),
         (_shape("(1, 2147483648, 3)"), NPY),
-        (saved(np.zeros((0, 1 << 31, 3))), NPY),
+        (save_array(np.zeros((0, 1 << 31, 3))), NPY),
     ):
         yield post("/v1/mesh", text, media_type=media_type)
 
@@ -153,7 +164,7 @@ def _shape(text: str) -> bytes:
 
 
 async def huge_numbers(port: int) -> Counter[str]:
-    return await storm(port, _huge(), seconds=60)
+    return await send_storm(port, _huge(), seconds=60)
 
 
 async def keys(port: int) -> Counter[str]:
@@ -162,11 +173,11 @@ async def keys(port: int) -> Counter[str]:
     repeated = ",".join(['"resolution":1'] * 20_000)
     named = ",".join(f'"{k * (2**61 - 1)}":[[[0]]]' for k in range(15_000))
     texts = (
-        options(equal),
-        options(repeated),
+        write_options(equal),
+        write_options(repeated),
         f'{{"surface":{{"control_net":{NET},"attributes":{{{named}}}}}}}',
     )
-    return await storm(port, cycle([post("/v1/mesh", text.encode()) for text in texts]))
+    return await send_storm(port, cycle([post("/v1/mesh", text.encode()) for text in texts]))
 
 
 BODIES = (

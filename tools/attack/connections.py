@@ -15,12 +15,12 @@ from tools.attack.wire import (
     Attack,
     Pieces,
     ask,
-    connected,
     get,
+    open_connection,
     post,
     post_head,
     reset,
-    storm,
+    send_storm,
     summarize,
 )
 from tools.attack.work import COLD, LARGE_ANSWER, grid
@@ -36,7 +36,7 @@ async def idle(port: int, source: str = HOST) -> Counter[str]:
 
 async def _idle(port: int, asks: bool, source: str) -> str:
     try:
-        async with connected(port, source) as (reader, writer):
+        async with open_connection(port, source) as (reader, writer):
             if asks:
                 writer.write(b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n")
                 await reader.readuntil(b"}")
@@ -52,15 +52,15 @@ async def _idle(port: int, asks: bool, source: str) -> str:
 
 async def slow_bodies(port: int) -> Counter[str]:
     """Bodies that arrive with one byte every two seconds, with a declared length and in chunks."""
-    asked = []
+    tasks = []
     for k in range(100):
         if k % 2:
             head, byte = post_head("/v1/mesh", "Content-Length: 100000000"[:-2]), b"0"
         else:
             head, byte = post_head("/v1/mesh", "Transfer-Encoding: chunked"), b"1\r\n0\r\n"
         pieces = [head, *([byte] * 60)]
-        asked.append(ask(port, pieces, seconds=80, pause=2))
-    return Counter(await asyncio.gather(*asked))
+        tasks.append(ask(port, pieces, seconds=80, pause=2))
+    return Counter(await asyncio.gather(*tasks))
 
 
 async def large_and_slow(port: int) -> Counter[str]:
@@ -68,8 +68,8 @@ async def large_and_slow(port: int) -> Counter[str]:
     waits."""
     head = post_head("/v1/mesh", f"Content-Length: {64 << 20}")
     pieces = [head, *([bytes(PIECE)] * 128), *([b"0"] * 200)]
-    asked = (ask(port, _then_slowly(pieces, 129), seconds=80, pause=0.02) for _ in range(8))
-    return Counter(await asyncio.gather(*asked))
+    tasks = (ask(port, _then_slowly(pieces, 129), seconds=80, pause=0.02) for _ in range(8))
+    return Counter(await asyncio.gather(*tasks))
 
 
 def _then_slowly(pieces: list[bytes], fast: int) -> Iterator[bytes]:
@@ -100,7 +100,7 @@ async def _gone(port: int, sent: bytes, after: float, times: int, reads: int = 0
             if asyncio.get_running_loop().time() > end:
                 break
             with suppress(OSError, TimeoutError):
-                async with asyncio.timeout(3), connected(port) as (reader, writer):
+                async with asyncio.timeout(3), open_connection(port) as (reader, writer):
                     writer.write(sent)
                     await writer.drain()
                     await asyncio.sleep(after)
@@ -119,7 +119,7 @@ async def half_closed(port: int) -> Counter[str]:
     request_bytes = post("/v1/mesh?format=stl", grid(30, 30))
     for request in (get("/health"), request_bytes, request_bytes[:500], get("/health")[:20]) * 10:
         try:
-            async with asyncio.timeout(5), connected(port) as (reader, writer):
+            async with asyncio.timeout(5), open_connection(port) as (reader, writer):
                 writer.write(request)
                 writer.write_eof()
                 seen = await reader.read(-1)
@@ -133,10 +133,10 @@ async def half_closed(port: int) -> Counter[str]:
 
 async def slow_readers(port: int) -> Counter[str]:
     """Large responses to clients that read only a little, and later hang up."""
-    asked = [_reads_slowly(port, LARGE_ANSWER) for _ in range(16)]
+    tasks = [_reads_slowly(port, LARGE_ANSWER) for _ in range(16)]
     hit = get("/v1/surfaces/tea-service/mesh.json?resolution=24")
-    asked += [_reads_slowly(port, hit) for _ in range(64)]
-    return Counter(await asyncio.gather(*asked))
+    tasks += [_reads_slowly(port, hit) for _ in range(64)]
+    return Counter(await asyncio.gather(*tasks))
 
 
 async def _reads_slowly(port: int, request: bytes) -> str:
@@ -176,7 +176,7 @@ async def in_and_out(port: int) -> Counter[str]:
     async def one_by_one() -> None:
         for _ in range(500):
             with suppress(OSError):
-                async with connected(port):
+                async with open_connection(port):
                     answers["gone"] += 1
 
     await asyncio.gather(*(one_by_one() for _ in range(4)))
@@ -188,8 +188,8 @@ async def worst(port: int) -> Counter[str]:
     large: list[Pieces] = [LARGE_ANSWER] * 200
     cold: list[Pieces] = [get(url.replace("?", "?weld=false&")) for url in COLD]
     done = await asyncio.gather(
-        storm(port, large, together=8, seconds=12),
-        storm(port, cold, together=4, seconds=12),
+        send_storm(port, large, together=8, seconds=12),
+        send_storm(port, cold, together=4, seconds=12),
         slow_readers(port),
         gone_in_queue(port),
         gone_in_answer(port),

@@ -11,12 +11,12 @@ from tools.attack.wire import (
     BUSY,
     Attack,
     Pieces,
-    again,
     ask,
-    connected,
     get,
+    open_connection,
     post,
-    storm,
+    repeat,
+    send_storm,
     summarize,
 )
 
@@ -42,7 +42,7 @@ def _floods() -> Iterator[Pieces]:
 
 
 async def floods(port: int) -> Counter[str]:
-    return await storm(port, again(_floods))
+    return await send_storm(port, repeat(_floods))
 
 
 PATHS = (
@@ -70,7 +70,9 @@ async def traversal(port: int) -> Counter[str]:
         for path in PATHS
     ]
     encoded = [url.encode("utf-8").decode("latin-1") for url in addresses]
-    return await storm(port, cycle([get(a, method=m) for a in encoded for m in ("GET", "DELETE")]))
+    return await send_storm(
+        port, cycle([get(a, method=m) for a in encoded for m in ("GET", "DELETE")])
+    )
 
 
 _TAIL = b"\r\nHost: x\r\nConnection: close\r\n"
@@ -95,7 +97,7 @@ MALFORMED = (
 
 
 async def malformed(port: int) -> Counter[str]:
-    return await storm(port, cycle(MALFORMED))
+    return await send_storm(port, cycle(MALFORMED))
 
 
 _HIDDEN = b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -126,7 +128,7 @@ async def smuggling(port: int) -> Counter[str]:
     for request in SMUGGLING * 4:
         seen = b""
         with suppress(TimeoutError, OSError):
-            async with asyncio.timeout(2), connected(port) as (reader, writer):
+            async with asyncio.timeout(2), open_connection(port) as (reader, writer):
                 writer.write(request)
                 while piece := await reader.read(1 << 16):
                     seen += piece
@@ -143,16 +145,22 @@ async def methods(port: int) -> Counter[str]:
         sent += [get(url, method=method) for method in METHODS]
     sent.append(get("http://example.org/health"))
     sent.append(get("example.org:80", method="CONNECT"))
-    return await storm(port, cycle(sent))
+    return await send_storm(port, cycle(sent))
 
 
 async def upgrades(port: int) -> Counter[str]:
-    told = "Upgrade: {}", "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==", "Sec-WebSocket-Version: 13"
+    headers = (
+        "Upgrade: {}",
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
+        "Sec-WebSocket-Version: 13",
+    )
     sent = [
-        get("/health", told[0].format(kind), *told[1:]).replace(b": close", b": Upgrade, close")
+        get("/health", headers[0].format(kind), *headers[1:]).replace(
+            b": close", b": Upgrade, close"
+        )
         for kind in ("websocket", "h2c", "TLS/1.0", "websocket, h2c")
     ]
-    return await storm(port, cycle(sent))
+    return await send_storm(port, cycle(sent))
 
 
 async def long_lists(port: int) -> Counter[str]:
@@ -180,15 +188,15 @@ async def long_lists(port: int) -> Counter[str]:
     sent: list[Pieces] = [get(url, value) for value in values]
     sent += [get("/v1/mesh?format=json", value, method="POST") for value in values]
     sent += [get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values]
-    return await storm(port, cycle(sent))
+    return await send_storm(port, cycle(sent))
 
 
 async def slow_heads(port: int) -> Counter[str]:
     """Many connections that send a byte every 0.8 s."""
     head = get("/health")
     slowly = [bytes([byte]) for byte in head]
-    asked = (ask(port, slowly, seconds=40, pause=0.8) for _ in range(300))
-    return Counter(await asyncio.gather(*asked))
+    tasks = (ask(port, slowly, seconds=40, pause=0.8) for _ in range(300))
+    return Counter(await asyncio.gather(*tasks))
 
 
 async def pipelines(port: int) -> Counter[str]:
@@ -212,7 +220,7 @@ async def _pipeline(port: int, requests: bytes) -> Counter[str]:
     """The first responses of many on one connection; does not wait for all."""
     answers: Counter[str] = Counter()
     with suppress(OSError, TimeoutError):
-        async with asyncio.timeout(8), connected(port) as (reader, writer):
+        async with asyncio.timeout(8), open_connection(port) as (reader, writer):
             writer.write(requests)
             await asyncio.sleep(3)
             async with asyncio.timeout(3):

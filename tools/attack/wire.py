@@ -30,8 +30,8 @@ def get(url: str, *headers: str, method: str = "GET") -> bytes:
 
 def post(url: str, body: bytes, *headers: str, media_type: str = "application/json") -> bytes:
     """A request with a body."""
-    told = f"Content-Type: {media_type}", f"Content-Length: {len(body)}", *headers
-    return get(url, *told, method="POST") + body
+    lines = f"Content-Type: {media_type}", f"Content-Length: {len(body)}", *headers
+    return get(url, *lines, method="POST") + body
 
 
 def post_head(url: str, *headers: str, media_type: str = "application/x-npy") -> bytes:
@@ -40,7 +40,7 @@ def post_head(url: str, *headers: str, media_type: str = "application/x-npy") ->
 
 
 @asynccontextmanager
-async def connected(
+async def open_connection(
     port: int, source: str = HOST
 ) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
     """A connection from an address of this machine; it is reset at the end."""
@@ -66,7 +66,7 @@ async def ask(port: int, request: Pieces, seconds: float = PATIENCE, pause: floa
     The response is read while pieces of the request are being sent, with a pause before each.
     """
     try:
-        async with asyncio.timeout(seconds), connected(port) as (reader, writer):
+        async with asyncio.timeout(seconds), open_connection(port) as (reader, writer):
             sending = asyncio.create_task(_send(writer, request, pause))
             try:
                 kept, count = await _read(reader)
@@ -106,8 +106,8 @@ def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
     """
     if not kept:
         return "closed"
-    head, found, body = kept.partition(b"\r\n\r\n")
-    if not found or not head.startswith(b"HTTP/1.1 "):
+    head, separator, body = kept.partition(b"\r\n\r\n")
+    if not separator or not head.startswith(b"HTTP/1.1 "):
         return "no HTTP"
     status = head[9:12].decode()
     fields = {
@@ -127,7 +127,7 @@ def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
     return status
 
 
-async def storm(
+async def send_storm(
     port: int, requests: Iterable[Pieces], together: int = 4, seconds: float = 4, pause: float = 0
 ) -> Counter[str]:
     """The responses to requests, `together` at a time; no request begins after `seconds`."""
@@ -144,7 +144,7 @@ async def storm(
     return answers
 
 
-def again(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
+def repeat(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
     """All requests, repeated without end, so that the client can be measured for long enough."""
     while True:
         yield from make()

@@ -11,8 +11,8 @@ from itertools import cycle, product
 import numpy as np
 
 from service.encoders.registry import BY_SUFFIX
-from tests.api.hostile_files import NPY, saved
-from tools.attack.wire import BUSY, DONE, Attack, Pieces, connected, get, post, storm
+from tests.api.hostile_files import NPY, save_array
+from tools.attack.wire import BUSY, DONE, Attack, Pieces, get, open_connection, post, send_storm
 
 
 @cache
@@ -51,7 +51,7 @@ COLD = tuple(
 
 
 async def cold(port: int) -> Counter[str]:
-    return await storm(port, [get(url) for url in COLD], together=8, seconds=6)
+    return await send_storm(port, [get(url) for url in COLD], together=8, seconds=6)
 
 
 async def tolerances(port: int) -> Counter[str]:
@@ -62,7 +62,7 @@ async def tolerances(port: int) -> Counter[str]:
             range(400, 600), _NAMES, ("glb", "stl"), ("true", "false")
         )
     )
-    return await storm(port, (get(url) for url in addresses), together=8, seconds=8)
+    return await send_storm(port, (get(url) for url in addresses), together=8, seconds=8)
 
 
 async def largest(port: int) -> Counter[str]:
@@ -77,7 +77,7 @@ async def largest(port: int) -> Counter[str]:
     points = [[k / 100_000, 0.5] for k in range(100_000)]
     kinds.append(post("/v1/points", _mesh(uv=points, derivatives=2)))
     kinds.append(post("/v1/project", _mesh(points=[[u, v, 1.0] for u, v in points])))
-    return await storm(port, cycle(kinds), together=24, seconds=12)
+    return await send_storm(port, cycle(kinds), together=24, seconds=12)
 
 
 async def largest_bodies(port: int) -> Counter[str]:
@@ -85,7 +85,7 @@ async def largest_bodies(port: int) -> Counter[str]:
     net = np.zeros((62_500, 4, 4, 3), np.float32)
     net[..., 0], net[..., 1] = np.indices((4, 4))
     net[..., 2] = np.arange(62_500)[:, None, None]
-    patches, text = saved(net), points(900_000)
+    patches, text = save_array(net), points(900_000)
     kinds: tuple[Pieces, ...] = (
         post("/v1/mesh?format=glb&resolution=1", patches, media_type=NPY),
         post("/v1/mesh?format=stl", text),
@@ -93,8 +93,8 @@ async def largest_bodies(port: int) -> Counter[str]:
         post("/v1/surfaces", patches, media_type=NPY),
         post("/v1/surfaces", text.replace(b', "resolution": 1', b"")),
     )
-    alone = await storm(port, kinds, together=1, seconds=12)
-    return alone + await storm(port, cycle(kinds), together=8, seconds=8)
+    alone = await send_storm(port, kinds, together=1, seconds=12)
+    return alone + await send_storm(port, cycle(kinds), together=8, seconds=8)
 
 
 def _spellings() -> Iterator[Pieces]:
@@ -109,7 +109,7 @@ def _spellings() -> Iterator[Pieces]:
 
 
 async def busting(port: int) -> Counter[str]:
-    return await storm(port, _spellings(), together=4, seconds=6)
+    return await send_storm(port, _spellings(), together=4, seconds=6)
 
 
 async def uploads(port: int) -> Counter[str]:
@@ -119,9 +119,9 @@ async def uploads(port: int) -> Counter[str]:
         for k in range(100_000):
             net = np.full((32, 32, 3), k, np.float32)
             net[..., 0], net[..., 1] = np.indices((32, 32))
-            yield post("/v1/surfaces", saved(net), media_type=NPY)
+            yield post("/v1/surfaces", save_array(net), media_type=NPY)
 
-    return await storm(port, surfaces(), seconds=6)
+    return await send_storm(port, surfaces(), seconds=6)
 
 
 async def operations(port: int) -> Counter[str]:
@@ -136,7 +136,7 @@ async def operations(port: int) -> Counter[str]:
         post("/v1/mesh", _mesh(method="de_casteljau", resolution=1000)),
         post("/v1/mesh", _mesh(method="forward_difference", resolution=1000)),
     ]  # fmt: skip
-    return await storm(port, cycle(kinds), together=6, seconds=8)
+    return await send_storm(port, cycle(kinds), together=6, seconds=8)
 
 
 async def floods(port: int) -> Counter[str]:
@@ -148,7 +148,7 @@ async def floods(port: int) -> Counter[str]:
 
     async def one_by_one() -> None:
         with suppress(OSError, asyncio.IncompleteReadError):
-            async with connected(port) as (reader, writer):
+            async with open_connection(port) as (reader, writer):
                 while asyncio.get_running_loop().time() < end:
                     writer.write(request)
                     head = await reader.readuntil(b"\r\n\r\n")

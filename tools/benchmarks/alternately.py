@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from statistics import median
 
 
-def alternately(
+def measure_alternately(
     rivals: Mapping[str, Callable[[], object]],
     rounds: int = 15,
     seconds: float = 0.02,

@@ -50,7 +50,7 @@ def print_closest(title: str, model: PatchModel) -> None:
     points = np.random.default_rng(1).uniform(low - side / 10, high + side / 10, (OURS, 3))
     peers = {name: peer for name, peer in PEERS.items() if peer.python.exists()}
     seconds: dict[str, list[float]] = {name: [] for name in ("service", *peers)}
-    found: dict[str, Any] = {}
+    by_library: dict[str, Any] = {}
     with ExitStack() as stack:
         asks = {name: stack.enter_context(_worker(name, model, points)) for name in peers}
         for _ in range(ROUNDS):
@@ -60,15 +60,15 @@ def print_closest(title: str, model: PatchModel) -> None:
             for name, ask in asks.items():
                 response = ask()
                 seconds[name].append(float(response["seconds"]))
-                found[name] = response["distances"]
-    found["service"] = columns["distances"]
-    least = found["service"].copy()
-    for distances in found.values():
+                by_library[name] = response["distances"]
+    by_library["service"] = columns["distances"]
+    least = by_library["service"].copy()
+    for distances in by_library.values():
         least[: len(distances)] = np.minimum(least[: len(distances)], distances)
     print(f"{title:24}{'points a second':>18}{'right a second':>18}{'wrong of':>10}")
     for name, times in seconds.items():
-        count = len(found[name])
-        wrong = found[name] > least[:count] + 1e-9 * model.diagonal
+        count = len(by_library[name])
+        wrong = by_library[name] > least[:count] + 1e-9 * model.diagonal
         if name in PEERS and not PEERS[name].borders:
             wrong &= ~columns["on_boundary"][:count]
         rate, faults = count / median(times), int(wrong.sum())

@@ -60,10 +60,10 @@ def splinepy(net: Any, points: Any) -> Callable[[], Iterator[float]]:
     surface = library.Bezier([rows - 1, columns - 1], net.transpose(1, 0, 2).reshape(-1, 3))
 
     def run() -> Iterator[float]:
-        found = surface.proximities(
+        proximities = surface.proximities(
             points, [2 * rows, 2 * columns], nthreads=1, return_verbose=True
         )
-        return iter(found[3].ravel().tolist())
+        return iter(proximities[3].ravel().tolist())
 
     return run
 
@@ -111,8 +111,8 @@ def main(name: str) -> None:
     """Processes files until the input ends."""
     peer = {"open_cascade": open_cascade, "splinepy": splinepy, "geomdl": geomdl}[name]
     for line in sys.stdin:
-        stated = np.load(line.strip())
-        runs = [peer(net, stated["points"]) for net in stated["nets"]]
+        points = np.load(line.strip())
+        runs = [peer(net, points["points"]) for net in points["nets"]]
         start = time.process_time()
         distances = np.min([list(run()) for run in runs], axis=0)
         seconds = time.process_time() - start

@@ -14,9 +14,9 @@ from service.engine.quantize import quantize
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.lowered import PatchModel
-from tests.examples import patches_of
-from tools.benchmarks.alternately import alternately
-from tools.benchmarks.evaluation import hills
+from tests.examples import lower_patches
+from tools.benchmarks.alternately import measure_alternately
+from tools.benchmarks.evaluation import build_hills
 
 GLB = BY_NAME["glb"]
 FORMS = {
@@ -31,31 +31,33 @@ LEVEL = 6
 
 def run() -> None:
     """Prints the tables."""
-    square = BezierSurface(hills(1, 3).points[0]).lower()
+    square = BezierSurface(build_hills(1, 3).points[0]).lower()
     works = (
-        ("teapot at 16 divisions", patches_of("utah-teapot"), 16),
+        ("teapot at 16 divisions", lower_patches("utah-teapot"), 16),
         ("1 bicubic patch at 512 divisions", square, 512),
     )
     print("GLB with normals from a mesh; CPU time, medians of alternating rounds")
     print(f"{'mesh':38}{'ours ms':>10}{'trimesh ms':>12}{'ours / trimesh':>16}")
     for title, model, divisions in works:
-        against_trimesh(title, model, MeshOptions(resolution=(divisions, divisions)))
+        compare_with_trimesh(title, model, MeshOptions(resolution=(divisions, divisions)))
     print()
     print("Every encoder on the teapot at 16 divisions")
     print(f"{'format':38}{'ms':>10}{'bytes':>12}")
     for fmt in FORMATS:
-        mesh = build_mesh(patches_of("utah-teapot"), MeshOptions(), fmt)
-        seconds = alternately({fmt.name: partial(fmt.encode, mesh, EncodeOptions())}, rounds=5)
+        mesh = build_mesh(lower_patches("utah-teapot"), MeshOptions(), fmt)
+        seconds = measure_alternately(
+            {fmt.name: partial(fmt.encode, mesh, EncodeOptions())}, rounds=5
+        )
         size = len(fmt.encode(mesh, EncodeOptions()))
         print(f"{fmt.title:38}{seconds[fmt.name] * 1e3:10.2f}{size:12}")
     print()
     print("Compact GLB with normals, beyond the mesh itself; CPU time, alternating rounds")
     print(f"{'mesh':34}{'form':>10}{'ms':>8}{'bytes':>11}{'share':>8}{'gzip ms':>9}{'gzip':>11}")
     for title, model, divisions in works:
-        compact(title, model, MeshOptions(resolution=(divisions, divisions)))
+        compare_compact(title, model, MeshOptions(resolution=(divisions, divisions)))
 
 
-def against_trimesh(title: str, model: PatchModel, options: MeshOptions) -> None:
+def compare_with_trimesh(title: str, model: PatchModel, options: MeshOptions) -> None:
     """Prints a line: our GLB and trimesh's, from the same arrays."""
     mesh = build_mesh(model, options, GLB)
     theirs = trimesh.Trimesh(
@@ -65,12 +67,12 @@ def against_trimesh(title: str, model: PatchModel, options: MeshOptions) -> None
         "ours": partial(GLB.encode, mesh, EncodeOptions()),
         "trimesh": partial(theirs.export, file_type="glb", include_normals=True),
     }
-    times = alternately(rivals, rounds=7)
+    times = measure_alternately(rivals, rounds=7)
     ratio = times["ours"] / times["trimesh"]
     print(f"{title:38}{times['ours'] * 1e3:10.2f}{times['trimesh'] * 1e3:12.2f}{ratio:16.3f}")
 
 
-def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
+def compare_compact(title: str, model: PatchModel, options: MeshOptions) -> None:
     """Prints a line for each form of GLB: its time and bytes, alone and after gzip."""
     mesh = build_mesh(model, options, GLB)
 
@@ -81,9 +83,9 @@ def compact(title: str, model: PatchModel, options: MeshOptions) -> None:
 
     writers = {name: partial(write, form) for name, form in FORMS.items()}
     files = {name: writer() for name, writer in writers.items()}
-    times = alternately(writers, rounds=5)
+    times = measure_alternately(writers, rounds=5)
     zipped = {name: partial(gzip.compress, file, LEVEL) for name, file in files.items()}
-    gzips = alternately(zipped, rounds=3)
+    gzips = measure_alternately(zipped, rounds=3)
     for name, file in files.items():
         share = len(file) / len(files["plain"])
         print(

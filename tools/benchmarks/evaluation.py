@@ -14,8 +14,8 @@ import numpy as np
 
 from service.engine.evaluation.evaluate import Formulation, choose_formulation, evaluate
 from service.surface.batches import TensorPatches
-from tests.strategies import example_batch
-from tools.benchmarks.alternately import alternately
+from tests.strategies import lower_example
+from tools.benchmarks.alternately import measure_alternately
 
 
 @dataclass(frozen=True)
@@ -28,28 +28,28 @@ class Work:
     record: tuple[float, float]
 
 
-def hills(count: int, degree: int) -> TensorPatches:
+def build_hills(count: int, degree: int) -> TensorPatches:
     """Patches over a regular grid with small pseudo-random heights, the same in every run."""
     steps = np.arange(degree + 1.0)
     flat = np.stack(np.meshgrid(steps, steps, [0.0], indexing="ij"), axis=-1)[:, :, 0]
     return TensorPatches(flat + 0.3 * np.random.default_rng(1).random((count, *flat.shape)))
 
 
-def works() -> list[Work]:
+def list_works() -> list[Work]:
     """The seven cases."""
-    teapot = example_batch("utah-teapot")
+    teapot = lower_example("utah-teapot")
     return [
-        Work("1 bicubic patch, 65 x 65", hills(1, 3), 64, (18, 22)),
-        Work("1 bicubic patch, 513 x 513", hills(1, 3), 512, (3.5, 3.8)),
-        Work("1 bicubic patch, 2049 x 2049", hills(1, 3), 2048, (2.0, 2.1)),
+        Work("1 bicubic patch, 65 x 65", build_hills(1, 3), 64, (18, 22)),
+        Work("1 bicubic patch, 513 x 513", build_hills(1, 3), 512, (3.5, 3.8)),
+        Work("1 bicubic patch, 2049 x 2049", build_hills(1, 3), 2048, (2.0, 2.1)),
         Work("teapot, 32 bicubic patches, 17 x 17", teapot, 16, (18, 19)),
-        Work("10 000 bicubic patches, 9 x 9", hills(10_000, 3), 8, (4.3, 5.2)),
-        Work("100 000 bicubic patches, 5 x 5", hills(100_000, 3), 4, (4.8, 4.8)),
-        Work("degree 15 x 15, 129 x 129", hills(1, 15), 128, (22, 24)),
+        Work("10 000 bicubic patches, 9 x 9", build_hills(10_000, 3), 8, (4.3, 5.2)),
+        Work("100 000 bicubic patches, 5 x 5", build_hills(100_000, 3), 4, (4.8, 4.8)),
+        Work("degree 15 x 15, 129 x 129", build_hills(1, 15), 128, (22, 24)),
     ]
 
 
-def rivals(work: Work) -> list[Formulation]:
+def list_rivals(work: Work) -> list[Formulation]:
     """The formulations to time for this case."""
     samples, p = (work.divisions + 1) ** 2, work.patches.degree[0]
     is_fit: dict[Formulation, bool] = {
@@ -66,7 +66,7 @@ def run() -> None:
     print(
         f"{'work':38}{'formulation':20}{'ns/vertex':>10}{'x copy':>9}{'record':>13}{'x record':>14}"
     )
-    for work in works():
+    for work in list_works():
         measure(work)
 
 
@@ -79,10 +79,10 @@ def measure(work: Work) -> None:
     chosen = choose_formulation(work.patches, resolution, True)
     call = partial(evaluate, work.patches, resolution, dtype=np.float32, out=result)
     calls: dict[str, Callable[[], object]] = {
-        name: partial(call, formulation=name) for name in rivals(work)
+        name: partial(call, formulation=name) for name in list_rivals(work)
     }
     copy = partial(np.copyto, np.empty_like(both), both)
-    times = alternately({"copy": copy, **calls}, rounds=9)
+    times = measure_alternately({"copy": copy, **calls}, rounds=9)
     for name in calls:
         each, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
         low, high = work.record

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import client_of
-from tests.api.hostile import HOSTILE, pieces
+from tests.api.client import start_client
+from tests.api.hostile import HOSTILE, split_body
 from tests.api.hostile_files import FILES
 from tools.processes import peak_memory, reset_peak, resident_memory
 
@@ -33,18 +33,18 @@ class Cost(NamedTuple):
     peak: float
 
 
-def costs() -> list[Cost]:
+def measure_costs() -> list[Cost]:
     """Cost of every body of the table, each in a new process, the slowest first."""
     processes = get_context("forkserver")
     processes.set_forkserver_preload(["tools.benchmarks.hostile"])  # imported once
     with processes.Pool(1, maxtasksperchild=1) as pool:
-        found = pool.map(_cost, range(len(HOSTILE) + len(FILES)), chunksize=1)
-    return sorted(found, key=lambda cost: -cost.seconds)
+        costs = pool.map(_measure_cost, range(len(HOSTILE) + len(FILES)), chunksize=1)
+    return sorted(costs, key=lambda cost: -cost.seconds)
 
 
 def run() -> bool:
     """Prints the slowest bodies; returns whether all stay within the limits."""
-    rows = costs()
+    rows = measure_costs()
     slowest, largest = rows[0], max(rows, key=lambda cost: cost.peak)
     print(f"{len(rows)} hostile bodies; the slowest ten:")
     for cost in rows[:10]:
@@ -54,9 +54,9 @@ def run() -> bool:
     return slowest.seconds <= MAX_SECONDS and largest.peak <= MAX_BYTES
 
 
-def _cost(index: int) -> Cost:
+def _measure_cost(index: int) -> Cost:
     """The cost of one body of the table: the best time of three, and the peak of the first."""
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         for case in HOSTILE[:3]:
             client.request("POST", "/v1/mesh", case.chunks(), _JSON)
         if index < len(HOSTILE):
@@ -64,19 +64,19 @@ def _cost(index: int) -> Cost:
             post = partial(client.request, "POST", "/v1/mesh", chunks, _JSON)
         else:
             file = FILES[index - len(HOSTILE)]
-            name, chunks = file.name, list(pieces(file.build()))
+            name, chunks = file.name, list(split_body(file.build()))
             headers = {"Content-Type": file.media_type}
             post = partial(client.request, "POST", f"/v1/mesh?{file.query}", chunks, headers)
         gc.collect()
         reset_peak()
         before = resident_memory()
-        seconds = [_timed(post)]
+        seconds = [_measure_time(post)]
         peak = peak_memory() - before
-        seconds += [_timed(post) for _ in range(2)]
+        seconds += [_measure_time(post) for _ in range(2)]
     return Cost(name, min(seconds), peak)
 
 
-def _timed(post: Callable[[], object]) -> float:
+def _measure_time(post: Callable[[], object]) -> float:
     start = time.perf_counter()
     post()
     return time.perf_counter() - start

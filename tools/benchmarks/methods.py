@@ -18,15 +18,15 @@ from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from tests.oracles import exact
-from tests.strategies import example_batch
-from tools.benchmarks.alternately import alternately
+from tests.strategies import lower_example
+from tools.benchmarks.alternately import measure_alternately
 
 METHODS: tuple[Method, ...] = ("matrix", "de_casteljau", "forward_difference")
 DIVISIONS = (64, 256, 1024, 4096)
 DEGREES = (1, 2, 3, 5, 8)
 
 
-def wild(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatches:
+def build_random_patches(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatches:
     """Patches of independent control points and weights from 0.2 to 5, the same in every run."""
     rng = np.random.default_rng(p + 100 * q)
     shape = (count, p + 1, q + 1)
@@ -34,38 +34,38 @@ def wild(p: int, q: int, *, weights: bool = False, count: int = 1) -> TensorPatc
     return TensorPatches(points, rng.uniform(0.2, 5, shape) if weights else None)
 
 
-def works() -> list[tuple[str, Patches, int]]:
+def list_works() -> list[tuple[str, Patches, int]]:
     """The measured cases: title, patches, divisions."""
-    teapot = example_batch("utah-teapot")
+    teapot = lower_example("utah-teapot")
     cubic = np.random.default_rng(3).uniform(-1, 1, (1, 10, 3))
     return [
-        ("bilinear, 257 x 257", wild(1, 1), 256),
-        ("bicubic, 257 x 257", wild(3, 3), 256),
+        ("bilinear, 257 x 257", build_random_patches(1, 1), 256),
+        ("bicubic, 257 x 257", build_random_patches(3, 3), 256),
         ("teapot, 32 x 17 x 17", teapot, 16),
-        ("1000 bicubics, 9 x 9", wild(3, 3, count=1000), 8),
-        ("rational 3 x 5, 129 x 129", wild(3, 5, weights=True), 128),
-        ("rational 8 x 8, 65 x 65", wild(8, 8, weights=True), 64),
-        ("15 x 15, 65 x 65", wild(15, 15), 64),
+        ("1000 bicubics, 9 x 9", build_random_patches(3, 3, count=1000), 8),
+        ("rational 3 x 5, 129 x 129", build_random_patches(3, 5, weights=True), 128),
+        ("rational 8 x 8, 65 x 65", build_random_patches(8, 8, weights=True), 64),
+        ("15 x 15, 65 x 65", build_random_patches(15, 15), 64),
         ("cubic triangle, 256 rows", TrianglePatches(cubic), 256),
     ]
 
 
 def run() -> None:
     """Prints the tables."""
-    costs()
+    print_costs()
     print()
-    losses()
+    print_errors()
     print()
-    growth()
+    print_growth()
 
 
-def costs() -> None:
+def print_costs() -> None:
     """CPU time of each method in multiples of `matrix`."""
     print("CPU time in multiples of matrix (ns a sample), float32 and float64; normals included")
     print(f"{'work':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
-    for title, patches, divisions in works():
+    for title, patches, divisions in list_works():
         for dtype in (np.float32, np.float64):
-            times = alternately(rivals(patches, divisions, dtype), rounds=5)
+            times = measure_alternately(list_rivals(patches, divisions, dtype), rounds=5)
             samples = evaluate(patches, (divisions, divisions), normals=False).positions.size / 3
             cells = "".join(
                 f"{times[m] / times['matrix']:14.1f} ({times[m] / samples * 1e9:6.0f})"
@@ -76,7 +76,7 @@ def costs() -> None:
             print(f"{title:28}{dtype.__name__:9}{cells}")
 
 
-def rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], Any]]:
+def list_rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], Any]]:
     """Calls of the methods that take this degree."""
     degree = max(patches.side_degrees)
     fit = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
@@ -84,40 +84,40 @@ def rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[
     return {m: partial(evaluate, patches, resolution, dtype=dtype, method=m) for m in fit}
 
 
-def losses() -> None:
+def print_errors() -> None:
     """Largest error at 16 × 16 divisions, compared with exact fractions."""
     print("Largest error of a position at 16 x 16 divisions, in parts of the extent")
     print(f"{'degree':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
     for p, q, weights in ((3, 3, False), (3, 5, True), (8, 8, True), (16, 16, True)):
-        patches = wild(p, q, weights=weights)
-        own = None if patches.weights is None else patches.weights[0]
-        truth = exact.positions(patches.points[0], own, (16, 16))
+        patches = build_random_patches(p, q, weights=weights)
+        patch_weights = None if patches.weights is None else patches.weights[0]
+        truth = exact.positions(patches.points[0], patch_weights, (16, 16))
         for dtype in (np.float32, np.float64):
-            calls = rivals(patches, 16, dtype)
-            found = {m: np.abs(call().positions[0] - truth).max() for m, call in calls.items()}
+            calls = list_rivals(patches, 16, dtype)
+            errors = {m: np.abs(call().positions[0] - truth).max() for m, call in calls.items()}
             cells = "".join(
-                f"{found[m] / patches.extent:24.1e}" if m in found else f"{'-':>24}"
+                f"{errors[m] / patches.extent:24.1e}" if m in errors else f"{'-':>24}"
                 for m in METHODS
             )
             title = f"{'rational ' if weights else ''}{p} x {q}"
             print(f"{title:28}{dtype.__name__:9}{cells}")
 
 
-def growth() -> None:
+def print_growth() -> None:
     """Largest error of forward differences as the divisions of a row grow."""
     print("Largest error of forward_difference, in parts of the extent, by divisions of a row")
     print(f"{'degree':28}{'':9}" + "".join(f"{divisions:>12}" for divisions in DIVISIONS))
     for degree in (*DEGREES, 16):
-        patches = wild(2, degree, count=4)
+        patches = build_random_patches(2, degree, count=4)
         for dtype in (np.float32, np.float64):
             if degree > MAX_DEGREE[dtype]:
                 continue
             cells = ""
             for divisions in DIVISIONS:
                 differences = partial(evaluate, dtype=dtype, method="forward_difference")
-                right, found = (
+                right, positions = (
                     method(patches, (2, divisions), normals=False).positions
                     for method in (evaluate, differences)
                 )
-                cells += f"{np.abs(found - right).max() / patches.extent:12.1e}"
+                cells += f"{np.abs(positions - right).max() / patches.extent:12.1e}"
             print(f"{degree:<28}{dtype.__name__:9}{cells}")

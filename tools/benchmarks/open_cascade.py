@@ -40,10 +40,19 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.lowered import Part, PatchModel
-from tests.oracles.deviation import surface_to_mesh
+from tests.oracles.deviation import measure_surface_to_mesh
 from tests.oracles.distance import Soup
-from tests.oracles.sheets import sheets_of
-from tools.certify.surfaces import ARC, FAMILIES, MODERATE, QUARTER, WILD, Array, bicubic, strewn
+from tests.oracles.sheets import build_sheets
+from tools.certify.surfaces import (
+    ARC,
+    FAMILIES,
+    MODERATE,
+    QUARTER,
+    WILD,
+    Array,
+    bicubic,
+    scatter_points,
+)
 
 Surface: TypeAlias = BezierSurface | BsplineSurface | PatchModel
 Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
@@ -70,24 +79,24 @@ HEADER = (
 )
 
 
-def works() -> dict[str, list[Surface]]:
+def list_works() -> dict[str, list[Surface]]:
     """The meshed models, in groups."""
     rng = np.random.default_rng(15)
     ridges = (FAMILIES["sine ridges"].surface(seed) for seed in range(6))
     spikes = (FAMILIES["spikes"].surface(seed) for seed in range(6))
-    found: dict[str, list[Surface]] = {
+    works: dict[str, list[Surface]] = {
         "bicubic, moderate": [BezierSurface(bicubic(seed, MODERATE)) for seed in range(12)],
         "bicubic, wild": [BezierSurface(bicubic(100 + seed, WILD)) for seed in range(12)],
-        "degree 15": [BezierSurface(strewn(rng, 16, 16, 0.02, 0.3)) for _ in range(4)],
+        "degree 15": [BezierSurface(scatter_points(rng, 16, 16, 0.02, 0.3)) for _ in range(4)],
         "spikes": [s for s in spikes if isinstance(s, BsplineSurface)],
         "sine ridges": [s for s in ridges if isinstance(s, BsplineSurface)],
-        "1000 small faces": [small_faces()],
-        "thin skins": [thin_skin(seed) for seed in range(2)],
+        "1000 small faces": [build_machine_parts()],
+        "thin skins": [build_wing_skin(seed) for seed in range(2)],
     }
-    return found | {name: [example(name)] for name in MODELS}
+    return works | {name: [find_example(name)] for name in MODELS}
 
 
-def example(name: str) -> Surface:
+def find_example(name: str) -> Surface:
     """A built-in surface; its patches if it has several."""
     surface = find(name).surface()
     if isinstance(surface, BezierSurface | BsplineSurface):
@@ -97,7 +106,7 @@ def example(name: str) -> Surface:
     return model
 
 
-def small_faces() -> PatchModel:
+def build_machine_parts() -> PatchModel:
     """Surfaces of machine parts: planes, quarters of cylinders, and fillets, of many sizes.
 
     Fillets are quarters of a tube along a quarter of a circle. The faces lie on a lattice, in
@@ -122,7 +131,7 @@ def small_faces() -> PatchModel:
     return PatchModel("faces", tuple(batches), (Part("faces", 0, number),))
 
 
-def thin_skin(seed: int) -> BsplineSurface:
+def build_wing_skin(seed: int) -> BsplineSurface:
     """The skin of a wing: 526 × 13 points, with dense knots near its leading edge.
 
     Every seed but 0 adds noise to the control points, as in a measured skin.
@@ -165,7 +174,7 @@ def open_cascade(python: str) -> Iterator[Occ]:
         name = f"{folder}/surface.npz"
 
         def mesh(surface: Surface, deflection: float) -> tuple[Array, float, int]:
-            faces = enumerate(stated(surface))
+            faces = enumerate(build_fields(surface))
             arrays: Any = {f"{k} {key}": x for k, face in faces for key, x in face.items()}
             np.savez(name, deflection=deflection, **arrays)
             print(name, file=worker.stdin, flush=True)
@@ -178,16 +187,16 @@ def open_cascade(python: str) -> Iterator[Occ]:
         worker.stdin.close()
 
 
-def stated(surface: Surface) -> list[dict[str, Array]]:
+def build_fields(surface: Surface) -> list[dict[str, Array]]:
     """The arrays that the worker reads, face by face."""
     if isinstance(surface, PatchModel):
-        found = []
+        fields = []
         for batch in surface.batches:
             loads = [{}] * batch.count if batch.weights is None else [
                 {"weights": each} for each in batch.weights
             ]  # fmt: skip
-            found += [{"net": net} | load for net, load in zip(batch.points, loads, strict=True)]
-        return found
+            fields += [{"net": net} | load for net, load in zip(batch.points, loads, strict=True)]
+        return fields
     face = {"net": surface.control_net}
     if surface.weights is not None:
         face["weights"] = surface.weights
@@ -199,7 +208,7 @@ def stated(surface: Surface) -> list[dict[str, Array]]:
     return [face]
 
 
-def ours(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
+def time_mesh(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
     """A mesh of bare positions, and seconds of CPU time."""
     options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
     start = time.process_time()
@@ -207,7 +216,7 @@ def ours(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
     return mesh, time.process_time() - start
 
 
-def uniform(model: PatchModel, tolerance: float) -> int:
+def count_uniform(model: PatchModel, tolerance: float) -> int:
     """Triangles of the smallest uniform grid whose certified bound meets the tolerance.
 
     The ratio of divisions along u and along v is 1, 2, 4 or 8, in either direction.
@@ -216,34 +225,34 @@ def uniform(model: PatchModel, tolerance: float) -> int:
     assert isinstance(batch, TensorPatches)
     p, q = batch.degree
 
-    def misses(times: int, shape: tuple[int, int]) -> bool:
+    def exceeds_tolerance(times: int, shape: tuple[int, int]) -> bool:
         u, v = times * shape[0], times * shape[1]
         bends = bound_second_derivatives(batch, (u, v), (count_blocks(u, p), count_blocks(v, q)))
         return float(bends.bound_deviations(1 / u, 1 / v).max()) > tolerance
 
-    def least(shape: tuple[int, int]) -> int:
+    def find_least(shape: tuple[int, int]) -> int:
         high = 1
-        while misses(high, shape):
+        while exceeds_tolerance(high, shape):
             high *= 2
         # If a number of divisions meets the bound, so do all larger ones.
         times = range(high // 2 + 1, high)
-        return times.start + bisect_left(times, True, key=lambda n: not misses(n, shape))
+        return times.start + bisect_left(times, True, key=lambda n: not exceeds_tolerance(n, shape))
 
-    return min(2 * least(shape) ** 2 * shape[0] * shape[1] * batch.count for shape in SHAPES)
+    return min(2 * find_least(shape) ** 2 * shape[0] * shape[1] * batch.count for shape in SHAPES)
 
 
-def measured(surface: Surface, relative: float, occ: Occ) -> Line:
+def measure_line(surface: Surface, relative: float, occ: Occ) -> Line:
     """Times of both meshers in turns, and the properties of their meshes."""
     model = surface if isinstance(surface, PatchModel) else surface.lower()
     points = np.concatenate([batch.points.reshape(-1, 3) for batch in model.batches])
     tolerance = relative * float(np.linalg.norm(np.ptp(points, axis=0)))
     times: list[tuple[float, float]] = []
     while len(times) < ROUNDS and (not times or times[0][0] < LONG):
-        mesh, mine = ours(model, tolerance)
+        mesh, mine = time_mesh(model, tolerance)
         theirs, its, peak = occ(surface, tolerance)
         times.append((mine, its))
     tracemalloc.start()
-    ours(model, tolerance)
+    time_mesh(model, tolerance)
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     corners = mesh.positions[mesh.triangles].astype(np.float64)
@@ -251,16 +260,19 @@ def measured(surface: Surface, relative: float, occ: Occ) -> Line:
         (len(corners), len(theirs)),
         (median(mine for mine, _ in times), median(its for _, its in times)),
         (most / 1e6, peak / 1e6),
-        (deviation(surface, corners) / tolerance, deviation(surface, theirs) / tolerance),
-        uniform(model, tolerance) if len(model.batches) == 1 else 0,
+        (
+            measure_deviation(surface, corners) / tolerance,
+            measure_deviation(surface, theirs) / tolerance,
+        ),
+        count_uniform(model, tolerance) if len(model.batches) == 1 else 0,
     )
 
 
-def deviation(surface: Surface, corners: Array) -> float:
+def measure_deviation(surface: Surface, corners: Array) -> float:
     """The largest distance found by sampling."""
-    sheets = sheets_of(surface)
+    sheets = build_sheets(surface)
     if len(sheets) <= FEW:
-        return surface_to_mesh(
+        return measure_surface_to_mesh(
             sheets, corners, int(np.clip(4 * len(corners), 4000, 30000))
         ).distance
     count = max(200, 4 * len(corners) // len(sheets))
@@ -268,7 +280,7 @@ def deviation(surface: Surface, corners: Array) -> float:
     return Soup(corners).farthest(points)[1]
 
 
-def row(title: str, relative: float, lines: list[Line]) -> str:
+def write_row(title: str, relative: float, lines: list[Line]) -> str:
     """A row: medians over a group, the worst deviations, and the number above the tolerance."""
     mine, its = (median(line.triangles[k] for line in lines) for k in range(2))
     slow, fast = (1e3 * median(line.seconds[k] for line in lines) for k in range(2))
@@ -293,10 +305,10 @@ def run(python: str, names: Sequence[str] = ()) -> None:
     print("the meshes above 1")
     print(HEADER)
     with open_cascade(python) as occ:
-        for title, surfaces in works().items():
+        for title, surfaces in list_works().items():
             for relative in TOLERANCES if not names or title in names else ():
-                lines = [measured(surface, relative, occ) for surface in surfaces]
-                print(row(title, relative, lines), flush=True)
+                lines = [measure_line(surface, relative, occ) for surface in surfaces]
+                print(write_row(title, relative, lines), flush=True)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ from OCP.TopoDS import TopoDS_Compound
 ANGLE = 0.5
 
 
-def grid(values: Any, kind: Any) -> Any:
+def to_grid(values: Any, kind: Any) -> Any:
     """Open CASCADE's array of points or of weights, counted from 1."""
     rows, columns = values.shape[:2]
     array = kind(1, rows, 1, columns)
@@ -37,7 +37,7 @@ def grid(values: Any, kind: Any) -> Any:
     return array
 
 
-def numbers(values: Any, kind: Any) -> Any:
+def to_numbers(values: Any, kind: Any) -> Any:
     """Open CASCADE's array of numbers, counted from 1."""
     array = kind(1, len(values))
     for k, value in enumerate(values.tolist()):
@@ -45,26 +45,26 @@ def numbers(values: Any, kind: Any) -> Any:
     return array
 
 
-def surface_of(fields: Any) -> Any:
+def build_surface(fields: Any) -> Any:
     """A Bézier surface, or a B-spline surface if the face has knots."""
-    grids = [grid(fields["net"], Array2_gp_Pnt)]
+    grids = [to_grid(fields["net"], Array2_gp_Pnt)]
     if "weights" in fields:
-        grids.append(grid(fields["weights"], Array2_double))
+        grids.append(to_grid(fields["weights"], Array2_double))
     if "degree" not in fields:
         return Geom_BezierSurface(*grids)
     p, q = fields["degree"].tolist()
-    knots = [numbers(fields[f"knots_{axis}"], Array1_double) for axis in "uv"]
-    times = [numbers(fields[f"times_{axis}"].astype(int), Array1_int) for axis in "uv"]
+    knots = [to_numbers(fields[f"knots_{axis}"], Array1_double) for axis in "uv"]
+    times = [to_numbers(fields[f"times_{axis}"].astype(int), Array1_int) for axis in "uv"]
     return Geom_BSplineSurface(*grids, *knots, *times, p, q)
 
 
-def bytes_of(field: str) -> int:
+def read_bytes(field: str) -> int:
     """A number of bytes in /proc/self/status."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(field))
 
 
-def corners_of(face: Any) -> Any:
+def read_corners(face: Any) -> Any:
     """Corners of the triangles of a meshed face, (T, 3, 3)."""
     mesh = BRep_Tool.Triangulation_s(face, TopLoc_Location())
     nodes = [mesh.Node(k) for k in range(1, mesh.NbNodes() + 1)]
@@ -82,17 +82,17 @@ def main() -> None:
             face, _, field = key.rpartition(" ")
             fields.setdefault(face, {})[field] = value
         deflection = float(fields.pop("")["deflection"])
-        surfaces = map(surface_of, fields.values())
+        surfaces = map(build_surface, fields.values())
         faces = [BRepBuilderAPI_MakeFace(surface, 1e-7).Face() for surface in surfaces]
         compound, builder = TopoDS_Compound(), BRep_Builder()
         builder.MakeCompound(compound)
         for face in faces:
             builder.Add(compound, face)
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-        before, start = bytes_of("VmRSS"), time.process_time()
+        before, start = read_bytes("VmRSS"), time.process_time()
         BRepMesh_IncrementalMesh(compound, deflection, False, ANGLE, False)
-        seconds, peak = time.process_time() - start, bytes_of("VmHWM") - before
-        corners = np.concatenate([corners_of(face) for face in faces])
+        seconds, peak = time.process_time() - start, read_bytes("VmHWM") - before
+        corners = np.concatenate([read_corners(face) for face in faces])
         np.savez(f"{name}.out.npz", corners=corners, seconds=seconds, peak=peak)
         print(name, flush=True)
 

@@ -52,10 +52,10 @@ def write_glb(arrays: list[Any]) -> bytes:
 
 
 def mesh(suffix: str, request: MeshRequest) -> Any:
-    stated, r = request.surface, request.resolution
-    nets = np.array([stated.control_net] if stated.control_net else stated.vertices)
-    nets = nets if stated.control_net else nets[np.array(stated.patches)]
-    (u, du), (v, dv) = (bases(n, stated.degree, r) for n in nets.shape[1:3])
+    surface, r = request.surface, request.resolution
+    nets = np.array([surface.control_net] if surface.control_net else surface.vertices)
+    nets = nets if surface.control_net else nets[np.array(surface.patches)]
+    (u, du), (v, dv) = (bases(n, surface.degree, r) for n in nets.shape[1:3])
     points, x, y = (np.einsum("ai,pijc,bj->pabc", a, nets, b, optimize=True).reshape(-1, 3)
                     for a, b in ((u, v), (du, v), (u, dv)))  # fmt: skip
     normals = np.cross(x, y)

@@ -39,16 +39,16 @@ def run() -> None:
         print_closest(title, to_patches(surface.lower()))
     print(f"\n{'rays a second':24}{'first hits':>12}{'all hits':>12}{'hits a ray':>12}")
     for title, surface in surfaces.items():
-        rates, each = ray_rates(to_patches(surface.lower()))
+        rates, each = measure_ray_rates(to_patches(surface.lower()))
         print(f"{title:24}" + "".join(f"{rate:12,.0f}" for rate in rates) + f"{each:12.2f}")
 
     print(f"\n{'':24}{'signs a second':>16}{'planes a second':>16}{'measured, ms':>16}")
     for name in ("sphere", "rounded-box", "utah-teapot"):
-        others = other_rates(find(name).surface())
+        others = measure_other_rates(find(name).surface())
         print(f"{name:24}" + "".join(f"{value:16,.0f}" for value in others), flush=True)
 
 
-def other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
+def measure_other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
     """Signed points a second, planes a second, and milliseconds of all measures."""
     model = to_patches(surface.lower())
     low, high = model.bounds
@@ -73,7 +73,7 @@ def other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
     return SIGNED / signed, PLANES / planed, 1e3 * measured
 
 
-def ray_rates(model: PatchModel) -> tuple[list[float], float]:
+def measure_ray_rates(model: PatchModel) -> tuple[list[float], float]:
     """Rays per second for first hits and for all hits, and hits per ray. Rays go from a sphere to
     points of the box."""
     low, high = model.bounds

@@ -73,7 +73,7 @@ class Work(NamedTuple):
         return file
 
 
-def works(service: Server) -> list[Work]:
+def list_works(service: Server) -> list[Work]:
     """The measured requests; the heights of the nets are the same in every run."""
     chance = random.Random(3)
 
@@ -116,7 +116,7 @@ def create_echo() -> FastAPI:
     return app
 
 
-def uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
+def start_uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
     """One process of uvicorn that runs an application of a checkout."""
     python = sys.executable if checkout == ROOT else checkout / ".venv" / "bin" / "python"
     port = free_port()
@@ -126,13 +126,13 @@ def uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
     return Server(answers.parent / f"{port}.log", command, port, environment, folder=checkout)
 
 
-def rate(url: str, script: Path, seconds: int) -> float:
+def measure_rate(url: str, script: Path, seconds: int) -> float:
     """Requests per second that `wrk` counts; raises if any response is an error."""
     options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "--timeout=30s", "-s", str(script))
-    told = subprocess.run(("wrk", *options, url), capture_output=True, text=True, check=True).stdout
-    if found := re.search(r"(Non-2xx|Socket errors).*", told):
-        raise RuntimeError(f"{url}: {found[0]}")
-    return float(re.findall(r"Requests/sec:\s+([\d.]+)", told)[0])
+    done = subprocess.run(("wrk", *options, url), capture_output=True, text=True, check=True).stdout
+    if match := re.search(r"(Non-2xx|Socket errors).*", done):
+        raise RuntimeError(f"{url}: {match[0]}")
+    return float(re.findall(r"Requests/sec:\s+([\d.]+)", done)[0])
 
 
 def run(arguments: Sequence[str] = ()) -> bool:
@@ -151,18 +151,18 @@ def run(arguments: Sequence[str] = ()) -> bool:
     header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}{'kept':>8}"
     header += f"{'plain/s':>10}{'ratio':>8}{'kept':>8}"
     print(header + (f"{'old/s':>10}{'new/old':>9}" if options.against else ""))
-    slow, kept, found = [], json.loads(BASELINE.read_text()), {}
+    slow, kept, ratios = [], json.loads(BASELINE.read_text()), {}
     with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
         answers = Path(temporary) / "answers"
         answers.mkdir()
-        service = stack.enter_context(uvicorn(SERVICE, answers))
-        chosen = [w for w in works(service) if not options.names or w.name in options.names]
+        service = stack.enter_context(start_uvicorn(SERVICE, answers))
+        chosen = [w for w in list_works(service) if not options.names or w.name in options.names]
         for work in chosen:
             (answers / work.name).write_bytes(work.ask(service).content)
-        echo, plain = (stack.enter_context(uvicorn(app, answers)) for app in (ECHO, HOUR))
+        echo, plain = (stack.enter_context(start_uvicorn(app, answers)) for app in (ECHO, HOUR))
         old = None
         if options.against:
-            old = stack.enter_context(uvicorn(SERVICE, answers, options.against.absolute()))
+            old = stack.enter_context(start_uvicorn(SERVICE, answers, options.against.absolute()))
         for work in chosen:
             script = work.write_script(Path(temporary))
             urls = {"service": service.url + work.target, "echo": f"{echo.url}/{work.name}"}
@@ -171,7 +171,7 @@ def run(arguments: Sequence[str] = ()) -> bool:
             if old is not None:
                 urls["old"] = old.url + work.target
             rates = [
-                {name: rate(url, script, options.seconds) for name, url in urls.items()}
+                {name: measure_rate(url, script, options.seconds) for name, url in urls.items()}
                 for _ in range(options.rounds)
             ]
             each = {name: median(row[name] for row in rates) for name in urls}
@@ -184,13 +184,13 @@ def run(arguments: Sequence[str] = ()) -> bool:
             line = f"{work.name:18}{size:10}{each['service']:11.1f}"
             for name, key in (("echo", work.name), ("plain", f"{work.name} / plain")):
                 if name in urls:
-                    found[key] = round(ratio[name], 3)
+                    ratios[key] = round(ratio[name], 3)
                     line += f"{each[name]:10.1f}{ratio[name]:8.3f}{kept.get(key, 0):8.3f}"
                 else:
                     line += " " * 26
             print(line + (f"{each['old']:10.1f}{ratio['old']:9.2f}" if old else ""), flush=True)
     if options.keep:
-        BASELINE.write_text(json.dumps(kept | found, indent=1) + "\n")
+        BASELINE.write_text(json.dumps(kept | ratios, indent=1) + "\n")
     for line in slow:
         print(line)
     return not slow

@@ -25,7 +25,7 @@ from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
 from tools.certify.seams import Joint, judge_model
 from tools.certify.surfaces import FAMILIES
-from tools.certify.table import Finding, rows
+from tools.certify.table import Finding, write_rows
 
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
@@ -38,7 +38,7 @@ MOST = 40
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
 
 
-def cases(share: float, names: list[str]) -> Iterator[Case]:
+def list_cases(share: float, names: list[str]) -> Iterator[Case]:
     """All surfaces at all tolerances, every second file a GLB, and at one resolution."""
     for name, family in FAMILIES.items():
         if names and name not in names:
@@ -53,7 +53,7 @@ def cases(share: float, names: list[str]) -> Iterator[Case]:
             yield Case(name, seed, resolution=resolution, faces=faces)
 
 
-def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
+def list_joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
     """All models and groups, each at one of the tolerances."""
     for kind, (count, _) in BODIES.items():
         if names and kind not in names:
@@ -72,11 +72,11 @@ def joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
 Task: TypeAlias = Case | tuple[str, int, float]
 
 
-def _seed(task: Task) -> int:
+def _choose_seed(task: Task) -> int:
     return task.seed if isinstance(task, Case) else task[1]
 
 
-def work(task: Task) -> Finding:
+def judge_task(task: Task) -> Finding:
     """Judges one mesh, one model or one group; a task that takes too long counts as a fault."""
     signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:
@@ -89,14 +89,14 @@ def work(task: Task) -> Finding:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def _too_long(_signal: int, _frame: object) -> None:
+def _raise_timeout(_signal: int, _frame: object) -> None:
     raise TimeoutError(f"more than {PATIENCE} s")
 
 
-def _quiet() -> None:
+def _prepare_worker() -> None:
     """Ignores Ctrl-C, which the parent handles; ends a task that takes too long."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGPROF, _too_long)
+    signal.signal(signal.SIGPROF, _raise_timeout)
     pin_blas()
 
 
@@ -105,19 +105,21 @@ def main(arguments: list[str]) -> int:
     share = float(arguments[0]) if arguments else 1.0
     names = arguments[1:]
     # Sorted by seed, so that a run that is stopped early has judged some surfaces of each family.
-    tasks: list[Task] = sorted([*joints(share, names), *cases(share, names)], key=_seed)
-    found: list[Finding] = []
+    tasks: list[Task] = sorted(
+        [*list_joints(share, names), *list_cases(share, names)], key=_choose_seed
+    )
+    findings: list[Finding] = []
     start = time.monotonic()
-    pool = Pool(min(2, cpu_count()), _quiet)
+    pool = Pool(min(2, cpu_count()), _prepare_worker)
     try:
-        for result in pool.imap_unordered(work, tasks, chunksize=4):
-            found.append(result)
+        for result in pool.imap_unordered(judge_task, tasks, chunksize=4):
+            findings.append(result)
             for text in result.complaints():
                 print(f"\r{text}", file=sys.stderr)
-            if len(found) % 50 == 0 or len(found) == len(tasks):
-                wrong = sum(bool(each.wrong) for each in found)
+            if len(findings) % 50 == 0 or len(findings) == len(tasks):
+                wrong = sum(bool(each.wrong) for each in findings)
                 print(
-                    f"\r{len(found)} of {len(tasks)}, {wrong} wrong, "
+                    f"\r{len(findings)} of {len(tasks)}, {wrong} wrong, "
                     f"{time.monotonic() - start:.0f} s",
                     end="",
                     file=sys.stderr,
@@ -126,16 +128,16 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         pool.terminate()
     print(file=sys.stderr)
-    return report(found)
+    return report(findings)
 
 
-def report(found: list[Finding]) -> int:
+def report(findings: list[Finding]) -> int:
     """Prints the tables and the complaints; returns 1 if there are complaints."""
     order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY, "groups"])}
-    found.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
-    models = [each for each in found if isinstance(each, Joint)]
-    nearly = [each for each in found if isinstance(each, Near)]
-    verdicts = [each for each in found if isinstance(each, Verdict)]
+    findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
+    models = [each for each in findings if isinstance(each, Joint)]
+    nearly = [each for each in findings if isinstance(each, Near)]
+    verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
     for title, listed, counts in (
@@ -145,15 +147,15 @@ def report(found: list[Finding]) -> int:
         ("equal up to rounding", nearly, ("closed",)),
     ):
         if listed:
-            print("\n".join([*rows(title, listed, counts), ""]))
+            print("\n".join([*write_rows(title, listed, counts), ""]))
     two = [v for v in by_tolerance if v.case.two_sided and v.mesh_bound > 0]
     if two:
         tight = max(v.mesh_deviation / v.mesh_bound for v in two)
         print(f"{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most")
-    said = [text for each in found for text in each.complaints()]
-    rest = [f"… and {len(said) - MOST} more"] if len(said) > MOST else []
-    print("\n".join(["", *said[:MOST], *rest] if said else ["", "Nothing is wrong."]))
-    return int(bool(said))
+    complaints = [text for each in findings for text in each.complaints()]
+    rest = [f"… and {len(complaints) - MOST} more"] if len(complaints) > MOST else []
+    print("\n".join(["", *complaints[:MOST], *rest] if complaints else ["", "Nothing is wrong."]))
+    return int(bool(complaints))
 
 
 if __name__ == "__main__":

@@ -18,10 +18,10 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_sheets
 from tools.certify.crowded import crowded, mixed
-from tools.certify.nearly import Case, Pieces, noisy, pieces, points_of
+from tools.certify.nearly import Case, Pieces, list_points, noisy, pieces
 from tools.certify.table import Finding
 from tools.certify.written import Written, read
 
@@ -71,15 +71,15 @@ def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
 
 
 def _judge(near: Near, case: Case, options: MeshOptions) -> None:
-    mesh = mesh_of(case.surface, options)
+    mesh = write_mesh(case.surface, options)
     report = mesh.report
-    near.tolerance = float(np.linalg.norm(np.ptp(points_of(case.surface), axis=0)))
+    near.tolerance = float(np.linalg.norm(np.ptp(list_points(case.surface), axis=0)))
     near.triangles, near.moved = len(mesh.faces), report.get("moved", 0.0)
     near.bound = report["deviation_bound"]
-    found = surface_to_mesh(sheets_of(case.surface), mesh.corners, 1000)
-    near.deviation = found.distance
-    if not found.distance <= near.bound + found.noise:
-        near.wrong.append(f"deviates by {found.distance}, bound {near.bound}")
+    largest = measure_surface_to_mesh(build_sheets(case.surface), mesh.corners, 1000)
+    near.deviation = largest.distance
+    if not largest.distance <= near.bound + largest.noise:
+        near.wrong.append(f"deviates by {largest.distance}, bound {near.bound}")
     near.closed = report["watertight"]
     # A slit narrower than the tolerance may have the same straight edge on both sides.
     is_slit = case.is_closed is False and options.accuracy is not None
@@ -94,10 +94,10 @@ def _judge(near: Near, case: Case, options: MeshOptions) -> None:
         near.wrong.append(f"moved by {near.moved}, bound {near.bound}")
     if options.accuracy is not None:
         rng = np.random.default_rng(near.seed)
-        _compare(near, mesh, _in_other_order(rng, case.surface), options)
+        _compare(near, mesh, _reverse_order(rng, case.surface), options)
 
 
-def _in_other_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
+def _reverse_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
     """Patches, or surfaces, in the reverse order."""
     if isinstance(surface, MultipatchSurface):
         return replace(surface, surfaces=surface.surfaces[::-1])
@@ -110,16 +110,16 @@ def _in_other_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
 
 def _compare(near: Near, mesh: Written, again: Pieces, options: MeshOptions) -> None:
     """Adds a fault if the patches in another order have other triangles."""
-    if triangles_of(mesh_of(again, options)) != triangles_of(mesh):
+    if list_triangles(write_mesh(again, options)) != list_triangles(mesh):
         near.wrong.append("the order of the patches matters")
 
 
-def mesh_of(surface: Pieces, options: MeshOptions) -> Written:
+def write_mesh(surface: Pieces, options: MeshOptions) -> Written:
     """The mesh of a surface, written as JSON and read back."""
     return read("json", render(surface, options, BY_NAME["json"]))
 
 
-def triangles_of(mesh: Written) -> set[bytes]:
+def list_triangles(mesh: Written) -> set[bytes]:
     """All triangles, each as bytes, with its corners sorted by coordinates."""
     corners = mesh.corners
     order = np.lexsort(corners.transpose(2, 0, 1)[::-1], axis=1)

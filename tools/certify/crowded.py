@@ -10,7 +10,7 @@ from service.surface.bspline import BsplineSurface
 from service.surface.multipatch import MultipatchSurface, Single
 from service.surface.patches import NO_TRIANGLES, PatchSurface
 from service.surface.triangle import TriangleSurface
-from tools.certify.models import BODIES, Complex, complex_of
+from tools.certify.models import BODIES, Complex, build_complex
 from tools.certify.nearly import Case, Pieces, body, cut_up, soup
 from tools.certify.surfaces import Array, Random
 
@@ -23,7 +23,7 @@ def mixed(seed: int) -> Case:
     """
     rng = np.random.default_rng([seed, 2])
     kinds = list(BODIES)
-    net_complex = complex_of(kinds[seed % len(kinds)], 2 * seed)
+    net_complex = build_complex(kinds[seed % len(kinds)], 2 * seed)
     is_closed = all(len(patches) == 2 for patches in net_complex.edges().values())
     if seed % 5 == 0:
         # The corner of the last patch differs from that of its neighbours.
@@ -62,16 +62,16 @@ def _patches(rng: Random, net_complex: Complex) -> PatchSurface:
 
 
 def _multipatch(rng: Random, net_complex: Complex) -> MultipatchSurface:
-    found: list[Single] = []
+    surfaces: list[Single] = []
     for k, net in enumerate(net_complex.nets):
         weights = None if net_complex.weights is None else net_complex.weights[k]
         if net.ndim == 2:
-            found.append(TriangleSurface(net, weights))
+            surfaces.append(TriangleSurface(net, weights))
         elif rng.integers(2):
-            found.append(BezierSurface(net, weights))
+            surfaces.append(BezierSurface(net, weights))
         else:
-            found.append(BsplineSurface(net, _degrees(net), _ends(rng, _degrees(net)), weights))
-    return MultipatchSurface(tuple(found))
+            surfaces.append(BsplineSurface(net, _degrees(net), _ends(rng, _degrees(net)), weights))
+    return MultipatchSurface(tuple(surfaces))
 
 
 def _degrees(net: Array) -> tuple[int, int]:
@@ -108,14 +108,14 @@ def crowded(seed: int) -> Case:
     if form == 1:
         (batch,) = surface.lower().batches
         return Case(soup(batch), 1e-12, is_closed=True)
-    found = cut_up(rng, surface, form)
+    pieces = cut_up(rng, surface, form)
     if seed % 5 == 0:
-        net = found[0].control_net.copy()
+        net = pieces[0].control_net.copy()
         net[0, 1] += 1e-4 * np.ptp(net) * rng.uniform(0.5, 1, 3)
-        found[0] = replace(found[0], control_net=net)
+        pieces[0] = replace(pieces[0], control_net=net)
     is_open = seed % 5 == 0
     is_closed = None if is_open and gap < 5e-11 else not is_open
-    return Case(MultipatchSurface(tuple(found)), 1e-12, is_closed)
+    return Case(MultipatchSurface(tuple(pieces)), 1e-12, is_closed)
 
 
 def _crowd(rng: Random, count: int, degree: int, gap: float) -> Array:

@@ -14,8 +14,8 @@ from service.engine.adaptive.tolerance_spec import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.group import GroupSurface, Member
-from tests.oracles.deviation import seen_deviation
-from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
+from tests.oracles.deviation import measure_seen_deviation
+from tests.oracles.sheets import PlacedSheet, Sheet, build_sheets
 from tools.certify.seams import Joint, check_deviation
 from tools.certify.surfaces import FAMILIES, Array, Random
 from tools.certify.written import Written, read
@@ -31,7 +31,7 @@ far."""
 def judge_group(seed: int, relative: float) -> Joint:
     """Judges the meshes of a group, copy by copy."""
     rng = np.random.default_rng(seed)
-    group, sheets = group_of(rng)
+    group, sheets = build_group(rng)
     joint = Joint(kind="groups", seed=seed, tolerance=relative)
     points = np.concatenate([s.at(s.samples(2000)) + s.origin for s in sheets])
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -50,9 +50,9 @@ def judge_group(seed: int, relative: float) -> Joint:
     check_deviation(joint, sheets, mesh, "member", 2000)
     rate = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
     eye = np.array(camera.position)
-    found = seen_deviation(sheets, seen.corners, eye, NEAR * 4 * size, 1000)
-    if not found <= rate * (1 + 1e-9):
-        joint.wrong.append(f"{found / rate * PIXELS} pixels off where {PIXELS} are allowed")
+    distances = measure_seen_deviation(sheets, seen.corners, eye, NEAR * 4 * size, 1000)
+    if not distances <= rate * (1 + 1e-9):
+        joint.wrong.append(f"{distances / rate * PIXELS} pixels off where {PIXELS} are allowed")
     return joint
 
 
@@ -61,7 +61,7 @@ def _mesh(group: GroupSurface, accuracy: Accuracy) -> Written:
     return read("json", render(group, options, BY_NAME["json"]))
 
 
-def group_of(rng: Random) -> tuple[GroupSurface, list[Sheet]]:
+def build_group(rng: Random) -> tuple[GroupSurface, list[Sheet]]:
     """Four copies of three surfaces, and their sheets."""
     kinds = rng.choice(KINDS, size=3, replace=False)
     surfaces = [FAMILIES[kind].surface(int(rng.integers(1000))) for kind in kinds]
@@ -70,7 +70,7 @@ def group_of(rng: Random) -> tuple[GroupSurface, list[Sheet]]:
     for k, surface in enumerate([surfaces[0], *surfaces]):
         matrix = _place(rng)
         members.append(Member(surface, name=f"member {k}", matrix=matrix))
-        sheets += [PlacedSheet(sheet, matrix) for sheet in sheets_of(surface)]
+        sheets += [PlacedSheet(sheet, matrix) for sheet in build_sheets(surface)]
     return GroupSurface(tuple(members)), sheets
 
 

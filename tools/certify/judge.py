@@ -12,13 +12,13 @@ from service.encoders.registry import BY_NAME
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
-from tests.oracles.deviation import mesh_to_surface, surface_to_mesh
-from tests.oracles.exact import flat
-from tests.oracles.sheets import sheets_of
-from tools.certify.rounding import flattened_by_rounding
+from tests.oracles.deviation import measure_mesh_to_surface, measure_surface_to_mesh
+from tests.oracles.exact import is_flat
+from tests.oracles.sheets import build_sheets
+from tools.certify.rounding import is_flattened_by_rounding
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding
-from tools.certify.written import Array, Rows, Written, edges_of, read
+from tools.certify.written import Array, Rows, Written, list_edges, read
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Shares of the diagonal of the box about the control points."""
@@ -69,9 +69,9 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     """Makes the mesh, reads it back, and judges it."""
     family = FAMILIES[case.family]
     surface = family.surface(case.seed)
-    tolerance = min(case.relative, 1e3) * diagonal_of(surface)
+    tolerance = min(case.relative, 1e3) * measure_diagonal(surface)
     verdict = Verdict(case, kind=case.family, seed=case.seed, tolerance=tolerance)
-    options = options_of(case)
+    options = build_options(case)
     start = time.process_time()
     try:
         content = render(surface, options, BY_NAME[case.written_as])
@@ -86,13 +86,13 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
         _measure(verdict, surface, read(case.written_as, content, diagonal=1), samples)
     if case.resolution is not None:
         return verdict
-    _count(verdict, mesh, None if family.lines else _without_area(verdict, surface, mesh))
+    _count(verdict, mesh, None if family.lines else _find_flat(verdict, surface, mesh))
     if family.flat and not case.two_sided and verdict.triangles != 2:
         verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
 
 
-def options_of(case: Case) -> MeshOptions:
+def build_options(case: Case) -> MeshOptions:
     """Options for positions alone; meshes by tolerance also have parameters."""
     if case.resolution is not None:
         return MeshOptions(resolution=case.resolution, faces=case.faces, normals=False)
@@ -100,7 +100,7 @@ def options_of(case: Case) -> MeshOptions:
     return MeshOptions(accuracy=accuracy, normals=False, uvs=True)
 
 
-def diagonal_of(surface: Any) -> float:
+def measure_diagonal(surface: Any) -> float:
     """The diagonal of the bounding box of the control points."""
     points = surface.control_net.reshape(-1, 3)
     return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
@@ -108,7 +108,7 @@ def diagonal_of(surface: Any) -> float:
 
 def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]) -> None:
     """Compares deviations with the reported bounds, and the bounds with the tolerance."""
-    sheets = sheets_of(surface)
+    sheets = build_sheets(surface)
     if not len(mesh.faces):
         if verdict.tolerance > 0 and verdict.case.resolution is None:
             verdict.wrong.append("no triangles")
@@ -117,11 +117,11 @@ def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, 
     if not verdict.bound <= verdict.tolerance:
         verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
     count = int(np.clip(4 * len(mesh.faces), *samples))
-    found = surface_to_mesh(sheets, mesh.corners, count)
-    verdict.deviation = max(verdict.deviation, found.distance)
-    if not found.distance <= verdict.bound + found.noise:
+    largest = measure_surface_to_mesh(sheets, mesh.corners, count)
+    verdict.deviation = max(verdict.deviation, largest.distance)
+    if not largest.distance <= verdict.bound + largest.noise:
         verdict.wrong.append(
-            f"deviation {found.distance} above bound {verdict.bound} at {found.place}"
+            f"deviation {largest.distance} above bound {verdict.bound} at {largest.place}"
         )
     if verdict.case.family == "spikes" and verdict.case.resolution is None:
         peak = float(surface.control_net[..., 2].max())
@@ -132,28 +132,28 @@ def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, 
     if verdict.case.two_sided:
         verdict.mesh_bound = mesh.report.get("mesh_deviation_bound", np.nan)
         inner = 4 if len(mesh.faces) < 2000 else 2
-        verdict.mesh_deviation = mesh_to_surface(
+        verdict.mesh_deviation = measure_mesh_to_surface(
             sheets, mesh.corners, count, inner, doubt=verdict.mesh_bound
         )
         if not verdict.mesh_bound <= 2 * verdict.tolerance:
             verdict.wrong.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
-        if not verdict.mesh_deviation <= verdict.mesh_bound + found.noise:
+        if not verdict.mesh_deviation <= verdict.mesh_bound + largest.noise:
             verdict.wrong.append(
                 f"mesh deviation {verdict.mesh_deviation} above bound {verdict.mesh_bound}"
             )
 
 
-def _without_area(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
+def _find_flat(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
     """The triangles without area, except those that lost it by rounding alone."""
-    found = flat_triangles(mesh.corners)
+    flat = find_flat_triangles(mesh.corners)
     if mesh.steps is None or mesh.places is None:
-        return found
-    (sheet,) = sheets_of(surface)
+        return flat
+    (sheet,) = build_sheets(surface)
     places, steps = mesh.places, mesh.steps[mesh.faces]
     wrong = [
-        k for k in found if not flattened_by_rounding(sheet, mesh.corners[k], places[k], steps[k])
+        k for k in flat if not is_flattened_by_rounding(sheet, mesh.corners[k], places[k], steps[k])
     ]
-    verdict.excused = len(found) - len(wrong)
+    verdict.excused = len(flat) - len(wrong)
     return wrong
 
 
@@ -166,12 +166,12 @@ def _count(verdict: Verdict, mesh: Written, without_area: list[int] | None) -> N
         {
             "name a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
             "have no area": len(without_area or ()),
-            "are turned over": 0 if mesh.places is None else turned_triangles(mesh.places),
+            "are turned over": 0 if mesh.places is None else count_turned_triangles(mesh.places),
         }
     )
     verdict.bad = bad.total()
     verdict.wrong += [f"{count} triangles {what}" for what, count in bad.items() if count]
-    boundary, more = edge_counts(mesh.faces)
+    boundary, more = count_edges(mesh.faces)
     if verdict.case.written_as == "json":
         if more and without_area is not None:
             verdict.wrong.append(f"{more} edges of more than two triangles")
@@ -181,16 +181,16 @@ def _count(verdict: Verdict, mesh: Written, without_area: list[int] | None) -> N
             )
 
 
-def flat_triangles(corners: Array) -> list[int]:
+def find_flat_triangles(corners: Array) -> list[int]:
     """Rows of the triangles whose area is zero, exactly."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
     thin = np.flatnonzero((normal**2).sum(axis=1) <= (THIN * longest) ** 2)
-    return [k for k in thin.tolist() if flat(corners[k])]
+    return [k for k in thin.tolist() if is_flat(corners[k])]
 
 
-def turned_triangles(places: Array) -> int:
+def count_turned_triangles(places: Array) -> int:
     """Number of triangles that run clockwise in (u, v), as far as float32 shows it."""
     a, b, c = places[:, 0], places[:, 1], places[:, 2]
     (x, y), (z, w) = (b - a).T, (c - a).T
@@ -199,7 +199,7 @@ def turned_triangles(places: Array) -> int:
     return int((x * w - y * z < -doubt).sum())
 
 
-def edge_counts(faces: Rows) -> tuple[int, int]:
+def count_edges(faces: Rows) -> tuple[int, int]:
     """Numbers of edges: with one triangle; with more than two, or twice in one direction."""
-    _, uses = np.unique(np.sort(edges_of(faces), axis=1), axis=0, return_counts=True)
+    _, uses = np.unique(np.sort(list_edges(faces), axis=1), axis=0, return_counts=True)
     return int((uses == 1).sum()), int((uses > 2).sum())

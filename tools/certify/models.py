@@ -66,11 +66,11 @@ class Complex:
 
     def edges(self) -> dict[Pair, list[int]]:
         """The patches at every edge."""
-        found: dict[Pair, list[int]] = {}
+        patches_by_edge: dict[Pair, list[int]] = {}
         for number, loop in enumerate(self.loops):
             for a, b in pairwise([*loop, loop[0]]):
-                found.setdefault((min(a, b), max(a, b)), []).append(number)
-        return found
+                patches_by_edge.setdefault((min(a, b), max(a, b)), []).append(number)
+        return patches_by_edge
 
 
 def _lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
@@ -80,8 +80,8 @@ def _lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
     across = 2 * pi * y / columns
     places = [
         np.stack([x, y, 0 * x], axis=-1),
-        _turned(x / rows, 1.5 + 0 * x, y),
-        _turned(x / rows, 2.5 + np.cos(across), np.sin(across)),
+        _rotate(x / rows, 1.5 + 0 * x, y),
+        _rotate(x / rows, 2.5 + np.cos(across), np.sin(across)),
     ][wrap]
     length = i.shape[1]
 
@@ -97,7 +97,7 @@ def _lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
     return Body(places.reshape(-1, 3), tuple(faces))
 
 
-def _turned(turn: Array, radius: Array, height: Array) -> Array:
+def _rotate(turn: Array, radius: Array, height: Array) -> Array:
     angle = 2 * pi * turn
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
 
@@ -154,26 +154,29 @@ def _moebius(count: int) -> Body:
     return Body(np.concatenate([low, high]), (*faces, (count - 1, count, 0, 2 * count - 1)))
 
 
-def _few(rng: Random, least: int, most: int) -> int:
+def _draw_count(rng: Random, least: int, most: int) -> int:
     return int(rng.integers(least, most, endpoint=True))
 
 
 BODIES: Mapping[str, tuple[int, Callable[[Random], Body]]] = MappingProxyType(
     {
-        "sheets": (50, lambda rng: _lattice(rng, _few(rng, 1, 3), _few(rng, 1, 3))),
-        "rings": (30, lambda rng: _lattice(rng, _few(rng, 3, 4), _few(rng, 1, 2), wrap=1)),
+        "sheets": (50, lambda rng: _lattice(rng, _draw_count(rng, 1, 3), _draw_count(rng, 1, 3))),
+        "rings": (
+            30,
+            lambda rng: _lattice(rng, _draw_count(rng, 3, 4), _draw_count(rng, 1, 2), wrap=1),
+        ),
         "tori": (15, lambda rng: _lattice(rng, 3, 3, wrap=2)),
-        "pyramids": (25, lambda rng: _pyramid(_few(rng, 3, 4))),
-        "prisms": (30, lambda rng: _prism(_few(rng, 3, 4))),
-        "double pyramids": (20, lambda rng: _double_pyramid(_few(rng, 3, 4))),
-        "fans": (15, lambda rng: _fan(_few(rng, 3, 6))),
-        "Moebius strips": (15, lambda rng: _moebius(_few(rng, 3, 5))),
+        "pyramids": (25, lambda rng: _pyramid(_draw_count(rng, 3, 4))),
+        "prisms": (30, lambda rng: _prism(_draw_count(rng, 3, 4))),
+        "double pyramids": (20, lambda rng: _double_pyramid(_draw_count(rng, 3, 4))),
+        "fans": (15, lambda rng: _fan(_draw_count(rng, 3, 6))),
+        "Moebius strips": (15, lambda rng: _moebius(_draw_count(rng, 3, 5))),
     }
 )
 """For each kind the number of its models, and the function that makes its body."""
 
 
-def complex_of(kind: str, seed: int) -> Complex:
+def build_complex(kind: str, seed: int) -> Complex:
     """A random model: every edge is a curve of its own degree, every patch begins at a random
     corner.
 
@@ -187,12 +190,12 @@ def complex_of(kind: str, seed: int) -> Complex:
     rational = rng.integers(3) == 0
     factors = bool(rng.integers(2))
     heavy = rng.uniform(0.5, 2, len(corners)) if rational else np.ones(len(corners))
-    loops = [_about(rng, loop) for loop in body.faces]
+    loops = [_rotate_loop(rng, loop) for loop in body.faces]
     common = int(rng.integers(1, 4)) if seed % 2 else None
     curves = _curves(rng, corners, heavy, loops, rational=bool(rational), degree=common)
     nets: list[Array] = []
     weights: list[Array] = []
-    stated: dict[Pair, set[tuple[int, float]]] = {}
+    named: dict[Pair, set[tuple[int, float]]] = {}
     for loop in loops:
         factor = 2.0 ** int(rng.integers(-2, 3)) if rational and factors else 1.0
         net, load = (_quad if len(loop) == 4 else _triangle)(
@@ -202,20 +205,20 @@ def complex_of(kind: str, seed: int) -> Complex:
         weights.append(load * factor)
         degrees = _degrees(net, len(loop))
         for (a, b), degree in zip(pairwise([*loop, loop[0]]), degrees, strict=True):
-            stated.setdefault((min(a, b), max(a, b)), set()).add((degree, factor))
-    alike = frozenset(edge for edge, ways in stated.items() if len(ways) == 1)
+            named.setdefault((min(a, b), max(a, b)), set()).add((degree, factor))
+    alike = frozenset(edge for edge, ways in named.items() if len(ways) == 1)
     return Complex(tuple(nets), tuple(weights) if rational else None, tuple(loops), corners, alike)
 
 
 def _degrees(net: Array, sides: int) -> list[int]:
     """Degree of each side in the order of the loop."""
     if sides == 3:
-        return [triangles.degree_of(len(net))] * 3
+        return [triangles.find_degree(len(net))] * 3
     p, q = net.shape[0] - 1, net.shape[1] - 1
     return [p, q, p, q]
 
 
-def _about(rng: Random, loop: Loop) -> Loop:
+def _rotate_loop(rng: Random, loop: Loop) -> Loop:
     """The loop from a random corner, sometimes in the other direction."""
     first = int(rng.integers(len(loop)))
     turned = loop[first:] + loop[:first]
@@ -235,11 +238,11 @@ def _curves(
 
     All have the degree `degree`; if it is None, each has a random degree from 1 to 3.
     """
-    found: dict[Pair, Line] = {}
+    curves: dict[Pair, Line] = {}
     for loop in loops:
         for pair in pairwise([*loop, loop[0]]):
             a, b = min(pair), max(pair)
-            if (a, b) in found:
+            if (a, b) in curves:
                 continue
             n = degree or int(rng.integers(1, 4))
             t = np.arange(n + 1)[:, np.newaxis] / n
@@ -248,14 +251,14 @@ def _curves(
             points[0], points[-1] = corners[a], corners[b]
             loads = rng.uniform(0.4, 2.5, n + 1) if rational else np.ones(n + 1)
             loads[0], loads[-1] = heavy[a], heavy[b]
-            found[a, b] = [
+            curves[a, b] = [
                 [*(Fraction(w) * Fraction(x) for x in point), Fraction(w)]
                 for point, w in zip(points.tolist(), loads.tolist(), strict=True)
             ]
-    return found
+    return curves
 
 
-def _raised(line: Line, degree: int) -> Array:
+def _elevate(line: Line, degree: int) -> Array:
     """The curve in a higher degree, rounded once: points and weights (n+1, 4)."""
     while len(line) - 1 < degree:
         n = len(line)
@@ -269,9 +272,9 @@ def _raised(line: Line, degree: int) -> Array:
     return np.array([[*(float(x / h[3]) for x in h[:3]), float(h[3])] for h in line])
 
 
-def _along(curves: Mapping[Pair, Line], a: int, b: int, degree: int) -> Array:
+def _read_edge(curves: Mapping[Pair, Line], a: int, b: int, degree: int) -> Array:
     """The edge from corner a to corner b in this degree."""
-    line = _raised(curves[min(a, b), max(a, b)], degree)
+    line = _elevate(curves[min(a, b), max(a, b)], degree)
     return line if a < b else line[::-1]
 
 
@@ -285,8 +288,8 @@ def _quad(
         + int(raised and rng.integers(5) == 0)
         for pairs in (((a, b), (d, c)), ((a, d), (b, c)))
     )
-    low, high = _along(curves, a, b, p), _along(curves, d, c, p)
-    left, right = _along(curves, a, d, q), _along(curves, b, c, q)
+    low, high = _read_edge(curves, a, b, p), _read_edge(curves, d, c, p)
+    left, right = _read_edge(curves, a, d, q), _read_edge(curves, b, c, q)
     u = np.linspace(0, 1, p + 1)[:, np.newaxis, np.newaxis]
     v = np.linspace(0, 1, q + 1)[:, np.newaxis]
     blend = (1 - v) * low[:, np.newaxis] + v * high[:, np.newaxis] + (1 - u) * left + u * right
@@ -306,7 +309,7 @@ def _triangle(
     n = max(len(curves[min(pair), max(pair)]) - 1 for pair in pairs) + int(
         raised and rng.integers(5) == 0
     )
-    sides = [_along(curves, a, b, n) for a, b in pairs]
+    sides = [_read_edge(curves, a, b, n) for a, b in pairs]
     net = np.empty((len(triangles.keys(n)), 4))
     for row, (i, j, k) in enumerate(triangles.keys(n)):
         if k == 0:

@@ -154,7 +154,7 @@ def soup(batch: object) -> PatchSurface:
 def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float) -> Pieces:
     """The surface with points moved by at most `amplitude` of its diagonal, and weights
     likewise."""
-    flat = points_of(surface)
+    flat = list_points(surface)
     reach = amplitude * np.linalg.norm(np.ptp(flat, axis=0)) * (1 - 2.0**-10)
     away = rng.normal(size=flat.shape)
     away *= reach * rng.uniform(0, 1, (len(flat), 1)) / np.linalg.norm(away, axis=1)[:, None]
@@ -167,9 +167,9 @@ def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: fl
     return replace(surface, control_net=moved.reshape(surface.control_net.shape), weights=weights)
 
 
-def points_of(surface: Pieces | Single) -> Array:
+def list_points(surface: Pieces | Single) -> Array:
     """All control points, (N, 3)."""
     if isinstance(surface, MultipatchSurface):
-        return np.concatenate([points_of(each) for each in surface.surfaces])
+        return np.concatenate([list_points(each) for each in surface.surfaces])
     points = surface.vertices if isinstance(surface, PatchSurface) else surface.control_net
     return points.reshape(-1, 3)

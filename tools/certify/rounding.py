@@ -8,7 +8,7 @@ the triangle has another fault.
 
 import numpy as np
 
-from tests.oracles.exact import flat
+from tests.oracles.exact import is_flat
 from tests.oracles.sheets import Sheet
 from tools.certify.written import Array
 
@@ -16,7 +16,7 @@ NOISE = 2.0**-46
 """The relative error of a point of the surface as this program computes it."""
 
 
-def flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps: Array) -> bool:
+def is_flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps: Array) -> bool:
     """Whether a triangle without area had an area before its corners were rounded.
 
     Parameters
@@ -30,7 +30,7 @@ def flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps: Ar
         Half the distance of neighbouring float32 numbers at each coordinate.
     """
     points = sheet.at(sheet.inside(places)) + sheet.origin
-    if flat(points):
+    if is_flat(points):
         return False
     allowed = steps + NOISE * (np.abs(points) + np.abs(sheet.origin))
     return bool((np.abs(corners - points) <= allowed + _doubt(sheet, places)).all())

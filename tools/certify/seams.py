@@ -13,11 +13,11 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind, SurfaceSize
-from tests.oracles.deviation import sheet_by_sheet
-from tests.oracles.sheets import Sheet, sheets_of
-from tools.certify.models import Complex, Loop, Pair, complex_of
+from tests.oracles.deviation import measure_each_sheet
+from tests.oracles.sheets import Sheet, build_sheets
+from tools.certify.models import Complex, Loop, Pair, build_complex
 from tools.certify.table import Finding
-from tools.certify.written import Array, Rows, Written, edges_of, read
+from tools.certify.written import Array, Rows, Written, list_edges, read
 
 ALONE = 3
 """Number of patches of each model that are also meshed alone."""
@@ -51,7 +51,7 @@ class Joint(Finding):
 def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
     """Meshes a model, the model in another order, and some of its patches alone."""
     joint = Joint(kind=kind, seed=seed, tolerance=tolerance)
-    net_complex = complex_of(kind, seed)
+    net_complex = build_complex(kind, seed)
     rng = np.random.default_rng([seed, 1])
     patches = range(len(net_complex.nets))
     try:
@@ -73,7 +73,7 @@ def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
         together = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
         _check_alone(joint, net_complex, k, single, together)
     count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
-    check_deviation(joint, sheets_of(net_complex.model(patches)), mesh, "patch", count)
+    check_deviation(joint, build_sheets(net_complex.model(patches)), mesh, "patch", count)
     return joint
 
 
@@ -91,12 +91,12 @@ def check_order(joint: Joint, mesh: Written, again: Written) -> None:
 
 def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
     """Corners of the triangles of a part, the least corner first."""
-    found = set()
+    triangles = set()
     for corners in mesh.corners[slice(*mesh.parts[name])].tolist():
         points = [tuple(corner) for corner in corners]
         first = points.index(min(points))
-        found.add(tuple(points[first:] + points[:first]))
-    return found
+        triangles.add(tuple(points[first:] + points[:first]))
+    return triangles
 
 
 def check_seams(
@@ -104,7 +104,7 @@ def check_seams(
 ) -> dict[tuple[int, Pair], list[int]]:
     """Checks that both sides of each seam have the same vertices; returns the vertices of all
     sides."""
-    edges, uses = np.unique(np.sort(edges_of(mesh.faces), axis=1), axis=0, return_counts=True)
+    edges, uses = np.unique(np.sort(list_edges(mesh.faces), axis=1), axis=0, return_counts=True)
     times = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
         joint.wrong.append(f"{(uses > 2).sum()} edges of more than two triangles")
@@ -145,7 +145,7 @@ def _sides(
 
     The border of the patch is the edges of one triangle: one loop through its corners in order.
     """
-    ends = edges_of(faces)
+    ends = list_edges(faces)
     _, first, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
     following = dict(ends[first[uses == 1]].tolist())
     if len(following) != (uses == 1).sum():
@@ -180,8 +180,8 @@ def _check_alone(
         joint.wrong.append(f"the border of patch {k} alone does not run from corner to corner")
         return
     for pair, line in lines.items():
-        known = pair in net_complex.alike and pair in sides
-        if known and single.vertices[line].tolist() != sides[pair].tolist():
+        is_alike = pair in net_complex.alike and pair in sides
+        if is_alike and single.vertices[line].tolist() != sides[pair].tolist():
             joint.wrong.append(f"edge {pair} of patch {k} differs when computed alone")
 
 
@@ -192,7 +192,7 @@ def check_deviation(
     joint.bound = mesh.report.get("deviation_bound", np.nan)
     if not joint.bound <= joint.tolerance:
         joint.wrong.append(f"bound {joint.bound} above the tolerance")
-    for k, each in enumerate(sheet_by_sheet(sheets, mesh.corners, count)):
+    for k, each in enumerate(measure_each_sheet(sheets, mesh.corners, count)):
         bound = mesh.part_bounds.get(f"{part} {k}", np.nan)
         joint.deviation = max(joint.deviation, each.distance)
         if not each.distance <= bound + each.noise or not bound <= joint.bound:

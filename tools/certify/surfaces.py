@@ -42,7 +42,9 @@ class Family:
         return self.make(np.random.default_rng(seed))
 
 
-def strewn(rng: Random, rows: int, columns: int, spread: float, height: float = 0.5) -> Array:
+def scatter_points(
+    rng: Random, rows: int, columns: int, spread: float, height: float = 0.5
+) -> Array:
     """Points (rows, columns, 3) about a regular grid over the unit square."""
     x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
     flat = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -53,7 +55,7 @@ def strewn(rng: Random, rows: int, columns: int, spread: float, height: float = 
 
 def bicubic(seed: int, spread: float) -> Array:
     """A bicubic net."""
-    return strewn(np.random.default_rng(seed), 4, 4, spread)
+    return scatter_points(np.random.default_rng(seed), 4, 4, spread)
 
 
 def _degrees(rng: Random, most: int) -> tuple[int, int]:
@@ -67,12 +69,12 @@ def _weights(rng: Random, shape: tuple[int, ...], most: float) -> Array:
 
 
 def _bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
-    return BezierSurface(size * strewn(rng, 4, 4, spread))
+    return BezierSurface(size * scatter_points(rng, 4, 4, spread))
 
 
 def _any_degree(rng: Random) -> Surface:
     p, q = _degrees(rng, 8)
-    return BezierSurface(strewn(rng, p + 1, q + 1, 0.4 / max(p, q)))
+    return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.4 / max(p, q)))
 
 
 def _anywhere(rng: Random) -> Surface:
@@ -83,18 +85,21 @@ def _anywhere(rng: Random) -> Surface:
 def _rational(rng: Random) -> Surface:
     p, q = _degrees(rng, 5)
     return BezierSurface(
-        strewn(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])), _weights(rng, (p + 1, q + 1), 5.0)
+        scatter_points(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])),
+        _weights(rng, (p + 1, q + 1), 5.0),
     )
 
 
 def _heavy(rng: Random) -> Surface:
     p, q = _degrees(rng, 4)
-    return BezierSurface(strewn(rng, p + 1, q + 1, MODERATE), _weights(rng, (p + 1, q + 1), 1e3))
+    return BezierSurface(
+        scatter_points(rng, p + 1, q + 1, MODERATE), _weights(rng, (p + 1, q + 1), 1e3)
+    )
 
 
 def _high(rng: Random) -> Surface:
     p, q = int(rng.choice([9, 12, 15])), int(rng.choice([1, 3, 15]))
-    return BezierSurface(strewn(rng, p + 1, q + 1, 0.02, 0.3))
+    return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.02, 0.3))
 
 
 def _spline(rng: Random, weights: float = 1.0) -> Surface:
@@ -102,7 +107,7 @@ def _spline(rng: Random, weights: float = 1.0) -> Surface:
     rows, columns = p + int(rng.integers(1, 6)), q + int(rng.integers(1, 6))
     names: list[Knots] = ["clamped", "uniform"]
     u, v = rng.integers(0, 2, 2).tolist()
-    net = strewn(rng, rows, columns, 0.3 / max(rows, columns), 0.3)
+    net = scatter_points(rng, rows, columns, 0.3 / max(rows, columns), 0.3)
     loads = None if weights == 1.0 else _weights(rng, (rows, columns), weights)
     return BsplineSurface(net, (p, q), (names[u], names[v]), loads)
 
@@ -124,7 +129,7 @@ def _creased(rng: Random) -> Surface:
         )
         knots.append(line)
         counts.append(len(line) - degree - 1)
-    net = strewn(rng, counts[0], counts[1], 0.3 / max(counts), 0.3)
+    net = scatter_points(rng, counts[0], counts[1], 0.3 / max(counts), 0.3)
     loads = _weights(rng, (counts[0], counts[1]), 3.0) if rng.integers(2) else None
     return BsplineSurface(net, (p, q), (knots[0], knots[1]), loads)
 
@@ -186,7 +191,7 @@ def _rational_triangle(rng: Random) -> Surface:
 def _poles(rng: Random) -> Surface:
     """Patches with one or two sides collapsed to a point, or with two corners in one point."""
     p, q = _degrees(rng, 5)
-    net = strewn(rng, p + 1, q + 1, MODERATE)
+    net = scatter_points(rng, p + 1, q + 1, MODERATE)
     for side in rng.choice(["u0", "u1", "v0", "v1"], size=rng.integers(1, 3), replace=False):
         _collapse(net, side, net[0, 0] if side.endswith("0") else net[-1, -1])
     weights = _weights(rng, (p + 1, q + 1), 3.0) if rng.integers(2) else None
@@ -204,7 +209,7 @@ def _collapse(net: Array, side: str, point: Array) -> None:
 def _almost(rng: Random) -> Surface:
     """A side that is almost a point, or a patch that is almost a line."""
     p, q = _degrees(rng, 4)
-    net = strewn(rng, p + 1, q + 1, MODERATE)
+    net = scatter_points(rng, p + 1, q + 1, MODERATE)
     small = 10 ** rng.uniform(-9, -2)
     if rng.integers(2):
         net[0] = net[0, 0] + small * (net[0] - net[0, 0])
@@ -219,10 +224,10 @@ def _folded(rng: Random) -> Surface:
     p, q = _degrees(rng, 5)
     if rng.integers(2):
         # With degree 1 the patch would return along the same points, without an area.
-        net = strewn(rng, max(p, 2) + 1, q + 1, WILD)
+        net = scatter_points(rng, max(p, 2) + 1, q + 1, WILD)
         net[-1] = net[0]
     else:
-        net = strewn(rng, p + 1, p + 1, WILD)
+        net = scatter_points(rng, p + 1, p + 1, WILD)
         net[0, :] = net[:, 0]
     return BezierSurface(net)
 
@@ -230,7 +235,7 @@ def _folded(rng: Random) -> Surface:
 def _cusped(rng: Random) -> Surface:
     """Patches with a place where partials vanish, turn back, or are parallel."""
     p, q = max(_degrees(rng, 5)[0], 2), max(_degrees(rng, 5)[1], 2)
-    net = strewn(rng, p + 1, q + 1, MODERATE)
+    net = scatter_points(rng, p + 1, q + 1, MODERATE)
     kind = rng.integers(4)
     if kind == 0:
         net[1] = net[0]
@@ -246,7 +251,7 @@ def _cusped(rng: Random) -> Surface:
 def _lines(rng: Random) -> Surface:
     """A degenerate patch: all points on a line, or on a curve."""
     p, q = _degrees(rng, 4)
-    net = strewn(rng, p + 1, q + 1, WILD)
+    net = scatter_points(rng, p + 1, q + 1, WILD)
     if rng.integers(2):
         net[..., 1:] = net[..., :1] * rng.uniform(-1, 1, 2)
     else:
@@ -303,7 +308,7 @@ def _far(rng: Random) -> Surface:
     surface = rng.choice([0, 1])
     if surface:
         return TriangleSurface(_corner_grid(3) + rng.uniform(-0.2, 0.2, (10, 3)) + away)
-    return BezierSurface(strewn(rng, 4, 4, MODERATE) + away, _weights(rng, (4, 4), 2.0))
+    return BezierSurface(scatter_points(rng, 4, 4, MODERATE) + away, _weights(rng, (4, 4), 2.0))
 
 
 def _bent(rng: Random) -> Surface:

@@ -23,7 +23,7 @@ class Finding:
         return [f"WRONG: {self}: {text}" for text in self.wrong]
 
 
-def rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) -> list[str]:
+def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) -> list[str]:
     """A header, a line for each kind, and a line for all; `counts` are attributes to add up."""
     header = (
         f"{title:28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'median':>8}{'found/tol':>10}"
@@ -32,11 +32,11 @@ def rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) ->
     kinds: dict[str, list[Finding]] = {}
     for each in findings:
         kinds.setdefault(each.kind, []).append(each)
-    lines = [_row(kind, cases, counts) for kind, cases in kinds.items()]
-    return [header, *lines, _row("all", findings, counts)]
+    lines = [_write_row(kind, cases, counts) for kind, cases in kinds.items()]
+    return [header, *lines, _write_row("all", findings, counts)]
 
 
-def _row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
+def _write_row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
     meshed = [each for each in findings if each.triangles] or findings
     proved = [each for each in meshed if each.bound > 1e-12 * each.tolerance]
     tight = [each.deviation / each.bound for each in proved] or [0.0]

@@ -50,19 +50,21 @@ def _json(content: bytes, diagonal: int) -> Written:
         rows = _triangles(document.get("attribute_faces", document["faces"]), diagonal)
         places = np.array(document["uvs"], dtype=float)[rows]
     parts = {part["name"]: (part["faces"][0], part["faces"][1]) for part in document["parts"]}
-    stated = document["report"].get("parts", [])
-    bounds = {part["name"]: part["deviation_bound"] for part in stated if "deviation_bound" in part}
+    part_reports = document["report"].get("parts", [])
+    bounds = {
+        part["name"]: part["deviation_bound"] for part in part_reports if "deviation_bound" in part
+    }
     vertices = np.array(document["vertices"], dtype=float).reshape(-1, 3)
     return Written(vertices, faces, document["report"], places, parts, bounds)
 
 
 def _triangles(faces: list[list[int]], diagonal: int) -> Rows:
     """Polygons of three or four corners as triangles."""
-    found: list[list[int]] = []
+    triangles: list[list[int]] = []
     for face in faces:
         turned = face[diagonal:] + face[:diagonal]
-        found += [face] if len(face) == 3 else [turned[:3], [turned[0], *turned[2:]]]
-    return np.array(found, dtype=np.int64).reshape(-1, 3)
+        triangles += [face] if len(face) == 3 else [turned[:3], [turned[0], *turned[2:]]]
+    return np.array(triangles, dtype=np.int64).reshape(-1, 3)
 
 
 def _glb(content: bytes) -> Written:
@@ -87,8 +89,8 @@ def _glb(content: bytes) -> Written:
             points.append(rounded.astype(np.float64) + shift)
             steps.append(np.spacing(np.abs(rounded)).astype(np.float64) / 2)
             if "TEXCOORD_0" in primitive["attributes"]:
-                found = gltf.array(primitive["attributes"]["TEXCOORD_0"])
-                uvs.append(found.astype(np.float64)[rows])
+                places = gltf.array(primitive["attributes"]["TEXCOORD_0"])
+                uvs.append(places.astype(np.float64)[rows])
     return Written(
         np.concatenate(points),
         np.concatenate(faces),
@@ -106,6 +108,6 @@ def _primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [primitive for primitive in primitives if primitive.get("mode", 4) == 4]
 
 
-def edges_of(faces: Rows) -> Rows:
+def list_edges(faces: Rows) -> Rows:
     """The edges (E, 2) of triangles, in the direction of each triangle."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

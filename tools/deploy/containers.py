@@ -45,7 +45,7 @@ def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> 
     return done.stdout
 
 
-def missing() -> str:
+def find_missing() -> str:
     """The reason why this machine cannot build images, in words; empty if it can."""
     lacking = [name for name in PROGRAMS if not shutil.which(name)]
     if lacking:
@@ -104,8 +104,8 @@ class Engine:
 
     def state(self, container: str) -> dict[str, Any]:
         """The state of a container: its process, its start, its exit code."""
-        (found,) = json.loads(self.podman("container", "inspect", container))
-        return dict(found["State"])
+        (description,) = json.loads(self.podman("container", "inspect", container))
+        return dict(description["State"])
 
     def logs(self, container: str) -> str:
         """The output of a container, on both streams."""
@@ -115,7 +115,7 @@ class Engine:
         """Options that give pip and npm this machine's registries: secrets, and the files that
         these name."""
         options: dict[str, str] = {}
-        for name, text in {"pip.conf": _pip_settings(), "npmrc": _npm_settings()}.items():
+        for name, text in {"pip.conf": _read_pip_settings(), "npmrc": _read_npm_settings()}.items():
             file = self.folder / name
             file.write_text(text, encoding="utf-8")
             options[f"id={name},src={file}"] = "--secret"
@@ -128,18 +128,18 @@ class Engine:
         return [text for value, option in options.items() for text in (option, value)]
 
 
-def _pip_settings() -> str:
+def _read_pip_settings() -> str:
     """The settings of this machine's pip, as one file; variables take precedence, as for pip."""
-    told: dict[str, str] = {}
+    settings: dict[str, str] = {}
     for line in sorted(run(sys.executable, "-m", "pip", "config", "list").splitlines()):
         place, _, value = line.partition("=")
         name = place.rpartition(".")[2]
-        if place.startswith((":env:", "global.", "user.", "site.")) and name not in told:
-            told[name] = str(ast.literal_eval(value)).replace("\n", "\n ")
-    return "\n".join(["[global]", *(f"{name} = {value}" for name, value in told.items()), ""])
+        if place.startswith((":env:", "global.", "user.", "site.")) and name not in settings:
+            settings[name] = str(ast.literal_eval(value)).replace("\n", "\n ")
+    return "\n".join(["[global]", *(f"{name} = {value}" for name, value in settings.items()), ""])
 
 
-def _npm_settings() -> str:
+def _read_npm_settings() -> str:
     """The settings of this machine's npm."""
     files = (run("npm", "config", "get", f"{kind}config").strip() for kind in ("global", "user"))
     return "\n".join(Path(f).read_text(encoding="utf-8") for f in files if Path(f).is_file())

@@ -21,7 +21,7 @@ from pathlib import Path
 import httpx
 
 from service import __version__
-from tools.deploy.containers import Engine, Failed, missing
+from tools.deploy.containers import Engine, Failed, find_missing
 from tools.processes import ROOT, peak_memory, resident_memory
 
 IMAGE = "localhost/surface-service:test"
@@ -59,7 +59,7 @@ WRONG: list[str] = []
 """The faults that were found."""
 
 
-def seen(what: str, fact: object = "", *, good: bool = True) -> None:
+def report_check(what: str, fact: object = "", *, good: bool = True) -> None:
     """Prints a line about a check, and remembers the faults."""
     print(f"{' ' if good else '✗'} {what:<44} {fact}", flush=True)
     if not good:
@@ -77,20 +77,20 @@ def build(engine: Engine) -> None:
     for _ in range(2):
         begin = time.monotonic()
         engine.build(ROOT, IMAGE, arguments)
-        seen("built", f"in {time.monotonic() - begin:.0f} s")
+        report_check("built", f"in {time.monotonic() - begin:.0f} s")
         layers.append(engine.inspect(IMAGE)["RootFS"]["Layers"])
-    seen("two builds have the same layers", layers[0][-1][:19], good=layers[0] == layers[1])
+    report_check("two builds have the same layers", layers[0][-1][:19], good=layers[0] == layers[1])
     image, base = engine.inspect(IMAGE), engine.inspect(bases["PYTHON_IMAGE"])
     above = image["Size"] - base["Size"]
-    seen("above its base", f"{above / 1e6:.0f} MB", good=above <= MAX_ABOVE_BASE)
+    report_check("above its base", f"{above / 1e6:.0f} MB", good=above <= MAX_ABOVE_BASE)
     config = image["Config"]
     labels = config["Labels"]
     name = "org.opencontainers.image."
     right = (labels[name + "version"], labels[name + "revision"]) == (__version__, "0" * 40)
-    seen("labels", ", ".join(key.removeprefix(name) for key in sorted(labels)), good=right)
-    seen("user", config["User"], good=config["User"] == f"{USER}:{USER}")
+    report_check("labels", ", ".join(key.removeprefix(name) for key in sorted(labels)), good=right)
+    report_check("user", config["User"], good=config["User"] == f"{USER}:{USER}")
     shells = [config["Entrypoint"][0], image["Healthcheck"]["Test"][1]]
-    seen(
+    report_check(
         "runs",
         " ".join(config["Entrypoint"] + config["Cmd"]),
         good=shells == ["/app/bin/surface"] * 2,
@@ -98,7 +98,7 @@ def build(engine: Engine) -> None:
 
 
 @contextmanager
-def running(engine: Engine, *options: str) -> Iterator[str]:
+def run_container(engine: Engine, *options: str) -> Iterator[str]:
     """The id of a container that runs as in production and responds; removes it afterwards."""
     container = engine.podman(
         "run", "--detach", "--read-only", "--read-only-tmpfs=false", "--cap-drop", "ALL",
@@ -140,60 +140,64 @@ def start(engine: Engine) -> None:
         if number == 0:
             os.sync()
             Path("/proc/sys/vm/drop_caches").write_text("3", encoding="ascii")
-        with running(engine) as container:
+        with run_container(engine) as container:
             now = time.time()
             state = engine.state(container)
             times.append(now - datetime.fromisoformat(state["StartedAt"]).timestamp())
             ticks = Path(f"/proc/{state['Pid']}/stat").read_text("ascii").rpartition(")")[2].split()
             work.append((int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"))
-    seen("first answer, from a cold disk", f"after {times[0]:.2f} s")
+    report_check("first answer, from a cold disk", f"after {times[0]:.2f} s")
     best = min(times[1:])
     least = min(work[1:])
     fact = f"after {best:.2f} s, {least:.2f} s of a processor's time"
-    seen("first answer, later", fact, good=least < MAX_START)
+    report_check("first answer, later", fact, good=least < MAX_START)
 
 
-def confinement(engine: Engine, container: str) -> None:
+def check_confinement(engine: Engine, container: str) -> None:
     """Checks the container's user and privileges, and where it can write."""
     facts = json.loads(engine.podman("exec", container, "/app/bin/python", "-c", INSIDE))
-    seen("uid, gid", (facts["uid"], facts["gid"]), good=facts["uid"] == facts["gid"] == USER)
+    report_check(
+        "uid, gid", (facts["uid"], facts["gid"]), good=facts["uid"] == facts["gid"] == USER
+    )
     none = int(facts["CapEff"], 16) == int(facts["CapBnd"], 16) == 0
-    seen("capabilities", facts["CapBnd"], good=none)
+    report_check("capabilities", facts["CapBnd"], good=none)
     locked = (facts["NoNewPrivs"], facts["Seccomp"]) == ("1", "2")
-    seen("no new privileges, system calls filtered", locked, good=locked)
+    report_check("no new privileges, system calls filtered", locked, good=locked)
     refused = facts["refused"]
-    seen("may not write", ", ".join(refused), good=all(refused.values()))
-    seen("may write", "/data", good=facts["data"] is None)
+    report_check("may not write", ", ".join(refused), good=all(refused.values()))
+    report_check("may write", "/data", good=facts["data"] is None)
     begin = time.monotonic()
     for flags in ([], ["--live"]):
         engine.podman("exec", container, "/app/bin/surface", "health", *flags)
-    seen("surface health, twice, through podman", f"{time.monotonic() - begin:.2f} s")
+    report_check("surface health, twice, through podman", f"{time.monotonic() - begin:.2f} s")
     engine.podman("healthcheck", "run", container)
-    seen("health check of the image", "healthy")
+    report_check("health check of the image", "healthy")
     lines = engine.logs(container).splitlines()
     strange = [line for line in lines if not line.startswith("{") or not line.endswith("}")]
-    seen("log lines, each one JSON", strange or len(lines), good=bool(lines) and not strange)
+    report_check(
+        "log lines, each one JSON", strange or len(lines), good=bool(lines) and not strange
+    )
 
 
-def answers(client: httpx.Client) -> str:
+def check_answers(client: httpx.Client) -> str:
     """Checks pages, scripts and a mesh, and stores a surface; returns the URL of the surface."""
     for path in ("/", "/docs", "/openapi.json", "/v1/surfaces", "/metrics"):
         status = client.get(path).status_code
-        seen(f"GET {path}", status, good=status == 200)
+        report_check(f"GET {path}", status, good=status == 200)
     pages = client.get("/").text + client.get("/docs").text
     files = set(re.findall(r'"(?:\./)?((?:page|docs)/[\w./-]+)"', pages))
     sizes = {path: len(client.get(f"/{path}").raise_for_status().content) for path in files}
     heavy = sum(size > 500_000 for size in sizes.values())
     fact = f"{len(sizes)}, {sum(sizes.values()) / 1e6:.1f} MB, three.js and Swagger UI among them"
-    seen("files of the pages", fact, good=heavy == 2 and all(sizes.values()))
+    report_check("files of the pages", fact, good=heavy == 2 and all(sizes.values()))
     mesh = client.get("/v1/surfaces/utah-teapot/mesh.glb?resolution=16").content
-    seen("the teapot", f"{len(mesh)} bytes", good=mesh[:4] == b"glTF")
+    report_check("the teapot", f"{len(mesh)} bytes", good=mesh[:4] == b"glTF")
     stored = client.post("/v1/surfaces", json={"surface": SURFACE})
-    seen("a surface is stored", stored.status_code, good=stored.status_code in (200, 201))
+    report_check("a surface is stored", stored.status_code, good=stored.status_code in (200, 201))
     return str(stored.headers["location"])
 
 
-def largest(client: httpx.Client, suffix: str) -> int:
+def find_largest(client: httpx.Client, suffix: str) -> int:
     """The largest resolution of one patch that the service accepts."""
     low, high = 1, 1 << 13
     while high - low > 1:
@@ -204,13 +208,13 @@ def largest(client: httpx.Client, suffix: str) -> int:
     return low
 
 
-def large(engine: Engine, container: str) -> None:
+def check_large(engine: Engine, container: str) -> None:
     """Checks that many of the largest meshes and bodies at once stay within the memory."""
     pid = engine.state(container)["Pid"]
-    seen("resident before", f"{resident_memory(pid) >> 20} MiB")
+    report_check("resident before", f"{resident_memory(pid) >> 20} MiB")
     with httpx.Client(base_url=URL, trust_env=False, timeout=120) as client:
-        sizes = {suffix: largest(client, suffix) for suffix in ("glb", "json", "stl", "obj")}
-    seen("largest resolutions of one patch", sizes)
+        sizes = {suffix: find_largest(client, suffix) for suffix in ("glb", "json", "stl", "obj")}
+    report_check("largest resolutions of one patch", sizes)
     net = [[[i, j, i * j % 7] for j in range(100)] for i in range(100)]
     spline = {"type": "bspline", "control_net": net, "degree": [3, 3], "knots": "clamped"}
     points = json.dumps({"surface": spline, "resolution": 1}).encode()
@@ -233,21 +237,21 @@ def large(engine: Engine, container: str) -> None:
     with ThreadPoolExecutor(12) as pool:
         statuses = Counter(pool.map(ask, range(40)))
     good = statuses.keys() <= {200, 429, 503} and statuses[200] > 0
-    seen("40 of them and of bodies, 12 at a time", dict(statuses), good=good)
+    report_check("40 of them and of bodies, 12 at a time", dict(statuses), good=good)
     peak = peak_memory(pid)
     fact = f"{peak >> 20} of {MEMORY >> 20} MiB, SURFACE_MEMORY_BYTES={MEMORY_BYTES}"
-    seen("resident at most", fact, good=peak < 0.9 * MEMORY)
+    report_check("resident at most", fact, good=peak < 0.9 * MEMORY)
     engine.podman("exec", container, "/app/bin/surface", "health")
-    seen("still ready")
+    report_check("still ready")
 
 
-def end(engine: Engine, container: str) -> None:
+def check_end(engine: Engine, container: str) -> None:
     """Checks that SIGTERM ends the container with exit code 0."""
     begin = time.monotonic()
     engine.podman("stop", "--time", "60", container)
     state = engine.state(container)
     fact = f"exit code {state['ExitCode']} after {time.monotonic() - begin:.1f} s"
-    seen("SIGTERM", fact, good=state["ExitCode"] == 0 and not state["OOMKilled"])
+    report_check("SIGTERM", fact, good=state["ExitCode"] == 0 and not state["OOMKilled"])
 
 
 def check(engine: Engine) -> None:
@@ -256,22 +260,22 @@ def check(engine: Engine) -> None:
     engine.podman("volume", "rm", "--force", "surfaces")
     start(engine)
     with (
-        running(engine) as container,
+        run_container(engine) as container,
         httpx.Client(base_url=URL, trust_env=False, timeout=30) as client,
     ):
-        confinement(engine, container)
-        url = answers(client)
-        large(engine, container)
-        end(engine, container)
-    with running(engine) as container:
+        check_confinement(engine, container)
+        url = check_answers(client)
+        check_large(engine, container)
+        check_end(engine, container)
+    with run_container(engine) as container:
         again = httpx.get(URL + url, trust_env=False).status_code
-        seen("the stored surface, in a new container", again, good=again == 200)
-        end(engine, container)
+        report_check("the stored surface, in a new container", again, good=again == 200)
+        check_end(engine, container)
 
 
 def main() -> int:
     """Runs the program; returns 0 if all checks passed."""
-    if lacking := missing():
+    if lacking := find_missing():
         print(f"The image cannot be built here: {lacking}.", file=sys.stderr)
         return 2
     try:

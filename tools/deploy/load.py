@@ -40,8 +40,8 @@ class Tally:
         """A table: kind, number, median, 99th percentile and longest time."""
         yes = f"{self.count} requests, {len(self.broken)} broken, {len(self.wrong)} wrong"
         return [yes] + [
-            f"  {kind:<11} {len(times):>6}   p50 {_at(times, 0.5):>8.1f} ms"
-            f"   p99 {_at(times, 0.99):>8.1f} ms   longest {max(times) * 1e3:>8.1f} ms"
+            f"  {kind:<11} {len(times):>6}   p50 {_read_quantile(times, 0.5):>8.1f} ms"
+            f"   p99 {_read_quantile(times, 0.99):>8.1f} ms   longest {max(times) * 1e3:>8.1f} ms"
             for kind, times in sorted(self.seconds.items())
         ]
 
@@ -58,7 +58,7 @@ class Clients:
     """Seconds between a response and the next request."""
 
 
-def under_load(
+def run_under_load(
     port: int, traffic: Traffic, groups: tuple[Clients, ...], during: Callable[[Tally], None]
 ) -> Tally:
     """Sends requests of clients to a port of this machine while `during` runs.
@@ -73,7 +73,7 @@ def under_load(
             for request in traffic.requests(group.kinds):
                 if over.wait(group.pause):
                     break
-                _one(connection, request, traffic, tally)
+                _send_one(connection, request, traffic, tally)
                 if not group.keep:
                     connection.close()
 
@@ -89,7 +89,7 @@ def under_load(
     return tally
 
 
-def _one(connection: HTTPConnection, request: Request, traffic: Traffic, tally: Tally) -> None:
+def _send_one(connection: HTTPConnection, request: Request, traffic: Traffic, tally: Tally) -> None:
     start = time.perf_counter()
     try:
         answer = _ask(connection, request)
@@ -115,5 +115,5 @@ def _name(request: Request) -> str:
     return f"{request.kind}, {request.method} {request.target}"
 
 
-def _at(times: list[float], share: float) -> float:
+def _read_quantile(times: list[float], share: float) -> float:
     return sorted(times)[min(int(len(times) * share), len(times) - 1)] * 1e3

@@ -18,7 +18,7 @@ import pytest
 
 from service.engine.mesh.report import ENGINE
 from service.storage.keys import SURFACES
-from tools.deploy.load import Clients, Tally, under_load
+from tools.deploy.load import Clients, Tally, run_under_load
 from tools.deploy.traffic import Traffic
 from tools.processes import Proxy, Server, peak_memory, service_server
 
@@ -51,7 +51,7 @@ CLIENTS = (
 
 
 @contextmanager
-def two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
+def start_two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
     """HAProxy and two instances that store in one folder; stops all afterwards."""
     settings = SETTINGS | {"SURFACE_STORE": str(folder / "store")}
     one, two = (service_server(folder, settings, probe="/health/ready") for _ in range(2))
@@ -98,7 +98,7 @@ def test_no_request_fails_while_instances_are_restarted(
     codes: list[int] = []
     seconds: list[float] = []
     peaks: list[int] = []
-    with two_behind_haproxy(tmp_path) as (proxy, instances):
+    with start_two_behind_haproxy(tmp_path) as (proxy, instances):
 
         def restart(tally: Tally) -> None:
             begin = time.monotonic()
@@ -117,7 +117,7 @@ def test_no_request_fails_while_instances_are_restarted(
                     time.sleep(1.5)
                 rounds += 1
 
-        tally = under_load(proxy.port, traffic, CLIENTS, restart)
+        tally = run_under_load(proxy.port, traffic, CLIENTS, restart)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
         kept = proxy.metric("haproxy_backend_http_cache_hits_total")
         stored = check_store(tmp_path, traffic, instances)
@@ -145,7 +145,7 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
     """
     traffic = Traffic()
     clients = (*CLIENTS, Clients(6, {"store": 1}), Clients(2, {"large_hit": 1}, keep=False))
-    with two_behind_haproxy(tmp_path) as (proxy, instances):
+    with start_two_behind_haproxy(tmp_path) as (proxy, instances):
 
         def kill(tally: Tally) -> None:
             for number in range(KILLS):
@@ -159,7 +159,7 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
                 each.wait_until_ready()
                 time.sleep(1.5)
 
-        tally = under_load(proxy.port, traffic, clients, kill)
+        tally = run_under_load(proxy.port, traffic, clients, kill)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
         stored = check_store(tmp_path, traffic, instances)
     refused = [line for line in tally.wrong if ": 502 " in line]
@@ -177,7 +177,7 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
     plain = {"Accept-Encoding": "identity"}
     # Only a few bytes are in buffers while the client does not read.
     little = httpx.HTTPTransport(socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)])
-    with two_behind_haproxy(tmp_path) as (proxy, instances):
+    with start_two_behind_haproxy(tmp_path) as (proxy, instances):
         complete = httpx.get(proxy.url + target, headers=plain, timeout=60)
         assert complete.status_code == 200
         with (
@@ -186,7 +186,7 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
         ):
             pieces = answer.iter_raw(1 << 16)
             next(pieces)
-            serving(proxy, instances).kill()
+            find_serving(proxy, instances).kill()
             with pytest.raises(httpx.RemoteProtocolError):
                 deque(pieces)
         assert answer.status_code == 200
@@ -196,7 +196,7 @@ def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
 
 
 def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
-    with two_behind_haproxy(tmp_path) as (proxy, instances):
+    with start_two_behind_haproxy(tmp_path) as (proxy, instances):
         # The proxy serves no metrics to clients, for any spelling of the URL.
         assert httpx.get(f"{instances[0].url}/metrics").status_code == 200
         for path in ("/metrics", "/%6detrics", "/metrics?x=1"):
@@ -215,8 +215,8 @@ def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
             assert ("age" in first.headers, "age" in again.headers) == (False, True)
             assert first.headers["x-request-id"]
             assert not again.headers.keys() & {"x-request-id", "server-timing"}
-            known = {"Accept-Encoding": coding, "If-None-Match": first.headers["etag"]}
-            assert httpx.get(target, headers=known).status_code == 304
+            headers = {"Accept-Encoding": coding, "If-None-Match": first.headers["etag"]}
+            assert httpx.get(target, headers=headers).status_code == 304
         for each in instances:
             each.kill()
         assert httpx.get(target).status_code == 200
@@ -226,7 +226,7 @@ def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
         assert int(refused.headers["retry-after"]) > 0
 
 
-def serving(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
+def find_serving(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
     """The instance to which the proxy sends requests now."""
     busy = {
         each: proxy.metric("haproxy_server_current_sessions", f'server="{name}"')

@@ -64,10 +64,10 @@ class Traffic:
         if response.status not in request.statuses:
             return f"{response.status} {response.body[:300]!r}"
         if request.kind == "store":
-            said = json.loads(response.body)["id"]
-            if response.location != f"/v1/surfaces/{said}":
+            id = json.loads(response.body)["id"]
+            if response.location != f"/v1/surfaces/{id}":
                 return "a URL that does not belong to the id"
-            self.stored[said] = request.body
+            self.stored[id] = request.body
             return None
         if response.status == 304:
             return None
@@ -76,49 +76,60 @@ class Traffic:
         ):
             return "a binary glTF of another length than it says"
         digest = hashlib.sha256(response.body).hexdigest()
-        known = self._seen.setdefault((request.method, request.target, request.body), digest)
-        return None if digest == known else "other bytes than another answer to the same request"
+        first_digest = self._seen.setdefault((request.method, request.target, request.body), digest)
+        return (
+            None
+            if digest == first_digest
+            else "other bytes than another answer to the same request"
+        )
 
     def _small_hit(self) -> Request:
         """A small mesh that is requested often, so that the proxy's cache has it."""
         coding = self._random.choice(({}, {"Accept-Encoding": "gzip"}))
         return Request(
-            "small hit", "GET", mesh("utah-teapot", f"resolution=8&engine={ENGINE}"), coding
+            "small hit",
+            "GET",
+            write_mesh_url("utah-teapot", f"resolution=8&engine={ENGINE}"),
+            coding,
         )
 
     def _large_hit(self) -> Request:
         """A mesh that is too large for the proxy's cache, but in the cache of the instances."""
-        return Request("large hit", "GET", mesh("utah-teapot", f"resolution=40&engine={ENGINE}"))
+        return Request(
+            "large hit", "GET", write_mesh_url("utah-teapot", f"resolution=40&engine={ENGINE}")
+        )
 
     def _unchanged(self) -> Request:
         """A mesh that the client has already."""
-        target = mesh("torus", "resolution=32")
+        target = write_mesh_url("torus", "resolution=32")
         return Request("304", "GET", target, {"If-None-Match": "*"}, statuses=frozenset({304}))
 
     def _cold(self) -> Request:
         """A mesh that is rarely in a cache."""
         name = self._random.choice(("utah-teapot", "torus", "nurbs-goblet", "trefoil-tube"))
         u, v = self._random.randrange(2, 40), self._random.randrange(2, 16)
-        return Request("cold", "GET", mesh(name, f"resolution={u},{v}"))
+        return Request("cold", "GET", write_mesh_url(name, f"resolution={u},{v}"))
 
     def _small_post(self) -> Request:
-        body = posted(patch(self._random.randrange(5000)), resolution=self._random.randrange(2, 20))
+        body = write_body(
+            build_patch(self._random.randrange(5000)), resolution=self._random.randrange(2, 20)
+        )
         return Request("small post", "POST", "/v1/mesh?format=glb", JSON, body)
 
     def _points(self) -> Request:
         uv = [[self._random.random(), self._random.random()] for _ in range(50)]
-        body = posted(patch(self._random.randrange(5000)), uv=uv, derivatives=2)
+        body = write_body(build_patch(self._random.randrange(5000)), uv=uv, derivatives=2)
         return Request("points", "POST", "/v1/points", JSON, body)
 
     def _long_post(self) -> Request:
         """A request for two seconds of work: the best mesh within a number of triangles."""
         budget = LONG_TRIANGLES + self._random.randrange(5)
-        body = posted(hills(LONG_SIDE), max_triangles=budget)
+        body = write_body(build_hills(LONG_SIDE), max_triangles=budget)
         return Request("long post", "POST", "/v1/mesh?format=glb", JSON, body)
 
     def _store(self) -> Request:
         """Stores a surface that is new."""
-        body = posted(patch(next(self._stores)))
+        body = write_body(build_patch(next(self._stores)))
         statuses = frozenset({200, 201})
         return Request("store", "POST", "/v1/surfaces", JSON, body, statuses)
 
@@ -127,25 +138,25 @@ class Traffic:
         if not self.stored:
             return self._small_hit()
         id = self._random.choice(list(self.stored))
-        return Request("stored", "GET", mesh(id, f"resolution=4&engine={ENGINE}"))
+        return Request("stored", "GET", write_mesh_url(id, f"resolution=4&engine={ENGINE}"))
 
 
-def mesh(id: str, query: str) -> str:
+def write_mesh_url(id: str, query: str) -> str:
     """URL of a mesh."""
     return f"/v1/surfaces/{id}/mesh.glb?{query}"
 
 
-def posted(surface: dict[str, object], **options: object) -> bytes:
+def write_body(surface: dict[str, object], **options: object) -> bytes:
     """Body of a request."""
     return json.dumps({"surface": surface, **options}).encode("ascii")
 
 
-def patch(number: int) -> dict[str, object]:
+def build_patch(number: int) -> dict[str, object]:
     """One patch of many."""
     return {"control_net": [[[0, 0, number], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
 
-def hills(side: int) -> dict[str, object]:
+def build_hills(side: int) -> dict[str, object]:
     """A B-spline that bends everywhere."""
     rows = range(side)
     net = [[[u, v, math.sin(0.7 * u) * math.cos(0.9 * v)] for v in rows] for u in rows]

@@ -16,21 +16,21 @@ from tools.processes import ROOT
 FOLDER = ROOT / "build" / "fuzz" / "corpus"
 
 
-def fuzzed(name: str, seconds: int) -> bool:
+def fuzz(name: str, seconds: int) -> bool:
     """Fuzzes a target; returns whether nothing was found."""
     command = [sys.executable, "-m", "tools.fuzz.one", name, str(seconds), str(FOLDER)]
     start = time.monotonic()
     done = subprocess.run(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
     )
-    taken = time.monotonic() - start
+    elapsed = time.monotonic() - start
     output = done.stdout.decode("utf-8", "replace")
     counted = re.search(r"number_of_executed_units: (\d+)", output)
     inputs = int(counted.group(1)) if counted else 0
     kept = len(list((FOLDER / name).iterdir()))
     ok = done.returncode == 0 and inputs > 0
-    said = "nothing found" if ok else "FOUND"
-    print(f"{name:10} {inputs:9} inputs {kept:6} kept {taken:6.0f} s  {said}", flush=True)
+    outcome = "nothing found" if ok else "FOUND"
+    print(f"{name:10} {inputs:9} inputs {kept:6} kept {elapsed:6.0f} s  {outcome}", flush=True)
     if not ok:
         print(output[-8000:], flush=True)
     return ok
@@ -41,7 +41,7 @@ def main(seconds: int, names: list[str]) -> bool:
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
     chosen = names or list(TARGETS)
-    clean = [fuzzed(name, max(1, seconds // len(chosen))) for name in chosen]
+    clean = [fuzz(name, max(1, seconds // len(chosen))) for name in chosen]
     return all(clean)
 
 

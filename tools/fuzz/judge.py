@@ -21,25 +21,25 @@ class TooExpensive(Exception):
     """An input that takes more time or memory than allowed."""
 
 
-def judged(target: Callable[[bytes], None], content: bytes, seconds: float = SECONDS) -> None:
+def judge(target: Callable[[bytes], None], content: bytes, seconds: float = SECONDS) -> None:
     """Calls the target; raises its errors, except refusals, and `TooExpensive`."""
-    before, start = resident(), time.process_time()
-    most = most_resident()
+    before, start = measure_resident(), time.process_time()
+    most = measure_most_resident()
     with suppress(SurfaceError):  # a refusal
         target(content)
-    taken, grown = time.process_time() - start, most_resident()
-    if taken > seconds:
-        raise TooExpensive(f"{taken:.1f} s for {len(content)} bytes")
+    elapsed, grown = time.process_time() - start, measure_most_resident()
+    if elapsed > seconds:
+        raise TooExpensive(f"{elapsed:.1f} s for {len(content)} bytes")
     if grown > most and grown - before > MEMORY:
         raise TooExpensive(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
 
 
-def resident() -> int:
+def measure_resident() -> int:
     """Bytes of memory that this process holds now (Linux)."""
     with open("/proc/self/statm", "rb", buffering=0) as file:
         return int(file.read(64).split()[1]) * _PAGE
 
 
-def most_resident() -> int:
+def measure_most_resident() -> int:
     """The most bytes of memory that this process has ever held."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

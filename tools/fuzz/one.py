@@ -14,7 +14,7 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["service"]):
-    from tools.fuzz.judge import judged
+    from tools.fuzz.judge import judge
     from tools.fuzz.seeds import LARGEST, SEEDS
     from tools.fuzz.targets import TARGETS
 
@@ -64,13 +64,13 @@ def main(name: str, seconds: str, folder: str) -> None:
         """One mutation: half of them by Atheris, half by this module."""
         if seed % 2:
             return bytes(atheris.Mutate(content, most))
-        return mutated(content, seed)[:most]
+        return mutate_content(content, seed)[:most]
 
-    atheris.Setup(arguments, lambda content: judged(target, content), custom_mutator=mutate)
+    atheris.Setup(arguments, lambda content: judge(target, content), custom_mutator=mutate)
     atheris.Fuzz()
 
 
-def mutated(content: bytes, seed: int) -> bytes:
+def mutate_content(content: bytes, seed: int) -> bytes:
     """The content with some of its words changed, removed, repeated or exchanged."""
     chance = random.Random(seed)
     tokens = _TOKENS.findall(content, 0, len(content))[:MOST_TOKENS]

@@ -12,7 +12,7 @@ from service.pipeline.mesh import render
 from service.storage.canonical import canonical_content
 from service.surface.examples import EXAMPLES, find
 from tests.api.hostile_calls import CALLS
-from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, net, saved
+from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, build_net, save_array
 
 LARGEST = 1 << 16
 """The most bytes of an input: longer inputs find no other faults."""
@@ -55,7 +55,11 @@ def files(media_type: str) -> Iterator[bytes]:
     """Files of one type."""
     yield from (case.build() for case in FILES if case.media_type == media_type and case.status)
     if media_type == NPY:
-        yield from (saved(net()), saved(net(width=4)), saved(net()[None].astype(">f4")))
+        yield from (
+            save_array(build_net()),
+            save_array(build_net(width=4)),
+            save_array(build_net()[None].astype(">f4")),
+        )
     elif media_type == TEAPOT:
         yield TEAPOT_TEXT
     elif media_type == OOGL:

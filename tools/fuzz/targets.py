@@ -71,7 +71,7 @@ def json(content: bytes) -> None:
     """A JSON body, for each operation that has one."""
     DocumentBudget(LIMITS).take(content)
     calls: tuple[Callable[[], object], ...] = (
-        lambda: _same_again(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
+        lambda: _check_restored(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
         lambda: parse_request(MeshRequest, content, LIMITS).to_surface(),
         lambda: parse_request(PointsRequest, content, LIMITS).to_query(),
         lambda: parse_request(ConvertRequest, content, LIMITS).to_operations(),
@@ -83,7 +83,7 @@ def json(content: bytes) -> None:
             call()
 
 
-def _same_again(surface: Any) -> None:
+def _check_restored(surface: Any) -> None:
     content = canonical_content(surface)
     if canonical_content(restore_surface(content, LIMITS)) != content:
         raise AssertionError("a surface is not what it was when it was stored")
@@ -101,11 +101,11 @@ def query(content: bytes) -> None:
     """The query of a URL: of a mesh, or beside a file."""
     pairs = parse_qsl(content.decode("latin-1"), keep_blank_values=True)
     try:
-        wanted = parse_mesh_query(pairs)
+        parsed = parse_mesh_query(pairs)
     except SurfaceError:
         pass
     else:
-        written = canonical_query(wanted)
+        written = canonical_query(parsed)
         if canonical_query(parse_mesh_query(parse_qsl(written))) != written:
             raise AssertionError("the canonical query says something else")
     beside = document_from_query(pairs)
@@ -114,7 +114,7 @@ def query(content: bytes) -> None:
 
 def content(content: bytes) -> None:
     """The stored contents."""
-    _same_again(restore_surface(content, LIMITS))
+    _check_restored(restore_surface(content, LIMITS))
 
 
 def header(content: bytes) -> None:

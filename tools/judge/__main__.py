@@ -21,9 +21,9 @@ from service.settings.values import Settings
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import EXAMPLES
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tools.certify.surfaces import FAMILIES, Surface
-from tools.judge.exact import nets_of, read_glb, read_stl
+from tools.judge.exact import list_nets, read_glb, read_stl
 from tools.judge.proof import Proof, prove
 
 OF_EACH, FIRST = 200, 5000
@@ -69,7 +69,7 @@ class Verdict(NamedTuple):
     seconds: float
 
 
-def cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
+def list_cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
     """Every family with every set of options; every other file is an STL.
 
     Families of lines are left out: without areas of triangles, pieces would have to be as small as
@@ -83,22 +83,22 @@ def cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case]:
         yield Case(name, None, OPTIONS[number % len(OPTIONS)], ("stl", "glb")[number % 2])
 
 
-def document_of(surface: Surface) -> dict[str, Any]:
+def write_document(surface: Surface) -> dict[str, Any]:
     """The JSON document of a surface, as a client writes it."""
     net: Any = surface.control_net.tolist()
     weights: Any = None if surface.weights is None else surface.weights.tolist()
-    found: dict[str, Any] = {"type": "bezier"}
+    document: dict[str, Any] = {"type": "bezier"}
     if isinstance(surface, BsplineSurface):
         knots = [k if isinstance(k, str) else k.tolist() for k in surface.knots]
-        found = {"type": "bspline", "degree": surface.degree, "knots": knots}
+        document = {"type": "bspline", "degree": surface.degree, "knots": knots}
     elif not isinstance(surface, BezierSurface):
-        found = {"type": "triangle"}
-        net = rows_of(net)
-        weights = weights and rows_of(weights)
-    return found | {"control_net": net} | ({"weights": weights} if weights else {})
+        document = {"type": "triangle"}
+        net = split_rows(net)
+        weights = weights and split_rows(weights)
+    return document | {"control_net": net} | ({"weights": weights} if weights else {})
 
 
-def rows_of(points: list[Any]) -> list[list[Any]]:
+def split_rows(points: list[Any]) -> list[list[Any]]:
     """The items of a list as rows of n + 1, n, … 1."""
     rows, rest = [], points
     while rest:
@@ -114,7 +114,7 @@ def judge(client: Client, case: Case) -> Verdict | None:
         surface = client.get(f"/v1/surfaces/{case.family}").json()["surface"]
         surface["up"] = "y"  # so that glTF does not turn the surface
     else:
-        surface = document_of(FAMILIES[case.family].surface(case.seed))
+        surface = write_document(FAMILIES[case.family].surface(case.seed))
     if surface.get("type") in WITHOUT_PATCHES:
         return None
     request = {"surface": surface, "normals": False, **case.options}
@@ -125,18 +125,18 @@ def judge(client: Client, case: Case) -> Verdict | None:
     corners, origin = {"glb": read_glb, "stl": read_stl}[case.suffix](response.content)
     bound = float(response.headers["surface-deviation-bound"])
     start = time.process_time()
-    proof = prove(nets_of(surface, origin), corners, bound)
+    proof = prove(list_nets(surface, origin), corners, bound)
     return Verdict(case, len(corners), bound, proof, time.process_time() - start)
 
 
-def work(some: Sequence[Case]) -> list[Verdict | str]:
+def judge_cases(some: Sequence[Case]) -> list[Verdict | str]:
     """Verdicts of some cases in a process of its own; a text for a case that could not be judged.
 
     If float32 is too coarse for the STL of a case, the GLB is judged, which has an origin of its
     own.
     """
     verdicts: list[Verdict | str] = []
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         for case in some:
             try:
                 verdict = judge(client, case) or judge(client, case._replace(suffix="glb"))
@@ -151,34 +151,34 @@ def main(arguments: list[str]) -> int:
     """Judges all cases; prints a row for each family, and each case that is not proved."""
     share = float(arguments[0]) if arguments else 1.0
     totals: dict[str, Counter[str]] = {}
-    told, failed = [], False
-    every = list(cases(share, tuple(arguments[1:])))
+    lines, failed = [], False
+    every = list(list_cases(share, tuple(arguments[1:])))
     groups = [every[k : k + TOGETHER] for k in range(0, len(every), TOGETHER)]
     with Pool(PROCESSES, pin_blas) as pool:
-        for verdict in chain.from_iterable(pool.imap_unordered(work, groups)):
+        for verdict in chain.from_iterable(pool.imap_unordered(judge_cases, groups)):
             if isinstance(verdict, str):
-                told.append(verdict)
+                lines.append(verdict)
                 failed = True
                 continue
             case, proof = verdict.case, verdict.proof
-            found = Counter(
+            counts = Counter(
                 surfaces=1, triangles=verdict.triangles, pieces=proof.pieces,
                 violations=int(proof.beyond is not None), undecided=proof.undecided,
                 milliseconds=round(1e3 * verdict.seconds),
             )  # fmt: skip
             name = "examples" if case.seed is None else case.family
             for kind in (name, "all"):
-                totals.setdefault(kind, Counter()).update(found)
+                totals.setdefault(kind, Counter()).update(counts)
             if totals["all"]["surfaces"] % 100 == 0:
                 print(f"{name}: {dict(totals['all'])}", file=sys.stderr, flush=True)
             if proof.undecided or proof.beyond is not None:
-                told.append(f"{case}: bound {verdict.bound}, {proof}")
+                lines.append(f"{case}: bound {verdict.bound}, {proof}")
                 failed |= proof.beyond is not None or case.family != ALMOST_LINES
     columns = ("surfaces", "triangles", "pieces", "violations", "undecided", "milliseconds")
     print(f"{'family':28}" + "".join(f"{name:>13}" for name in columns))
     for kind in sorted(totals, key=[*FAMILIES, "examples", "all"].index):
         print(f"{kind:28}" + "".join(f"{totals[kind][name]:13}" for name in columns))
-    print("\n".join([*told, "Something is wrong." if failed else "Nothing is wrong."]))
+    print("\n".join([*lines, "Something is wrong." if failed else "Nothing is wrong."]))
     return int(failed)
 
 

@@ -24,12 +24,12 @@ from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.settings.runtime import pin_blas
 from service.surface.examples import EXAMPLES as ALL_EXAMPLES
 from service.surface.examples import find
-from tests.oracles.closest import nearest
-from tests.oracles.sheets import Array, Sheet, sheets_of
+from tests.oracles.closest import find_nearest
+from tests.oracles.sheets import Array, Sheet, build_sheets
 from tools.certify.surfaces import FAMILIES
-from tools.judge.__main__ import document_of
-from tools.judge.enclosures import least_distances
-from tools.judge.exact import nets_of
+from tools.judge.__main__ import write_document
+from tools.judge.enclosures import enclose_least_distances
+from tools.judge.exact import list_nets
 
 FIRST = 7000
 """Seed of the first surface of a family; tests and `make certify` use other seeds."""
@@ -42,7 +42,7 @@ EXAMPLES = tuple(name for name in ALL_EXAMPLES if name not in ("trefoil-tube", "
 """The examples that are made of patches."""
 
 
-def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) -> Array:
+def scatter_points(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) -> Array:
     """Points of all the kinds above, in about equal numbers."""
     rng = np.random.default_rng(seed)
     reach = float(np.linalg.norm(high - low))
@@ -50,7 +50,7 @@ def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) 
     near, beside, far = (
         rng.uniform(low - by * reach, high + by * reach, (each, 3)) for by in (0, 0.3, 4)
     )
-    on, normals = (np.concatenate(many) for many in zip(*map(_with_normals, sheets), strict=True))
+    on, normals = (np.concatenate(many) for many in zip(*map(_sample_normals, sheets), strict=True))
     first, second, close, below = (rng.integers(0, len(on), each) for _ in range(4))
     above = rng.choice([-1, 1], each) * 10.0 ** rng.uniform(-3, 1, each)
     return np.concatenate(
@@ -61,7 +61,7 @@ def strewn(sheets: list[Sheet], low: Array, high: Array, count: int, seed: int) 
     )  # fmt: skip
 
 
-def _with_normals(sheet: Sheet) -> tuple[Array, Array]:
+def _sample_normals(sheet: Sheet) -> tuple[Array, Array]:
     """Points of a sheet, and its approximate unit normals there."""
     places = sheet.samples(500)
     at = sheet.at(places)
@@ -77,16 +77,16 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     name, seed, count = case
     surface = FAMILIES[name].surface(seed) if name in FAMILIES else None
     model = to_patches((surface or find(name).surface()).lower())
-    sheets = sheets_of(surface or model)
+    sheets = build_sheets(surface or model)
     low, high = model.bounds
-    points = strewn(sheets, low, high, count, seed)
+    points = scatter_points(sheets, low, high, count, seed)
     start = time.process_time()
     columns = project_on_surface(model, ProjectQuery(points))
     seconds = time.process_time() - start
     diagonal = float(np.linalg.norm(high - low))
     # The rounding errors of the samples themselves.
     slack = 1e-15 * np.abs(points).max(axis=1) + 1e-14 * diagonal
-    least = nearest(sheets, points)
+    least = find_nearest(sheets, points)
     reached, bounds = columns["reached"], columns["distance_bounds"]
     away = np.linalg.norm(columns["positions"] - points, axis=1)
     wrong = reached & (columns["distances"] > least + 1e-9 * diagonal + slack)
@@ -96,8 +96,8 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     if surface:
         sampled = np.arange(seed % EACH, len(points), EACH)
         origin = (low + high) / 2
-        nets = nets_of(document_of(surface), origin)
-        lows, highs = least_distances(nets, points[sampled] - origin, WIDTH * diagonal)
+        nets = list_nets(write_document(surface), origin)
+        lows, highs = enclose_least_distances(nets, points[sampled] - origin, WIDTH * diagonal)
         outside[sampled] |= (bounds[sampled, 1] + slack[sampled] < lows) | (
             bounds[sampled, 0] > highs
         )
@@ -125,10 +125,10 @@ def main(arguments: list[str]) -> int:
     ]
     totals: dict[str, Counter[str]] = {}
     with Pool(min(2, cpu_count()), pin_blas) as pool:
-        for name, found in pool.imap_unordered(judge, cases):
-            print(f"{name}: {dict(found)}", file=sys.stderr, flush=True)
+        for name, counts in pool.imap_unordered(judge, cases):
+            print(f"{name}: {dict(counts)}", file=sys.stderr, flush=True)
             for kind in (name, "all"):
-                totals.setdefault(kind, Counter()).update(found)
+                totals.setdefault(kind, Counter()).update(counts)
     columns = (
         "points", "outside", "wrong", "wider", "enclosed", "undecided", "tied", "milliseconds"
     )  # fmt: skip

@@ -23,7 +23,7 @@ ROUNDING = 2.0**-44
 coordinate is a chain of at most 2 × 32 averages, and of quotients of weights up to 1000."""
 
 
-def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Array, Array]:
+def enclose_least_distances(nets: list[Array], points: Array, width: float) -> tuple[Array, Array]:
     """Intervals that contain the least distances of points to patches; NaN if not found.
 
     Parameters
@@ -47,7 +47,7 @@ def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Arr
     for _ in range(LEVELS):
         lows = []
         for point, pieces in pairs:
-            low, corner = _bounds(pieces, points[point])
+            low, corner = _bound_distances(pieces, points[point])
             np.minimum.at(high, point, corner + wrong[point])
             lows.append(low - wrong[point])
         near = [low < high[point] - width for (point, _), low in zip(pairs, lows, strict=True)]
@@ -57,7 +57,7 @@ def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Arr
         )
         high[pieces_left > MOST] = np.nan
         pairs = [
-            (np.repeat(point[left], 4), _quarters(pieces[left]))
+            (np.repeat(point[left], 4), _split_quarters(pieces[left]))
             for (point, pieces), near_ones in zip(pairs, near, strict=True)
             for left in (near_ones & np.isfinite(high[point]),)
         ]
@@ -66,7 +66,7 @@ def least_distances(nets: list[Array], points: Array, width: float) -> tuple[Arr
     return high - width, high
 
 
-def _bounds(nets: Array, x: Array) -> tuple[Array, Array]:
+def _bound_distances(nets: Array, x: Array) -> tuple[Array, Array]:
     """Lower bounds and distances of corners, for pairs of a net (p+1, q+1, 4) and a point."""
     points = (nets[..., :3] / nets[..., 3:]).reshape(len(nets), nets.shape[1] * nets.shape[2], 3)
     y = x[:, np.newaxis] - points
@@ -79,7 +79,7 @@ def _bounds(nets: Array, x: Array) -> tuple[Array, Array]:
     return along.min(axis=1), corner
 
 
-def _quarters(nets: Array) -> Array:
+def _split_quarters(nets: Array) -> Array:
     """The four quarters of nets (m, p+1, q+1, 4), one after another, (4 m, p+1, q+1, 4)."""
     for axis in (1, 2):
         rows = np.moveaxis(nets, axis, 0)

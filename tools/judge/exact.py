@@ -43,61 +43,61 @@ def read_glb(content: bytes) -> tuple[Array, Array]:
     assert len(places) < 2
     assert not any({"rotation", "scale", "matrix"} & node.keys() for node in document["nodes"])
     primitives = [p for mesh in document["meshes"] for p in mesh["primitives"]]
-    found = [
+    corners = [
         numbers(p["attributes"]["POSITION"])[numbers(p["indices"])].reshape(-1, 3, 3)
         for p in primitives
         if p.get("mode", 4) == 4
     ]
-    return np.concatenate(found).astype(np.float64), np.array(places[0] if places else [0.0] * 3)
+    return np.concatenate(corners).astype(np.float64), np.array(places[0] if places else [0.0] * 3)
 
 
-def nets_of(surface: dict[str, Any], origin: Array) -> list[Array]:
+def list_nets(surface: dict[str, Any], origin: Array) -> list[Array]:
     """All Bézier pieces of a surface, one array for each degree: (wx, wy, wz, w) about the origin.
 
     Each array is (m, p+1, q+1, 4), its numbers rounded once. Triangles become patches with one side
     collapsed to a point: u leads away from their first corner, v along the opposite side.
     """
-    found = list(_pieces(surface, origin))
-    shapes = dict.fromkeys(net.shape for net in found)
+    pieces = list(_iterate_pieces(surface, origin))
+    shapes = dict.fromkeys(net.shape for net in pieces)
     return [
-        np.stack([net.astype(np.float64) for net in found if net.shape == shape])
+        np.stack([net.astype(np.float64) for net in pieces if net.shape == shape])
         for shape in shapes
     ]
 
 
-def _pieces(surface: dict[str, Any], origin: Array) -> Iterator[Exact]:
-    """The Bézier pieces of a surface, exact, as `nets_of` has them."""
+def _iterate_pieces(surface: dict[str, Any], origin: Array) -> Iterator[Exact]:
+    """The Bézier pieces of a surface, exact, as `list_nets` has them."""
     kind = surface.get("type", "bezier")
     if kind == "bezier":
-        yield _homogeneous(surface["control_net"], surface.get("weights"), origin)
+        yield _to_homogeneous(surface["control_net"], surface.get("weights"), origin)
     elif kind == "bspline":
-        net = _homogeneous(surface["control_net"], surface.get("weights"), origin)
-        yield from _spans(net, surface["degree"], surface["knots"])
+        net = _to_homogeneous(surface["control_net"], surface.get("weights"), origin)
+        yield from _iterate_spans(net, surface["degree"], surface["knots"])
     elif kind == "triangle":
         weights = surface.get("weights") or [None] * len(surface["control_net"])
         rows = zip(surface["control_net"], weights, strict=True)
-        yield _square([_homogeneous(row, load, origin) for row, load in rows])
+        yield _to_square([_to_homogeneous(row, load, origin) for row, load in rows])
     elif kind == "multipatch":
         for member in surface["surfaces"]:
-            yield from _pieces(member, origin)
+            yield from _iterate_pieces(member, origin)
     else:
-        points = _homogeneous(surface["vertices"], surface.get("weights"), origin)
+        points = _to_homogeneous(surface["vertices"], surface.get("weights"), origin)
         yield from (points[np.array(grid)] for grid in surface.get("patches", []))
         for rows in surface.get("triangles", []):
-            yield _square([points[row] for row in rows])
+            yield _to_square([points[row] for row in rows])
 
 
 _fractions = np.vectorize(Fraction, otypes=[object])
 
 
-def _homogeneous(points: Any, weights: Any, origin: Array) -> Exact:
+def _to_homogeneous(points: Any, weights: Any, origin: Array) -> Exact:
     local = _fractions(np.array(points, dtype=np.float64)) - _fractions(origin)
     loads = np.ones(local.shape[:-1]) if weights is None else np.array(weights, dtype=np.float64)
     exact = _fractions(loads)[..., np.newaxis]
     return np.concatenate([local * exact, exact], axis=-1)
 
 
-def _square(rows: Sequence[Exact]) -> Exact:
+def _to_square(rows: Sequence[Exact]) -> Exact:
     """Rows of a triangular net as a patch: C(n, a) C(a, k) is the coefficient of (n−a, a−k, k)."""
     n = len(rows) - 1
     curves = []
@@ -113,7 +113,7 @@ def _square(rows: Sequence[Exact]) -> Exact:
     return np.stack(curves)
 
 
-def _spans(net: Exact, degree: Sequence[int], knots: Sequence[Any]) -> Iterator[Exact]:
+def _iterate_spans(net: Exact, degree: Sequence[int], knots: Sequence[Any]) -> Iterator[Exact]:
     """The Bézier net of every span, from blossoms by de Boor's recurrence."""
     matrices = []
     for axis, (p, named) in enumerate(zip(degree, knots, strict=True)):
@@ -126,14 +126,14 @@ def _spans(net: Exact, degree: Sequence[int], knots: Sequence[Any]) -> Iterator[
         elif named == "clamped":
             line = [min(max(knot, Fraction(0)), Fraction(count - p)) for knot in line]
         spans = [s for s in range(p, count) if line[s] < line[s + 1]]
-        matrices.append([(s - p, _blossoms(line, p, s)) for s in spans])
+        matrices.append([(s - p, _compute_blossoms(line, p, s)) for s in spans])
     for i, u in matrices[0]:
         for j, v in matrices[1]:
             part = net[i : i + len(u), j : j + len(v)]
             yield np.swapaxes(np.tensordot(v, np.tensordot(u, part, 1), (1, 1)), 0, 1)
 
 
-def _blossoms(knots: Sequence[Fraction], p: int, span: int) -> Exact:
+def _compute_blossoms(knots: Sequence[Fraction], p: int, span: int) -> Exact:
     """The matrix (p+1, p+1) from the control points of a span to those of its Bézier curve."""
     rows = []
     for i in range(p + 1):

@@ -28,7 +28,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.oracles.distance import Soup, to_triangles
+from tests.oracles.distance import Soup, measure_distances
 from tools.judge.exact import Array
 
 Index: TypeAlias = NDArray[np.intp]
@@ -87,14 +87,14 @@ class Mesh:
         _, rows = self.soup.tree.query(points, k=range(1, min(FEW, len(self.soup.owner)) + 1))
         owners = self.soup.owner[rows]
         every = np.repeat(points, owners.shape[1], axis=0)
-        gaps = to_triangles(every, self.corners[owners.ravel()]).reshape(owners.shape)
+        gaps = measure_distances(every, self.corners[owners.ravel()]).reshape(owners.shape)
         best = gaps.argmin(axis=1)[:, np.newaxis]
         owner, least = (np.take_along_axis(x, best, 1)[:, 0] for x in (owners, gaps))
         for tree, triangles, radius in self.soup.balls if of_all else ():
             near = tree.query_ball_point(points, least + radius)
             row = np.repeat(np.arange(len(points)), [len(each) for each in near])
             chosen = triangles[np.array([k for each in near for k in each], dtype=np.intp)]
-            gap = to_triangles(points[row], self.corners[chosen])
+            gap = measure_distances(points[row], self.corners[chosen])
             order = np.argsort(-gap)  # the least value is written last
             order = order[gap[order] < least[row[order]]]
             owner[row[order]], least[row[order]] = chosen[order], gap[order]
@@ -109,7 +109,7 @@ def prove(nets: list[Array], corners: Array, bound: float) -> Proof:
         pieces, halvings = np.moveaxis(net, -1, 0), 0
         scale = np.abs(net).reshape(-1, 4).max(axis=0)
         while pieces.shape[1] < len(corners) / 2 * len(net) / total:
-            pieces, halvings = _halved(pieces, _points(pieces)), halvings + 1
+            pieces, halvings = _halve_pieces(pieces, _project_points(pieces)), halvings + 1
         for start in range(0, pieces.shape[1], CHUNK):
             part = pieces[:, start : start + CHUNK]
             _prove(proof, mesh, part, halvings, scale=scale, bound=bound)
@@ -125,7 +125,7 @@ def _prove(
     first = halvings
     while pieces.shape[1]:
         proof.pieces += pieces.shape[1]
-        points = _points(pieces)
+        points = _project_points(pieces)
         size = max(mesh.size, float(np.abs(points).max()))
         steps = (1 + halvings * max(pieces.shape[2:])) * U
         lost, least = steps * scale[3], float(pieces[3].min())
@@ -133,7 +133,7 @@ def _prove(
         each = (steps * float(scale[:3].max()) + size * lost) / (least - lost)
         radius = 2 * each + 512 * U * size
         late = halvings - first >= LOOKED_AT
-        left = np.flatnonzero(~(_distances(mesh, points, of_all=late) + radius <= bound))
+        left = np.flatnonzero(~(_bound_distances(mesh, points, of_all=late) + radius <= bound))
         pieces, points = pieces[:, left], points[:, left]
         if late and len(left):
             witnesses = points[:, :: 1 + len(left) // WITNESSES, 0, 0].T
@@ -145,15 +145,15 @@ def _prove(
         if halvings == DEEPEST or len(left) > MOST:
             proof.undecided += len(left)
             return
-        pieces, halvings = _halved(pieces, points), halvings + 1
+        pieces, halvings = _halve_pieces(pieces, points), halvings + 1
 
 
-def _points(pieces: Array) -> Array:
+def _project_points(pieces: Array) -> Array:
     """The projected control points of pieces, (3, m, p+1, q+1)."""
     return np.asarray(pieces[:3] / pieces[3])
 
 
-def _halved(pieces: Array, points: Array) -> Array:
+def _halve_pieces(pieces: Array, points: Array) -> Array:
     """Both halves of every piece, along the direction in which its net is longer."""
     long_u, long_v = (
         np.sqrt((np.diff(points, axis=axis) ** 2).sum(axis=0)).sum(axis=axis - 1).max(axis=1)
@@ -174,14 +174,14 @@ def _split(pieces: Array) -> Array:
     return np.concatenate([np.stack(left, axis=2), np.stack(right[::-1], axis=2)], axis=1)
 
 
-def _distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
+def _bound_distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
     """For every piece, an upper bound of the distance of its hull from one or two triangles,
     (m,)."""
     points = points.reshape(3, points.shape[1], -1)
     triangle = mesh.nearest(points.mean(axis=2).T, of_all=of_all)
     corners = mesh.corners[triangle].transpose(1, 2, 0)[..., np.newaxis]
-    gaps, shares, reach = _closest(points, corners)
-    found: Array = gaps.max(axis=1)
+    gaps, shares, reach = _find_closest(points, corners)
+    bounds: Array = gaps.max(axis=1)
     # The edge beyond which the net reaches furthest, and the triangle that is there.
     lengths = np.linalg.norm(np.roll(corners, -2, axis=0) - np.roll(corners, -1, axis=0), axis=1)
     edge = ((reach / np.maximum(lengths, TINY)).min(axis=2).argmin(axis=0) + 1) % 3
@@ -191,17 +191,17 @@ def _distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
     host = corners[turn, :, rows, :].swapaxes(1, 2)
     twin = host.copy()
     twin[2, :, :, 0] = mesh.corners[other[rows] // 3, (other[rows] + 2) % 3].T
-    beside, theirs, _ = _closest(points[:, rows], twin)
+    beside, theirs, _ = _find_closest(points[:, rows], twin)
     is_nearer = gaps[rows] <= beside
     fold = _fold(
         host, twin, np.where(is_nearer, shares[turn, rows], 0), np.where(is_nearer, 0, theirs)
     )
     both = np.where(is_nearer, gaps[rows], beside).max(axis=1) + fold
-    found[rows] = np.fmin(found[rows], both)
-    return found
+    bounds[rows] = np.fmin(bounds[rows], both)
+    return bounds
 
 
-def _closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
+def _find_closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
     """Distances (m, n) of points (3, m, n) to points of triangles (3, 3, m, 1), these points, and
     the barycentric coordinates (3, m, n) of the projections to the planes of the triangles.
     """

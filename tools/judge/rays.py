@@ -25,21 +25,21 @@ from service.settings.runtime import pin_blas
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from tests.oracles.quadrics import sphere, torus
-from tests.oracles.rays import Ints, crossings
-from tests.oracles.sheets import Array, sheets_of
+from tests.oracles.rays import Ints, find_crossings
+from tests.oracles.sheets import Array, build_sheets
 from tools.certify.surfaces import FAMILIES
-from tools.judge.roots import roots_on_sphere, roots_on_torus
+from tools.judge.roots import find_sphere_roots, find_torus_roots
 
 FIRST = 8000
 """Seed of the first surface of a family; tests and `make certify` use other seeds."""
 
 EXAMPLES = ("utah-teapot", "octahedral-sphere", "nurbs-goblet")
-EXACT = {"sphere": (sphere, roots_on_sphere), "torus": (torus, roots_on_torus)}
+EXACT = {"sphere": (sphere, find_sphere_roots), "torus": (torus, find_torus_roots)}
 TIMES = {"utah-teapot": 25, "sphere": 50, "torus": 50}
 """Factors of the number of rays, by example."""
 
 
-def strewn(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Array, Array]:
+def scatter_rays(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Array, Array]:
     """Rays towards points in the box and towards points of the surface; half of the latter are
     tangent."""
     rng = np.random.default_rng(seed)
@@ -60,7 +60,9 @@ def strewn(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Arr
     return origins, directions
 
 
-def unheld(ray: Ints, t: Array, slack: Array, rays: Ints, intervals: tuple[Array, Array]) -> Bools:
+def find_unheld(
+    ray: Ints, t: Array, slack: Array, rays: Ints, intervals: tuple[Array, Array]
+) -> Bools:
     """Whether each value t (n,) is outside all intervals of its ray; `rays` is sorted."""
     firsts, lasts = (np.searchsorted(rays, ray, side) for side in ("left", "right"))
     held = np.zeros(len(ray), bool)
@@ -76,38 +78,38 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     name, seed, count = case
     surface = find(name).surface() if name in EXAMPLES else FAMILIES[name].surface(seed)
     model = to_patches(surface.lower())
-    sheets = sheets_of(model)
+    sheets = build_sheets(model)
     points = np.concatenate([s.at(s.samples(200)) + s.origin for s in sheets])
-    origins, directions = strewn(model, points, count, seed)
+    origins, directions = scatter_rays(model, points, count, seed)
     start = time.process_time()
-    found = intersect_rays(model, RayQuery(origins, directions, False), 10**7)
+    hits = intersect_rays(model, RayQuery(origins, directions, False), 10**7)
     seconds = time.process_time() - start
     length = np.linalg.norm(directions, axis=1)
-    ray, t, error = crossings(sheets, origins, directions, 12_000)
+    ray, t, error = find_crossings(sheets, origins, directions, 12_000)
     error += (1e-12 * (model.diagonal + np.linalg.norm(origins, axis=1)) / length)[ray]
-    is_judged = found["reached"][ray]
+    is_judged = hits["reached"][ray]
     ray, t, error = ray[is_judged], t[is_judged], error[is_judged]
-    lost = unheld(ray, t, error, found["ray"], tuple(found["t_bounds"].T))
-    _tell(name, seed, ray[lost])
-    ours = found["ray"]
-    places = origins[ours] + found["t"][:, np.newaxis] * directions[ours]
-    away = np.linalg.norm(places - found["positions"], axis=1)
+    lost = find_unheld(ray, t, error, hits["ray"], tuple(hits["t_bounds"].T))
+    _print_missed(name, seed, ray[lost])
+    ours = hits["ray"]
+    places = origins[ours] + hits["t"][:, np.newaxis] * directions[ours]
+    away = np.linalg.norm(places - hits["positions"], axis=1)
     invented = away > 1e-9 * model.diagonal + 2e-16 * np.abs(origins[ours]).max(axis=1)
-    return name, _counted(found, len(origins), int(lost.sum()), invented, seconds)
+    return name, _count_results(hits, len(origins), int(lost.sum()), invented, seconds)
 
 
-def _tell(name: str, seed: int, rays: Ints) -> None:
+def _print_missed(name: str, seed: int, rays: Ints) -> None:
     if len(rays):
         print(f"{name}, {seed}: rays {np.unique(rays)[:9].tolist()}", flush=True)
 
 
-def _counted(
-    found: dict[str, Any], rays: int, lost: int, invented: Bools, seconds: float
+def _count_results(
+    hits: dict[str, Any], rays: int, lost: int, invented: Bools, seconds: float
 ) -> Counter[str]:
-    kinds = Counter(list(found["kind"]))
+    kinds = Counter(list(hits["kind"]))
     return Counter(
-        rays=rays, hits=len(found["t"]), missed=lost, invented=int(invented.sum()),
-        wider=int((~found["reached"]).sum()), touching=kinds["touching"], along=kinds["along"],
+        rays=rays, hits=len(hits["t"]), missed=lost, invented=int(invented.sum()),
+        wider=int((~hits["reached"]).sum()), touching=kinds["touching"], along=kinds["along"],
         milliseconds=round(1e3 * seconds),
     )  # fmt: skip
 
@@ -117,29 +119,29 @@ def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     name, seed, count = case
     model = to_patches(find(name).surface().lower())
     off, roots = EXACT[name]
-    origins, d = almost_tangent(name, count, seed)
+    origins, d = draw_almost_tangent(name, count, seed)
     start = time.process_time()
-    found = intersect_rays(model, RayQuery(origins, d, False), 10**7)
+    hits = intersect_rays(model, RayQuery(origins, d, False), 10**7)
     seconds = time.process_time() - start
-    ray, t = found["ray"], found["t"]
+    ray, t = hits["ray"], hits["t"]
     true_ray, true, error = roots(origins, d)
     error += 1e-12
-    lost = unheld(true_ray, true, error, ray, tuple(found["t_bounds"].T))
-    lost &= found["reached"][true_ray]
-    _tell(name, seed, true_ray[lost])
+    lost = find_unheld(true_ray, true, error, ray, tuple(hits["t_bounds"].T))
+    lost &= hits["reached"][true_ray]
+    _print_missed(name, seed, true_ray[lost])
     places = origins[ray] + t[:, np.newaxis] * d[ray]
     invented = np.abs(off(places)[0]) > 2e-9 * model.diagonal
     # A crossing is more than a touch: its interval contains a root.
     order = np.lexsort((true, true_ray))
     ends = true[order] - error[order], true[order] + error[order]
-    low, high = found["t_bounds"].T
-    is_root = ~unheld(ray, (low + high) / 2, (high - low) / 2, true_ray[order], ends)
-    invented |= (np.asarray(found["kind"]) == "crossing") & ~is_root
-    _tell(name, seed, ray[invented])
-    return name, _counted(found, count, int(lost.sum()), invented, seconds)
+    low, high = hits["t_bounds"].T
+    is_root = ~find_unheld(ray, (low + high) / 2, (high - low) / 2, true_ray[order], ends)
+    invented |= (np.asarray(hits["kind"]) == "crossing") & ~is_root
+    _print_missed(name, seed, ray[invented])
+    return name, _count_results(hits, count, int(lost.sum()), invented, seconds)
 
 
-def almost_tangent(name: str, count: int, seed: int) -> tuple[Array, Array]:
+def draw_almost_tangent(name: str, count: int, seed: int) -> tuple[Array, Array]:
     """Rays of unit directions through points of the sphere or the torus, half almost tangent."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))
@@ -170,10 +172,10 @@ def main(arguments: list[str]) -> int:
     cases = [(n, FIRST + k, TIMES.get(n, 1) * count) for k in range(surfaces) for n in names]
     totals: dict[str, Counter[str]] = {}
     with Pool(min(2, cpu_count()), pin_blas) as pool:
-        for name, found in pool.imap_unordered(_judge_any, cases):
-            print(f"{name}: {dict(found)}", file=sys.stderr, flush=True)
+        for name, counts in pool.imap_unordered(_judge_any, cases):
+            print(f"{name}: {dict(counts)}", file=sys.stderr, flush=True)
             for kind in (name, "all"):
-                totals.setdefault(kind, Counter()).update(found)
+                totals.setdefault(kind, Counter()).update(counts)
     columns = ("rays", "hits", "missed", "invented", "wider", "touching", "along", "milliseconds")
     print(f"{'family':28}" + "".join(f"{column:>13}" for column in columns))
     for name in [*names, "all"]:

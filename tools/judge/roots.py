@@ -19,7 +19,7 @@ Roots = tuple[Ints, Array, Array]
 """Rays (n,), t (n,), and the errors of t (n,)."""
 
 
-def roots_on_sphere(origins: Array, directions: Array) -> Roots:
+def find_sphere_roots(origins: Array, directions: Array) -> Roots:
     """All t ≥ 0 of rays (m, 3), directions of length 1, for the unit sphere."""
     middle = -(origins * directions).sum(axis=1)
     away = origins + middle[:, np.newaxis] * directions
@@ -31,10 +31,10 @@ def roots_on_sphere(origins: Array, directions: Array) -> Roots:
     ray, which = np.nonzero(is_root & (t >= 0))
     unsure = np.flatnonzero(np.abs(square) <= 1e-11)
     exact = [sphere_roots(origins[k], directions[k]) for k in unsure]
-    return _joined((ray, t[ray, which], error[ray]), unsure, exact)
+    return _join_roots((ray, t[ray, which], error[ray]), unsure, exact)
 
 
-def roots_on_torus(origins: Array, directions: Array) -> Roots:
+def find_torus_roots(origins: Array, directions: Array) -> Roots:
     """All t ≥ 0 of rays (m, 3), directions of length 1, for the torus about the z axis."""
     middle = -(origins * directions).sum(axis=1)
     o, d = origins + middle[:, np.newaxis] * directions, directions
@@ -57,10 +57,10 @@ def roots_on_torus(origins: Array, directions: Array) -> Roots:
     ahead = t >= 0
     unsure = np.flatnonzero(is_unsure)
     exact = [torus_roots(origins[k], directions[k], RADIUS, TUBE) for k in unsure]
-    return _joined((ray[ahead], t[ahead], (1e-12 / slope)[ahead]), unsure, exact)
+    return _join_roots((ray[ahead], t[ahead], (1e-12 / slope)[ahead]), unsure, exact)
 
 
-def _joined(roots: Roots, rays: Ints, exact: list[list[float]]) -> Roots:
+def _join_roots(roots: Roots, rays: Ints, exact: list[list[float]]) -> Roots:
     ray, t, error = roots
     more = np.repeat(rays, [len(each) for each in exact])
     values = np.array([t for each in exact for t in each])

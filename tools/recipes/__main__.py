@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from tests.programs import NODE_MODULES, program
+from tests.programs import NODE_MODULES, find_program
 from tools.processes import ROOT
 from tools.recipes.call_toys import COMMAND, ENDPOINT
 from tools.recipes.steps import Recipe, Step
@@ -81,7 +81,7 @@ def trial(recipe: Recipe, steps: Iterable[Step]) -> str:
             step.do(copy)
         (copy / "tests/web/node_modules").symlink_to(NODE_MODULES)
         for command in GENERATED:
-            done = _run(copy, command.format(python=sys.executable, node=program("node")))
+            done = _run(copy, command.format(python=sys.executable, node=find_program("node")))
             if done.returncode:
                 return done.stdout
         all_tests = (*recipe.tests, *COMMON)

@@ -20,9 +20,9 @@ class Step:
         file = checkout / self.path
         text = file.read_text(encoding="utf-8") if self.behind else self.text
         for place, added in self.behind:
-            before, found, after = text.partition(place)
-            assert found, f"{self.path}: {place!r} is not there"
-            text = before + found + added + after
+            before, separator, after = text.partition(place)
+            assert separator, f"{self.path}: {place!r} is not there"
+            text = before + separator + added + after
         file.write_text(text, encoding="utf-8")
 
 

@@ -64,12 +64,12 @@ def licence(package: Distribution) -> str:
     for field in ("License-Expression", "License"):
         with suppress(InvalidLicenseExpression):
             return str(canonicalize_license_expression(_first_line(package, field)))
-    said, meant = READ.get(package.name.lower(), (None, ""))
-    if statement(package) != said:
+    declared, expected = READ.get(package.name.lower(), (None, ""))
+    if statement(package) != declared:
         raise Unread(
             f"{package.name} says {statement(package)!r}: read its licence, and add it to READ"
         )
-    return meant
+    return expected
 
 
 def statement(package: Distribution) -> str:

@@ -59,7 +59,9 @@ def needed() -> dict[str, Distribution]:
             continue
         name = canonicalize_name(requirement.name)
         each = distributions[name] = distribution(requirement.name)
-        for extra in {"", *requirement.extras} - {extra for known, extra in seen if known == name}:
+        for extra in {"", *requirement.extras} - {
+            extra for package, extra in seen if package == name
+        }:
             seen.add((name, extra))
             waiting += [(Requirement(text), extra) for text in each.requires or []]
     return dict(sorted(distributions.items()))

@@ -21,7 +21,7 @@ from tools.supply.packages import ROOT, Script, scripts
 SPECIFICATION = "1.6"
 
 
-def python_packages(python: str) -> dict[str, Any]:
+def list_python_packages(python: str) -> dict[str, Any]:
     """The packages that cyclonedx-py finds installed, with the service as main component."""
     command = [
         sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible",
@@ -33,7 +33,7 @@ def python_packages(python: str) -> dict[str, Any]:
     return bill
 
 
-def component(script: Script) -> dict[str, Any]:
+def build_component(script: Script) -> dict[str, Any]:
     """The CycloneDX component of an npm package, with the checksum of the lock file."""
     algorithm, _, checksum = script.integrity.partition("-")
     return {
@@ -47,12 +47,12 @@ def component(script: Script) -> dict[str, Any]:
     }
 
 
-def with_scripts(bill: dict[str, Any]) -> dict[str, Any]:
+def add_scripts(bill: dict[str, Any]) -> dict[str, Any]:
     """The list with the packages of pages, and with the service's version, which pyproject.toml
     does not have."""
     main = {**bill["metadata"]["component"], "version": __version__}
     main_ref = main["bom-ref"]
-    more = [component(script) for script in scripts()]
+    more = [build_component(script) for script in scripts()]
     needs = {each["ref"]: each.get("dependsOn", []) for each in bill["dependencies"]}
     needs[main_ref] = [*needs.get(main_ref, []), *(each["bom-ref"] for each in more)]
     needs |= {each["bom-ref"]: [] for each in more}
@@ -73,7 +73,7 @@ def main(python: str, output: str) -> None:
     # own.
     validation = importlib.import_module("cyclonedx.validation.json")
     version = importlib.import_module("cyclonedx.schema").SchemaVersion.V1_6
-    text = json.dumps(with_scripts(python_packages(python)), indent=2, sort_keys=True) + "\n"
+    text = json.dumps(add_scripts(list_python_packages(python)), indent=2, sort_keys=True) + "\n"
     if problem := validation.JsonStrictValidator(version).validate_str(text):
         sys.exit(f"not CycloneDX {SPECIFICATION}: {problem}")
     Path(output).write_text(text, encoding="utf-8")

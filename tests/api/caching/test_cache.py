@@ -14,7 +14,7 @@ from service.api.caching.codings import Coding
 ROOM = 200_000
 
 
-def entry(
+def build_entry(
     name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False
 ) -> CachedResponse:
     subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, for_ever)
@@ -24,7 +24,7 @@ def entry(
 
 def test_entries_are_found_and_counted() -> None:
     cache = ResponseCache(ROOM)
-    built = entry("a")
+    built = build_entry("a")
     assert cache.get(built.subject.url) is None
     assert cache.put(built, cache.generation)
     assert cache.get(built.subject.url) is built
@@ -33,8 +33,8 @@ def test_entries_are_found_and_counted() -> None:
 
 
 def test_the_least_recently_used_goes_first() -> None:
-    cache = ResponseCache(SHARE * entry("0", 1000).largest)
-    entries = [entry(str(number), 1000) for number in range(100)]
+    cache = ResponseCache(SHARE * build_entry("0", 1000).largest)
+    entries = [build_entry(str(number), 1000) for number in range(100)]
     for each in entries[:3]:
         assert cache.put(each, cache.generation)
     cache.get(entries[0].subject.url)
@@ -52,17 +52,17 @@ def test_the_least_recently_used_goes_first() -> None:
 
 def test_entries_that_are_too_large_are_not_kept() -> None:
     cache = ResponseCache(ROOM)
-    small = entry("a", 30)
+    small = build_entry("a", 30)
     assert cache.put(small, cache.generation)
     # With all three codings an entry may become three times as large.
-    assert not cache.put(entry("b", ROOM // SHARE // 2), cache.generation)
+    assert not cache.put(build_entry("b", ROOM // SHARE // 2), cache.generation)
     assert cache.holds(small)
-    assert not ResponseCache(0).put(entry("c", 0), 0)
+    assert not ResponseCache(0).put(build_entry("c", 0), 0)
 
 
 def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
     cache = ResponseCache(ROOM)
-    one, other = entry("a", 50), entry("a", 60)
+    one, other = build_entry("a", 50), build_entry("a", 60)
     cache.put(one, cache.generation)
     cache.alias(one, "/a", b"", pinned=True)
     cache.put(other, cache.generation)
@@ -72,7 +72,7 @@ def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
 
 def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
     cache = ResponseCache(ROOM)
-    built = entry("a", 5000)
+    built = build_entry("a", 5000)
     cache.put(built, cache.generation)
     before = cache.bytes
     assert cache.add(built, "zstd", None).coding == "identity"
@@ -80,14 +80,14 @@ def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
     variant = cache.add(built, "gzip", b"x" * 400)
     assert (variant.coding, variant.body) == ("gzip", b"x" * 400)
     assert before + 400 < cache.bytes == built.size
-    gone = entry("b", 5000)
+    gone = build_entry("b", 5000)
     cache.add(gone, "gzip", b"x" * 400)
     assert cache.bytes == built.size
 
 
 def test_the_number_of_cached_spellings_is_limited() -> None:
     cache = ResponseCache(ROOM)
-    built = entry("a")
+    built = build_entry("a")
     cache.put(built, cache.generation)
     for number in range(3 * ALIASES):
         cache.alias(built, "/a", str(number).encode(), pinned=number % 2 == 0)
@@ -96,14 +96,14 @@ def test_the_number_of_cached_spellings_is_limited() -> None:
     assert result[2 * ALIASES :] == [(built, number % 2 == 0) for number in range(ALIASES)]
     cache.alias(built, "/a", b"x" * 10_000, pinned=False)
     assert cache.find("/a", b"x" * 10_000) is None
-    cache.alias(entry("b"), "/b", b"", pinned=False)
+    cache.alias(build_entry("b"), "/b", b"", pinned=False)
     assert cache.find("/b", b"") is None, "an entry that is not kept"
     assert cache.bytes == built.size
 
 
 def test_a_deleted_surface_leaves_the_cache_with_its_meshes() -> None:
     cache = ResponseCache(ROOM)
-    built = [entry("a", 10, "one"), entry("b", 10, "one"), entry("c", 10, "two")]
+    built = [build_entry("a", 10, "one"), build_entry("b", 10, "one"), build_entry("c", 10, "two")]
     generation = cache.generation
     for each in built:
         cache.put(each, generation)
@@ -119,7 +119,7 @@ def test_a_deleted_surface_leaves_the_cache_with_its_meshes() -> None:
 
 def test_how_long_a_response_may_be_cached() -> None:
     for for_ever in (False, True):
-        variant = entry("a", for_ever=for_ever).variants["identity"]
+        variant = build_entry("a", for_ever=for_ever).variants["identity"]
         for pinned in (False, True):
             for message in (variant.full[pinned], variant.unchanged[pinned]):
                 lasting = dict(message["headers"])[b"cache-control"]
@@ -134,17 +134,17 @@ def test_counted_bytes_are_at_least_the_memory_taken(size: int) -> None:
     try:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
-            built = entry(f"resolution={number}&engine=3", size, f"{number:064x}")
+            built = build_entry(f"resolution={number}&engine=3", size, f"{number:064x}")
             cache.put(built, cache.generation)
             cache.add(built, "zstd", bytes(size // 2))
             cache.add(built, "gzip", bytes(size // 2 + 1))
             for spelling in range(ALIASES):
                 query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
                 cache.alias(built, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
-        taken = tracemalloc.get_traced_memory()[0] - before
+        used = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
-    assert 0.4 * cache.bytes < taken < cache.bytes
+    assert 0.4 * cache.bytes < used < cache.bytes
 
 
 class Memory(RuleBasedStateMachine):
@@ -162,7 +162,7 @@ class Memory(RuleBasedStateMachine):
         late=st.booleans(),
     )
     def put(self, name: str, size: int, surface: str, late: bool) -> None:
-        built = entry(name, size, surface)
+        built = build_entry(name, size, surface)
         kept = self.cache.put(built, self.cache.generation - late)
         assert kept == self.cache.holds(built)
         assert not (late and kept)

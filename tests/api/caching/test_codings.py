@@ -48,9 +48,9 @@ TEXT = b"v 0.25 0.5 1\n" * 1000
 )
 def test_preferred_codings(header: bytes | None, order: list[Coding]) -> None:
     for _ in range(2):
-        wanted = parse_accepted_codings(header)
-        assert list(wanted.order) == order
-        assert wanted.plain == ("identity" in order)
+        expected = parse_accepted_codings(header)
+        assert list(expected.order) == order
+        assert expected.plain == ("identity" in order)
 
 
 @pytest.mark.parametrize("coding", COMPRESS)

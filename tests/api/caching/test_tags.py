@@ -26,7 +26,7 @@ def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize(
-    ("header", "found"),
+    ("header", "tags"),
     [
         (b'"a"', {b'"a"'}),
         (b'W/"a"', {b'"a"'}),
@@ -39,8 +39,8 @@ def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) ->
         (b"", set()),
     ],
 )
-def test_tags_of_a_condition(header: bytes, found: set[bytes]) -> None:
-    assert parse_tags(header) == found
+def test_tags_of_a_condition(header: bytes, tags: set[bytes]) -> None:
+    assert parse_tags(header) == tags
 
 
 def test_a_star_matches_every_response() -> None:

@@ -14,7 +14,7 @@ from service.api.observing.middleware import RequestMiddleware
 from service.api.observing.record import record_of
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 KEY, OTHER = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
 SETTINGS = Settings(api_keys=(entry_line("bob", "sfk_" + "c3" * 32), entry_line("alice", KEY)))
@@ -26,7 +26,7 @@ OPEN = ("/v1/surfaces", "/v1/formats", "/openapi.json", "/docs", "/health", "/he
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
-    with client_of(create_app(SETTINGS)) as client:
+    with start_client(create_app(SETTINGS)) as client:
         yield client
 
 
@@ -69,7 +69,7 @@ def test_methods_without_a_route_need_no_key(client: Client, method: str, path: 
 @pytest.mark.parametrize("path", ["/metrics", "/metrics%0A", "/metric%73", "/metrics/"])
 @pytest.mark.parametrize("method", ["GET", "HEAD"])
 def test_metrics_behind_a_key_have_no_other_spelling(method: str, path: str) -> None:
-    with client_of(create_app(SETTINGS.model_copy(update={"metrics": "key"}))) as client:
+    with start_client(create_app(SETTINGS.model_copy(update={"metrics": "key"}))) as client:
         assert client.request(method, path).status_code == 401
         assert client.request(method, path, headers=KEY_HEADER).status_code in (200, 404)
 
@@ -87,9 +87,9 @@ def test_an_unknown_key_is_refused(client: Client, value: str) -> None:
     headers = {"Authorization": value.encode("latin-1")}
     response = client.request("POST", "/v1/mesh", b"", headers)  # type: ignore[arg-type]
     assert response.status_code == 401
-    known = response.json()["code"] == "key_needed"
-    assert known is ("," in value)
-    assert ("invalid_token" in response.headers["www-authenticate"]) is not known
+    is_missing = response.json()["code"] == "key_needed"
+    assert is_missing is ("," in value)
+    assert ("invalid_token" in response.headers["www-authenticate"]) is not is_missing
     assert KEY not in response.text
 
 
@@ -111,14 +111,14 @@ def test_without_keys_the_application_runs_without_a_guard() -> None:
     app = create_app(Settings())
     assert isinstance(app.front, RequestMiddleware)
     assert isinstance(app.front.app, CacheMiddleware)
-    with client_of(app) as client:
+    with start_client(app) as client:
         assert client.post("/v1/mesh", NET).status_code == 200
 
 
 def test_keys_may_be_in_a_file(tmp_path: Path) -> None:
     file = tmp_path / "keys"
     file.write_text(entry_line("alice", KEY), encoding="utf-8")
-    with client_of(create_app(Settings(api_keys_file=str(file)))) as client:
+    with start_client(create_app(Settings(api_keys_file=str(file)))) as client:
         assert client.post("/v1/mesh", NET).status_code == 401
         assert client.post("/v1/mesh", NET, KEY_HEADER).status_code == 200
 
@@ -141,8 +141,8 @@ def test_invalid_settings_stop_the_start(settings: Settings, message: str) -> No
 
 def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client) -> None:
     origin = {"Origin": "https://example.com"}
-    asked = {"Access-Control-Request-Method": "POST"}
-    before = client.request("OPTIONS", "/v1/mesh", headers=origin | asked)
+    headers = {"Access-Control-Request-Method": "POST"}
+    before = client.request("OPTIONS", "/v1/mesh", headers=origin | headers)
     assert before.status_code == 204
     allowed = before.headers["access-control-allow-headers"].lower().split(", ")
     assert "authorization" in allowed
@@ -161,7 +161,7 @@ def test_the_request_record_has_the_name_of_the_key() -> None:
         await inner(scope, receive, send)
 
     app.front = front
-    with client_of(app) as client:
+    with start_client(app) as client:
         client.post("/v1/mesh", NET, KEY_HEADER)
         client.get(MESH, KEY_HEADER)
         client.get(MESH)

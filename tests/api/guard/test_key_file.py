@@ -27,8 +27,8 @@ class Clock:
         return self.now
 
 
-def names(known: Sequence[KeyEntry]) -> list[str]:
-    return [entry.name for entry in known]
+def list_names(entries: Sequence[KeyEntry]) -> list[str]:
+    return [entry.name for entry in entries]
 
 
 @pytest.fixture
@@ -47,26 +47,26 @@ def write(file: Path, text: str) -> None:
 
 
 def test_it_is_read_beside_the_settings(file: Path) -> None:
-    assert names(KnownKeys(parse_entries([BOB]), str(file))()) == ["bob", "alice"]
+    assert list_names(KnownKeys(parse_entries([BOB]), str(file))()) == ["bob", "alice"]
 
 
 def test_it_is_read_again_when_it_changed_a_second_later(
     file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
-    known = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file), clock)
     write(file, BOB)
     clock.now = 0.9
-    assert names(known()) == ["alice"]
+    assert list_names(keys()) == ["alice"]
     clock.now = 1.0
     with caplog.at_level(logging.INFO):
-        assert names(known()) == ["bob"]
+        assert list_names(keys()) == ["bob"]
     assert "read again" in caplog.text
 
 
 def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
-    known = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file), clock)
     looked: list[Path] = []
     stat = os.stat
 
@@ -77,7 +77,7 @@ def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(os, "stat", look)
     for tenth in range(50):
         clock.now = tenth / 10
-        known()
+        keys()
     assert len(looked) == 4
 
 
@@ -86,28 +86,28 @@ def test_a_broken_file_keeps_the_known_keys_and_is_logged_once(
     text: str, file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
-    known = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file), clock)
     write(file, text)
     for clock.now in (2, 4, 6):
-        assert names(known()) == ["alice"]
+        assert list_names(keys()) == ["alice"]
     assert [record.levelname for record in caplog.records] == ["ERROR"]
     write(file, CAROL)
     clock.now = 8
-    assert names(known()) == ["carol"]
+    assert list_names(keys()) == ["carol"]
 
 
 def test_a_file_that_is_removed_and_written_again(
     file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
-    known = KnownKeys((), str(file), clock)
+    keys = KnownKeys((), str(file), clock)
     file.unlink()
     clock.now = 2
-    assert names(known()) == ["alice"]
+    assert list_names(keys()) == ["alice"]
     assert "cannot be read" in caplog.text
     write(file, BOB)
     clock.now = 4
-    assert names(known()) == ["bob"]
+    assert list_names(keys()) == ["bob"]
 
 
 def test_an_empty_file_lets_no_client_in(file: Path) -> None:

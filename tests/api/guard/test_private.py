@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.guard.keys import entry_line, new_key
 from service.api.guard.signatures import Signer
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 KEY, SECRET = new_key(), "0123456789abcdef" * 2
 KEY_HEADER = {"Authorization": f"Bearer {KEY}"}
@@ -24,7 +24,7 @@ MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
-    with client_of(create_app(SETTINGS)) as client:
+    with start_client(create_app(SETTINGS)) as client:
         yield client
 
 
@@ -32,13 +32,13 @@ def sign(client: Client, url: str = MESH, **end: Any) -> Any:
     return client.post("/v1/sign", {"url": url, **(end or {"seconds": 600})}, KEY_HEADER)
 
 
-def signed(client: Client, url: str = MESH, **end: Any) -> str:
+def sign_url(client: Client, url: str = MESH, **end: Any) -> str:
     response = sign(client, url, **end)
     assert response.status_code == 200, response.text
     return str(response.json()["url"])
 
 
-def stored(client: Client) -> dict[str, Any]:
+def store_net(client: Client) -> dict[str, Any]:
     links: dict[str, Any] = client.post("/v1/surfaces", NET, KEY_HEADER).json()["links"]
     return links
 
@@ -71,7 +71,7 @@ def test_lists_and_descriptions_stay_open(client: Client, path: str) -> None:
 
 
 def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client) -> None:
-    links = stored(client)
+    links = store_net(client)
     for path in (MESH, MESH, links["self"], links["mesh"]["glb"], links["mesh"]["glb"]):
         response = client.get(path, KEY_HEADER)
         assert response.status_code == 200
@@ -84,10 +84,10 @@ def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client)
         assert client.get(path, {"If-None-Match": response.headers["etag"]}).status_code == 401
 
 
-def test_a_signed_address_is_read_without_a_key_for_as_long_as_it_says(client: Client) -> None:
-    links = stored(client)
+def test_a_signed_url_is_read_without_a_key_until_it_expires(client: Client) -> None:
+    links = store_net(client)
     for path, most in ((MESH, 3600), (links["self"], 7200), (links["mesh"]["glb"], 7200)):
-        url = signed(client, path, seconds=7200)
+        url = sign_url(client, path, seconds=7200)
         response = client.get(url)
         assert response.status_code == 200
         assert client.request("HEAD", url).headers["etag"] == response.headers["etag"]
@@ -101,12 +101,12 @@ def test_a_signed_address_is_read_without_a_key_for_as_long_as_it_says(client: C
 
 def test_signed_and_unsigned_urls_share_a_cached_response() -> None:
     app = create_app(SETTINGS)
-    with client_of(app) as client:
+    with start_client(app) as client:
         first = client.get(MESH, KEY_HEADER)
         for url in (
-            signed(client),
-            signed(client, seconds=700),
-            signed(client, MESH + "&uvs=false"),
+            sign_url(client),
+            sign_url(client, seconds=700),
+            sign_url(client, MESH + "&uvs=false"),
         ):
             response = client.get(url)
             assert response.content == first.content
@@ -119,7 +119,7 @@ def test_signed_and_unsigned_urls_share_a_cached_response() -> None:
 
 
 def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:
-    url = signed(client)
+    url = sign_url(client)
     before, _, end = url.partition("expires=")
     expired = f"{before}expires=1&{end.partition('&')[2]}"
     for headers in ({}, KEY_HEADER):
@@ -131,8 +131,8 @@ def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:
             assert response.headers["access-control-allow-origin"] == "*"
 
 
-def test_addresses_expire(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    url = signed(client)
+def test_signed_urls_expire(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    url = sign_url(client)
     monkeypatch.setattr("service.api.guard.guard.time.time", lambda: 4e9)
     response = client.get(url)
     assert response.status_code == 403
@@ -140,7 +140,7 @@ def test_addresses_expire(client: Client, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_a_signature_permits_its_url_only(client: Client) -> None:
-    query = signed(client).partition("?")[2]
+    query = sign_url(client).partition("?")[2]
     assert client.post(f"/v1/mesh?{query}", NET).status_code == 401
     assert client.request("DELETE", f"/v1/surfaces/saddle?{query}").status_code == 401
     assert client.get(f"/v1/surfaces/torus/mesh.glb?{query}").status_code == 403
@@ -196,21 +196,21 @@ def test_urls_that_are_not_signed(
     assert "example.com" not in response.text
 
 
-def test_signing_needs_a_key_and_is_there_where_both_are_set(client: Client) -> None:
+def test_signing_needs_a_key_and_both_settings(client: Client) -> None:
     assert client.post("/v1/sign", {"url": MESH, "seconds": 9}).status_code == 401
     for settings in (
         Settings(api_keys=SETTINGS.api_keys),
         Settings(signing_keys=SETTINGS.signing_keys),
     ):
-        with client_of(create_app(settings)) as other:
+        with start_client(create_app(settings)) as other:
             response = other.post("/v1/sign", {"url": MESH, "seconds": 9}, KEY_HEADER)
             assert response.status_code == 404
 
 
-def test_public_surfaces_may_be_read_by_signed_addresses_as_well() -> None:
+def test_public_surfaces_may_be_read_by_signed_urls_too() -> None:
     settings = Settings(signing_keys=SETTINGS.signing_keys)
     query = Signer([SECRET]).sign("/v1/surfaces/saddle", "", int(time.time()) + 60)
-    with client_of(create_app(settings)) as client:
+    with start_client(create_app(settings)) as client:
         response = client.get(f"/v1/surfaces/saddle?{query}")
         assert response.status_code == 200
         assert response.headers["cache-control"].startswith("public")

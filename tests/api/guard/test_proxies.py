@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.guard.proxies import InvalidProxies, Proxies, address_in
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-from tests.api.client import client_of
+from tests.api.client import start_client
 
 PROXY, EDGE, CLIENT = "10.0.0.1", "10.1.2.3", "203.0.113.7"
 TRUSTED = ("10.0.0.0/8", "fd00::/8")
@@ -90,7 +90,7 @@ def test_unix_sockets_are_trusted_by_their_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "scheme"),
+    ("lines", "scheme"),
     [
         (["https"], "https"),
         (["HTTPS"], "https"),
@@ -101,8 +101,8 @@ def test_unix_sockets_are_trusted_by_their_name() -> None:
         ([""], "http"),
     ],
 )
-def test_the_scheme_is_that_of_the_nearest_proxy(said: list[str], scheme: str) -> None:
-    assert introduce_client(CLIENT, proto=said)[1] == scheme
+def test_the_scheme_is_that_of_the_nearest_proxy(lines: list[str], scheme: str) -> None:
+    assert introduce_client(CLIENT, proto=lines)[1] == scheme
 
 
 @pytest.mark.parametrize("text", ["", "1.2.3", "1.2.3.4.5", "fe80::1%", "[", "[]", ":80", "a:b"])
@@ -122,7 +122,7 @@ def test_forged_addresses_do_not_escape_a_rate() -> None:
     """The client of these tests comes from 127.0.0.1."""
     for proxies, statuses in (((), {429}), (("192.0.2.1",), {429}), (("127.0.0.1",), {200})):
         settings = Settings(rate_limit=1, trusted_proxies=proxies)
-        with client_of(create_app(settings)) as client:
+        with start_client(create_app(settings)) as client:
             client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.1"})
             response = client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.2"})
             assert {response.status_code} == statuses
@@ -132,10 +132,10 @@ def test_forged_addresses_do_not_escape_a_rate() -> None:
 
 def test_responses_have_strict_transport_security_if_a_proxy_reports_https() -> None:
     secure = {"X-Forwarded-Proto": "https"}
-    with client_of(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
+    with start_client(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
         for path in ("/v1/formats", "/docs", "/nothing"):
             response = client.get(path, secure)
             assert response.headers["strict-transport-security"] == "max-age=31536000"
             assert "strict-transport-security" not in client.get(path).headers
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         assert "strict-transport-security" not in client.get("/v1/formats", secure).headers

@@ -12,7 +12,7 @@ from service.api.guard import rates
 from service.api.guard.keys import entry_line, new_key
 from service.api.guard.rates import Rates, caller
 from service.settings.values import Settings
-from tests.api.client import client_of
+from tests.api.client import start_client
 
 KEY = new_key()
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
@@ -51,12 +51,12 @@ def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: l
     passed: list[float] = []
     for pause in pauses:
         clock.now += pause
-        taken = counted.take("a")
-        assert taken.allowed is (taken.wait == 0)
-        assert 0 <= taken.remaining < limit
-        assert 0 < taken.reset <= 60
-        if not taken.allowed:
-            clock.now += taken.wait
+        answer = counted.take("a")
+        assert answer.allowed is (answer.wait == 0)
+        assert 0 <= answer.remaining < limit
+        assert 0 < answer.reset <= 60
+        if not answer.allowed:
+            clock.now += answer.wait
             assert counted.take("a").allowed
         passed.append(clock.now)
     for end in passed:
@@ -100,7 +100,7 @@ def read_rate(response: httpx.Response) -> tuple[int, int]:
 
 
 def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> None:
-    with client_of(create_app(Settings(rate_limit=4))) as client:
+    with start_client(create_app(Settings(rate_limit=4))) as client:
         first = client.get(MESH)
         assert read_rate(first) == (3, 15)
         assert read_rate(client.get(MESH))[0] == 2  # from the cache
@@ -119,20 +119,20 @@ def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> Non
 
 
 def test_health_checks_and_preflights_are_not_counted() -> None:
-    with client_of(create_app(Settings(rate_limit=1))) as client:
+    with start_client(create_app(Settings(rate_limit=1))) as client:
         client.get("/v1/formats")
         for path in ("/health", "/health/live", "/health/ready"):
             response = client.get(path)
             assert response.status_code == 200
             assert "ratelimit" not in response.headers
-        asked = {"Origin": "https://example.com", "Access-Control-Request-Method": "POST"}
-        assert client.request("OPTIONS", "/v1/mesh", headers=asked).status_code == 204
+        headers = {"Origin": "https://example.com", "Access-Control-Request-Method": "POST"}
+        assert client.request("OPTIONS", "/v1/mesh", headers=headers).status_code == 204
         assert client.get("/v1/formats").status_code == 429
 
 
 def test_keys_have_rates_of_their_own_and_wrong_ones_count_against_the_address() -> None:
     keys = (entry_line("alice", KEY), entry_line("alice", new_key()))
-    with client_of(create_app(Settings(rate_limit=4, api_keys=keys))) as client:
+    with start_client(create_app(Settings(rate_limit=4, api_keys=keys))) as client:
         for status in (401, 401, 401, 401, 429, 429):
             wrong = {"Authorization": f"Bearer {new_key()}"}
             assert client.post("/v1/mesh", {}, wrong).status_code == status
@@ -142,5 +142,5 @@ def test_keys_have_rates_of_their_own_and_wrong_ones_count_against_the_address()
 
 
 def test_without_a_limit_no_headers_name_it() -> None:
-    with client_of(create_app(Settings(api_keys=(entry_line("alice", KEY),)))) as client:
+    with start_client(create_app(Settings(api_keys=(entry_line("alice", KEY),)))) as client:
         assert "ratelimit" not in client.get(MESH).headers

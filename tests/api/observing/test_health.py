@@ -17,7 +17,7 @@ from service.engine.mesh.report import ENGINE
 from service.engine.scratch import Workspaces
 from service.settings.values import Settings
 from service.storage import store as store_module
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 pytestmark = pytest.mark.anyio
 
@@ -34,7 +34,7 @@ def test_a_ready_service(client: Client) -> None:
 def test_a_draining_service_is_alive_and_not_ready() -> None:
     app = create_app(Settings())
     app.state.ready = False
-    with client_of(app) as client:
+    with start_client(app) as client:
         assert client.get("/health/live").status_code == 200
         response = client.get("/health/ready")
     assert response.status_code == 503
@@ -44,7 +44,7 @@ def test_a_draining_service_is_alive_and_not_ready() -> None:
 def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store_module, "REMEMBERED", -1.0)
     root = tmp_path / "store"
-    with client_of(create_app(Settings(store=str(root)))) as client:
+    with start_client(create_app(Settings(store=str(root)))) as client:
         assert client.get("/health/ready").status_code == 200
         shutil.rmtree(root)
         response = client.get("/health/ready")
@@ -65,7 +65,7 @@ def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
     monkeypatch.setattr(grid_products, "sample_partials_basis", lambda *of: true(*of) * 1.001)
     assert not computes_rightly()
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         response = client.get("/health/ready")
     assert (response.status_code, response.json()["computing"]) == (503, "unavailable")
 
@@ -102,10 +102,10 @@ async def test_a_busy_engine_is_ready_until_it_is_silent_for_long(
 ) -> None:
     monkeypatch.setattr(health, "INTERVAL", -1.0)
     go_on = threading.Event()
-    asked = iter((False, True, True))
+    answers = iter((False, True, True))
 
     def work() -> bool:
-        return go_on.wait(10) if next(asked) else True
+        return go_on.wait(10) if next(answers) else True
 
     self_test = SelfTest(work)
     assert await self_test.passes()

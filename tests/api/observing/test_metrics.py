@@ -9,7 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families as families
 
 from service.api.app import create_app
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
@@ -18,7 +18,7 @@ MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 @pytest.fixture
 def fresh_client() -> Iterator[Client]:
     """A client of an application of its own: counts begin at zero."""
-    with client_of(create_app(Settings())) as client:
+    with start_client(create_app(Settings())) as client:
         yield client
 
 
@@ -67,7 +67,7 @@ def test_refusals_are_counted_by_code(fresh_client: Client) -> None:
 
 
 def test_two_applications_have_separate_counters() -> None:
-    with client_of(create_app(Settings())) as one, client_of(create_app(Settings())) as other:
+    with start_client(create_app(Settings())) as one, start_client(create_app(Settings())) as other:
         one.get(MESH)
         assert sample(one, "surface_cache_misses_total") == 1
         assert sample(other, "surface_cache_misses_total") == 0
@@ -113,7 +113,7 @@ def test_names_of_ours_have_one_beginning(fresh_client: Client) -> None:
 
 
 def test_it_can_be_switched_off() -> None:
-    with client_of(create_app(Settings(metrics="off"))) as client:
+    with start_client(create_app(Settings(metrics="off"))) as client:
         assert client.get("/metrics").status_code == 404
 
 

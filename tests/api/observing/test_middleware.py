@@ -14,7 +14,7 @@ from service.api.observing.metrics import RequestCounters
 from service.api.observing.middleware import AccessLog, RequestMiddleware
 from service.api.observing.record import RouteLabels, record_of
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 
 TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 PARENT = f"00-{TRACE}-{SPAN}-01"
@@ -37,7 +37,7 @@ class Logged:
 @pytest.fixture
 def logged() -> Iterator[Logged]:
     lines: list[str] = []
-    with client_of(create_app(Settings(log_format="json"), lines.append)) as client:
+    with start_client(create_app(Settings(log_format="json"), lines.append)) as client:
         yield Logged(client, lines)
 
 
@@ -76,12 +76,12 @@ def send_request(
 
     log = AccessLog(settings or Settings(), lines.append)
     outer = RequestMiddleware(tracing(inner), RouteLabels([]), counters, log, Origins(()))
-    asyncio.run(outer(scope_of(method, path, headers), receive, send))
+    asyncio.run(outer(build_scope(method, path, headers), receive, send))
     assert counters.registry.get_sample_value("surface_http_requests_in_flight") == 0
     return sent, lines, counters
 
 
-def scope_of(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> Scope:
+def build_scope(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> Scope:
     server = {"scheme": "http", "http_version": "1.1", "server": ("127.0.0.1", 80), "state": {}}
     return {"type": "http", "method": method, "path": path, "headers": headers, **server}
 
@@ -160,7 +160,7 @@ def test_the_text_form_has_one_short_line() -> None:
 
 
 @pytest.mark.parametrize(
-    ("level", "path", "fails", "told"),
+    ("level", "path", "fails", "is_logged"),
     [
         ("info", "/", False, True),
         ("warning", "/", False, False),
@@ -169,11 +169,11 @@ def test_the_text_form_has_one_short_line() -> None:
     ],
 )
 def test_levels(
-    level: Literal["debug", "info", "warning", "error"], path: str, fails: bool, told: bool
+    level: Literal["debug", "info", "warning", "error"], path: str, fails: bool, is_logged: bool
 ) -> None:
     settings = Settings(log_level=level)
     _, lines, _ = send_request([], settings, path, ZeroDivisionError("hush") if fails else None)
-    assert bool(lines) == told
+    assert bool(lines) == is_logged
     assert "hush" not in "".join(lines)
     assert send_request([], Settings(log_level=level, access_log=False), path)[1] == []
 
@@ -183,7 +183,7 @@ def test_requests_of_monitoring_are_logged_for_debugging_only(path: str) -> None
     lines: list[str] = []
     for level, count in (("info", 0), ("debug", 1)):
         app = create_app(Settings.model_validate({"log_level": level}), lines.append)
-        with client_of(app) as client:
+        with start_client(app) as client:
             client.get(path)
         assert len(lines) == count
 

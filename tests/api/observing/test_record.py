@@ -77,7 +77,7 @@ def test_the_trace_of_the_caller(header: str, trace: str) -> None:
 
 @pytest.mark.parametrize("id", ["a", "0", "4bf92f35-77b3", "edge/req:1+a=@b_c.d", "x" * 128])
 def test_valid_request_ids_are_used(labels: RouteLabels, id: str) -> None:
-    assert id_of(labels, id.encode()) == id
+    assert choose_id(labels, id.encode()) == id
 
 
 @pytest.mark.parametrize(
@@ -85,20 +85,20 @@ def test_valid_request_ids_are_used(labels: RouteLabels, id: str) -> None:
     [b"", b"x" * 129, b"a b", b"a\nb", b"\x1b[31m", b'a"b', b"-a", b"\xc3\xa4", b"a\x00", b"<a>"],
 )
 def test_invalid_request_ids_are_replaced(labels: RouteLabels, id: bytes) -> None:
-    built = id_of(labels, id)
+    built = choose_id(labels, id)
     assert len(built) == 32
     assert int(built, 16)
 
 
 def test_a_repeated_request_id_is_replaced(labels: RouteLabels) -> None:
-    assert len(id_of(labels, b"a", b"b")) == 32
+    assert len(choose_id(labels, b"a", b"b")) == 32
 
 
 def test_new_ids_differ(labels: RouteLabels) -> None:
-    assert len({id_of(labels) for _ in range(1000)}) == 1000
+    assert len({choose_id(labels) for _ in range(1000)}) == 1000
 
 
-def id_of(labels: RouteLabels, *ids: bytes) -> str:
+def choose_id(labels: RouteLabels, *ids: bytes) -> str:
     headers = [(b"x-request-id", id) for id in ids]
     scope = {"method": "GET", "path": "/", "headers": headers}
     return copy_context().run(start_record, scope, labels).id

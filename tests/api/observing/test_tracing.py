@@ -21,7 +21,7 @@ from service.api.observing.middleware import RequestMiddleware
 from service.api.observing.tracing import Tracing, build_exporting_provider
 from service.errors import InvalidSettings
 from service.settings.values import Settings
-from tests.api.client import Client, client_of
+from tests.api.client import Client, start_client
 from tests.api.observing.test_middleware import PARENT, SPAN, TRACE, send_request
 from tests.live import serve
 
@@ -42,18 +42,18 @@ def traced(spans: InMemorySpanExporter) -> Iterator[Client]:
     app = create_app(Settings())
     assert isinstance(app.front, RequestMiddleware)
     app.front.app = Tracing(app.front.app, provider)
-    with client_of(app) as client:
+    with start_client(app) as client:
         yield client
 
 
-def server_span(spans: InMemorySpanExporter) -> ReadableSpan:
+def find_server_span(spans: InMemorySpanExporter) -> ReadableSpan:
     (result,) = [span for span in spans.get_finished_spans() if span.kind is SpanKind.SERVER]
     return result
 
 
 def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> None:
     response = traced.raw(f"{MESH}?resolution=2")
-    span = server_span(spans)
+    span = find_server_span(spans)
     assert span.name == "GET /v1/surfaces/{id}/mesh.{suffix}"
     assert span.parent is None
     assert dict(span.attributes or {}) == {
@@ -76,30 +76,30 @@ def test_the_logged_id_is_that_of_the_response(spans: InMemorySpanExporter) -> N
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     (start, *_), _, _ = send_request([], tracing=lambda app: Tracing(app, provider))
-    context = server_span(spans).context
+    context = find_server_span(spans).context
     assert context is not None
     assert dict(start["headers"])[b"x-request-id"].decode() == f"{context.trace_id:032x}"
 
 
 def test_its_steps_are_children(traced: Client, spans: InMemorySpanExporter) -> None:
     response = traced.post("/v1/mesh", {"surface": {"control_net": NET}})
-    span = server_span(spans)
+    span = find_server_span(spans)
     steps = [each for each in spans.get_finished_spans() if each is not span]
     shown = [part.split(";")[0] for part in response.headers["server-timing"].split(", ")]
     assert {"read", "parse", "mesh"} <= set(shown) == {step.name for step in steps}
     for step in steps:
         assert step.parent == span.context
         times = [span.start_time, step.start_time, step.end_time, span.end_time]
-        known = [at for at in times if at]
+        times_known = [at for at in times if at]
         # The two clocks are read one after the other, so they may differ a little.
-        assert len(known) == 4
-        assert all(b >= a - 10**6 for a, b in pairwise(known))
+        assert len(times_known) == 4
+        assert all(b >= a - 10**6 for a, b in pairwise(times_known))
 
 
 def test_its_parent_is_the_caller(traced: Client, spans: InMemorySpanExporter) -> None:
     headers = {"traceparent": PARENT, "tracestate": "a=1,b=2"}
     traced.get("/health", headers=headers)
-    span = server_span(spans)
+    span = find_server_span(spans)
     assert span.parent is not None
     assert span.context is not None
     assert f"{span.context.trace_id:032x}" == TRACE
@@ -112,7 +112,7 @@ def test_a_refusal_is_not_logged_as_an_error_and_repeats_nothing(
     traced: Client, spans: InMemorySpanExporter
 ) -> None:
     traced.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "hush"})
-    span = server_span(spans)
+    span = find_server_span(spans)
     assert span.status.status_code is StatusCode.UNSET
     assert span.attributes is not None
     assert span.attributes["surface.code"] == "unknown_surface"
@@ -127,7 +127,7 @@ def test_our_fault_is_an_error(
 
     monkeypatch.setattr("service.api.routes.operations.formats", fails)
     assert traced.get("/v1/formats").status_code == 500
-    span = server_span(spans)
+    span = find_server_span(spans)
     assert span.status.status_code is StatusCode.ERROR
     assert span.attributes is not None
     assert span.attributes["error.type"] == "500"
@@ -142,7 +142,7 @@ def test_the_text_of_an_exception_stays_in_the_log(
     provider.add_span_processor(SimpleSpanProcessor(spans))
     error = ZeroDivisionError("hush")
     send_request([], fails=error, begins=begins, tracing=lambda app: Tracing(app, provider))
-    span = server_span(spans)
+    span = find_server_span(spans)
     assert span.attributes is not None
     assert span.attributes["http.response.status_code"] == (204 if begins else 500)
     assert span.attributes["client.address"] == "2001:db8::1"
@@ -150,13 +150,13 @@ def test_the_text_of_an_exception_stays_in_the_log(
 
 
 @contextmanager
-def collector() -> Iterator[tuple[str, list[bytes]]]:
+def run_collector() -> Iterator[tuple[str, list[bytes]]]:
     """The URL of a server that receives spans, and the bodies that it received."""
-    taken: list[bytes] = []
+    bodies: list[bytes] = []
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
-            taken.append(self.rfile.read(int(self.headers["Content-Length"])))
+            bodies.append(self.rfile.read(int(self.headers["Content-Length"])))
             self.send_response(200)
             self.end_headers()
 
@@ -164,17 +164,17 @@ def collector() -> Iterator[tuple[str, list[bytes]]]:
             """Writes no log line."""
 
     with serve(Handler) as url:
-        yield url, taken
+        yield url, bodies
 
 
 def test_spans_are_sent_to_the_configured_address(monkeypatch: pytest.MonkeyPatch) -> None:
-    with collector() as (url, taken):
+    with run_collector() as (url, bodies):
         monkeypatch.setenv("OTEL_EXPORTER_OTLP_ENDPOINT", url)
         app = create_app(Settings(tracing=True))
-        with client_of(app) as client:
+        with start_client(app) as client:
             client.get("/health")
         asyncio.run(app.state.tracing.close())
-    request = ExportTraceServiceRequest.FromString(taken[0])
+    request = ExportTraceServiceRequest.FromString(bodies[0])
     (sent,) = request.resource_spans
     about = {pair.key: pair.value.string_value for pair in sent.resource.attributes}
     assert about["service.name"] == "surface-service"

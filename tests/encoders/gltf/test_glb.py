@@ -23,24 +23,24 @@ def build_example(name: str, resolution: int = 4) -> Mesh:
     return build(EXAMPLES[name].surface().lower(), options, single=True)
 
 
-def file_of(mesh: Mesh) -> bytes:
+def encode(mesh: Mesh) -> bytes:
     return bytes(encode_glb(mesh, OPTIONS))
 
 
 def encode_without_plan(mesh: Mesh) -> bytes:
     """The file of the mesh with faces that no plan has."""
-    return file_of(replace(mesh, triangles=mesh.triangles.copy()))
+    return encode(replace(mesh, triangles=mesh.triangles.copy()))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_kept_text_gives_the_same_file(name: str) -> None:
     mesh = build_example(name)
-    assert file_of(mesh) == file_of(mesh) == encode_without_plan(mesh)
+    assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
 
 def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
     mesh = build_example("utah-teapot")
-    file_of(mesh)
+    encode(mesh)
     parts = tuple(replace(part, name=f"{part.name} é", deviation_bound=None) for part in mesh.parts)
     red = tuple(replace(part, color=(1.0, 0.0, 0.0, 0.5)) for part in mesh.parts)
     others = (
@@ -53,13 +53,13 @@ def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
         replace(mesh, report=replace(mesh.report, watertight=False, boundary_edges=7)),
     )
     for other in others:
-        assert file_of(other) == file_of(other) == encode_without_plan(other)
+        assert encode(other) == encode(other) == encode_without_plan(other)
 
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
 def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
     mesh = replace(build_example("saddle"), name=PLACEHOLDER.format(key))
-    assert file_of(mesh) == file_of(mesh) == encode_without_plan(mesh)
+    assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
 
 def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
@@ -67,7 +67,7 @@ def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
     content = encode_glb(mesh, OPTIONS)
     assert isinstance(content, Pieces)
     assert len(content) == len(bytes(content))
-    assert bytes(content) == file_of(mesh) == encode_without_plan(mesh)
+    assert bytes(content) == encode(mesh) == encode_without_plan(mesh)
     assert any(np.shares_memory(np.frombuffer(p, np.uint8), mesh.positions) for p in content if p)
 
 

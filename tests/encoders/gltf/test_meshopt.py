@@ -16,9 +16,16 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import quantize_mesh
 from service.surface.examples import find
-from tests.clients.gltf_validator import issues
+from tests.clients.gltf_validator import list_issues
 from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
-from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
+from tests.meshes import (
+    add_attributes,
+    add_overlays,
+    build_sheet,
+    build_silo,
+    remove_faces,
+    to_single,
+)
 
 pytest.importorskip("meshopt")
 
@@ -27,11 +34,11 @@ BOTH = EncodeOptions(quantize=True, compression="meshopt")
 STEP = 2.0**-14
 
 MESHES = {
-    "parts": single(with_overlays(silo(24, 8)), origin=(1.0, 2.0, 3.0), up="z"),
-    "colours": single(carrying(silo(24, 8), opacity=True)),
-    "short": single(sheet(1)),
-    "no faces": single(without_faces(silo())),
-    "overlays alone": single(without_faces(with_overlays(silo()))),
+    "parts": to_single(add_overlays(build_silo(24, 8)), origin=(1.0, 2.0, 3.0), up="z"),
+    "colours": to_single(add_attributes(build_silo(24, 8), opacity=True)),
+    "short": to_single(build_sheet(1)),
+    "no faces": to_single(remove_faces(build_silo())),
+    "overlays alone": to_single(remove_faces(add_overlays(build_silo()))),
 }
 each_mesh = pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
 each_form = pytest.mark.parametrize("options", [COMPRESSED, BOTH], ids=["floats", "integers"])
@@ -45,7 +52,7 @@ def without_compression(options: EncodeOptions) -> EncodeOptions:
     return replace(options, compression="none")
 
 
-def faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[Any, ...]]:
+def read_faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[Any, ...]]:
     """Faces as the numbers of their corners; each begins with its least corner."""
     primitive = gltf.primitive(name)
     columns = [
@@ -74,7 +81,7 @@ def test_decompressed_it_is_the_same_mesh(mesh: Mesh, options: EncodeOptions) ->
     names = [node["name"] for node in plain.document.get("nodes", [{}])[1:]]
     assert [node["name"] for node in small.document.get("nodes", [{}])[1:]] == names
     for name in names:
-        assert faces(small, name, lossy) == faces(plain, name, lossy)
+        assert read_faces(small, name, lossy) == read_faces(plain, name, lossy)
     assert small.document["asset"] == plain.document["asset"]
 
 
@@ -84,7 +91,7 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
     rows[:27] = np.indices((3, 3, 3)).reshape(3, -1).T - 1
     rows[13] = 1, 1e-6, -1e-6
     rows /= np.linalg.norm(rows, axis=1)[:, None]
-    mesh = quantize_mesh(replace(single(sheet(64)), normals=rows.astype(np.float32)), STEP)
+    mesh = quantize_mesh(replace(to_single(build_sheet(64)), normals=rows.astype(np.float32)), STEP)
     small = read_glb(bytes(BY_NAME["glb"].encode(mesh, BOTH)))
     attributes = small.primitive("sheet")["attributes"]
     result = small.values(attributes["NORMAL"])
@@ -100,7 +107,7 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
 def test_noise_is_not_made_longer(options: EncodeOptions) -> None:
     """Views that do not compress are stored unchanged."""
     rng = np.random.default_rng(6)
-    mesh = single(carrying(sheet(40)))
+    mesh = to_single(add_attributes(build_sheet(40)))
     noise = rng.integers(0, 2**31 - 2**24, (len(mesh.positions), 16), np.int32).view(np.float32)
     positions = rng.uniform(-1, 1, mesh.positions.shape).astype(np.float32)
     triangles = rng.permuted(mesh.triangles.ravel()).reshape(-1, 3)
@@ -112,7 +119,7 @@ def test_noise_is_not_made_longer(options: EncodeOptions) -> None:
     views = small.document["bufferViews"]
     kept = [view for view in views if "extensions" not in view]
     assert 0 < len(kept) < len(views)
-    assert faces(small, "sheet", {"NORMAL"}) == faces(plain, "sheet", {"NORMAL"})
+    assert read_faces(small, "sheet", {"NORMAL"}) == read_faces(plain, "sheet", {"NORMAL"})
 
 
 @each_form
@@ -122,20 +129,22 @@ def test_the_validator_reports_the_unknown_extension(
     path = tmp_path / "model.glb"
     content = bytes(BY_NAME["glb"].encode(prepare_mesh(MESHES["parts"], options), options))
     unknown = "/extensionsUsed/" + ("2" if options.quantize else "1")
-    assert list_issues(content, path) == [("UNSUPPORTED_EXTENSION", 2, unknown)]
+    assert summarize_issues(content, path) == [("UNSUPPORTED_EXTENSION", 2, unknown)]
     # If every view is compressed, the validator finds no use of the buffer.
-    content = bytes(BY_NAME["glb"].encode(prepare_mesh(single(sheet(20)), options), options))
+    content = bytes(
+        BY_NAME["glb"].encode(prepare_mesh(to_single(build_sheet(20)), options), options)
+    )
     unknown = "/extensionsUsed/" + ("1" if options.quantize else "0")
-    assert list_issues(content, path) == [
+    assert summarize_issues(content, path) == [
         ("UNSUPPORTED_EXTENSION", 2, unknown),
         ("UNUSED_OBJECT", 2, "/buffers/0"),
     ]
 
 
-def list_issues(content: bytes, path: Path) -> list[tuple[str, int, str]]:
+def summarize_issues(content: bytes, path: Path) -> list[tuple[str, int, str]]:
     """Code, severity (2: for information) and place of each message of the validator."""
     return sorted(
-        (issue["code"], issue["severity"], issue["pointer"]) for issue in issues(content, path)
+        (issue["code"], issue["severity"], issue["pointer"]) for issue in list_issues(content, path)
     )
 
 

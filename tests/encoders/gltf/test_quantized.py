@@ -14,28 +14,37 @@ from service.engine.quantize import quantize_mesh
 from service.pipeline.mesh import plan_mesh, render
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
-from tests.clients.gltf_validator import issues
+from tests.clients.gltf_validator import list_issues
 from tests.encoders.gltf.reader import Gltf, read_glb
-from tests.encoders.gltf.test_scene import copies
-from tests.meshes import carrying, sheet, silo, single, with_overlays, without_faces
+from tests.encoders.gltf.test_scene import find_copies
+from tests.meshes import (
+    add_attributes,
+    add_overlays,
+    build_sheet,
+    build_silo,
+    remove_faces,
+    to_single,
+)
 from tests.strategies import Array
 
 STEP = 2.0**-14
 QUANTIZED = EncodeOptions(quantize=True)
 NET = np.random.default_rng(8).uniform(-1, 1, (4, 4, 3))
 
-POINT = replace(single(sheet(1)), positions=np.full((4, 3), 0.7, np.float32), overlays=())
+POINT = replace(to_single(build_sheet(1)), positions=np.full((4, 3), 0.7, np.float32), overlays=())
 MESHES = {
-    "parts": single(silo(12, 3)),
-    "far away": single(silo(12, 3), origin=(5e5, 4.6e6, 1e-3)),
-    "z up": single(with_overlays(silo(12, 3)), origin=(1.0, 2.0, 3.0), up="z"),
-    "positions alone": replace(single(silo(5)), normals=None, uvs=None),
-    "flat": single(sheet(4)),
+    "parts": to_single(build_silo(12, 3)),
+    "far away": to_single(build_silo(12, 3), origin=(5e5, 4.6e6, 1e-3)),
+    "z up": to_single(add_overlays(build_silo(12, 3)), origin=(1.0, 2.0, 3.0), up="z"),
+    "positions alone": replace(to_single(build_silo(5)), normals=None, uvs=None),
+    "flat": to_single(build_sheet(4)),
     "a point": POINT,
-    "no faces": single(without_faces(silo())),
-    "overlays alone": single(without_faces(with_overlays(silo()))),
-    "colours": single(carrying(silo(12, 3))),
-    "colours one can see through": single(carrying(silo(5), opacity=True), (1.0, 2.0, 3.0), "z"),
+    "no faces": to_single(remove_faces(build_silo())),
+    "overlays alone": to_single(remove_faces(add_overlays(build_silo()))),
+    "colours": to_single(add_attributes(build_silo(12, 3))),
+    "colours one can see through": to_single(
+        add_attributes(build_silo(5), opacity=True), (1.0, 2.0, 3.0), "z"
+    ),
 }
 
 
@@ -43,7 +52,7 @@ def write_quantized(mesh: Mesh, step: float = STEP) -> Gltf:
     return read_glb(bytes(BY_NAME["glb"].encode(quantize_mesh(mesh, step), QUANTIZED)))
 
 
-def places(gltf: Gltf, name: str) -> Array:
+def read_positions(gltf: Gltf, name: str) -> Array:
     """Positions at a node, in model coordinates."""
     node = gltf.node(name)
     stored = gltf.attribute(name, "POSITION").astype(np.float64)
@@ -54,7 +63,7 @@ def places(gltf: Gltf, name: str) -> Array:
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
 def test_valid(mesh: Mesh, tmp_path: Path) -> None:
     content = bytes(BY_NAME["glb"].encode(quantize_mesh(mesh, STEP), QUANTIZED))
-    assert issues(content, tmp_path / "model.glb") == []
+    assert list_issues(content, tmp_path / "model.glb") == []
 
 
 @pytest.mark.parametrize("name", ["z up", "far away", "flat", "a point"])
@@ -65,11 +74,11 @@ def test_integers_stand_for_the_very_positions(name: str) -> None:
     for part in mesh.parts:
         corners = mesh.triangles[slice(*part.triangles)]
         indices = gltf.array(gltf.primitive(part.name)["indices"]).reshape(-1, 3)
-        result = places(gltf, part.name)[indices]
+        result = read_positions(gltf, part.name)[indices]
         assert (result == mesh.positions.astype(np.float64)[corners] + mesh.origin).all()
     for overlay in mesh.overlays:
         expected = overlay.positions.astype(np.float64) + mesh.origin
-        assert (places(gltf, overlay.name) == expected).all()
+        assert (read_positions(gltf, overlay.name) == expected).all()
 
 
 def test_bounds_are_those_of_the_integers() -> None:
@@ -86,13 +95,15 @@ def test_bounds_are_those_of_the_integers() -> None:
 
 
 def test_parts_meet_where_they_met() -> None:
-    gltf = write_quantized(single(silo(13, 3)))
-    base, wall = ({tuple(row) for row in places(gltf, name).tolist()} for name in ("base", "wall"))
+    gltf = write_quantized(to_single(build_silo(13, 3)))
+    base, wall = (
+        {tuple(row) for row in read_positions(gltf, name).tolist()} for name in ("base", "wall")
+    )
     assert len(base & wall) == 13
 
 
 def test_normals_texture_coordinates_and_colours_are_near() -> None:
-    mesh = single(carrying(silo(60, 9), opacity=True))
+    mesh = to_single(add_attributes(build_silo(60, 9), opacity=True))
     rows = np.random.default_rng(1).normal(size=mesh.positions.shape)
     rows /= np.linalg.norm(rows, axis=1)[:, None]
     whole = replace(mesh.parts[0], triangles=(0, len(mesh.triangles)))
@@ -115,14 +126,14 @@ def test_normals_texture_coordinates_and_colours_are_near() -> None:
 
 
 def test_texture_coordinates_beyond_one_stay_as_they_are() -> None:
-    mesh = single(sheet(3))
+    mesh = to_single(build_sheet(3))
     assert mesh.uvs is not None
     gltf = write_quantized(replace(mesh, uvs=mesh.uvs * np.float32(1.5)))
     assert gltf.attribute("sheet", "TEXCOORD_0").dtype == np.float32
 
 
 def test_a_mesh_that_is_too_long_for_its_grid_is_no_file() -> None:
-    mesh = replace(quantize_mesh(single(silo()), STEP), step=2.0**-30)
+    mesh = replace(quantize_mesh(to_single(build_silo()), STEP), step=2.0**-30)
     with pytest.raises(ValueError, match="fewer steps"):
         bytes(BY_NAME["glb"].encode(mesh, QUANTIZED))
 
@@ -134,14 +145,16 @@ def test_copies_of_a_group_stand_where_they_did(tmp_path: Path) -> None:
     options = MeshOptions((3, 3), overlays=("control_net",))
     work = plan_mesh(group, options, BY_NAME["glb"], QUANTIZED)
     content = bytes(work.run().content)
-    assert issues(content, tmp_path / "model.glb") == []
+    assert list_issues(content, tmp_path / "model.glb") == []
     small, plain = read_glb(content), read_glb(render(group, options, BY_NAME["glb"]))
     for name in ("a", "b"):
         one, other = (
             [
-                (np.c_[file.array(own["attributes"]["POSITION"]), np.ones(16)] @ matrix.T)[:, :3]
-                for matrix, mesh in copies(file, name)
-                for own in mesh["primitives"]
+                (np.c_[file.array(primitive["attributes"]["POSITION"]), np.ones(16)] @ matrix.T)[
+                    :, :3
+                ]
+                for matrix, mesh in find_copies(file, name)
+                for primitive in mesh["primitives"]
             ]
             for file in (small, plain)
         )

@@ -16,7 +16,7 @@ from service.pipeline.mesh import render
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
-from tests.clients.gltf_validator import issues
+from tests.clients.gltf_validator import list_issues
 from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
 from tests.strategies import Array, placements
 
@@ -31,7 +31,7 @@ def translation(x: float, y: float, z: float) -> Array:
     return matrix
 
 
-def group_of(*members: Member, **more: Any) -> GroupSurface:
+def build_group(*members: Member, **more: Any) -> GroupSurface:
     return GroupSurface(members, **more)
 
 
@@ -39,7 +39,7 @@ def write_group(group: GroupSurface, options: MeshOptions = COARSE) -> Gltf:
     return read_glb(render(group, options, BY_NAME["glb"]))
 
 
-def local(node: dict[str, Any]) -> Array:
+def read_matrix(node: dict[str, Any]) -> Array:
     """The matrix T R S of a node (glTF 2.0, 3.5.3)."""
     x, y, z, w = node.get("rotation", (0, 0, 0, 1))
     turn = [
@@ -53,17 +53,17 @@ def local(node: dict[str, Any]) -> Array:
     return matrix
 
 
-def copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
+def find_copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
     """World matrix below the root, and mesh, of everything at or below the nodes of this name."""
     nodes, result = gltf.document["nodes"], []
 
     def visit(number: int, above: Array) -> None:
         node = nodes[number]
-        here = above @ local(node)
+        matrix = above @ read_matrix(node)
         if "mesh" in node:
-            result.append((here, gltf.document["meshes"][node["mesh"]]))
+            result.append((matrix, gltf.document["meshes"][node["mesh"]]))
         for child in node.get("children", ()):
-            visit(child, here)
+            visit(child, matrix)
 
     for number in nodes[0]["children"]:
         if nodes[number]["name"] == name:
@@ -78,7 +78,7 @@ def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
     for node in (outer, inner):
         if "rotation" in node:
             assert np.linalg.norm(node["rotation"]) == pytest.approx(1, abs=1e-15)
-    np.testing.assert_allclose(local(outer) @ local(inner), matrix, atol=2e-14)
+    np.testing.assert_allclose(read_matrix(outer) @ read_matrix(inner), matrix, atol=2e-14)
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -96,7 +96,7 @@ def test_quaternions_of_all_turns(axis: int, angle: float) -> None:
 def test_equal_surfaces_share_one_mesh() -> None:
     """One mesh for each colour, over the same arrays."""
     ball, ramp = find("sphere").surface(), find("saddle").surface()
-    group = group_of(
+    group = build_group(
         Member(ball, "a"),
         Member(ball, "b", matrix=translation(3, 0, 0)),
         Member(ball, "c", (1.0, 0.0, 0.0), MIRROR),
@@ -111,7 +111,7 @@ def test_equal_surfaces_share_one_mesh() -> None:
     assert len(document["materials"]) == 2
     # Positions, normals and indices of two different meshes.
     assert len(document["accessors"]) == 6
-    meshes = {name: copies(gltf, name)[0][1] for name in "abcde"}
+    meshes = {name: find_copies(gltf, name)[0][1] for name in "abcde"}
     assert meshes["a"] is meshes["b"]
     assert meshes["c"] is meshes["d"]
     (first,), (other,) = meshes["a"]["primitives"], meshes["c"]["primitives"]
@@ -123,14 +123,14 @@ def test_equal_surfaces_share_one_mesh() -> None:
 def test_copies_stand_where_they_were_placed() -> None:
     """A sheared copy has two nodes, a copy of several parts one for each part; in both forms."""
     ball, drum = find("sphere").surface(), find("cylinder").surface()
-    group = group_of(Member(ball, "ball", matrix=SHEAR), Member(drum, "drum", matrix=MIRROR))
+    group = build_group(Member(ball, "ball", matrix=SHEAR), Member(drum, "drum", matrix=MIRROR))
     for gltf in (write_group(group), read_gltf(render(group, COARSE, BY_NAME["gltf"]))):
         # Members are z-up, the group is y-up.
         upright = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-        ((world, mesh),) = copies(gltf, "ball")
+        ((world, mesh),) = find_copies(gltf, "ball")
         np.testing.assert_allclose(world, SHEAR @ upright, atol=1e-15)
         assert mesh["name"] == "ball"
-        parts = copies(gltf, "drum")
+        parts = find_copies(gltf, "drum")
         assert [part["name"] for _, part in parts] == ["side", "top", "bottom"]
         for world, _ in parts:
             np.testing.assert_allclose(world, MIRROR @ upright, atol=1e-15)
@@ -138,8 +138,8 @@ def test_copies_stand_where_they_were_placed() -> None:
 
 def test_a_far_member_keeps_a_local_origin_below_its_placement() -> None:
     far = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]) + 1e6)
-    gltf = write_group(group_of(Member(far, "far", matrix=translation(-1e6, -1e6, -1e6))))
-    ((world, mesh),) = copies(gltf, "far")
+    gltf = write_group(build_group(Member(far, "far", matrix=translation(-1e6, -1e6, -1e6))))
+    ((world, mesh),) = find_copies(gltf, "far")
     (primitive,) = mesh["primitives"]
     stored = gltf.array(primitive["attributes"]["POSITION"])
     assert np.abs(stored).max() < 2
@@ -149,7 +149,7 @@ def test_a_far_member_keeps_a_local_origin_below_its_placement() -> None:
 
 def test_colors_are_linear_and_opacity_blends() -> None:
     ball = find("sphere").surface()
-    group = group_of(
+    group = build_group(
         Member(ball, "solid", (1.0, 0.5, 0.02)), Member(ball, "glass", (0.0, 0.5, 1.0, 0.25))
     )
     solid, glass = write_group(group).document["materials"]
@@ -162,7 +162,7 @@ def test_colors_are_linear_and_opacity_blends() -> None:
     assert glass["alphaMode"] == "BLEND"
 
 
-def everything() -> GroupSurface:
+def build_everything() -> GroupSurface:
     """Every example except groups, sheared and mirrored, with and without colours."""
     surfaces = [example.surface() for example in EXAMPLES.values()]
     alone = [surface for surface in surfaces if not isinstance(surface, GroupSurface)]
@@ -181,10 +181,10 @@ def everything() -> GroupSurface:
 @pytest.mark.parametrize(("name", "uvs"), [("glb", False), *((name, True) for name in BY_NAME)])
 def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: Path) -> None:
     """With and without colours, attributes and texture coordinates, within the predicted bytes."""
-    group, fmt, options = everything(), BY_NAME[name], MeshOptions(resolution=(3, 2), uvs=uvs)
-    own = group.size() if fmt.encode_scene is None else group.stored_size()
-    size = mesh_size(own, options, fmt)
+    group, fmt, options = build_everything(), BY_NAME[name], MeshOptions(resolution=(3, 2), uvs=uvs)
+    group_size = group.size() if fmt.encode_scene is None else group.stored_size()
+    size = mesh_size(group_size, options, fmt)
     content = render(group, options, fmt)
     assert len(content) <= fmt.byte_bound(size, EncodeOptions())
     if fmt.encode_scene is not None:
-        assert issues(content, tmp_path / f"model.{name}") == []
+        assert list_issues(content, tmp_path / f"model.{name}") == []

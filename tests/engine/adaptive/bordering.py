@@ -11,8 +11,8 @@ from service.engine.bounds.faces import SPAN, Faces, find_faces
 from service.engine.bounds.goal import Goal
 from service.engine.mesh.seams import Seams, find_seams
 from service.surface.lowered import PatchModel
-from tests.oracles.exact import curve_point, exact_net
-from tests.strategies import Array, model_of
+from tests.oracles.exact import curve_point, to_exact_net
+from tests.strategies import Array, build_model
 
 MOST = 1_000_000
 
@@ -43,26 +43,26 @@ class Bordered(NamedTuple):
 
 def build_border(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> Bordered:
     """The faces of a model, or of a list of nets, and their border."""
-    model = model_of(source) if isinstance(source, list) else source
+    model = build_model(source) if isinstance(source, list) else source
     seams = find_seams(model.batches)
     faces = find_faces(model, seams)
     return Bordered(model, seams, faces, divide_border(faces, seams, goal, most))
 
 
-def check_border(found: Bordered, tolerance: float) -> None:
+def check_border(bordered: Bordered, tolerance: float) -> None:
     """Checks properties of every border, at points that are computed exactly."""
-    border, faces = found.border, found.faces
+    border, faces = bordered.border, bordered.faces
     assert np.array_equal(np.unique(border.vertex), np.arange(len(border.points)))
-    patches = [(batch, number) for batch in found.model.batches for number in range(batch.count)]
+    patches = [(batch, number) for batch in bordered.model.batches for number in range(batch.count)]
     begin, step, spans = faces.list_sides()
     for face in range(len(faces.first)):
         for side in range(4):
-            at, vertex, points = found.side(face, side)
+            at, vertex, points = bordered.side(face, side)
             count = int(spans[face, side])
             assert (at[0], at[-1]) == (0, count * SPAN)
             assert at == sorted(set(at))
             numbers = begin[face, side] + step[face, side] * np.arange(count)
-            collapsed = found.seams.collapsed[numbers, side]
+            collapsed = bordered.seams.collapsed[numbers, side]
             assert collapsed.all() == collapsed.any() == border.collapsed[face, side]
             if border.collapsed[face, side]:
                 assert len(at) == 2
@@ -77,28 +77,30 @@ def check_border(found: Bordered, tolerance: float) -> None:
             size = max(float(np.ptp(net, axis=0).max()) for net, _ in nets)
             room = 1e-11 * max(size, 1e-3 * float(np.abs(nets[0][0]).max()))
             for place, point in zip(at, points, strict=True):
-                true = _point(nets, Fraction(place, SPAN))
+                true = _evaluate_chain(nets, Fraction(place, SPAN))
                 assert np.abs(true - point).max() <= room
             for k in range(len(at) - 1):
                 middle = [
-                    _point(nets, Fraction(at[k], SPAN) + Fraction(at[k + 1] - at[k], SPAN) * i / 4)
+                    _evaluate_chain(
+                        nets, Fraction(at[k], SPAN) + Fraction(at[k + 1] - at[k], SPAN) * i / 4
+                    )
                     for i in (1, 2, 3)
                 ]
-                assert max(_gap(p, points[k], points[k + 1]) for p in middle) <= tolerance
+                assert max(_measure_gap(p, points[k], points[k + 1]) for p in middle) <= tolerance
 
 
-def _point(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
+def _evaluate_chain(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
     """A point of a chain of curves; t counts its spans."""
     span = min(int(t), len(nets) - 1)
     points, weights = nets[span]
-    (net,) = exact_net([points], None if weights is None else [weights])
+    (net,) = to_exact_net([points], None if weights is None else [weights])
     result = curve_point(net, t - span)
     if weights is not None:
         result = tuple(x / result[3] for x in result[:3])
     return np.array([float(x) for x in result])
 
 
-def _gap(point: Array, a: Array, b: Array) -> float:
+def _measure_gap(point: Array, a: Array, b: Array) -> float:
     """The distance of a point from a segment."""
     along = b - a
     squared = float(along @ along)

@@ -49,9 +49,9 @@ def build_refined(
     return Refined(patch_nets, result.faces, result.border, built)
 
 
-def check_refined(found: Refined, tolerance: float) -> None:
+def check_refined(refined: Refined, tolerance: float) -> None:
     """Checks in whole numbers that triangles cover the faces exactly once."""
-    _, faces, border, built = found
+    _, faces, border, built = refined
     corners = built.triangles
     assert (built.bounds <= tolerance).all()
     assert (np.diff(built.face[corners[:, 0]]) >= 0).all()
@@ -84,10 +84,10 @@ def _find_touching(border: Border) -> np.ndarray:
     return np.array(result)
 
 
-def check_edges(border: Border, made: Triangulation) -> None:
+def check_edges(border: Border, triangulation: Triangulation) -> None:
     """Checks that edges inside faces have two triangles, and edges of the border one for each
     face."""
-    vertices = made.vertex[made.triangles]
+    vertices = triangulation.vertex[triangulation.triangles]
     used: Counter[tuple[int, int]] = Counter()
     for row in vertices.tolist():
         assert len(set(row)) == 3
@@ -102,12 +102,14 @@ def check_edges(border: Border, made: Triangulation) -> None:
     for side in range(len(border.start) - 1):
         rows = slice(*border.start[side : side + 2])
         if not border.collapsed[side // 4, side % 4]:
-            assert _find_places(made, side) == set(border.at[rows].tolist())
+            assert _find_places(triangulation, side) == set(border.at[rows].tolist())
 
 
-def _find_places(made: Triangulation, side: int) -> set[int]:
+def _find_places(triangulation: Triangulation, side: int) -> set[int]:
     """Places along a side at which there are samples."""
-    mine = made.face == side // 4
-    fixed, along = (made.u, made.v) if side % 4 < 2 else (made.v, made.u)
+    mine = triangulation.face == side // 4
+    fixed, along = (
+        (triangulation.u, triangulation.v) if side % 4 < 2 else (triangulation.v, triangulation.u)
+    )
     limit = fixed[mine].max() if side % 2 else 0
     return set(along[mine & (fixed == limit)].tolist())

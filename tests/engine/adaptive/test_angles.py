@@ -19,15 +19,15 @@ from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel, PatchModel
 from tests.engine.meshing import check_sound
-from tests.examples import patches_of
-from tools.certify.models import complex_of
+from tests.examples import lower_patches
+from tools.certify.models import build_complex
 
 MOST, WORK = 30_000, 5e8
 """Limit of the work of one request: some seconds at most."""
 
 
 def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
-    model = patches_of(source) if isinstance(source, str) else source
+    model = lower_patches(source) if isinstance(source, str) else source
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=angle, **accuracy))  # type: ignore[arg-type]
     goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
     mesh = build_mesher(model, options, Storage(), nodes=False).build_mesh(goal, MOST, Effort(WORK))
@@ -91,7 +91,7 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_folds_come_to_an_end(kind: str, seed: int) -> None:
     """Folded patches: normals turn by π at every division, and the report has this angle."""
-    whole = complex_of(kind, seed)
+    whole = build_complex(kind, seed)
     order = range(len(whole.nets))
     one = build_mesh(whole.model(order), 0.5)
     assert one.report.triangles < 300 * len(whole.nets)
@@ -102,7 +102,7 @@ def test_folds_come_to_an_end(kind: str, seed: int) -> None:
 
 @pytest.mark.parametrize("example", ["sphere", "saddle", "octahedral-sphere", "utah-teapot"])
 def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str) -> None:
-    model, effort = patches_of(example), Effort(WORK)
+    model, effort = lower_patches(example), Effort(WORK)
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=5e-324))
     goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
     with pytest.raises(TooLarge) as refused:

@@ -21,8 +21,8 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from tests.engine.adaptive.grids import build_regular
-from tests.engine.meshing import check_sound, mesh_of, shape_of
-from tests.examples import patches_of
+from tests.engine.meshing import build_mesh, check_sound, find_topology
+from tests.examples import lower_patches
 from tests.strategies import Array
 
 EXAMPLES = [
@@ -35,7 +35,7 @@ def assemble_regular(
     source: str | PatchModel, divisions: int = 2, storage: Storage | None = None, **options: object
 ) -> Mesh:
     """A regular mesh, assembled as adaptive ones are."""
-    model = patches_of(source) if isinstance(source, str) else source
+    model = lower_patches(source) if isinstance(source, str) else source
     expected, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
     built = build_regular(model, divisions)
     origin = storage.choose_origin(*model.bounds)
@@ -69,9 +69,12 @@ def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
         assert (ours is None) == (theirs is None)
         if ours is None or theirs is None:
             continue
-        (places, values), (known, expected) = list_corners(mesh, ours), list_corners(other, theirs)
-        distance, row = cKDTree(known).query(places)
-        same = distance < 1e-9 * max(1.0, float(np.abs(known).max()))
+        (places, values), (ours_values, expected) = (
+            list_corners(mesh, ours),
+            list_corners(other, theirs),
+        )
+        distance, row = cKDTree(ours_values).query(places)
+        same = distance < 1e-9 * max(1.0, float(np.abs(ours_values).max()))
         np.testing.assert_allclose(values[same], expected[row[same]], atol=apart)
         compared = int(same.sum())
     return compared
@@ -80,9 +83,9 @@ def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> None:
     ours = assemble_regular(example, uvs=True)
-    theirs = mesh_of(example, resolution=(2, 2), uvs=True)
+    theirs = build_mesh(example, resolution=(2, 2), uvs=True)
     check_sound(ours)
-    batches = patches_of(example).batches
+    batches = lower_patches(example).batches
     # Triangles are divided here as squares of which a side is one point.
     triangular = [isinstance(batch, TrianglePatches) for batch in batches]
     if not all(triangular):
@@ -90,7 +93,7 @@ def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> No
         pointed = any(bool(batch.collapsed[:, :3].any()) for batch in batches)
         every = compared == 3 * len(theirs.triangles) == 3 * len(ours.triangles)
         assert every or ((pointed or any(triangular)) and compared > 100)
-    assert shape_of(ours).boundary == shape_of(theirs).boundary
+    assert find_topology(ours).boundary == find_topology(theirs).boundary
     assert ours.report.watertight == theirs.report.watertight
     assert ours.report.closure == theirs.report.closure
     np.testing.assert_allclose(ours.report.bounds_max, theirs.report.bounds_max, atol=0.1)
@@ -129,16 +132,16 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
 @pytest.mark.parametrize("skip", [False, True])
 def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> None:
     """A step from the corner towards the middle of the triangle stays in the patch."""
-    model = patches_of("bspline-hills")
+    model = lower_patches("bspline-hills")
     built = build_regular(model, 3, skip=skip)
     samples, corners = find_samples(built.faces, built.made)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
     span = np.stack(np.divmod(samples.patch, columns), axis=1)[corners]
-    own = np.stack([samples.u, samples.v], axis=1)[corners]
-    assert own.min() == 0
-    assert own.max() == 1
-    places = span + own
+    corner_places = np.stack([samples.u, samples.v], axis=1)[corners]
+    assert corner_places.min() == 0
+    assert corner_places.max() == 1
+    places = span + corner_places
     given = np.stack([built.made.u, built.made.v], axis=1)[built.made.triangles] / SPAN
     np.testing.assert_allclose(places, given, atol=1e-9)
     middle = places.mean(axis=1, keepdims=True)
@@ -149,17 +152,17 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> N
 
 
 def test_parts_are_runs_with_bounds_of_their_own() -> None:
-    model = patches_of("utah-teapot")
+    model = lower_patches("utah-teapot")
     built = build_regular(model, 2)
     mesh = assemble_regular(model)
     patch = built.made.face[built.made.triangles[:, 0]]
     sequence = np.arange(model.patch_count) if model.sequence is None else model.sequence
     result = []
-    for part, own in zip(model.parts, mesh.parts, strict=True):
+    for part, mesh_part in zip(model.parts, mesh.parts, strict=True):
         inside = np.isin(patch, sequence[part.first : part.last])
-        first, last = own.triangles
+        first, last = mesh_part.triangles
         assert last - first == np.count_nonzero(inside)
-        assert own.deviation_bound == built.made.bounds[inside].max()
+        assert mesh_part.deviation_bound == built.made.bounds[inside].max()
         corners = built.made.positions[built.made.vertex[built.made.triangles[inside]]]
         ours = mesh.positions[mesh.triangles[first:last]]
         order, other = (np.lexsort(c.mean(axis=1).round(9).T) for c in (corners, ours))
@@ -170,7 +173,7 @@ def test_parts_are_runs_with_bounds_of_their_own() -> None:
 
 
 def test_patches_in_a_sequence_are_written_in_it() -> None:
-    model = patches_of("tveit")
+    model = lower_patches("tveit")
     flat = BezierSurface(np.array([[[9.0, 0, 0], [9, 1, 0]], [[10, 0, 0], [10, 1, 0]]])).lower()
     assert isinstance(flat, PatchModel)
     both = replace(

@@ -17,11 +17,11 @@ from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from tests.engine.adaptive.bordering import build_border
 from tests.engine.adaptive.refining import build_refined, check_refined
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.strategies import (
     Array,
+    build_model,
     degenerate_nets,
-    model_of,
     split_models,
     translate,
     weighted_nets,
@@ -35,7 +35,7 @@ tolerances = st.sampled_from([4.0, 1.0, 0.2])
 def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) -> None:
     """Random polynomial and rational patches."""
     points, weights = net
-    model = model_of([points], None if weights is None else [weights])
+    model = build_model([points], None if weights is None else [weights])
     check_refined(build_refined(model, Goal(tolerance)), tolerance)
 
 
@@ -44,7 +44,7 @@ def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict:
     """Patches with poles and folds, lines and points; also with `angle_tolerance` and
     `two_sided`."""
     goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)
-    check_refined(build_refined(model_of([net]), goal), tolerance)
+    check_refined(build_refined(build_model([net]), goal), tolerance)
 
 
 @given(split_models(), tolerances, st.randoms(use_true_random=False))
@@ -55,14 +55,14 @@ def test_other_faces_change_nothing(
     """A face has the same triangles, bit for bit, alone and with others, in any order."""
     patches = split[1]
     goal = Goal(tolerance)
-    together = build_refined(model_of(patches), goal)
+    together = build_refined(build_model(patches), goal)
     check_refined(together, tolerance)
     order = list(range(len(patches)))
     random.shuffle(order)
-    shuffled = build_refined(model_of([patches[k] for k in order]), goal)
+    shuffled = build_refined(build_model([patches[k] for k in order]), goal)
     for place, k in enumerate(order):
         assert together.of_face(k) == shuffled.of_face(place)
-        assert together.of_face(k) == build_refined(model_of([patches[k]]), goal).of_face(0)
+        assert together.of_face(k) == build_refined(build_model([patches[k]]), goal).of_face(0)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_other_faces_change_nothing(
 def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
     """Examples with tolerances relative to their size, and the most triangles that they may
     take."""
-    model = patches_of(name)
+    model = lower_patches(name)
     tolerance = share * float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     result = build_refined(model, Goal(tolerance))
     check_refined(result, tolerance)
@@ -97,7 +97,7 @@ def test_near_the_eye_there_is_more() -> None:
 def test_the_proof_is_about_the_stored_positions() -> None:
     """Far from the origin float32 moves vertices by more than the deviation of the surface."""
     net = translate(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
-    model = model_of([net])
+    model = build_model([net])
     exact = build_refined(model, Goal(0.01))
     rounded = build_refined(
         model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64)
@@ -109,13 +109,13 @@ def test_the_proof_is_about_the_stored_positions() -> None:
 def test_more_triangles_than_allowed_are_refused() -> None:
     """The refinement is refused as soon as the number is known."""
     with pytest.raises(TooLarge) as refused:
-        build_refined(patches_of("sphere"), Goal(1e-6), most=300)
+        build_refined(lower_patches("sphere"), Goal(1e-6), most=300)
     assert refused.value.issues[0].code == "too_many_triangles"
 
 
 def test_work_is_limited() -> None:
     """The limit of work holds for any number of triangles."""
-    model = patches_of("bourke-1111")
+    model = lower_patches("bourke-1111")
     result = build_border(model, Goal(0.01))
     with pytest.raises(TooLarge) as refused:
         triangulate(

@@ -8,25 +8,25 @@ import pytest
 
 from service.engine.bounds.goal import Goal, View
 from tests.engine.adaptive.refining import Refined, build_refined, check_refined
-from tools.certify.models import BODIES, Complex, complex_of
+from tools.certify.models import BODIES, Complex, build_complex
 
 CLOSED = ("tori", "pyramids", "prisms", "double pyramids")
 """Kinds of models without an open edge."""
 
 
-def count_uses(found: Refined) -> Counter[frozenset[int]]:
+def count_uses(refined: Refined) -> Counter[frozenset[int]]:
     """The number of triangles at every edge, over all patches."""
-    rows = found.made.vertex[found.made.triangles].tolist()
+    rows = refined.made.vertex[refined.made.triangles].tolist()
     return Counter(frozenset(edge) for row in rows for edge in pairwise([*row, row[0]]))
 
 
-def list_side_bytes(found: Refined, face: int) -> list[bytes]:
+def list_side_bytes(refined: Refined, face: int) -> list[bytes]:
     """The points of the sides of a face, each in the direction that comes first, as a set."""
     bits = []
     for side in range(4):
-        if not found.border.collapsed[face, side]:
-            rows = slice(*found.border.start[4 * face + side : 4 * face + side + 2])
-            points = found.made.positions[found.border.vertex[rows]]
+        if not refined.border.collapsed[face, side]:
+            rows = slice(*refined.border.start[4 * face + side : 4 * face + side + 2])
+            points = refined.made.positions[refined.border.vertex[rows]]
             bits.append(min(points.tobytes(), points[::-1].tobytes()))
     return sorted(bits)
 
@@ -42,7 +42,7 @@ def find_equal(whole: Complex) -> list[int]:
 @pytest.mark.parametrize("seed", [6, 7])
 def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
     """Degrees are mixed in the first model of each kind, equal in the second."""
-    whole = complex_of(kind, seed)
+    whole = build_complex(kind, seed)
     patches = range(len(whole.nets))
     eye = np.array([2.0, -3.0, 1.0])
     goal = Goal(0.2, view=View(eye, 0.05, 0.1)) if kind in ("fans", "rings") else Goal(0.2)
@@ -65,6 +65,6 @@ def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
         assert alone.of_face(0) == result.of_face(k)
 
 
-def find_open_edges(found: Refined) -> list[list[int]]:
+def find_open_edges(refined: Refined) -> list[list[int]]:
     """Edges of one triangle."""
-    return [sorted(edge) for edge, times in count_uses(found).items() if times == 1]
+    return [sorted(edge) for edge, times in count_uses(refined).items() if times == 1]

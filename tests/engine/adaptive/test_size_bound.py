@@ -21,8 +21,8 @@ from service.pipeline.mesh import plan_mesh
 from service.surface.batches import TrianglePatches
 from service.surface.examples import find
 from service.surface.lowered import Part, PatchModel
-from tests.engine.meshing import mesh_of
-from tests.strategies import Array, model_of, nets, triangle_nets, weighted_nets
+from tests.engine.meshing import build_mesh
+from tests.strategies import Array, build_model, nets, triangle_nets, weighted_nets
 
 COUNTS = (3, 2)
 FINE = MeshOptions(accuracy=Accuracy(relative_tolerance=1e-3), isocurves=COUNTS)
@@ -58,7 +58,7 @@ def test_lines_are_within_the_tolerance_of_their_curves(
     weighted: tuple[Array, Array | None],
 ) -> None:
     net, weights = weighted
-    model = model_of([net], None if weights is None else [weights])
+    model = build_model([net], None if weights is None else [weights])
     assert find_furthest(model, Goal(0.02)) <= 0.02
 
 
@@ -88,7 +88,9 @@ def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
 )
 @pytest.mark.parametrize("surface", [True, False])
 def test_every_form_of_wires(name: str, wires: Any, surface: bool) -> None:
-    mesh = mesh_of(name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, has_faces=surface)
+    mesh = build_mesh(
+        name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, has_faces=surface
+    )
     if wires == "lines":
         assert len(mesh.overlays[-1].segments) > 50
     else:
@@ -121,4 +123,6 @@ def test_wires_count_as_triangles(wires: Any, accuracy: Accuracy) -> None:
 
 def test_a_camera_sees_the_wires_of_every_copy() -> None:
     seen = Accuracy(camera=Camera((9, 0, 4), 0.8, 400), pixel_tolerance=1)
-    assert mesh_of("tea-service", accuracy=seen, isocurves=(2, 2), wires="tubes").report.triangles
+    assert build_mesh(
+        "tea-service", accuracy=seen, isocurves=(2, 2), wires="tubes"
+    ).report.triangles

@@ -23,7 +23,7 @@ from service.errors import InvalidRequest
 from service.surface.bezier import BezierSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.strategies import Array, placements
 
 NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
@@ -40,7 +40,7 @@ def build_scaling(factor: float) -> Array:
 
 
 def test_a_tolerance_is_absolute_or_a_share_of_the_diagonal() -> None:
-    model = patches_of("saddle")
+    model = lower_patches("saddle")
     low, high = model.bounds
     diagonal = float(np.linalg.norm(high - low))
     absolute = build_goal(Accuracy(tolerance=0.25), model)
@@ -65,7 +65,7 @@ def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
 def test_a_pixel_is_as_large_as_it_is_seen() -> None:
     """At the distance d the picture is 2 d tan(φ/2) high."""
     camera = Camera((0.0, 0.0, 7.0), pi / 2, 500)
-    model = patches_of("saddle")
+    model = lower_patches("saddle")
     goal = build_goal(Accuracy(camera=camera, pixel_tolerance=2.0), model)
     assert goal.view is not None
     distances = np.array([3.0, 30.0])
@@ -80,22 +80,22 @@ def test_the_goal_of_a_model_keeps_its_copy_within_the_goal_of_the_group(
     matrix: Array, tolerance: float, error: float
 ) -> None:
     model = build_group(matrix).models[0]
-    own = move_goal(Goal(tolerance), matrix, model.bounds, error)
-    taken = bound_placing_error(matrix, *model.bounds) + error
-    assert own.tolerance * scalings(matrix)[1] + taken <= tolerance
-    assert own.tolerance > 0
+    model_goal = move_goal(Goal(tolerance), matrix, model.bounds, error)
+    rounding = bound_placing_error(matrix, *model.bounds) + error
+    assert model_goal.tolerance * scalings(matrix)[1] + rounding <= tolerance
+    assert model_goal.tolerance > 0
 
 
 @given(placements(), st.integers(0, 2**32))
 def test_the_deviation_that_a_camera_allows_holds_for_the_copy(matrix: Array, seed: int) -> None:
     random = np.random.default_rng(seed)
     goal = Goal(inf, view=View(random.normal(size=3) * 9, 0.01, 0.1))
-    own = move_goal(goal, matrix, build_group(None).models[0].bounds, 1e-7)
-    assert own.view is not None
+    model_goal = move_goal(goal, matrix, build_group(None).models[0].bounds, 1e-7)
+    assert model_goal.view is not None
     points = random.uniform(0, 1, (40, 3))
-    away = np.linalg.norm(points - own.view.eye, axis=1)
+    away = np.linalg.norm(points - model_goal.view.eye, axis=1)
     # An error grows by the largest scaling at most, and rounding adds to it.
-    worst = own.find_allowed(away) * scalings(matrix)[1] + 1e-7
+    worst = model_goal.find_allowed(away) * scalings(matrix)[1] + 1e-7
     assert goal.view is not None
     placed = np.linalg.norm(place_points(points, matrix) - goal.view.eye, axis=1)
     assert (worst <= goal.find_allowed(placed) * (1 + 1e-9)).all()
@@ -137,15 +137,15 @@ def test_errors_point_to_the_option_of_the_request(accuracy: Accuracy, where: st
     assert accuracy.pointer == where
 
 
-@pytest.mark.parametrize(("taken", "is_full"), [(0.0, True), (0.03, True), (0.05, False)])
+@pytest.mark.parametrize(("rounding", "is_full"), [(0.0, True), (0.03, True), (0.05, False)])
 def test_edges_are_divided_by_the_full_goal_unless_rounding_takes_much(
-    taken: float, is_full: bool
+    rounding: float, is_full: bool
 ) -> None:
     bounds = np.zeros(3), np.ones(3)
     goal = Goal(1.0)
-    tight = tighten_for_border(goal, taken, bounds)
+    tight = tighten_for_border(goal, rounding, bounds)
     assert (tight is goal) == is_full
-    assert is_full or tight.tolerance == 1.0 - taken
+    assert is_full or tight.tolerance == 1.0 - rounding
     # The eye is at the box, so the nearest point allows 1e-3.
     seen = Goal(1.0, view=View(np.zeros(3), 0.1, 0.01))
-    assert (tighten_for_border(seen, 1e-3 * taken, bounds) is seen) == is_full
+    assert (tighten_for_border(seen, 1e-3 * rounding, bounds) is seen) == is_full

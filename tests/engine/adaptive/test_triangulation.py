@@ -8,7 +8,7 @@ import pytest
 from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.surface.bspline import BsplineSurface
-from tests.engine.meshing import mesh_of
+from tests.engine.meshing import build_mesh
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -22,7 +22,8 @@ def test_a_side_that_is_nearly_a_point_is_one_in_float32(seed: int) -> None:
     net[-1] += rng.normal(size=(9, 3)) * 1e-12
     model = BsplineSurface(net).lower()
     wide, narrow = (
-        mesh_of(model, single=single, accuracy=Accuracy(tolerance=1e-3)) for single in (False, True)
+        build_mesh(model, single=single, accuracy=Accuracy(tolerance=1e-3))
+        for single in (False, True)
     )
     corners = narrow.positions[narrow.triangles]
     assert not (corners == corners[:, [1, 2, 0]]).all(axis=2).any()

@@ -12,7 +12,7 @@ from service.engine.bounds.clip import Parts
 from service.engine.bounds.faces import SPAN, Faces
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
-from tests.oracles.distance import to_triangles
+from tests.oracles.distance import measure_distances
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -58,13 +58,13 @@ def measure_deviations(
     """The largest distance from samples of each part to its host and the neighbours, (m,)."""
     weights, points = sample_parts(patch_nets, faces, parts, divisions)
     count = len(weights)
-    result = to_triangles(points, np.repeat(positions[parts.host], count, axis=0))
+    result = measure_distances(points, np.repeat(positions[parts.host], count, axis=0))
     for k in range(3):
         near = parts.host[:, [k, (k + 1) % 3]]
         has = parts.across[:, k] >= 0
         beyond = np.concatenate([near, np.where(has, parts.across[:, k], near[:, 0])[:, None]], 1)
         result = np.minimum(
-            result, to_triangles(points, np.repeat(positions[beyond], count, axis=0))
+            result, measure_distances(points, np.repeat(positions[beyond], count, axis=0))
         )
     furthest: Array = result.reshape(-1, count).max(axis=1)
     return furthest

@@ -13,26 +13,26 @@ Array = np.ndarray
 DEGREES = [(1, 1), (1, 4), (3, 3), (2, 3), (5, 2)]
 
 
-def grid(rng: np.random.Generator, count: int) -> Array:
+def draw_parameters(rng: np.random.Generator, count: int) -> Array:
     """Parameters that are multiples of 1/32."""
     return rng.integers(0, 33, (count, 1)) / 32
 
 
-def value(net: Array, u: Fraction, v: Fraction) -> exact.Vector:
-    return exact.surface_point(exact.exact_net(net), u, v)
+def evaluate_net(net: Array, u: Fraction, v: Fraction) -> exact.Vector:
+    return exact.surface_point(exact.to_exact_net(net), u, v)
 
 
-def assert_near(found: exact.Vector, wanted: exact.Vector) -> None:
-    assert max(abs(a - b) for a, b in zip(found, wanted, strict=True)) < Fraction(1, 10**14)
+def assert_near(point: exact.Vector, expected: exact.Vector) -> None:
+    assert max(abs(a - b) for a, b in zip(point, expected, strict=True)) < Fraction(1, 10**14)
 
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
 def test_nets_over_triangles_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q)
     net = rng.normal(size=(p + 1, q + 1, 3))
-    u, v = grid(rng, 3), grid(rng, 3)
+    u, v = draw_parameters(rng, 3), draw_parameters(rng, 3)
     built = build_triangle_nets(np.moveaxis(net, 2, 0)[np.newaxis], np.stack([u, v], axis=1))[0]
-    oracle = triangles.exact_triangle(built.T)
+    oracle = triangles.to_exact_triangle(built.T)
     for place in triangles.places(4):
         a, b = (
             sum(
@@ -41,14 +41,14 @@ def test_nets_over_triangles_are_the_surface(p: int, q: int) -> None:
             )
             for axis in (u, v)
         )
-        assert_near(triangles.value(oracle, place), value(net, a, b))
+        assert_near(triangles.value(oracle, place), evaluate_net(net, a, b))
 
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
 def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
     rng = np.random.default_rng(p * 10 + q + 1)
     net = rng.normal(size=(p + 1, q + 1, 3))
-    u, v = grid(rng, 2), grid(rng, 2)
+    u, v = draw_parameters(rng, 2), draw_parameters(rng, 2)
     built = build_box_nets(
         np.moveaxis(net, 2, 0)[np.newaxis], build_blossoms(p, u), build_blossoms(q, v)
     )
@@ -57,8 +57,10 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
         [Fraction(float(t)) for t in axis[:, 0]] for axis in (u, v)
     )
     for _, s, t in triangles.places(4):
-        expected = value(net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v))
-        assert_near(value(boxes, s, t), expected)
+        expected = evaluate_net(
+            net, begin_u + s * (end_u - begin_u), begin_v + t * (end_v - begin_v)
+        )
+        assert_near(evaluate_net(boxes, s, t), expected)
 
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)

@@ -28,7 +28,7 @@ from tests.engine.bounds.parting import (
 )
 
 
-def sheet(rng: np.random.Generator, p: int, q: int, spread: float) -> np.ndarray:
+def build_net(rng: np.random.Generator, p: int, q: int, spread: float) -> np.ndarray:
     """A net over a regular grid, with random changes of its points."""
     x, y = np.meshgrid(np.linspace(0, 1, p + 1), np.linspace(0, 1, q + 1), indexing="ij")
     flat = np.stack([x, y, 0 * x], axis=-1)
@@ -43,7 +43,7 @@ DEGREES = [(1, 1), (3, 3), (2, 5), (4, 4), (7, 1), (6, 6), (3, 15)]
 def test_no_sample_is_beyond_the_bound(p: int, q: int, rational: bool) -> None:
     spread = 0.1 if DEGREES.index((p, q)) % 2 == rational else 0.5
     rng = np.random.default_rng(p * 100 + q)
-    net = sheet(rng, p, q, spread)
+    net = build_net(rng, p, q, spread)
     weights = np.exp(rng.uniform(-2, 2, net.shape[:2])) if rational else None
     patch_nets, faces = PatchNets.of(BezierSurface(net, weights).lower()), build_face()
     for u, v in (
@@ -63,7 +63,7 @@ def test_no_sample_is_beyond_the_bound(p: int, q: int, rational: bool) -> None:
 def test_the_bound_is_hardly_more_than_the_truth(spread: float, worst: float) -> None:
     ratios = []
     for seed in range(2):
-        net = sheet(np.random.default_rng(seed), 3, 3, spread)
+        net = build_net(np.random.default_rng(seed), 3, 3, spread)
         patch_nets, faces = PatchNets.of(BezierSurface(net).lower()), build_face()
         places, corners, beyond = divide_face(divide_evenly(16), divide_evenly(16))
         parts = build_parts(places, corners, beyond)
@@ -76,7 +76,7 @@ def test_the_bound_is_hardly_more_than_the_truth(spread: float, worst: float) ->
 
 def test_parts_across_knot_lines() -> None:
     rng = np.random.default_rng(12)
-    net = sheet(rng, 7, 6, 0.2)
+    net = build_net(rng, 7, 6, 0.2)
     for weights in (None, rng.uniform(0.3, 3, (8, 7))):
         surface = BsplineSurface(net, (3, 2), weights=weights)
         patch_nets, faces = PatchNets.of(surface.lower()), build_face(5, 5)
@@ -93,7 +93,7 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Shared bounds hold for all pieces, although few pieces are bounded by their own nets."""
-    net = sheet(np.random.default_rng(13), 15, 16, 0.02)
+    net = build_net(np.random.default_rng(13), 15, 16, 0.02)
     patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 2)).lower()), build_face(13, 15)
     places, corners, beyond = divide_face(divide_evenly(1, 13), divide_evenly(1, 15))
     parts, positions = (
@@ -102,9 +102,9 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
     )
     looked: list[int] = []
 
-    def add(self: PieceMeasure, found: np.ndarray, wanted: np.ndarray) -> None:
-        looked.append(len(wanted))
-        of_all(self, found, wanted)
+    def add(self: PieceMeasure, part_bounds: np.ndarray, expected: np.ndarray) -> None:
+        looked.append(len(expected))
+        of_all(self, part_bounds, expected)
 
     of_all = PieceMeasure.bound_pieces
     monkeypatch.setattr(PieceMeasure, "bound_pieces", add)
@@ -118,7 +118,7 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
 
 def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
     """Squares with all four corners in the part, for any directions of its edges."""
-    net = sheet(np.random.default_rng(15), 15, 15, 0.02)
+    net = build_net(np.random.default_rng(15), 15, 15, 0.02)
     patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 3)).lower()), build_face(13, 13)
     corners = SPAN * np.array([[[0, 0], [13, 3], [4, 13]], [[0, 1], [12, 0], [10, 13]]])
     host = np.arange(6).reshape(2, 3)
@@ -165,7 +165,7 @@ def test_a_plane_has_distance_zero_from_two_triangles_however_it_is_parametrised
 @pytest.mark.parametrize("fault", ["one point", "two points", "a line", "near a line"])
 def test_hosts_that_are_no_triangles(fault: str) -> None:
     rng = np.random.default_rng(14)
-    patch_nets, faces = PatchNets.of(BezierSurface(sheet(rng, 3, 3, 0.3)).lower()), build_face()
+    patch_nets, faces = PatchNets.of(BezierSurface(build_net(rng, 3, 3, 0.3)).lower()), build_face()
     places, corners, beyond = divide_face(divide_evenly(2), divide_evenly(2))
     parts = build_parts(places, corners, beyond)
     positions = evaluate_places(patch_nets, faces, places)
@@ -184,7 +184,7 @@ def test_hosts_that_are_no_triangles(fault: str) -> None:
 def test_folded_neighbours_do_not_lower_the_bound_too_far() -> None:
     """The bound also holds if a neighbour lies over the host, or at right angles to it."""
     rng = np.random.default_rng(18)
-    patch_nets, faces = PatchNets.of(BezierSurface(sheet(rng, 3, 3, 0.6)).lower()), build_face()
+    patch_nets, faces = PatchNets.of(BezierSurface(build_net(rng, 3, 3, 0.6)).lower()), build_face()
     for _ in range(40):
         places, corners, beyond = divide_face(divide_evenly(2), divide_evenly(2))
         positions = evaluate_places(patch_nets, faces, places)
@@ -194,7 +194,7 @@ def test_folded_neighbours_do_not_lower_the_bound_too_far() -> None:
 
 def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
     rng = np.random.default_rng(21)
-    net = sheet(rng, 3, 3, 0.2)
+    net = build_net(rng, 3, 3, 0.2)
     weights = rng.uniform(0.5, 2, (4, 4))
     eye = np.array([0.4, 3.0, 2.0])
     goal = Goal(1.0, view=View(eye, 0.01, 0.5))
@@ -217,7 +217,7 @@ def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
 @pytest.mark.parametrize(("p", "q"), [(1, 2), (3, 3), (6, 5), (3, 12)])
 def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rational: bool) -> None:
     rng = np.random.default_rng(22)
-    net = sheet(rng, p, q, 0.3)
+    net = build_net(rng, p, q, 0.3)
     weights = np.exp(rng.uniform(-1, 1, net.shape[:2])) if rational else None
     patch_nets, faces = PatchNets.of(BezierSurface(net, weights).lower()), build_face()
     for u, v in ((divide_evenly(4), divide_evenly(8)), (draw_places(rng, 5), draw_places(rng, 4))):
@@ -235,16 +235,16 @@ def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rati
 def test_the_bound_of_the_mesh_holds_across_knot_lines_and_is_0_for_hosts_of_other_parts() -> None:
     rng = np.random.default_rng(23)
     patch_nets, faces = (
-        PatchNets.of(BsplineSurface(sheet(rng, 7, 6, 0.2), (3, 2)).lower()),
+        PatchNets.of(BsplineSurface(build_net(rng, 7, 6, 0.2), (3, 2)).lower()),
         build_face(5, 5),
     )
     places, corners, beyond = divide_face(draw_places(rng, 3, 5), draw_places(rng, 4, 5))
-    own = np.arange(len(corners)) % 3 > 0
-    parts = replace(build_parts(places, corners, beyond), is_own=own)
+    is_own_part = np.arange(len(corners)) % 3 > 0
+    parts = replace(build_parts(places, corners, beyond), is_own=is_own_part)
     positions = evaluate_places(patch_nets, faces, places)
     mesh = certify(patch_nets, faces, parts, positions, replace(GOAL, two_sided=True)).mesh
     assert mesh is not None
     result = measure_host_distances(patch_nets, faces, parts, positions)
-    assert (result[own] <= mesh[own] + 1e-8).all()
-    assert np.median(mesh[own] / result[own]) < 1.5
-    assert (mesh[~own] == 0).all()
+    assert (result[is_own_part] <= mesh[is_own_part] + 1e-8).all()
+    assert np.median(mesh[is_own_part] / result[is_own_part]) < 1.5
+    assert (mesh[~is_own_part] == 0).all()

@@ -29,27 +29,27 @@ from tests.engine.bounds.parting import (
     divide_face,
     evaluate_places,
 )
-from tests.engine.bounds.test_patch_nets import model_of
+from tests.engine.bounds.test_patch_nets import build_model
 from tests.oracles import exact, triangles
 
 Array = NDArray[np.float64]
 
 
-def exact_point(value: exact.Vector) -> exact.Vector:
+def to_fractions(value: exact.Vector) -> exact.Vector:
     return value if len(value) == 3 else tuple(x / value[3] for x in value[:3])
 
 
 def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
     """The largest error of the surfaces of computed nets, in units of its bound."""
     rng = np.random.default_rng(seed)
-    patch_nets = PatchNets.of(model_of(batch))
+    patch_nets = PatchNets.of(build_model(batch))
     (nets,) = patch_nets.groups
     p, q = nets.degree
     u, v = rng.integers(0, 2**30, (2, 3, 1)) / 2**30
     weights = None if batch.weights is None else batch.weights[0]
     middle = [Fraction(float(x)) for x in patch_nets.middles[:, 0]]
     worst = 0.0
-    result = triangles.exact_triangle(
+    result = triangles.to_exact_triangle(
         build_triangle_nets(nets.items, np.stack([u, v], axis=1))[0].T
     )
     for place in triangles.places(3):
@@ -58,13 +58,13 @@ def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
             for axis in (u, v)
         )
         if isinstance(batch, TensorPatches):
-            expected = exact.surface_point(exact.exact_net(batch.points[0], weights), a, b)
+            expected = exact.surface_point(exact.to_exact_net(batch.points[0], weights), a, b)
         else:
             s, t = a * (1 - b), b
-            net = triangles.exact_triangle(batch.points[0], weights)
+            net = triangles.to_exact_triangle(batch.points[0], weights)
             expected = triangles.value(net, (1 - s - t, s, t))
-        point = exact_point(triangles.value(result, place))
-        gap = [x + m - y for x, m, y in zip(point, middle, exact_point(expected), strict=True)]
+        point = to_fractions(triangles.value(result, place))
+        gap = [x + m - y for x, m, y in zip(point, middle, to_fractions(expected), strict=True)]
         worst = max(worst, float(sum(x * x for x in gap)) ** 0.5)
     return worst / (UNIT * count_roundings(p, q) * float(patch_nets.sizes[0]))
 

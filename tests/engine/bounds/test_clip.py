@@ -10,11 +10,11 @@ from service.engine.bounds.clip import clip_parts
 from service.engine.bounds.faces import SPAN, Faces
 
 
-def face_of(rows: int, columns: int) -> Faces:
+def build_face(rows: int, columns: int) -> Faces:
     return Faces(np.array([5]), np.array([columns + 3]), np.array([[rows, columns]]))
 
 
-def edges_of(corners: np.ndarray) -> Counter[tuple[tuple[int, int], ...]]:
+def count_edges(corners: np.ndarray) -> Counter[tuple[tuple[int, int], ...]]:
     """The number of uses of each edge."""
     triangles = [[tuple(place) for place in one] for one in np.moveaxis(corners, 2, 0).tolist()]
     return Counter(tuple(sorted((one[k], one[(k + 1) % 3]))) for one in triangles for k in range(3))
@@ -25,7 +25,7 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     rows: int, columns: int, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
-    faces = face_of(rows, columns)
+    faces = build_face(rows, columns)
     size = np.array([rows, columns]) * SPAN
     # A face that is divided around an inner point, at places with many digits.
     inner = rng.integers(1, size)
@@ -39,7 +39,7 @@ def test_pieces_are_in_one_span_and_have_the_border_of_the_face(
     at = np.stack(np.divmod(pieces.patch - 5, columns + 3)) * SPAN
     np.testing.assert_array_equal((pieces.places * SPAN).astype(np.int64) + at, pieces.corners)
     # Every inner edge is used twice; the others are the border.
-    left = [edge for edge, n in edges_of(pieces.corners).items() if n % 2]
+    left = [edge for edge, n in count_edges(pieces.corners).items() if n % 2]
     for one, other in left:
         assert any(one[axis] == other[axis] in {0, size[axis]} for axis in range(2))
     length = sum(abs(p[0] - q[0]) + abs(p[1] - q[1]) for p, q in left)

@@ -12,8 +12,8 @@ from service.engine.mesh.layout import FINE, Layout
 from service.engine.mesh.patterns import Shape, TriangleShape
 from service.engine.options import Faces
 from tests.engine.bounds.test_mesh_deviation import check
-from tests.engine.meshing import mesh_of
-from tests.strategies import Array, model_of
+from tests.engine.meshing import build_mesh
+from tests.strategies import Array, build_model
 
 COLLAPSED = list(product((False, True), repeat=4))
 
@@ -25,8 +25,8 @@ def test_fine_patches_with_poles_lose_nothing(
 ) -> None:
     for ru, rv in product(range(FINE, FINE + 2), repeat=2):
         for more in product((0, 3), repeat=4):
-            own = zip((rv, rv, ru, ru), more, collapsed, strict=True)
-            a, b, c, d = (n if one else n + m for n, m, one in own)
+            divisions = zip((rv, rv, ru, ru), more, collapsed, strict=True)
+            a, b, c, d = (n if one else n + m for n, m, one in divisions)
             assert not has_missing_triangles(Shape((ru, rv), (a, b, c, d), collapsed), faces)
         assert not has_missing_triangles(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
@@ -51,9 +51,9 @@ def build_folded_net(height: float) -> Array:
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("resolution", [(2, 2), (3, 3), (6, 6)])
 def test_the_corner_of_a_folded_patch_is_cut_off(resolution: tuple[int, int], faces: Faces) -> None:
-    model = model_of([build_folded_net(8.0)])
+    model = build_model([build_folded_net(8.0)])
     assert Layout.plan(connect(model).connectivity, resolution).may_fold
-    mesh = mesh_of(model, resolution=resolution, faces=faces, normals=False)
+    mesh = build_mesh(model, resolution=resolution, faces=faces, normals=False)
     check(model, mesh)
     bound = mesh.report.deviation_bound
     # The corner itself is in no face: its distance from the nearest vertex counts.

@@ -29,7 +29,7 @@ def check_cover(model: PatchModel, faces: Faces) -> None:
     assert sorted(result) == list(range(model.patch_count))
 
 
-def grid(rows: int, columns: int) -> Array:
+def build_wave(rows: int, columns: int) -> Array:
     """A control net of a wave."""
     u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
     return np.stack([u, v, np.sin(u + v * v)], axis=-1)
@@ -38,7 +38,7 @@ def grid(rows: int, columns: int) -> Array:
 def test_a_spline_is_one_face() -> None:
     """Periodic splines are one face, too."""
     for knots in ("clamped", "uniform", "periodic"):
-        model = BsplineSurface(grid(7, 9), (3, 2), (knots, "clamped")).lower()
+        model = BsplineSurface(build_wave(7, 9), (3, 2), (knots, "clamped")).lower()
         faces = find_model_faces(model)
         check_cover(model, faces)
         assert len(faces.first) == 1
@@ -48,7 +48,7 @@ def test_a_spline_is_one_face() -> None:
 def test_a_face_ends_where_a_surface_parts() -> None:
     """A knot of multiplicity degree + 1 separates faces."""
     knots = np.array([0.0, 0, 0, 1, 2, 2, 2, 3, 3, 3])
-    model = BsplineSurface(grid(7, 6), (2, 3), (knots, "clamped")).lower()
+    model = BsplineSurface(build_wave(7, 6), (2, 3), (knots, "clamped")).lower()
     faces = find_model_faces(model)
     check_cover(model, faces)
     assert faces.spans.tolist() == [[2, 3], [1, 3]]
@@ -78,8 +78,8 @@ def test_a_face_ends_where_a_surface_touches_itself() -> None:
 
 
 def test_a_face_ends_where_a_side_becomes_a_point() -> None:
-    """Three control points of a side in one, of a spline of degree 2."""
-    net = grid(5, 5)
+    """A spline of degree 2: three control points of one side are equal."""
+    net = build_wave(5, 5)
     net[1:4, 0] = net[1, 0]
     model = BsplineSurface(net, (2, 2)).lower()
     faces = find_model_faces(model)

@@ -11,11 +11,11 @@ from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part
-from tests.engine.meshing import mesh_of
-from tests.examples import patches_of
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
-from tests.strategies import Array, apply_symmetry, mixed_model, model_of, translate
+from tests.engine.meshing import build_mesh
+from tests.examples import lower_patches
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_sheets
+from tests.strategies import Array, apply_symmetry, build_mixed_model, build_model, translate
 from tools.certify.surfaces import FAMILIES
 
 DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
@@ -24,7 +24,7 @@ DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
 SAMPLES = 300
 
 
-def corners_of(mesh: Mesh, diagonal: int = 0) -> Array:
+def split_faces(mesh: Mesh, diagonal: int = 0) -> Array:
     """The triangles of a mesh, (T, 3, 3), with quads split along one diagonal or the other."""
     faces = [mesh.triangles, *(mesh.quads[:, cut] for cut in DIAGONALS[diagonal])]
     corners: Array = (mesh.positions.astype(np.float64) + mesh.origin)[np.concatenate(faces)]
@@ -37,7 +37,9 @@ def check(surface: Any, mesh: Mesh, samples: int = SAMPLES) -> float:
     assert bound is not None
     share = 0.0
     for diagonal in (0, 1) if len(mesh.quads) else (0,):
-        result = surface_to_mesh(sheets_of(surface), corners_of(mesh, diagonal), samples)
+        result = measure_surface_to_mesh(
+            build_sheets(surface), split_faces(mesh, diagonal), samples
+        )
         assert result.distance <= bound + result.noise
         share = max(share, result.distance / bound)
     return share
@@ -60,7 +62,7 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
     curve = np.random.default_rng(4).uniform(-1, 1, (9, 3))
     net = np.stack([curve, translate(curve, 1.0)])
     bounds = [
-        mesh_of([net], single=True, method=method, resolution=(2, 1024)).report.deviation_bound
+        build_mesh([net], single=True, method=method, resolution=(2, 1024)).report.deviation_bound
         for method in ("matrix", "de_casteljau", "forward_difference")
     ]
     assert None not in bounds
@@ -72,9 +74,9 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
     ("name", "resolution"), [("rounded-box", (2, 1)), ("cone", (1, 4)), ("torus", (3, 2))]
 )
 def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
-    model = patches_of(name)
+    model = lower_patches(name)
     faces = "quads" if resolution == (1, 4) else "triangles"
-    check(model, mesh_of(model, resolution=resolution, faces=faces, normals=False), SAMPLES // 3)
+    check(model, build_mesh(model, resolution=resolution, faces=faces, normals=False), SAMPLES // 3)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +84,7 @@ def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
     [("octahedral-sphere", 0.3), ("sphere", 0.35), ("tveit", 0.4), ("saddle", 0.7)],
 )
 def test_the_bound_is_close_where_surfaces_bend_evenly(name: str, share: float) -> None:
-    assert check(patches_of(name), mesh_of(name, resolution=(8, 8))) > share
+    assert check(lower_patches(name), build_mesh(name, resolution=(8, 8))) > share
 
 
 def test_parts_follow_the_sequence() -> None:
@@ -90,7 +92,7 @@ def test_parts_follow_the_sequence() -> None:
     bent = translate(flat, 4.0)
     bent[1, 1, 2] = 1.0
     model = replace(
-        mixed_model([flat, bent]),
+        build_mixed_model([flat, bent]),
         parts=(Part("second", 0, 1), Part("first", 1, 2)),
         sequence=np.array([1, 0]),
     )
@@ -106,9 +108,9 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
     """The bound includes rounding, even for a flat patch."""
     net = np.random.default_rng(7).uniform(-1, 1, (2, 2, 3))
     net[1, 1] = net[0, 1] + net[1, 0] - net[0, 0]
-    model = model_of([translate(net, shift, shift, -shift)])
+    model = build_model([translate(net, shift, shift, -shift)])
     for single in (False, True):
-        mesh = mesh_of(model, single=single, resolution=(7, 5))
+        mesh = build_mesh(model, single=single, resolution=(7, 5))
         check(model, mesh)
         bound = mesh.report.deviation_bound
         assert bound is not None
@@ -120,7 +122,7 @@ def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_w
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     nets = [plane, apply_symmetry(translate(plane, 1), 5), translate(plane * 1e9, 5)]
     parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "framed", "huge")))
-    mesh = build(replace(model_of(nets), parts=parts), MeshOptions(resolution=(2, 5)))
+    mesh = build(replace(build_model(nets), parts=parts), MeshOptions(resolution=(2, 5)))
     plain, framed, huge = (part.deviation_bound or 0.0 for part in mesh.parts)
     assert 0 < framed < 1e-13
     assert min(plain, huge) > 1e-8
@@ -132,9 +134,9 @@ def test_the_bound_of_a_framed_patch_does_not_depend_on_the_batches_before_it() 
     net = np.stack([x, y, np.random.default_rng(9).uniform(-1, 1, (4, 4))], axis=-1)
     beside = translate(net, 3.0)
     beside[0] = net[-1]
-    pair = model_of([apply_symmetry(beside, 5), net])
+    pair = build_model([apply_symmetry(beside, 5), net])
     bounds = []
-    for before in ((), mixed_model([translate(net[:2, :2], 9.0)]).batches):
+    for before in ((), build_mixed_model([translate(net[:2, :2], 9.0)]).batches):
         count = len(before)
         parts = tuple(Part(str(k), k, k + 1) for k in range(count + 2))
         model = replace(pair, batches=(*before, *pair.batches), parts=parts)

@@ -17,7 +17,7 @@ from tests import strategies
 from tests.oracles import exact, triangles
 
 
-def model_of(*batches: TensorPatches | TrianglePatches) -> PatchModel:
+def build_model(*batches: TensorPatches | TrianglePatches) -> PatchModel:
     count = sum(batch.count for batch in batches)
     return PatchModel("model", batches, (Part("all", 0, count),))
 
@@ -48,7 +48,7 @@ def test_positions_are_those_of_exact_arithmetic(
     size = np.abs(points).max() + 1.0
     result = patch_nets.evaluate_points(patch, u, v)
     expected = [
-        exact.jets(exact.exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0][0]
+        exact.jets(exact.to_exact_net(points, weights), [Fraction(a)], [Fraction(b)])[0][0][0]
         for a, b in zip(u.tolist(), v.tolist(), strict=True)
     ]
     np.testing.assert_allclose(result, np.array(expected, dtype=float), rtol=0, atol=1e-13 * size)
@@ -61,10 +61,10 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
         points = rng.normal(size=((degree + 1) * (degree + 2) // 2, 3)) + 1000.0
         weights = rng.uniform(0.1, 4, len(points)) if weighted else None
         batch = TrianglePatches(points[None], None if weights is None else weights[None])
-        patch_nets = PatchNets.of(model_of(batch))
+        patch_nets = PatchNets.of(build_model(batch))
         u, v = rng.integers(0, 257, (2, 20)) / 256
         result = patch_nets.evaluate_points(np.zeros(20, dtype=np.intp), u, v)
-        net = triangles.exact_triangle(points, weights)
+        net = triangles.to_exact_triangle(points, weights)
         for place, a, b in zip(result, u.tolist(), v.tolist(), strict=True):
             s, t = Fraction(a) * (1 - Fraction(b)), Fraction(b)
             expected = triangles.jet(net, (1 - s - t, s, t)).point
@@ -73,7 +73,7 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
 
 def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
     batches = random_batches(7)
-    patch_nets = PatchNets.of(model_of(*batches))
+    patch_nets = PatchNets.of(build_model(*batches))
     rng = np.random.default_rng(8)
     patch = rng.integers(0, 11, 5000)
     u, v = rng.random((2, 5000))
@@ -81,11 +81,11 @@ def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
     first = 0
     for batch in batches:
         for k in range(batch.count):
-            alone = PatchNets.of(model_of(batch.take(np.array([k]))))
-            here = np.flatnonzero(patch == first + k)[::-1]
-            none = np.zeros(len(here), dtype=np.intp)
-            apart = alone.evaluate_points(none, u[here], v[here])
-            np.testing.assert_array_equal(together[here], apart)
+            alone = PatchNets.of(build_model(batch.take(np.array([k]))))
+            rows = np.flatnonzero(patch == first + k)[::-1]
+            none = np.zeros(len(rows), dtype=np.intp)
+            apart = alone.evaluate_points(none, u[rows], v[rows])
+            np.testing.assert_array_equal(together[rows], apart)
         first += batch.count
 
 
@@ -94,13 +94,13 @@ def test_weights_of_any_size_lose_nothing() -> None:
     points, weights = rng.normal(size=(1, 3, 4, 3)), rng.uniform(0.5, 2, (1, 3, 4))
     u, v = rng.random((2, 9))
     none = np.zeros(9, dtype=np.intp)
-    usual = PatchNets.of(model_of(TensorPatches(points, weights))).evaluate_points(none, u, v)
+    usual = PatchNets.of(build_model(TensorPatches(points, weights))).evaluate_points(none, u, v)
     for power in (-64, 64):
-        other = PatchNets.of(model_of(TensorPatches(points, np.ldexp(weights, power))))
+        other = PatchNets.of(build_model(TensorPatches(points, np.ldexp(weights, power))))
         np.testing.assert_array_equal(other.evaluate_points(none, u, v), usual)
 
 
 def test_only_a_b_spline_is_lowered_with_rounding() -> None:
     net = np.random.default_rng(2).normal(size=(6, 5, 3))
     assert 0 < PatchNets.of(BsplineSurface(net).lower()).lowering < 1e-10
-    assert PatchNets.of(model_of(TensorPatches(net[None]))).lowering == 0
+    assert PatchNets.of(build_model(TensorPatches(net[None]))).lowering == 0

@@ -23,7 +23,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
 from service.surface.triangle import TriangleSurface
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
 
@@ -87,7 +87,7 @@ def random_net(*shape: int) -> Array:
     return np.random.default_rng(sum(shape)).normal(size=(*shape, 3))
 
 
-def triangle(degree: int) -> Array:
+def build_triangle(degree: int) -> Array:
     count = (degree + 1) * (degree + 2) // 2
     net: Array = np.random.default_rng(degree).normal(size=(count, 3))
     return net
@@ -101,10 +101,10 @@ SINGLE: dict[str, BezierSurface | TriangleSurface | BsplineSurface] = {
     "long and far": BezierSurface(random_net(3, 6) * [1e5, 1, 1e-2] + 1e6),
     "high degree": BezierSurface(random_net(14, 21)),
     "rational of high degree": BezierSurface(random_net(24, 3), np.ones((24, 3)) + np.eye(24, 3)),
-    "flat triangle": TriangleSurface(triangle(1)),
-    "quadratic triangle": TriangleSurface(triangle(2)),
-    "rational triangle": TriangleSurface(triangle(4), np.linspace(0.5, 2, 15)),
-    "triangle of high degree": TriangleSurface(triangle(17)),
+    "flat triangle": TriangleSurface(build_triangle(1)),
+    "quadratic triangle": TriangleSurface(build_triangle(2)),
+    "rational triangle": TriangleSurface(build_triangle(4), np.linspace(0.5, 2, 15)),
+    "triangle of high degree": TriangleSurface(build_triangle(17)),
     "spline": BsplineSurface(random_net(6, 5), (2, 3)),
     "rational spline": BsplineSurface(
         random_net(5, 6), (3, 2), weights=np.random.default_rng(7).uniform(0.5, 2, (5, 6))
@@ -167,10 +167,10 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
             right = evaluate_jets(batch, *places, 2).curvatures
         assert right is not None
         result = rows[:, block.base : block.base + len(patch)]
-        known = ~np.isnan(right.mean)
-        assert not result[1][~known].any()
-        measure = np.maximum(np.abs(right.larger), np.abs(right.smaller))[known].clip(flat)
-        apart = np.abs(result - np.stack([right.gaussian, right.mean]))[:, known]
+        is_defined = ~np.isnan(right.mean)
+        assert not result[1][~is_defined].any()
+        measure = np.maximum(np.abs(right.larger), np.abs(right.smaller))[is_defined].clip(flat)
+        apart = np.abs(result - np.stack([right.gaussian, right.mean]))[:, is_defined]
         assert (apart / np.stack([measure**2, measure])).max(initial=0.0) < 1e-8
 
 
@@ -179,7 +179,9 @@ def test_frames_have_the_curvatures_of_their_own_patch() -> None:
     bent = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
     flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)
     model = PatchModel(
-        "frame", (TensorPatches(np.stack([bent, flat.swapaxes(0, 1)])),), patches_of("saddle").parts
+        "frame",
+        (TensorPatches(np.stack([bent, flat.swapaxes(0, 1)])),),
+        lower_patches("saddle").parts,
     )
     mesh = build_mesh(model, (3, 7), weld=False)
     x, y, _ = mesh.positions.T
@@ -224,8 +226,8 @@ def test_nothing_else_changes() -> None:
     """Positions, normals and faces are those of the mesh without curvatures."""
     for name in ("sphere", "torus", "bspline-hills"):
         options = MeshOptions(resolution=(4, 4))
-        plain = build(patches_of(name), options)
-        bent = build_mesh(patches_of(name), (4, 4))
+        plain = build(lower_patches(name), options)
+        bent = build_mesh(lower_patches(name), (4, 4))
         for key in ("positions", "normals", "triangles"):
             assert getattr(plain, key).tobytes() == getattr(bent, key).tobytes()
         assert plain.report.curvature is None

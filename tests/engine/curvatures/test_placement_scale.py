@@ -40,14 +40,14 @@ PLACES = {
 }
 
 
-def group_of(*matrices: Array | None, name: str = "sphere") -> GroupModel:
+def build_group(*matrices: Array | None, name: str = "sphere") -> GroupModel:
     ball = find(name).surface()
     return add_stretches(
         GroupSurface(tuple(Member(ball, matrix=m) for m in matrices), up="z").lower()
     )
 
 
-def ellipsoid(points: Array, linear: Array) -> tuple[Array, Array]:
+def compute_curvatures(points: Array, linear: Array) -> tuple[Array, Array]:
     """K and H of the unit sphere after x → L x, normals outwards, at its points.
 
     With A = (L Lᵀ)⁻¹, f = xᵀ A x and n along g = A x: K = det A / |g|⁴ and
@@ -66,19 +66,19 @@ def ellipsoid(points: Array, linear: Array) -> tuple[Array, Array]:
 def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -> None:
     """Compared in one mesh and in a scene, also at poles."""
     matrix = PLACES[name]
-    group = group_of(None, matrix)
+    group = build_group(None, matrix)
     options = MeshOptions(resolution=(4, 3), curvatures=True, accuracy=accuracy)
     scene = build_scene(group, options)
     flat = build(group, options)
     node = scene.nodes[1]
-    own = scene.meshes[node.model]
+    mesh = scene.meshes[node.model]
     first = len(scene.meshes[scene.nodes[0].model].positions)
-    placed = place_points(own.positions, node.matrix)
-    right = ellipsoid(placed - matrix[:3, 3], matrix[:3, :3])
+    placed = place_points(mesh.positions, node.matrix)
+    right = compute_curvatures(placed - matrix[:3, 3], matrix[:3, :3])
     assert len(flat.positions) - first == len(placed)
     for key, values in zip(NAMES, right, strict=True):
         limit = 1e-8 * np.abs(values).max()
-        for result in (dict(own.attributes)[key], dict(flat.attributes)[key][first:]):
+        for result in (dict(mesh.attributes)[key], dict(flat.attributes)[key][first:]):
             np.testing.assert_allclose(result[:, 0], values, rtol=1e-8, atol=limit)
 
 
@@ -86,7 +86,7 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
 def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
     """For triangles and rational patches too."""
     options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
-    group = group_of(SHEAR, name=name)
+    group = build_group(SHEAR, name=name)
     result, right = build(group, options), build(to_patches(group), options)
     np.testing.assert_allclose(result.positions, right.positions, atol=1e-12)
     for (_, one), (_, other) in zip(result.attributes, right.attributes, strict=True):
@@ -96,7 +96,7 @@ def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
 def test_copies_with_equal_curvatures_share_a_model() -> None:
     """Moved, turned and mirrored copies share a model; copies with another scale need one more."""
     half = np.diag([0.5, 0.5, 0.5, 1.0])
-    group = group_of(
+    group = build_group(
         None,
         rotation(0.3),
         MIRROR @ rotation(1.0),
@@ -107,7 +107,7 @@ def test_copies_with_equal_curvatures_share_a_model() -> None:
     )
     assert [member.model for member in group.members] == [0, 0, 0, 1, 1, 2, 2]
     plain, *bent = group.models
-    assert all(own.batches is plain.batches for own in bent)  # type: ignore[union-attr]
+    assert all(each.batches is plain.batches for each in bent)  # type: ignore[union-attr]
     again = add_stretches(group)
     assert [m.model for m in again.members] == [m.model for m in group.members]
     scene = build_scene(again, OPTIONS)

@@ -55,7 +55,7 @@ def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
     if knots == "given":
         length = count + degree + 1
         steps = draw(st.lists(st.integers(0, 3), min_size=length, max_size=length))
-        knots = _spread(np.cumsum(steps) / 4, degree)
+        knots = _separate_knots(np.cumsum(steps) / 4, degree)
         if knots[degree] == knots[count]:
             knots[count:] += 0.5  # a domain of some length
     load = st.integers(13, 320).map(lambda k: k / 64)
@@ -63,7 +63,7 @@ def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
     return BsplineCurve(points, degree, knots, weights)  # type: ignore[arg-type]
 
 
-def _spread(knots: FloatArray, degree: int) -> FloatArray:
+def _separate_knots(knots: FloatArray, degree: int) -> FloatArray:
     """The knots, moved apart where one would occur more than `degree` times."""
     result = knots.copy()
     for i in range(degree, len(result)):
@@ -78,11 +78,11 @@ def trace_samples(curve: Curve, options: CurveOptions, *, single: bool = False) 
     return trace_curve(pieces, at, options, single=single)
 
 
-def length_of(pieces: CurvePieces, divisions: int) -> float:
+def measure_length(pieces: CurvePieces, divisions: int) -> float:
     return float(arc_lengths(pieces, CurveSamples.uniform(pieces.count, divisions))[-1])
 
 
-def distances(points: FloatArray, line: FloatArray) -> FloatArray:
+def measure_distances(points: FloatArray, line: FloatArray) -> FloatArray:
     """Distance of each point (M, d) to a polyline (N, d)."""
     a, along = line[:-1], np.diff(line, axis=0)
     squared = np.maximum((along**2).sum(axis=1), 1e-300)
@@ -141,7 +141,7 @@ def test_a_piece_that_is_one_point_borrows_a_direction() -> None:
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16, 1000])
 def test_length_of_a_circle(divisions: int) -> None:
-    assert length_of(QUARTER.lower(), divisions) == pytest.approx(math.pi / 2, rel=1e-12)
+    assert measure_length(QUARTER.lower(), divisions) == pytest.approx(math.pi / 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16])
@@ -149,7 +149,7 @@ def test_length_over_a_cusp(divisions: int) -> None:
     """|C′| is not smooth in the middle, where it vanishes; the total length is 2 √2 − 1."""
     expected = bezier_length(CUSP.control_points, None, [0.5])
     assert expected == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-14)
-    assert length_of(CUSP.lower(), divisions) == pytest.approx(expected, rel=1e-11)
+    assert measure_length(CUSP.lower(), divisions) == pytest.approx(expected, rel=1e-11)
 
 
 @settings(max_examples=2)
@@ -158,7 +158,7 @@ def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
     expected = bezier_length(
         curve.control_points, curve.weights, np.linspace(0, 1, 9)[1:-1].tolist()
     )
-    assert length_of(curve.lower(), divisions) == pytest.approx(expected, rel=1e-7)
+    assert measure_length(curve.lower(), divisions) == pytest.approx(expected, rel=1e-7)
 
 
 def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
@@ -183,14 +183,14 @@ def test_no_point_is_further_away_than_is_said(
             assert bound <= tolerance
         stored = line.points.astype(np.float64) + line.origin
         fine = evaluate_positions(pieces, CurveSamples.uniform(1, 400))
-        assert distances(fine, stored).max() <= bound
+        assert measure_distances(fine, stored).max() <= bound
 
 
 def test_the_bound_is_near_the_true_deviation() -> None:
     """On an arc the control polygon is twice as high as the curve, and the bound is still sharp."""
     line = trace_samples(QUARTER, CurveOptions(resolution=16))
     fine = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
-    true = distances(fine, line.points.astype(np.float64)).max()
+    true = measure_distances(fine, line.points.astype(np.float64)).max()
     assert true <= line.report.deviation_bound <= 1.01 * true
 
 

@@ -13,7 +13,7 @@ from service.engine.evaluation.evaluation_state import PatchSamples
 from service.surface.batches import TensorPatches
 from service.surface.checks import MAX_WEIGHT_RATIO
 from tests.oracles import exact
-from tests.strategies import Array, example_batch, resolutions, weighted_nets
+from tests.strategies import Array, lower_example, resolutions, weighted_nets
 
 Degree: TypeAlias = tuple[int, int]
 Real: TypeAlias = type[np.float32] | type[np.float64]
@@ -23,7 +23,7 @@ DEGREES = [(1, 30), (2, 5), (3, 3), (6, 25), (12, 19), (16, 15), (24, 7), (30, 1
 WEIGHTED = [False, True]
 
 
-def smooth(degree: Degree, weighted: bool, seed: int = 0) -> TensorPatches:
+def build_smooth_patch(degree: Degree, weighted: bool, seed: int = 0) -> TensorPatches:
     """One random patch without folds: a regular grid, its points moved about by up to a fifth."""
     rng = np.random.default_rng([seed, *degree, weighted])
     p, q = degree
@@ -34,17 +34,17 @@ def smooth(degree: Degree, weighted: bool, seed: int = 0) -> TensorPatches:
     return TensorPatches(net[None], weights)
 
 
-def single(net: Array, weights: Array | None = None) -> TensorPatches:
+def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
     """A batch of one patch."""
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
 
 
-def points_of(net: Array, weights: Array | None, resolution: tuple[int, int]) -> Array:
+def evaluate_points(net: Array, weights: Array | None, resolution: tuple[int, int]) -> Array:
     """The positions of one patch, float64."""
-    return np.asarray(evaluate(single(net, weights), resolution, normals=False).positions[0])
+    return np.asarray(evaluate(build_batch(net, weights), resolution, normals=False).positions[0])
 
 
-def usable(patches: TensorPatches, normals: bool = True) -> list[Formulation]:
+def list_formulations(patches: TensorPatches, normals: bool = True) -> list[Formulation]:
     """The formulations for a patch; the normal polynomial is only for polynomial patches."""
     if normals and patches.weights is None:
         return list(FORMULATIONS)
@@ -55,12 +55,12 @@ def usable(patches: TensorPatches, normals: bool = True) -> list[Formulation]:
 @pytest.mark.parametrize("degree", DEGREES, ids=str)
 def test_agrees_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
     """Positions to 1e-12 of the patch, normals to 1e-9, in every formulation."""
-    patches = smooth(degree, weighted)
+    patches = build_smooth_patch(degree, weighted)
     net, weights = patches.points[0], None if patches.weights is None else patches.weights[0]
     resolution = (3, 2)
     positions = exact.positions(net, weights, resolution)
     normals = exact.normals(net, weights, resolution)
-    for formulation in usable(patches):
+    for formulation in list_formulations(patches):
         result = evaluate(patches, resolution, formulation=formulation)
         assert result.normals is not None
         assert np.abs(result.positions[0] - positions).max() < 1e-12
@@ -74,7 +74,9 @@ def test_positions_of_any_net_agree_with_exact_arithmetic(
     """Random nets with folds, too, because positions do not depend on normals."""
     net, weights = weighted
     size = max(1.0, float(np.abs(net).max()))
-    error = np.abs(points_of(net, weights, resolution) - exact.positions(net, weights, resolution))
+    error = np.abs(
+        evaluate_points(net, weights, resolution) - exact.positions(net, weights, resolution)
+    )
     assert error.max() < 1e-14 * size
 
 
@@ -84,16 +86,21 @@ def test_the_chosen_formulation_applies(normals: bool, weighted: bool) -> None:
     """For all shapes, the chosen formulation can compute the requested data."""
     for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
         for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
-            patches = smooth(degree, weighted)
-            assert choose_formulation(patches, resolution, normals) in usable(patches, normals)
+            patches = build_smooth_patch(degree, weighted)
+            assert choose_formulation(patches, resolution, normals) in list_formulations(
+                patches, normals
+            )
 
 
 def test_every_formulation_is_chosen_somewhere() -> None:
     """Each formulation is chosen in some case: the teapot, a high degree, one large patch."""
-    teapot = example_batch("utah-teapot")
+    teapot = lower_example("utah-teapot")
     assert choose_formulation(teapot, (16, 16), True) == "kronecker"
-    assert choose_formulation(smooth((15, 15), False), (128, 128), True) == "separable"
-    assert choose_formulation(smooth((3, 3), False), (512, 512), True) == "normal_polynomial"
+    assert choose_formulation(build_smooth_patch((15, 15), False), (128, 128), True) == "separable"
+    assert (
+        choose_formulation(build_smooth_patch((3, 3), False), (512, 512), True)
+        == "normal_polynomial"
+    )
     # Each patch has the fixed costs.
     assert choose_formulation(teapot, (24, 24), True) == "kronecker"
     assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
@@ -116,7 +123,7 @@ def test_steep_patches_get_their_normals_in_double_precision() -> None:
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_large_grids_are_worked_in_chunks_without_seams(formulation: Formulation) -> None:
     """Samples of a grid of several chunks, against the same samples of a small one."""
-    patches = smooth((3, 2), weighted=False)
+    patches = build_smooth_patch((3, 2), weighted=False)
     large = evaluate(patches, (600, 60), formulation=formulation)
     small = evaluate(patches, (60, 6), formulation=formulation)
     for a, b in ((large.positions, small.positions), (large.normals, small.normals)):
@@ -128,7 +135,7 @@ def test_large_grids_are_worked_in_chunks_without_seams(formulation: Formulation
 def test_many_patches_are_worked_in_chunks_without_seams() -> None:
     """Each of a thousand patches alone, and among the others."""
     rng = np.random.default_rng(3)
-    points = smooth((2, 2), weighted=False).points + rng.uniform(-1, 1, (1000, 1, 1, 3))
+    points = build_smooth_patch((2, 2), weighted=False).points + rng.uniform(-1, 1, (1000, 1, 1, 3))
     together = evaluate(TensorPatches(points), (6, 6))
     assert together.normals is not None
     for k in (0, 1, 333, 999):
@@ -144,7 +151,7 @@ def test_corners_are_interpolated(
 ) -> None:
     """Corners are exact for patches without weights."""
     net, weights = weighted
-    corners = points_of(net, weights, resolution)[:: resolution[0], :: resolution[1]]
+    corners = evaluate_points(net, weights, resolution)[:: resolution[0], :: resolution[1]]
     expected = net[:: len(net) - 1, :: len(net[0]) - 1]
     if weights is None:
         np.testing.assert_array_equal(corners, expected)
@@ -152,14 +159,14 @@ def test_corners_are_interpolated(
         np.testing.assert_allclose(corners, expected, atol=1e-14)
 
 
-def _get_normals(found: PatchSamples) -> Array:
-    assert found.normals is not None
-    return np.asarray(found.normals)
+def _get_normals(samples: PatchSamples) -> Array:
+    assert samples.normals is not None
+    return np.asarray(samples.normals)
 
 
 def test_normals_can_be_left_out() -> None:
     """The positions are the same without them."""
-    patches = smooth((3, 3), weighted=True)
+    patches = build_smooth_patch((3, 3), weighted=True)
     without = evaluate(patches, (5, 4), normals=False)
     assert without.normals is None
     np.testing.assert_array_equal(without.positions, evaluate(patches, (5, 4)).positions)
@@ -169,7 +176,7 @@ def test_origin_is_subtracted_before_rounding() -> None:
     """A patch of extent 1 at a million keeps its seven digits in single precision."""
     far = np.array([1e6, -3e6, 5e6])
     for weighted in WEIGHTED:
-        near = smooth((3, 3), weighted)
+        near = build_smooth_patch((3, 3), weighted)
         moved = TensorPatches(near.points + far, near.weights)
         # The reference is the net after adding and subtracting a million, which rounds it.
         kept = TensorPatches(moved.points - far, near.weights)
@@ -178,19 +185,19 @@ def test_origin_is_subtracted_before_rounding() -> None:
         assert np.abs(result.positions - evaluate(kept, (8, 8)).positions).max() < 1e-6
 
 
-def _example(name: str) -> Callable[[], TensorPatches]:
-    return lambda: example_batch(name)
+def _defer_example(name: str) -> Callable[[], TensorPatches]:
+    return lambda: lower_example(name)
 
 
-def _smooth(degree: Degree, weighted: bool) -> Callable[[], TensorPatches]:
-    return lambda: smooth(degree, weighted)
+def _defer_smooth_patch(degree: Degree, weighted: bool) -> Callable[[], TensorPatches]:
+    return lambda: build_smooth_patch(degree, weighted)
 
 
 SINGLES: dict[str, Callable[[], TensorPatches]] = {
-    name: _example(name)
+    name: _defer_example(name)
     for name in ("utah-teapot", "bourke-1111", "tveit", "sphere", "torus", "cone", "cylinder")
 } | {
-    f"{'rational' if weighted else 'polynomial'} {degree}": _smooth(degree, weighted)
+    f"{'rational' if weighted else 'polynomial'} {degree}": _defer_smooth_patch(degree, weighted)
     for degree in ((3, 3), (2, 7), (15, 15), (30, 4))
     for weighted in WEIGHTED
 }
@@ -204,7 +211,7 @@ def test_single_precision_normals_are_right_to_1e_6(
     """Compared with double precision, at the origin and a million units away from it."""
     patches = build()
     points = patches.points + offset
-    for formulation in usable(patches):
+    for formulation in list_formulations(patches):
         moved = TensorPatches(points, patches.weights)
         double = evaluate(moved, (13, 9), formulation=formulation)
         one = evaluate(moved, (13, 9), dtype=np.float32, formulation=formulation)
@@ -219,9 +226,9 @@ def test_normals_do_not_depend_on_the_unit_of_length(
     power: int, weighted: bool, dtype: Real
 ) -> None:
     """Scaling by a power of two is exact, so normals keep their bits; 2^±100 is about 1e±30."""
-    patches = smooth((3, 2), weighted)
+    patches = build_smooth_patch((3, 2), weighted)
     scaled = TensorPatches(patches.points * 2.0**power, patches.weights)
-    for formulation in usable(patches):
+    for formulation in list_formulations(patches):
         plain = evaluate(patches, (5, 6), dtype=dtype, formulation=formulation)
         result = evaluate(scaled, (5, 6), dtype=dtype, formulation=formulation)
         np.testing.assert_array_equal(_get_normals(result), _get_normals(plain))
@@ -236,11 +243,11 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
     ratio: float, weighted: bool, dtype: Real
 ) -> None:
     """The smallest patch of a batch keeps its digits beside large ones."""
-    large = smooth((2, 2), weighted)
+    large = build_smooth_patch((2, 2), weighted)
     small = large.points * ratio
     weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
     both = TensorPatches(np.concatenate([large.points, small]), weights)
-    for formulation in usable(both):
+    for formulation in list_formulations(both):
         normals = _get_normals(evaluate(both, (6, 5), dtype=dtype, formulation=formulation))
         allowed = 1e-6 if dtype == np.float32 else 1e-9
         assert np.abs(normals[1] - normals[0]).max() < allowed
@@ -248,7 +255,7 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
 
 def test_inputs_are_not_changed() -> None:
     """Inputs may be read-only; results of two calls never share memory."""
-    patches = smooth((3, 3), weighted=True)
+    patches = build_smooth_patch((3, 3), weighted=True)
     before = patches.points.copy()
     one, two = (evaluate(patches, (20, 20)) for _ in range(2))
     np.testing.assert_array_equal(patches.points, before)
@@ -259,7 +266,9 @@ def test_inputs_are_not_changed() -> None:
 
 def test_same_bits_again_and_in_other_threads() -> None:
     """Each thread has its own work arrays."""
-    batches = [smooth((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED]
+    batches = [
+        build_smooth_patch((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED
+    ]
 
     def figures(patches: TensorPatches) -> bytes:
         result = evaluate(patches, (30, 17), dtype=np.float32)
@@ -278,9 +287,9 @@ def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
 ) -> None:
     """Coordinates of the smallest float, which has too few digits for a shape, and of the
     largest."""
-    patches = smooth((2, 2), weighted)
+    patches = build_smooth_patch((2, 2), weighted)
     points = np.clip(patches.points, -1, 1) * extent
-    for formulation in usable(patches):
+    for formulation in list_formulations(patches):
         result = evaluate(
             TensorPatches(points, patches.weights), (3, 4), dtype=dtype, formulation=formulation
         )
@@ -300,10 +309,10 @@ def test_weights_far_apart_cost_digits_in_proportion(ratio: float, dtype: Real) 
     allowed = max(1e-5 if dtype == np.float32 else 1e-9, 1e-15 * ratio)
     slack = 8 * float(np.finfo(dtype).eps)
     for seed in range(8):
-        net = smooth((3, 3), weighted=False, seed=seed).points[0]
+        net = build_smooth_patch((3, 3), weighted=False, seed=seed).points[0]
         logarithms = np.random.default_rng(seed).uniform(-0.5, 0.5, net.shape[:2])
         weights = ratio**logarithms
-        result = evaluate(single(net, weights), (3, 4), dtype=dtype)
+        result = evaluate(build_batch(net, weights), (3, 4), dtype=dtype)
         assert (result.positions >= net.min(axis=(0, 1)) - slack).all()
         assert (result.positions <= net.max(axis=(0, 1)) + slack).all()
         np.testing.assert_allclose(np.linalg.norm(_get_normals(result), axis=-1), 1, atol=slack)

@@ -16,16 +16,16 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import Method
 from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
-from tests.engine.meshing import mesh_of
+from tests.engine.meshing import build_mesh
 from tests.oracles import exact, quadrics, triangles
 from tests.strategies import (
     Array,
-    cube,
+    build_cube,
+    build_mixed_model,
+    build_model,
     degenerate_nets,
-    example_batch,
     height_nets,
-    mixed_model,
-    model_of,
+    lower_example,
     nets,
     resolutions,
     translate,
@@ -47,11 +47,11 @@ both = pytest.mark.parametrize("method", BESIDE)
 either = pytest.mark.parametrize("dtype", [np.float64, np.float32])
 
 
-def grid(net: Array, weights: Array | None = None) -> TensorPatches:
+def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
 
 
-def triangle_batch(net: Array, weights: Array | None) -> TrianglePatches:
+def build_triangle_batch(net: Array, weights: Array | None) -> TrianglePatches:
     return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
 
 
@@ -65,7 +65,7 @@ def weighted_triangles(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> Any:
 def test_points_are_the_exact_ones(
     surface: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    check_points(grid(*surface), resolution, exact.positions(*surface, resolution))
+    check_points(build_batch(*surface), resolution, exact.positions(*surface, resolution))
 
 
 @given(weighted_triangles(triangle_nets()), st.integers(1, 6))
@@ -73,7 +73,7 @@ def test_points_of_triangles_are_the_exact_ones(
     surface: tuple[Array, Array | None], divisions: int
 ) -> None:
     truth = triangles.positions(triangles.jets(*surface, divisions))
-    check_points(triangle_batch(*surface), (1, divisions), truth)
+    check_points(build_triangle_batch(*surface), (1, divisions), truth)
 
 
 def check_points(patches: Patches, resolution: tuple[int, int], truth: Array) -> None:
@@ -90,7 +90,7 @@ def test_normals_are_the_exact_ones(
 ) -> None:
     truth = exact.normals(*surface, resolution)
     for method, dtype in LOST:
-        result = evaluate(grid(*surface), resolution, dtype=dtype, method=method)
+        result = evaluate(build_batch(*surface), resolution, dtype=dtype, method=method)
         assert result.normals is not None
         worst = 1e-9 if dtype is np.float64 else 3e-4
         np.testing.assert_allclose(result.normals[0], truth, rtol=0, atol=worst)
@@ -100,7 +100,7 @@ def test_normals_are_the_exact_ones(
 @either
 @pytest.mark.parametrize("name", ["sphere", "utah-teapot", "cone"])
 def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> None:
-    patches = example_batch(name)
+    patches = lower_example(name)
     right = evaluate(patches, (8, 6), dtype=dtype)
     result = evaluate(patches, (8, 6), dtype=dtype, method=method)
     assert result.poles == right.poles > 0
@@ -119,7 +119,7 @@ def test_far_from_the_origin_digits_are_not_lost(method: Method) -> None:
     """Single precision with a local origin; without one, only positions have larger errors."""
     net = np.random.default_rng(3).standard_normal((4, 4, 3))
     there = np.array([2.0**20, -(2.0**18), 0])
-    near, far = grid(net), grid(translate(net, *there))
+    near, far = build_batch(net), build_batch(translate(net, *there))
     right = evaluate(near, (9, 9), dtype=np.float32, method=method)
     result = evaluate(far, (9, 9), dtype=np.float32, method=method, origin=there)
     np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=1e-6)
@@ -137,7 +137,7 @@ def test_nets_made_to_go_wrong_have_normals(
     net, scale, resolution, data = surface
     weights = data.draw(st.none() | weights_like(net))
     for method, dtype in LOST:
-        result = evaluate(grid(net * scale, weights), resolution, dtype=dtype, method=method)
+        result = evaluate(build_batch(net * scale, weights), resolution, dtype=dtype, method=method)
         assert np.isfinite(result.positions).all()
         assert result.normals is not None
         lengths = np.linalg.norm(result.normals.astype(float), axis=-1)
@@ -151,15 +151,15 @@ def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
     """Faces and shared vertices are those of `matrix`, so closed meshes stay closed."""
     source: Any = name
     if name == "cube":
-        source = cube((0, 3, 5, 6, 0, 3))
+        source = build_cube((0, 3, 5, 6, 0, 3))
     if name == "mixed":
         rng = np.random.default_rng(2)
         square, triangle = rng.standard_normal((4, 4, 3)), rng.standard_normal((10, 3))
         triangle[[0, 1, 2, 3]] = square[-1]
-        source = mixed_model([square, triangle])
+        source = build_mixed_model([square, triangle])
     for resolution in ((6, 6), (3, 7)):
-        right = mesh_of(source, single=single, resolution=resolution)
-        result = mesh_of(source, single=single, resolution=resolution, method=method)
+        right = build_mesh(source, single=single, resolution=resolution)
+        result = build_mesh(source, single=single, resolution=resolution, method=method)
         np.testing.assert_array_equal(result.triangles, right.triangles)
         np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=1e-5)
         assert result.report.watertight == right.report.watertight
@@ -241,7 +241,7 @@ def test_effort_counts_the_multiplications(p: int, q: int) -> None:
         count += 2 * left
     patches = TensorPatches(np.zeros((2, p + 1, q + 1, 3)))
     assert de_casteljau.count_multiplications(patches) == 3 * count
-    model = model_of(list(patches.points))
+    model = build_model(list(patches.points))
     assert de_casteljau.estimate_effort(model, (4, 6)) == 2 * 5 * 7 * 3 * count
     cubic = TrianglePatches(np.zeros((1, 10, 3)), np.ones((1, 10)))
     assert de_casteljau.count_multiplications(cubic) == 4 * 3 * (6 + 3 + 1)

@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.evaluation.normals import unit_normals
 from service.surface.batches import TensorPatches
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.oracles import exact
-from tests.oracles.limits import limit_normal
+from tests.oracles.limits import find_limit_normal
 from tests.strategies import (
     Array,
     apply_symmetry,
     degenerate_nets,
-    example_batch,
     height_nets,
+    lower_example,
     nets,
     weighted_nets,
     weights_like,
@@ -30,20 +30,20 @@ ONE = Fraction(1)
 ZERO = Fraction(0)
 
 
-def patch(net: Array, weights: Array | None = None) -> TensorPatches:
+def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
     """A batch of one."""
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
 
 
-def normals_at(
+def evaluate_normals(
     net: Array, weights: Array | None, places: list[tuple[Fraction, Fraction]]
 ) -> tuple[Array, int]:
     """Normals of one patch at some parameters."""
     u, v = (np.array([float(place[k]) for place in places]) for k in (0, 1))
-    return unit_normals(patch(net, weights), np.zeros(len(places), dtype=np.intp), u, v)
+    return unit_normals(build_batch(net, weights), np.zeros(len(places), dtype=np.intp), u, v)
 
 
-def inwards(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
+def list_inward_directions(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
     """Directions into the domain in the order of preference: away from the edge, along it,
     across."""
     into_u, into_v = 1 if u <= Fraction(1, 2) else -1, 1 if v <= Fraction(1, 2) else -1
@@ -54,10 +54,10 @@ def inwards(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
     yield into_u, into_v
 
 
-def limit_from_inside(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> Array | None:
+def find_limit(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> Array | None:
     """The exact limit along the first direction that has one."""
-    for into in inwards(u, v):
-        result = limit_normal(net, weights, (u, v), into)
+    for into in list_inward_directions(u, v):
+        result = find_limit_normal(net, weights, (u, v), into)
         if result is not None:
             return np.array(result)
     return None
@@ -68,11 +68,11 @@ def ends_fold(net: Array, u: Fraction, v: Fraction) -> bool:
     into_u, into_v = (
         [1, -1] if t not in (ZERO, ONE) else [1] if t == ZERO else [-1] for t in (u, v)
     )
-    limits = [limit_normal(net, None, (u, v), (a, b)) for a in into_u for b in into_v]
+    limits = [find_limit_normal(net, None, (u, v), (a, b)) for a in into_u for b in into_v]
     return len(limits) == 2 and None not in limits and limits[0] != limits[1]
 
 
-def all_unit(normals: Array) -> bool:
+def are_unit(normals: Array) -> bool:
     """Normals have length 1 to the last digits; so no normal is NaN."""
     return bool(np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 4e-16)
 
@@ -84,12 +84,12 @@ def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | N
     truth = exact.normals(net, weights, (4, 3))
     there = ~np.isnan(truth).any(axis=-1)
     assume(there.any())
-    places = [(u, v) for u in exact.divisions(4) for v in exact.divisions(3)]
-    slow, _ = normals_at(net, weights, places)
-    fast = evaluate(patch(net, weights), (4, 3)).normals
+    places = [(u, v) for u in exact.list_parameters(4) for v in exact.list_parameters(3)]
+    slow, _ = evaluate_normals(net, weights, places)
+    fast = evaluate(build_batch(net, weights), (4, 3)).normals
     assert fast is not None
     for result in (slow.reshape(truth.shape), fast[0]):
-        assert all_unit(result)
+        assert are_unit(result)
         assert np.abs(result - truth)[there].max() < 1e-9
 
 
@@ -102,7 +102,7 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     net[0] = net[0, 0]
     net = apply_symmetry(net, symmetry)
     weights = None if weights is None else apply_symmetry(weights, symmetry)
-    third = exact.divisions(3)
+    third = exact.list_parameters(3)
     edge = next(
         places
         for places, points in (
@@ -113,11 +113,11 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
         )
         if (points == points[0]).all()
     )
-    result, limits = normals_at(net, weights, edge)
-    assert all_unit(result)
+    result, limits = evaluate_normals(net, weights, edge)
+    assert are_unit(result)
     assert limits == len(edge)
     for normal, (u, v) in zip(result, edge, strict=True):
-        truth = limit_from_inside(net, weights, u, v)
+        truth = find_limit(net, weights, u, v)
         if truth is not None:
             assert normal == pytest.approx(truth, abs=1e-9)
 
@@ -125,7 +125,7 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
 @given(degenerate_nets(), st.booleans(), st.data())
 def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.DataObject) -> None:
     """Collapsed, repeated, flat and straight nets, and points; in both precisions."""
-    patches = patch(net, data.draw(weights_like(net)) if weighted else None)
+    patches = build_batch(net, data.draw(weights_like(net)) if weighted else None)
     for dtype, slack in ((np.float64, 4e-16), (np.float32, 3e-7)):
         result = evaluate(patches, (4, 3), dtype=dtype)
         assert result.normals is not None
@@ -138,12 +138,12 @@ def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
     # Samples are doubles: beside a fold at u = 1/3 the double next to 1/3 has one normal only.
     resolution = (4, 2)
     truth = exact.normals(net, None, resolution)
-    result = evaluate(patch(net), resolution).normals
+    result = evaluate(build_batch(net), resolution).normals
     assert result is not None
-    us, vs = exact.divisions(4), exact.divisions(2)
+    us, vs = exact.list_parameters(4), exact.list_parameters(2)
     for i, j in np.argwhere(np.isnan(truth).any(axis=-1)).tolist():
         if us[i] in (ZERO, ONE) or vs[j] in (ZERO, ONE):
-            limit = limit_from_inside(net, None, us[i], vs[j])
+            limit = find_limit(net, None, us[i], vs[j])
             if limit is not None and not ends_fold(net, us[i], vs[j]):
                 assert result[0, i, j] == pytest.approx(limit, abs=1e-9)
 
@@ -151,13 +151,13 @@ def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
 CUSP = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]], [[0, 0, 0], [0, 1, 0]]]
 
 
-def _bubble() -> Array:
+def _build_bubble() -> Array:
     net = np.zeros((4, 4, 3))
     net[1:3, 1:3] = [[[1, 1, 1], [1, -1, 1]], [[-1, 1, 1], [-1, -1, -2]]]
     return net
 
 
-def _corner() -> Array:
+def _build_corner() -> Array:
     net = np.stack(
         [*np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij"), np.zeros((4, 4))], -1
     )
@@ -176,8 +176,8 @@ HOSTILE: dict[str, Callable[[], Array]] = {
     ),
     "folded onto itself": lambda: np.array(CUSP, dtype=float),
     "two points": lambda: np.repeat([[[0.0, 0, 0]], [[1, 2, 3]]], 4, axis=1),
-    "all four edges in one point": _bubble,
-    "one corner in its neighbours": _corner,
+    "all four edges in one point": _build_bubble,
+    "one corner in its neighbours": _build_corner,
 }
 
 
@@ -189,7 +189,7 @@ def test_hostile_nets_have_unit_normals(shape: str) -> None:
     for weighted, offset, scale, dtype in places:
         net = (HOSTILE[shape]() + offset) * scale
         weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if weighted else None
-        result = evaluate(patch(net, weights), (5, 4), dtype=dtype)
+        result = evaluate(build_batch(net, weights), (5, 4), dtype=dtype)
         assert result.normals is not None
         lengths = np.linalg.norm(result.normals.astype(float), axis=-1)
         assert np.abs(lengths - 1).max() < 3e-7, (weighted, offset, scale, dtype)
@@ -199,7 +199,7 @@ def test_normals_of_a_line_stand_on_it() -> None:
     """A patch without area still has an extent to be perpendicular to."""
     direction = np.array([1.0, -2.0, 0.3])
     net = np.linspace(0, 1, 12).reshape(4, 3, 1) * direction
-    result = evaluate(patch(net), (5, 4)).normals
+    result = evaluate(build_batch(net), (5, 4)).normals
     assert result is not None
     assert np.abs(result @ direction).max() < 1e-12
 
@@ -210,7 +210,7 @@ def test_teapot_poles_look_straight_up_and_down(
     resolution: tuple[int, int], dtype: type[np.float32] | type[np.float64]
 ) -> None:
     """All along the collapsed edges of lid and bottom, to the last digit."""
-    model = patches_of("utah-teapot")
+    model = lower_patches("utah-teapot")
     (batch,) = model.batches
     result = evaluate(batch, resolution, dtype=dtype)
     assert result.normals is not None
@@ -226,7 +226,7 @@ def test_teapot_poles_look_straight_up_and_down(
 
 def test_near_a_pole_normals_are_right_too() -> None:
     """Normals keep their digits where du is short: 1/500 000 from the pole of a sphere."""
-    batch = example_batch("sphere")
+    batch = lower_example("sphere")
     assert batch.weights is not None
     t = 2.0 ** -np.arange(1.0, 20)
     for k in range(batch.count):
@@ -235,6 +235,6 @@ def test_near_a_pole_normals_are_right_too() -> None:
         index = np.full(len(t), k, dtype=np.intp)
         result, _ = unit_normals(batch, index, u, pole)
         for normal, a, b in zip(result, u.tolist(), pole.tolist(), strict=True):
-            net = exact.exact_net(batch.points[k], batch.weights[k])
+            net = exact.to_exact_net(batch.points[k], batch.weights[k])
             jet = exact.jets(net, [Fraction(a)], [Fraction(b)])[0][0]
-            assert normal == pytest.approx(exact.unit(exact.cross(jet.du, jet.dv)), abs=1e-9)
+            assert normal == pytest.approx(exact.normalize(exact.cross(jet.du, jet.dv)), abs=1e-9)

@@ -20,7 +20,7 @@ from tests.strategies import Array, triangle_nets, weights_like
 few = st.integers(1, 4)
 
 
-def batch(net: Array, weights: Array | None = None) -> TrianglePatches:
+def build_batch(net: Array, weights: Array | None = None) -> TrianglePatches:
     return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
 
 
@@ -30,7 +30,7 @@ def weighted(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> tuple[Array, Ar
     return net, draw(st.none() | weights_like(net))
 
 
-def smooth(degree: int, count: int = 1, rational: bool = False) -> TrianglePatches:
+def build_hills(degree: int, count: int = 1, rational: bool = False) -> TrianglePatches:
     """Random flat hills over the same triangle."""
     rng = np.random.default_rng(degree)
     places = triangle.barycentric(degree)[:, 1:]
@@ -44,7 +44,7 @@ def smooth(degree: int, count: int = 1, rational: bool = False) -> TrianglePatch
 def test_positions_are_the_exact_ones(given_: tuple[Array, Array | None], divisions: int) -> None:
     net, weights = given_
     truth = triangles.positions(triangles.jets(net, weights, divisions))
-    result = evaluate(batch(net, weights), (divisions, 1), normals=False)
+    result = evaluate(build_batch(net, weights), (divisions, 1), normals=False)
     assert result.normals is None
     assert result.positions.shape == (1, len(truth), 3)
     np.testing.assert_allclose(result.positions[0], truth, rtol=0, atol=1e-12 * np.abs(net).max())
@@ -55,7 +55,7 @@ def test_normals_are_the_exact_ones(given_: tuple[Array, Array | None], division
     """Where du × dv does not vanish; elsewhere they are unit vectors and counted."""
     net, weights = given_
     truth = triangles.normals(triangles.jets(net, weights, divisions))
-    result = evaluate(batch(net, weights), (divisions, divisions))
+    result = evaluate(build_batch(net, weights), (divisions, divisions))
     assert result.normals is not None
     zero = np.isnan(truth[:, 0])
     assert result.poles == zero.sum()
@@ -67,7 +67,7 @@ def test_normals_are_the_exact_ones(given_: tuple[Array, Array | None], division
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 12])
 def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
     """Errors are as small far from zero, with a local origin."""
-    near = smooth(degree, 5, rational)
+    near = build_hills(degree, 5, rational)
     origin = np.array([3e5, -1e5, 2e6])
     # The reference includes the rounding of the input at such a distance.
     far = TrianglePatches(near.points + origin, near.weights)
@@ -89,7 +89,7 @@ def test_chunks_do_not_show(
 ) -> None:
     """Results are equal for many patches at a time, one patch, parts of a patch, and with or
     without cached bases."""
-    patches = smooth(degree, 40, rational)
+    patches = build_hills(degree, 40, rational)
     whole = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
     parts = evaluate(patches, (11, 11), dtype=dtype)
@@ -102,9 +102,9 @@ def test_chunks_do_not_show(
             assert np.abs(ours - theirs).max() < 50 * np.finfo(dtype).eps
 
 
-def degenerate() -> dict[str, Any]:
+def build_degenerate_nets() -> dict[str, Any]:
     """Nets with collapsed sides, repeated points, everything on a line or in a point."""
-    net = smooth(3).points[0]
+    net = build_hills(3).points[0]
     lines = triangle.side_rows(3)
     cases = {}
     for number in range(3):
@@ -125,10 +125,12 @@ def degenerate() -> dict[str, Any]:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("rational", [False, True])
-@pytest.mark.parametrize("net", degenerate().values(), ids=degenerate().keys())
+@pytest.mark.parametrize(
+    "net", build_degenerate_nets().values(), ids=build_degenerate_nets().keys()
+)
 def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtype: Real) -> None:
     """Normals have unit length everywhere, and are exact where du × dv does not vanish."""
-    weights = smooth(3, rational=True).weights if rational else None
+    weights = build_hills(3, rational=True).weights if rational else None
     truth = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
     result = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
     assert result.normals is not None
@@ -155,22 +157,24 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     net[side] = net[0]
     weights = rng.uniform(0.5, 2, 15) if rational else np.ones(15)
     next_ = [key[1] == 1 for key in triangles.keys(4)]
-    cone = exact.exact_net([(net[next_] - net[0]) * weights[next_, None]])[0]
+    cone = exact.to_exact_net([(net[next_] - net[0]) * weights[next_, None]])[0]
     slope = [tuple(y - x for x, y in zip(a, b, strict=True)) for a, b in pairwise(cone)]
     truth = [
-        exact.unit(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
-        for t in exact.divisions(6)
+        exact.normalize(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
+        for t in exact.list_parameters(6)
     ]
-    turned = batch(
+    turned = build_batch(
         triangles.apply_symmetry(net, symmetry), triangles.apply_symmetry(weights, symmetry)
     )
     result = evaluate(turned if rational else TrianglePatches(turned.points), (6, 6))
     assert result.normals is not None
     assert result.poles == 7
-    here = triangles.apply_symmetry(np.array([key[1] == 0 for key in triangles.keys(6)]), symmetry)
+    is_collapsed = triangles.apply_symmetry(
+        np.array([key[1] == 0 for key in triangles.keys(6)]), symmetry
+    )
     order = triangles.apply_symmetry(np.array([key[2] for key in triangles.keys(6)]), symmetry)[
-        here
+        is_collapsed
     ]
     sign = -1 if symmetry >= 3 else 1
     expected = sign * np.array(truth)[order]
-    assert np.abs(result.normals[0][here] - expected).max() < 1e-11
+    assert np.abs(result.normals[0][is_collapsed] - expected).max() < 1e-11

@@ -23,9 +23,9 @@ from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import check_sound, check_values, check_winding, mesh_of, shape_of
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
+from tests.engine.meshing import build_mesh, check_sound, check_values, check_winding, find_topology
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_sheets
 from tests.strategies import Array, translate
 from tools.certify.closing import NEARLY, RESOLUTION
 
@@ -35,11 +35,11 @@ def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
     """Balls and rings of B-splines, cut at random; in a third of them one point is moved, so they
     are open."""
     case = NEARLY["borders"][1](seed)
-    mesh = mesh_of(case.surface.lower(), resolution=RESOLUTION)
+    mesh = build_mesh(case.surface.lower(), resolution=RESOLUTION)
     check_sound(mesh)
     assert mesh.report.watertight == case.is_closed
     assert mesh.report.moved <= 1e-11
-    strict = mesh_of(case.surface.lower(), resolution=RESOLUTION, weld_tolerance=0.0)
+    strict = build_mesh(case.surface.lower(), resolution=RESOLUTION, weld_tolerance=0.0)
     assert strict.report.boundary_edges >= mesh.report.boundary_edges
     assert len(mesh.parts) == len(strict.parts)
     assert [part.name for part in mesh.parts] == [part.name for part in strict.parts]
@@ -50,12 +50,12 @@ def test_bodies_of_several_degrees_and_of_crowded_knots_close(family: str) -> No
     """Some of each family that `make certify` judges."""
     for seed in range(0, NEARLY[family][0], 13):
         case = NEARLY[family][1](seed)
-        mesh = mesh_of(case.surface.lower(), resolution=RESOLUTION)
+        mesh = build_mesh(case.surface.lower(), resolution=RESOLUTION)
         check_sound(mesh)
         assert case.is_closed in (None, mesh.report.watertight), seed
 
 
-def tee(t: float, *, degree: int = 3) -> list[Array]:
+def build_tee(t: float, *, degree: int = 3) -> list[Array]:
     """A patch, and two others along its edge u = 1 that meet at t."""
     rng = np.random.default_rng(degree)
     step = np.array([1.0, 0, 0])
@@ -75,25 +75,27 @@ def tee(t: float, *, degree: int = 3) -> list[Array]:
 def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any]) -> None:
     """The mesh is one disc, with the original parts, and its bound holds for the original
     surfaces."""
-    nets = np.array(tee(t))
+    nets = np.array(build_tee(t))
     surface = PatchSurface(
         nets.reshape(-1, 3),
         np.arange(nets[..., 0].size).reshape(nets.shape[:3]),
         parts=(("long and one", (0, 2)), ("other", (1,))),
     )
-    mesh = mesh_of(surface.lower(), uvs=True, **options)
+    mesh = build_mesh(surface.lower(), uvs=True, **options)
     check_sound(mesh)
     check_winding(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert (shape.components, shape.euler) == (1, 1)
     assert [part.name for part in mesh.parts] == ["long and one", "other"]
     assert mesh.report.deviation_bound is not None
-    result = surface_to_mesh(sheets_of(surface), mesh.positions[mesh.triangles].astype(float), 500)
+    result = measure_surface_to_mesh(
+        build_sheets(surface), mesh.positions[mesh.triangles].astype(float), 500
+    )
     assert result.distance <= mesh.report.deviation_bound + result.noise
     # Parameters are those of the original patch.
     assert mesh.uvs is not None
-    own = mesh.triangles[slice(*mesh.parts[0].triangles)]
-    assert {0.0, 1.0, round(t, 12)} <= set(mesh.uvs[own, 1].round(12).ravel().tolist())
+    triangles = mesh.triangles[slice(*mesh.parts[0].triangles)]
+    assert {0.0, 1.0, round(t, 12)} <= set(mesh.uvs[triangles, 1].round(12).ravel().tolist())
 
 
 def test_a_border_that_meets_itself_in_other_knots() -> None:
@@ -105,7 +107,7 @@ def test_a_border_that_meets_itself_in_other_knots() -> None:
     net[:, 0], net[0] = in_u.c[:5], in_v.c[:6]
     surface = BsplineSurface(net, (3, 3), (in_u.t, in_v.t))
     for patches, most, tolerance in ((16, 8, 1e-12), (6, 10, 0.0)):
-        mesh = mesh_of(surface.lower(), resolution=(1, 1), weld_tolerance=tolerance)
+        mesh = build_mesh(surface.lower(), resolution=(1, 1), weld_tolerance=tolerance)
         check_values(mesh)
         assert (mesh.report.patches, mesh.report.boundary_edges) == (patches, most)
 
@@ -116,9 +118,9 @@ def test_a_border_that_meets_itself_in_other_knots() -> None:
 def test_parameters_of_crowded_spans_lead_back(options: dict[str, Any]) -> None:
     """Where surfaces meet, parameters of one are not those of another because they are near."""
     surface = find("swept-wing").surface()
-    mesh = mesh_of(surface.lower(), uvs=True, **options)
+    mesh = build_mesh(surface.lower(), uvs=True, **options)
     assert mesh.uvs is not None
-    for part, sheet in zip(mesh.parts, sheets_of(surface), strict=True):
+    for part, sheet in zip(mesh.parts, build_sheets(surface), strict=True):
         used = np.unique(mesh.triangles[slice(*part.triangles)])
         apart = (
             sheet.at(sheet.inside(mesh.uvs[used].astype(float)))
@@ -148,7 +150,7 @@ def test_surfaces_with_knots_of_their_own_close_around_a_ring() -> None:
 def test_surfaces_that_only_touch_are_not_cut() -> None:
     """A corner on the edge of another curve is not joined; with tolerance 0, no unequal points
     are."""
-    nets = tee(0.5)
+    nets = build_tee(0.5)
     bent = nets[1].copy()
     bent[0, 1] += 0.01
     apart = translate(nets[2], 5.0)
@@ -158,7 +160,7 @@ def test_surfaces_that_only_touch_are_not_cut() -> None:
         assert join(model, tolerance)[0].patch_count == 3
 
 
-def square_with_strips(columns: int, rows: int, degree: int) -> MultipatchSurface:
+def build_square_with_strips(columns: int, rows: int, degree: int) -> MultipatchSurface:
     """A unit square of some degree, with narrow strips along two of its sides: it is cut into
     columns × rows pieces.
     """
@@ -189,7 +191,7 @@ def test_cuts_are_made_up_to_a_number_of_pieces_and_of_points(
     columns: int, rows: int, degree: int, is_cut: bool
 ) -> None:
     """P patches may become max(16 P, min(8 P², 8192)) + 256."""
-    surface = square_with_strips(columns, rows, degree)
+    surface = build_square_with_strips(columns, rows, degree)
     patch_count = join(surface.lower(), 1e-12)[0].patch_count
     assert patch_count == columns + rows + (columns * rows if is_cut else 1)
 

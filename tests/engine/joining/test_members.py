@@ -18,15 +18,15 @@ from service.surface.bspline import BsplineSurface
 from service.surface.group import GroupSurface, Member
 from service.surface.multipatch import MultipatchSurface
 from service.surface.triangle import TriangleSurface
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import PlacedSheet, Sheet, sheets_of
-from tests.oracles.topology import topology, welded_by_position
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import PlacedSheet, Sheet, build_sheets
+from tests.oracles.topology import count_topology, weld_by_position
 from tools.certify.closing import NEARLY, RESOLUTION
 
 OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=1e-2)}]
 
 
-def placed_pieces(seed: int) -> tuple[GroupSurface, bool]:
+def place_pieces(seed: int) -> tuple[GroupSurface, bool]:
     """The pieces of a body, each in different coordinates and placed where it was."""
     case, rng = NEARLY["borders"][1](seed), np.random.default_rng(seed)
     assert isinstance(case.surface, MultipatchSurface)
@@ -47,7 +47,7 @@ def placed_pieces(seed: int) -> tuple[GroupSurface, bool]:
 def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> None:
     """Placed pieces, some of them mirrored, have the same bits on both sides, as one mesh and as
     nodes."""
-    group, is_closed = placed_pieces(seed)
+    group, is_closed = place_pieces(seed)
     names = [member.name for member in group.members]
     mesh = build(group.lower(), MeshOptions(**options))
     assert mesh.report.watertight == is_closed
@@ -55,16 +55,16 @@ def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> No
         (member.name, member.color) for member in group.members
     ]
     # Some pieces are inside out, so only edges are compared.
-    shape = topology(welded_by_position(mesh.positions, mesh.triangles))
+    shape = count_topology(weld_by_position(mesh.positions, mesh.triangles))
     assert mesh.report.vertices == shape.vertices
     assert (shape.boundary == 0, shape.non_manifold) == (is_closed, 0)
     sheets: list[Sheet] = [
         PlacedSheet(sheet, member.matrix)
         for member in group.members
-        for sheet in sheets_of(member.surface)
+        for sheet in build_sheets(member.surface)
         if member.matrix is not None
     ]
-    result = surface_to_mesh(sheets, mesh.positions[mesh.triangles].astype(float), 100)
+    result = measure_surface_to_mesh(sheets, mesh.positions[mesh.triangles].astype(float), 100)
     assert mesh.report.deviation_bound is not None
     assert result.distance <= mesh.report.deviation_bound + result.noise
     scene = build_scene(group.lower(), MeshOptions(**options), single=True)
@@ -73,11 +73,11 @@ def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> No
     starts = np.cumsum([0, *(len(each.positions) for each in scene.meshes)])
     triangles = [each.triangles + start for each, start in zip(scene.meshes, starts, strict=False)]
     assert all(node.matrix is None for node in scene.nodes)
-    shape = topology(welded_by_position(rows, np.concatenate(triangles)))
+    shape = count_topology(weld_by_position(rows, np.concatenate(triangles)))
     assert (shape.boundary == 0) == is_closed
 
 
-def hull() -> GroupSurface:
+def build_hull() -> GroupSurface:
     """Half a hull and its mirror image: one keel."""
     net = np.random.default_rng(4).uniform(0, 0.3, (6, 5, 3))
     net += np.stack(
@@ -92,8 +92,10 @@ def hull() -> GroupSurface:
 
 def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
     """Joined at the keel, with the uvs, the normals and the positions that each had alone."""
-    joined = build_scene(hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True))
-    apart = build(hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True, weld_tolerance=0.0))
+    joined = build_scene(build_hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True))
+    apart = build(
+        build_hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True, weld_tolerance=0.0)
+    )
     assert joined.report.boundary_edges < apart.report.boundary_edges
     mesh = joined.meshes[joined.nodes[1].model]
     assert mesh.normals is not None
@@ -113,7 +115,7 @@ def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
 
 
 def test_members_that_do_not_meet_are_stored_once() -> None:
-    group = hull()
+    group = build_hull()
     apart = replace(
         group, members=(group.members[0], replace(group.members[0], matrix=np.diag([1.0, 1, 2, 1])))
     )
@@ -123,13 +125,13 @@ def test_members_that_do_not_meet_are_stored_once() -> None:
         assert len(build_scene(replace(group, members=members).lower(), MeshOptions()).meshes) == 1
 
 
-def triangle() -> TriangleSurface:
+def build_triangle() -> TriangleSurface:
     """A quadratic triangle with a side in the plane x = 0."""
     net = [(0, 0, 0), (1, 0, 0.2), (2, 0, 0), (0, 1, 0.7), (1, 1, 0.3), (0, 2, 1)]
     return TriangleSurface(np.array(net, float))
 
 
-def pipes() -> list[BsplineSurface]:
+def build_pipes() -> list[BsplineSurface]:
     """A ring, and a ring that continues it, with its seam at another knot."""
     angle = np.arange(8) * np.pi / 4
     ring = np.stack([3 * np.cos(angle), 2 * np.sin(angle), np.sin(3 * angle)], axis=-1)
@@ -143,7 +145,7 @@ def pipes() -> list[BsplineSurface]:
     ]
 
 
-def plates() -> list[BsplineSurface]:
+def build_plates() -> list[BsplineSurface]:
     """A sheet, and a smaller one at the middle of its side u = 1."""
     x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, 0.3 * np.sin(x * y)], axis=-1)
@@ -155,9 +157,12 @@ def plates() -> list[BsplineSurface]:
 @pytest.mark.parametrize(
     ("members", "shape"),
     [
-        ((Member(triangle()), Member(triangle(), matrix=np.diag([-1.0, 1, 1, 1]))), (1, 1, 0)),
-        (tuple(Member(pipe) for pipe in pipes()), (1, 0, 0)),
-        (tuple(Member(plate) for plate in plates()), (1, 1, 0)),
+        (
+            (Member(build_triangle()), Member(build_triangle(), matrix=np.diag([-1.0, 1, 1, 1]))),
+            (1, 1, 0),
+        ),
+        (tuple(Member(pipe) for pipe in build_pipes()), (1, 0, 0)),
+        (tuple(Member(plate) for plate in build_plates()), (1, 1, 0)),
     ],
     ids=["mirrored triangles", "seams apart", "no corner in common"],
 )
@@ -166,14 +171,14 @@ def test_members_are_one_where_their_borders_are_one_curve(
 ) -> None:
     """Components, Euler's characteristic and misoriented edges are those of one sheet."""
     mesh = build(GroupSurface(members).lower(), MeshOptions(uvs=True, **options))
-    result = topology(welded_by_position(mesh.positions, mesh.triangles))
+    result = count_topology(weld_by_position(mesh.positions, mesh.triangles))
     assert (result.components, result.euler, result.misoriented) == shape
     assert result.boundary == mesh.report.boundary_edges
 
 
 def test_the_cost_of_copies_that_meet_counts_separate_meshes() -> None:
     """Members that meet are stored separately, within the memory and the bytes that are allowed."""
-    group = hull()
+    group = build_hull()
     form, options = BY_NAME["glb"], MeshOptions((60, 60))
     work = plan_mesh(group, options, form)
     whole = plan_mesh(replace(group, members=group.members[:1]), options, form)

@@ -15,7 +15,7 @@ from service.engine.mesh.equal_points import has_near_points
 Array = np.ndarray
 
 
-def groups_by_pairs(points: Array, reach: float) -> list[int]:
+def group_by_pairs(points: Array, reach: float) -> list[int]:
     """The first member of each point's component; if that is wider than `reach`, of a finer
     component."""
     apart, leader = cdist(points, points), np.arange(len(points))
@@ -50,7 +50,7 @@ def test_groups_are_the_components_that_are_not_wide(
     points = np.round(points * 4) / 4 if seed % 2 else points
     points = np.concatenate([points, points[: count // 3]])
     result = group_near_points(points, 1.0)
-    expected = groups_by_pairs(points, 1.0)
+    expected = group_by_pairs(points, 1.0)
     if max(np.bincount(connected_components(cdist(points, points) <= 2.0)[1])) <= MAX_CROWD:
         assert result.tolist() == expected
     # Larger crowds may stay unchanged, or have groups within their groups; the order has no effect.

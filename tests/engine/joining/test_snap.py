@@ -14,10 +14,10 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh
 from service.surface.bezier import BezierSurface
 from service.surface.multipatch import MultipatchSurface
-from tests.engine.meshing import check_sound, mesh_of, shape_of
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import sheets_of
-from tests.strategies import Array, cube, model_of
+from tests.engine.meshing import build_mesh, check_sound, find_topology
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_sheets
+from tests.strategies import Array, build_cube, build_model
 from tools.certify.closing import NEARLY, RESOLUTION
 from tools.certify.nearly import body, soup
 
@@ -35,12 +35,12 @@ def test_noise_within_the_tolerance_closes(seed: int) -> None:
     """Balls and rings, rational and not, B-splines and soups, noise of 1e-17 to 1e-9."""
     case = NEARLY["noise"][1](seed)
     model = case.surface.lower()
-    mesh = mesh_of(model, resolution=RESOLUTION, weld_tolerance=case.weld_tolerance)
+    mesh = build_mesh(model, resolution=RESOLUTION, weld_tolerance=case.weld_tolerance)
     assert case.is_closed in (None, mesh.report.watertight)
     check_sound(mesh)
     if mesh.report.closure is not None and mesh.report.watertight:
         assert mesh.report.closure.u is not None
-    strict = mesh_of(model, resolution=RESOLUTION, weld_tolerance=0.0)
+    strict = build_mesh(model, resolution=RESOLUTION, weld_tolerance=0.0)
     assert strict.report.moved == 0
     assert mesh.report.moved <= 3 * case.weld_tolerance * model.diagonal
 
@@ -55,7 +55,7 @@ def test_noise_within_the_tolerance_closes(seed: int) -> None:
 def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -> None:
     """Pieces of balls and rings whose knots are 1e-9 to 1e-12 of their range apart."""
     case = NEARLY["crowded knots"][1](seed)
-    mesh = mesh_of(case.surface.lower(), **options)
+    mesh = build_mesh(case.surface.lower(), **options)
     check_sound(mesh)
     assert (case.is_closed, mesh.report.watertight) == (True, True)
     bound = mesh.report.deviation_bound
@@ -68,24 +68,26 @@ def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -
 )
 def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
     """A cube of flat faces with gaps of 4e-7 of its size: nearly all deviation is the movement."""
-    model = model_of(shake_nets(cube(), 4e-7))
-    mesh = mesh_of(model, weld_tolerance=1e-6, **options)
-    assert (mesh.report.watertight, shape_of(mesh).euler) == (True, 2)
-    result = surface_to_mesh(sheets_of(model), mesh.positions[mesh.triangles].astype(float), 500)
+    model = build_model(shake_nets(build_cube(), 4e-7))
+    mesh = build_mesh(model, weld_tolerance=1e-6, **options)
+    assert (mesh.report.watertight, find_topology(mesh).euler) == (True, 2)
+    result = measure_surface_to_mesh(
+        build_sheets(model), mesh.positions[mesh.triangles].astype(float), 500
+    )
     bound = mesh.report.deviation_bound
     assert bound is not None
     assert 1e-7 < result.distance <= mesh.report.moved + 1e-15 <= bound
-    assert not mesh_of(model, **options).report.watertight
+    assert not build_mesh(model, **options).report.watertight
 
 
 def test_equal_points_keep_their_bits_and_others_move_little() -> None:
     """Without near points, no point moves; alone and together, meshes differ only by moves."""
     exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
     assert join(exact, 1e-12)[0] is exact
-    model = model_of(shake_nets(cube(), 1e-13))
+    model = build_model(shake_nets(build_cube(), 1e-13))
     options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
-    together = mesh_of(model, **options)
-    alone = [mesh_of(model_of([net]), **options).positions for net in model.batches[0].points]
+    together = build_mesh(model, **options)
+    alone = [build_mesh(build_model([net]), **options).positions for net in model.batches[0].points]
     apart = np.linalg.norm(together.positions - np.concatenate(alone), axis=1)
     assert 0 < apart.max() <= together.report.moved + 1e-16
 
@@ -98,7 +100,7 @@ def test_near_weights_are_one_up_to_a_factor_of_each_surface(
     """Patches of a rational ring, with different factors of their weights, some elevated, with
     noise."""
     rng = np.random.default_rng(21)
-    patches = list(rational_ring(rng))
+    patches = list(build_rational_ring(rng))
     for k, (net, weights) in enumerate(patches):
         raised, point_weights = (
             elevate((net, weights), len(net) + 1) if is_raised and k % 2 else (net, weights)
@@ -113,7 +115,7 @@ def test_near_weights_are_one_up_to_a_factor_of_each_surface(
     assert seams.connectivity.open_count == 8
     assert joined.moved <= 20 * amplitude * model.diagonal + 1e-13
     positions = [
-        mesh_of(each, weld_tolerance=tolerance, accuracy=Accuracy(tolerance=0.2)).positions
+        build_mesh(each, weld_tolerance=tolerance, accuracy=Accuracy(tolerance=0.2)).positions
         for each in (model, reverse)
     ]
     assert len({tuple(sorted(map(tuple, each.tolist()))) for each in positions}) == 1
@@ -126,7 +128,7 @@ def test_near_weights_become_those_of_polynomial_neighbours(
     """A closed ring of four patches, of which every second is polynomial."""
     rng = np.random.default_rng(3)
     pieces = []
-    for k, (net, _) in enumerate(rational_ring(rng)):
+    for k, (net, _) in enumerate(build_rational_ring(rng)):
         noisy = factor * (1 + amplitude * rng.uniform(-1, 1, net.shape[:2]))
         noisy[1] *= 1.7
         pieces.append(BezierSurface(net, noisy if k % 2 else None))
@@ -143,13 +145,13 @@ def test_weights_are_as_coarse_as_coordinates_far_from_zero(offset: float, count
     rng = np.random.default_rng(4)
     pieces = [
         BezierSurface(net + offset, weights * (1 + 1e-10 * rng.uniform(-1, 1, weights.shape)))
-        for net, weights in rational_ring(rng)
+        for net, weights in build_rational_ring(rng)
     ]
     _, seams = join(MultipatchSurface(tuple(pieces)).lower(), 1e-12)
     assert seams.connectivity.open_count == count
 
 
-def rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
+def build_rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
     """Four patches that close one way: nets (3, 4, 3) and weights (3, 4)."""
     angles = np.linspace(0, 2 * np.pi, 9)[:, None]
     radius = rng.uniform(1, 2, 4) * np.where(np.arange(9) % 2, 1.4, 1)[:, None]
@@ -170,7 +172,7 @@ def test_an_edge_has_the_positions_of_its_first_net() -> None:
     lines = [nets[0, 0], nets[0, 0, ::-1], nets[1, -1], nets[1, -1, ::-1]]
     first = min(lines, key=lambda line: line.ravel().tolist())
     for order in ([0, 1], [1, 0]):
-        (batch,) = join(model_of(list(nets[order])), 1e-12)[0].batches
+        (batch,) = join(build_model(list(nets[order])), 1e-12)[0].batches
         one, other = batch.points[order.index(0), 0], batch.points[order.index(1), -1, ::-1]
         np.testing.assert_array_equal(one, other)
         assert first[1:-1].tolist() in (one[1:-1].tolist(), one[-2:0:-1].tolist())

@@ -21,8 +21,8 @@ from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
 from tests.oracles import measures as oracle
-from tests.oracles.exact import exact_net
-from tests.oracles.sheets import sheets_of
+from tests.oracles.exact import to_exact_net
+from tests.oracles.sheets import build_sheets
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng
@@ -34,7 +34,7 @@ def measure_surface(surface: SurfaceKind, tolerance: float = 1e-6, weld: float =
     return measure(surface.lower(), MeasureQuery(tolerance, weld, 1 << 18))
 
 
-def holds(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
+def contains(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
     assert interval is not None
     assert interval.low <= interval.value <= interval.high
     return bool(interval.low - slack <= truth <= interval.high + slack)  # type: ignore[operator]
@@ -42,15 +42,15 @@ def holds(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
 
 @pytest.mark.parametrize("scale", [1e-60, 1e-110, 1e-160, 1e-300])
 def test_intervals_contain_the_exact_values_if_products_underflow(scale: float) -> None:
-    sphere = example("sphere")
+    sphere = find_example("sphere")
     result = measure_surface(replace(sphere, vertices=sphere.vertices * scale), 1e-3)
-    assert holds(result.area, 4 * PI.pi * PI.mpf(scale) ** 2)
-    assert holds(result.volume, 4 / PI.mpf(3) * PI.pi * PI.mpf(scale) ** 3)
+    assert contains(result.area, 4 * PI.pi * PI.mpf(scale) ** 2)
+    assert contains(result.volume, 4 / PI.mpf(3) * PI.pi * PI.mpf(scale) ** 3)
     assert result.centroid is not None
-    assert all(holds(c, 0) for c in result.centroid)
+    assert all(contains(c, 0) for c in result.centroid)
 
 
-def example(name: str) -> PatchSurface:
+def find_example(name: str) -> PatchSurface:
     surface = find(name).surface()
     assert isinstance(surface, PatchSurface)
     return surface
@@ -72,13 +72,15 @@ def test_quadrics(name: str, area: object, volume: object, height: float) -> Non
     # Rounded square roots in nets change the surfaces by some 1e-16.
     for interval, truth in ((result.area, area), (result.volume, volume)):
         exact = truth * PI.pi
-        assert holds(interval, exact, 1e-15 * float(exact))
+        assert contains(interval, exact, 1e-15 * float(exact))
         assert interval is not None
         assert interval.high - interval.low <= tolerance * interval.value
     assert result.reached
     assert result.closed
     assert result.centroid is not None
-    assert all(holds(c, at, 1e-15) for c, at in zip(result.centroid, (0, 0, height), strict=True))
+    assert all(
+        contains(c, at, 1e-15) for c, at in zip(result.centroid, (0, 0, height), strict=True)
+    )
     assert not result.boundaries
     assert result.boundary_length == Interval(0.0, 0.0, 0.0)
 
@@ -96,11 +98,13 @@ def test_ellipsoids(axes: tuple[float, float, float], seed: int, mirrored: bool)
     result = measure_surface(
         GroupSurface((Member(find("octahedral-sphere").surface(), matrix=matrix),))
     )
-    assert holds(result.area, oracle.ellipsoid_area(a, b, c), 1e-14)
+    assert contains(result.area, oracle.ellipsoid_area(a, b, c), 1e-14)
     # A mirrored member keeps its normals outside.
-    assert holds(result.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
+    assert contains(result.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
     assert result.centroid is not None
-    assert all(holds(x, at, 1e-14) for x, at in zip(result.centroid, place.tolist(), strict=True))
+    assert all(
+        contains(x, at, 1e-14) for x, at in zip(result.centroid, place.tolist(), strict=True)
+    )
 
 
 SMOOTH = (
@@ -114,10 +118,10 @@ def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
     for seed in (11,):
         surface = FAMILIES[name].surface(seed)
         result = measure_surface(surface, 1e-8 if name in SMOOTH else 1e-4)
-        truth, error = oracle.area(
-            sheets_of(surface), levels=4 if isinstance(surface, BsplineSurface) else 5
+        truth, error = oracle.measure_area(
+            build_sheets(surface), levels=4 if isinstance(surface, BsplineSurface) else 5
         )
-        assert holds(result.area, truth, error)
+        assert contains(result.area, truth, error)
         assert result.area.high - result.area.low < (1e-6 if name in SMOOTH else 20) * truth
 
 
@@ -129,7 +133,7 @@ def test_the_cells_of_many_patches_may_be_halved() -> None:
     surface = BsplineSurface(net, (3, 3))
     result = measure(surface.lower(), MeasureQuery(1e-4, budget=100))
     assert result.reached
-    assert holds(result.area, measure_surface(surface, 1e-9).area.value)
+    assert contains(result.area, measure_surface(surface, 1e-9).area.value)
 
 
 def test_cells_are_halved_until_the_budget_is_used_up() -> None:
@@ -145,7 +149,7 @@ def test_the_flux_of_polynomials_is_exact_up_to_rounding(degree: tuple[int, int]
     cells = cells_of(nets, np.arange(2), 0.0)
     sums, errors = refine([cells], "flux", np.ones(2), 0).integrate().over_parts(np.arange(2), 2)
     for k, net in enumerate(nets):
-        truth = oracle.exact_flux([exact_net(net)])
+        truth = oracle.exact_flux([to_exact_net(net)])
         assert abs(sums[0, 1 + k] - truth) <= errors[0, 1 + k] < 1e-11
 
 
@@ -159,18 +163,18 @@ def test_closed_splines_against_exact_fractions_and_polyhedra() -> None:
     volume = result.volume
     assert volume is not None
     (batch,) = surface.lower().batches
-    truth = oracle.exact_flux([exact_net(points) for points in batch.points]) / 3
-    assert holds(volume, truth)
+    truth = oracle.exact_flux([to_exact_net(points) for points in batch.points]) / 3
+    assert contains(volume, truth)
     assert volume.high - volume.low < 1e-9 * abs(volume.value)
     rational = BsplineSurface(
         net, (2, 2), ("periodic", "periodic"), RNG(4).uniform(0.5, 2, net.shape[:2])
     )
-    twice, error = oracle.flux(sheets_of(rational), first=8, levels=5)
-    assert holds(measure_surface(rational).volume, twice / 3, error)
+    twice, error = oracle.measure_flux(build_sheets(rational), first=8, levels=5)
+    assert contains(measure_surface(rational).volume, twice / 3, error)
 
 
 def test_an_open_surface_names_its_borders() -> None:
-    sphere = example("sphere")
+    sphere = find_example("sphere")
     result = measure_surface(replace(sphere, patches=sphere.patches[:7], parts=()))
     assert not result.closed
     assert result.volume is None
@@ -180,12 +184,12 @@ def test_an_open_surface_names_its_borders() -> None:
     (loop,) = result.boundaries
     assert loop.closed
     assert loop.edges == 3
-    assert holds(loop.length, 3 * PI.pi / 2, 1e-15)
-    assert holds(result.boundary_length, 3 * PI.pi / 2, 1e-15)
+    assert contains(loop.length, 3 * PI.pi / 2, 1e-15)
+    assert contains(result.boundary_length, 3 * PI.pi / 2, 1e-15)
 
 
 def test_a_reversed_patch_is_detected() -> None:
-    torus = example("torus")
+    torus = find_example("torus")
     patches = np.array(torus.patches)
     patches[5] = patches[5].transpose(1, 0)
     result = measure_surface(replace(torus, patches=patches))
@@ -200,14 +204,14 @@ def test_a_reversed_patch_is_detected() -> None:
 def test_lengths_of_borders_and_their_places() -> None:
     result = measure_surface(find("utah-teapot").surface())
     assert [loop.edges for loop in result.boundaries] == [4, 2, 2, 2, 2, 4]
-    sheets = sheets_of(find("utah-teapot").surface().lower())
+    sheets = build_sheets(find("utah-teapot").surface().lower())
     rim = result.boundaries[0]
     assert (rim.first.patch, rim.first.side) == (0, "v=0")
     truth = [
-        oracle.length(lambda t, k=k: sheets[k].at(np.stack([t, 0 * t], axis=1)))  # type: ignore[misc]
+        oracle.measure_length(lambda t, k=k: sheets[k].at(np.stack([t, 0 * t], axis=1)))  # type: ignore[misc]
         for k in range(4)
     ]
-    assert holds(rim.length, *map(sum, zip(*truth, strict=True)))
+    assert contains(rim.length, *map(sum, zip(*truth, strict=True)))
     spline = find("bspline-hills").surface()
     (border,) = measure_surface(spline).boundaries
     assert border.edges == 18
@@ -218,9 +222,9 @@ def test_lengths_of_borders_and_their_places() -> None:
     assert triangle.faulty_edges[1].place.uv == ((1.0, 0.0), (0.0, 1.0))
 
 
-def halves(turned: bool) -> GroupSurface:
+def build_halves(turned: bool) -> GroupSurface:
     """A torus as two members, one of them the mirror image of the other."""
-    torus = example("torus")
+    torus = find_example("torus")
     half = replace(torus, patches=torus.patches[:8], parts=())
     flip = np.diag([1.0, -1, 1, 1]) if turned else np.diag([-1.0, -1, 1, 1])
     return GroupSurface((Member(half), Member(half, name="other", matrix=flip)))
@@ -228,16 +232,16 @@ def halves(turned: bool) -> GroupSurface:
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_members_that_meet_enclose_a_volume(turned: bool) -> None:
-    result = measure_surface(halves(turned))
+    result = measure_surface(build_halves(turned))
     assert result.closed
-    assert holds(result.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
+    assert contains(result.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
     assert [part.name for part in result.parts] == ["torus", "other"]
     assert all(part.volume is None for part in result.parts)
-    assert all(holds(part.area, 0.8 * PI.pi**2, 1e-14) for part in result.parts)
+    assert all(contains(part.area, 0.8 * PI.pi**2, 1e-14) for part in result.parts)
 
 
 def test_sides_of_mirrored_triangles_keep_their_names() -> None:
-    sphere = example("octahedral-sphere")
+    sphere = find_example("octahedral-sphere")
     rows = np.array(sphere.triangles)
     half = rows[(sphere.vertices[rows][..., 0] > -1e-9).all(axis=1)]
     whole = replace(sphere, triangles=half, parts=())
@@ -257,7 +261,7 @@ def test_sides_of_mirrored_triangles_keep_their_names() -> None:
 def test_members_have_volumes_of_their_own() -> None:
     far = np.diag([2.0, 2, -2, 1])
     far[:3, 3] = 100
-    sphere = example("sphere")
+    sphere = find_example("sphere")
     cap = replace(sphere, patches=sphere.patches[1:], parts=())
     members = (
         Member(sphere),
@@ -268,8 +272,8 @@ def test_members_have_volumes_of_their_own() -> None:
     assert result.volume is None
     volumes = [part.volume for part in result.parts]
     assert volumes[1] is None
-    assert holds(volumes[0], 4 * PI.pi / 3, 1e-14)
-    assert holds(volumes[2], 32 * PI.pi / 3, 1e-13)
+    assert contains(volumes[0], 4 * PI.pi / 3, 1e-14)
+    assert contains(volumes[2], 32 * PI.pi / 3, 1e-13)
     assert result.faulty_edges[0].place.surface == 1
     mirrored = GroupSurface((Member(cap, matrix=far),))
     (first, *_) = measure_surface(mirrored).faulty_edges
@@ -278,7 +282,7 @@ def test_members_have_volumes_of_their_own() -> None:
 
 
 def test_gaps_that_were_closed_widen_the_interval() -> None:
-    sphere = example("sphere")
+    sphere = find_example("sphere")
     points = sphere.vertices[sphere.patches]
     assert sphere.weights is not None
     weights = sphere.weights[sphere.patches]
@@ -290,21 +294,21 @@ def test_gaps_that_were_closed_widen_the_interval() -> None:
     assert result.moved > 1e-8
     assert result.volume is not None
     assert 1e-7 < result.volume.high - result.volume.low < 2e-5
-    assert holds(result.volume, 4 / PI.mpf(3) * PI.pi)
-    truth, error = oracle.flux(sheets_of(surface), levels=5)
-    assert holds(result.volume, truth / 3, error)
+    assert contains(result.volume, 4 / PI.mpf(3) * PI.pi)
+    truth, error = oracle.measure_flux(build_sheets(surface), levels=5)
+    assert contains(result.volume, truth / 3, error)
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(st.integers(0, 2**20), st.floats(-9, 9))
 def test_affine_images(seed: int, offset: float) -> None:
-    torus = example("torus")
+    torus = find_example("torus")
     matrix = np.eye(3) + RNG(seed).uniform(-0.5, 0.5, (3, 3))
     image = replace(torus, vertices=torus.vertices @ matrix.T + offset)
     result = measure_surface(image, 1e-1)
     det = float(np.linalg.det(matrix))
     volume = float(PI.mpf("0.32") * PI.pi**2 * det)
-    assert holds(
+    assert contains(
         result.volume, volume, 1e-13 * float(np.abs(matrix).max()) ** 3 * (1 + abs(offset))
     )
     again = measure_surface(image, 1e-1)

@@ -19,17 +19,17 @@ from service.surface.channels import Channels
 from service.surface.lowered import Part, PatchModel
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
-from tests.engine.meshing import check_sound, mesh_of, shape_of
+from tests.engine.meshing import build_mesh, check_sound, find_topology
 from tests.oracles import exact
-from tests.oracles.triangles import exact_triangle, value
 from tests.oracles.triangles import places as triangle_places
+from tests.oracles.triangles import to_exact_triangle, value
 from tests.strategies import (
     Array,
     apply_symmetry,
-    model_of,
+    build_model,
     nets,
-    quarters,
     resolutions,
+    split_quarters,
     translate,
     weights_like,
 )
@@ -44,27 +44,27 @@ def values(draw: st.DrawFn, dimension: int, low: float = -100.0, high: float = 1
     return draw(arrays.arrays(np.float64, shape, elements=st.floats(low, high)))
 
 
-def oracle(net: Array, resolution: tuple[int, int]) -> Array:
+def evaluate_exactly(net: Array, resolution: tuple[int, int]) -> Array:
     """Values at the samples, (Ru+1)(Rv+1) rows, each rounded once."""
-    fractions = exact.exact_net(net)
+    fractions = exact.to_exact_net(net)
     return np.array(
         [
             [float(x) for x in exact.surface_point(fractions, u, v)]
-            for u in exact.divisions(resolution[0])
-            for v in exact.divisions(resolution[1])
+            for u in exact.list_parameters(resolution[0])
+            for v in exact.list_parameters(resolution[1])
         ]
     )
 
 
-def attribute(mesh: Mesh, name: str) -> RealArray:
+def find_attribute(mesh: Mesh, name: str) -> RealArray:
     (result,) = (rows for title, rows in mesh.attributes if title == name)
     return result
 
 
-def close(found: Any, right: Any, net: Array, single: bool = False) -> None:
+def close(result: Any, right: Any, net: Array, single: bool = False) -> None:
     """Equal to the precision of the mesh, relative to the net."""
     size = max(1.0, float(np.abs(net).max()))
-    np.testing.assert_allclose(found, right, rtol=0, atol=(1e-7 if single else 4e-15) * size)
+    np.testing.assert_allclose(result, right, rtol=0, atol=(1e-7 if single else 4e-15) * size)
 
 
 @given(st.data(), nets(), resolutions, st.booleans())
@@ -76,13 +76,13 @@ def test_every_channel_is_its_own_polynomial(
     colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
     uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))
     surface = BezierSurface(net, weights, channels=Channels(colors, uvs, (("flow", flow),)))
-    built = mesh_of(surface.lower(), resolution=resolution, weld=False, single=single)
+    built = build_mesh(surface.lower(), resolution=resolution, weld=False, single=single)
     assert built.colors is not None
     assert built.uvs is not None
     assert built.colors.dtype == built.uvs.dtype == built.positions.dtype
-    close(built.colors, oracle(colors, resolution), colors, single)
-    close(built.uvs, oracle(uvs, resolution), uvs, single)
-    close(attribute(built, "flow"), oracle(flow, resolution), flow, single)
+    close(built.colors, evaluate_exactly(colors, resolution), colors, single)
+    close(built.uvs, evaluate_exactly(uvs, resolution), uvs, single)
+    close(find_attribute(built, "flow"), evaluate_exactly(flow, resolution), flow, single)
     assert built.colors.min() >= 0
     assert built.colors.max() <= 1
 
@@ -91,11 +91,11 @@ def test_the_corners_are_the_control_values() -> None:
     """Corner samples have the control values, bit for bit."""
     net = np.random.default_rng(1).random((4, 3, 2))
     surface = BezierSurface(SQUARE, channels=Channels(attributes=(("a", net),)))
-    rows = attribute(mesh_of(surface.lower(), resolution=(7, 5)), "a")
+    rows = find_attribute(build_mesh(surface.lower(), resolution=(7, 5)), "a")
     np.testing.assert_array_equal(rows[[0, 5, -6, -1]], net[[0, 0, -1, -1], [0, -1, 0, -1]])
 
 
-def with_values(pieces: list[Array], values_: list[Array]) -> PatchModel:
+def build_attribute_model(pieces: list[Array], values_: list[Array]) -> PatchModel:
     """A model of patches of one degree with an attribute `a`, patch by patch."""
     batch = TensorPatches(
         np.stack(pieces) + 0.0, channels=(Channel("a", "attribute", np.stack(values_)),)
@@ -113,26 +113,29 @@ def test_frames_have_the_values_of_their_neighbours(
     net[..., 2] = data.draw(arrays.arrays(np.float64, (3, 3), elements=st.integers(-4, 4)))
     carried[:] = data.draw(arrays.arrays(np.float64, (4, 4, 2), elements=st.integers(-64, 64)))
     symmetries = data.draw(st.lists(st.sampled_from((0, 3, 5, 6)), min_size=4, max_size=4))
-    patches = [apply_symmetry(piece, s) for piece, s in zip(quarters(net), symmetries, strict=True)]
-    nets_ = [
-        apply_symmetry(piece, s) for piece, s in zip(quarters(carried), symmetries, strict=True)
+    patches = [
+        apply_symmetry(piece, s) for piece, s in zip(split_quarters(net), symmetries, strict=True)
     ]
-    built = mesh_of(with_values(patches, nets_), resolution=resolution)
+    nets_ = [
+        apply_symmetry(piece, s)
+        for piece, s in zip(split_quarters(carried), symmetries, strict=True)
+    ]
+    built = build_mesh(build_attribute_model(patches, nets_), resolution=resolution)
     check_sound(built)
-    assert shape_of(built).boundary == built.report.boundary_edges
-    plain = mesh_of(model_of(patches), resolution=resolution)
+    assert find_topology(built).boundary == built.report.boundary_edges
+    plain = build_mesh(build_model(patches), resolution=resolution)
     assert len(built.positions) == len(plain.positions)
     assert built.welds is None
     # x and y are linear in u and v, so the parameters follow from the vertex.
-    for position, row in zip(built.positions, attribute(built, "a"), strict=True):
+    for position, row in zip(built.positions, find_attribute(built, "a"), strict=True):
         u, v = (Fraction(float(c)).limit_denominator(10**6) / 2 for c in position[:2])
-        right = exact.surface_point(exact.exact_net(carried), u, v)
+        right = exact.surface_point(exact.to_exact_net(carried), u, v)
         np.testing.assert_allclose(row, [float(x) for x in right], atol=1e-10)
 
 
-def strip(left: Array, right: Array) -> PatchModel:
+def build_strip(left: Array, right: Array) -> PatchModel:
     """Two flat patches side by side with an attribute each."""
-    return with_values([SQUARE, translate(SQUARE, 1.0)], [left, right])
+    return build_attribute_model([SQUARE, translate(SQUARE, 1.0)], [left, right])
 
 
 @pytest.mark.parametrize("normals", [True, False])
@@ -140,11 +143,11 @@ def test_equal_values_weld_and_others_stay_apart(normals: bool) -> None:
     """Values agree along half of a seam; without normals, only they keep vertices apart."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
     right = np.array([[[5.0], [9]], [[0], [0]]])
-    built = mesh_of(strip(left, right), resolution=(4, 4), normals=normals)
+    built = build_mesh(build_strip(left, right), resolution=(4, 4), normals=normals)
     # The seam's five samples: one agrees, at v = 0.
     assert len(built.positions) == 2 * 25 - 1
     assert built.report.vertices == 2 * 25 - 5
-    same = mesh_of(strip(left, left[::-1]), resolution=(4, 4), normals=normals)
+    same = build_mesh(build_strip(left, left[::-1]), resolution=(4, 4), normals=normals)
     assert (same.welds, len(same.positions)) == (None, 45)
 
 
@@ -153,7 +156,7 @@ def test_rounding_is_no_difference(off: float, welded: bool) -> None:
     """Relative to the range of the values; welded samples keep one of their values."""
     left = np.array([[[0.0], [0]], [[1], [1]]])
     right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
-    built = mesh_of(strip(left, right), resolution=(1, 1))
+    built = build_mesh(build_strip(left, right), resolution=(1, 1))
     assert len(built.positions) == (6 if welded else 8)
 
 
@@ -164,16 +167,16 @@ def test_creases_have_equal_values_bit_for_bit() -> None:
     left, right = random.random((6, 6, 1)), random.random((6, 6, 1))
     left[-1], right[0] = edge, edge + 1e-9
     wall = np.array([[[1.0, 0, 0], [1, 1, 0]], [[1, 0, 1], [1, 1, 1]]])
-    built = mesh_of(with_values([SQUARE, wall], [left, right]), resolution=(8, 8))
+    built = build_mesh(build_attribute_model([SQUARE, wall], [left, right]), resolution=(8, 8))
     assert built.welds is not None
     assert len(built.positions) == 2 * 81
-    rows = attribute(built, "a")
+    rows = find_attribute(built, "a")
     np.testing.assert_array_equal(rows, rows[built.welds])
 
 
 def test_channels_change_no_position_and_no_report() -> None:
     """Also if the values differ at every seam."""
-    surface = model_of(quarters(np.random.default_rng(3).random((4, 4, 3))))
+    surface = build_model(split_quarters(np.random.default_rng(3).random((4, 4, 3))))
     (batch,) = surface.batches
     apart = np.arange(4.0)[:, None, None, None] + np.zeros((4, 1, 1, 1))
     changed = PatchModel(
@@ -181,7 +184,7 @@ def test_channels_change_no_position_and_no_report() -> None:
         (TensorPatches(batch.points, None, (Channel("a", "attribute", apart),)),),
         surface.parts,
     )
-    plain, built = (mesh_of(m, resolution=(6, 6)) for m in (surface, changed))
+    plain, built = (build_mesh(m, resolution=(6, 6)) for m in (surface, changed))
     assert built.report == plain.report
     assert len(built.positions) == 4 * 49
     assert built.welds is not None
@@ -194,8 +197,8 @@ def test_a_pole_has_as_many_vertices_as_values() -> None:
     """One pole with a constant value, and one of a triangle with a varying value."""
     roof = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1]]])
     ramp = np.array([[[0.0], [0]], [[8], [8]]])
-    one = mesh_of(with_values([roof], [ramp * 0]), resolution=(8, 1))
-    many = mesh_of(with_values([roof], [ramp]), resolution=(8, 1))
+    one = build_mesh(build_attribute_model([roof], [ramp * 0]), resolution=(8, 1))
+    many = build_mesh(build_attribute_model([roof], [ramp]), resolution=(8, 1))
     assert len(one.positions) == 10
     assert len(many.positions) == 17
     assert one.report == many.report
@@ -210,8 +213,8 @@ def test_patches_blend_values_of_vertices() -> None:
     carried = random.random((12, 3))
     indices = np.array([[[0, 1, 2], [3, 4, 5], [6, 7, 8]], [[6, 7, 8], [9, 10, 11], [0, 1, 2]]])
     surface = PatchSurface(vertices, indices, weights, channels=Channels(carried))
-    built = mesh_of(surface.lower(), resolution=(3, 4), weld=False)
-    right = np.concatenate([oracle(carried[index], (3, 4)) for index in indices])
+    built = build_mesh(surface.lower(), resolution=(3, 4), weld=False)
+    right = np.concatenate([evaluate_exactly(carried[index], (3, 4)) for index in indices])
     close(built.colors, right, carried)
 
 
@@ -227,7 +230,7 @@ def test_every_channel_must_agree() -> None:
 def test_white_is_not_more_than_white() -> None:
     """Colours stay from 0 to 1 although rounding would exceed this."""
     surface = BezierSurface(SQUARE, channels=Channels(np.ones((65, 65, 3))))
-    built = mesh_of(surface.lower(), resolution=(37, 41))
+    built = build_mesh(surface.lower(), resolution=(37, 41))
     assert built.colors is not None
     assert built.colors.max() == 1.0
     assert built.colors.min() > 1 - 1e-14
@@ -245,10 +248,10 @@ def test_triangles_have_channels_of_their_own_degree(
         random.random((triangle.count_points(3), 2)),
     )
     surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
-    built = mesh_of(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
+    built = build_mesh(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
     assert built.colors is not None
-    for result, net in ((built.colors, colors), (attribute(built, "flow"), flow)):
-        fractions = exact_triangle(net)
+    for result, net in ((built.colors, colors), (find_attribute(built, "flow"), flow)):
+        fractions = to_exact_triangle(net)
         right = [
             [float(x) for x in value(fractions, place)] for place in triangle_places(divisions)
         ]
@@ -261,7 +264,7 @@ def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
     squares, triangles = np.array([[[0, 1], [2, 3]]]), np.array([[2, 4, 3]])
     channels = Channels(uvs=vertices[:, :2])
     surface = PatchSurface(vertices, squares, channels=channels, triangles=triangles)
-    built = mesh_of(surface.lower(), resolution=(4, 4))
+    built = build_mesh(surface.lower(), resolution=(4, 4))
     assert len(built.positions) == 25 + 15 - 5
     assert built.uvs is not None
     np.testing.assert_allclose(built.uvs, built.positions[:, :2], atol=1e-15)

@@ -12,15 +12,15 @@ from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
-from tests.engine.meshing import check_sound, check_winding, mesh_of, shape_of
-from tests.examples import patches_of
-from tests.spline_strategies import points_for, weights_for
+from tests.engine.meshing import build_mesh, check_sound, check_winding, find_topology
+from tests.examples import lower_patches
+from tests.spline_strategies import random_points, random_weights
 from tests.strategies import Array
 
 HALF = np.sqrt(0.5)
 
 
-def ring(rows: int = 7, columns: int = 5) -> Array:
+def build_ring(rows: int = 7, columns: int = 5) -> Array:
     """Control points around a ring: rows the long way, columns around its tube, normals outward."""
     a = 2 * np.pi * np.arange(rows)[:, None] / rows
     b = 2 * np.pi * np.arange(columns)[None] / columns
@@ -33,7 +33,7 @@ def repeat_rows(net: Array, count: int = 1) -> Array:
     return np.concatenate([net, net[:count]])
 
 
-def loop(first: Array, last: Array) -> Array:
+def build_wall(first: Array, last: Array) -> Array:
     """A wall over a closed curve that leaves (0, 0) by `first` and comes back by `last`."""
     way = np.array([[0.0, 0], first, [5, 1], [4, 6], [-3, 5], -np.array(last), [0, 0]])
     net = np.zeros((7, 2, 3))
@@ -42,7 +42,7 @@ def loop(first: Array, last: Array) -> Array:
     return net
 
 
-def circle(breaks: list[float]) -> BsplineSurface:
+def build_cylinder(breaks: list[float]) -> BsplineSurface:
     """The cylinder of the books: a full circle of degree 2 with double knots."""
     corners = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]]
     net = np.zeros((9, 2, 3))
@@ -60,23 +60,23 @@ def compute_closure(surface: Any) -> Closure | None:
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("degree", [(2, 3), (3, 3), (4, 2)])
 def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bool) -> None:
-    weights = weights_for(7, 3, 5) if rational else None
-    surface = BsplineSurface(ring(), degree, ("periodic", "periodic"), weights)
+    weights = random_weights(7, 3, 5) if rational else None
+    surface = BsplineSurface(build_ring(), degree, ("periodic", "periodic"), weights)
     assert compute_closure(surface) == Closure("C1", "C1")
-    mesh = mesh_of(surface.lower(), resolution=(3, 4))
+    mesh = build_mesh(surface.lower(), resolution=(3, 4))
     check_sound(mesh)
     check_winding(mesh)
     assert mesh.report.watertight
-    assert shape_of(mesh).euler == 0
+    assert find_topology(mesh).euler == 0
     # One normal at every position, on the seams as well.
     assert mesh.welds is None
 
 
 def test_the_first_row_once_more_is_a_corner() -> None:
     """The seam is C0: the mesh is watertight, with two normals along the seam."""
-    surface = BsplineSurface(repeat_rows(ring()), knots=("clamped", "periodic"))
+    surface = BsplineSurface(repeat_rows(build_ring()), knots=("clamped", "periodic"))
     assert compute_closure(surface) == Closure("C0", "C1")
-    mesh = mesh_of(surface.lower(), resolution=(3, 4))
+    mesh = build_mesh(surface.lower(), resolution=(3, 4))
     check_sound(mesh)
     assert mesh.report.watertight
     assert mesh.normals is not None
@@ -90,7 +90,7 @@ def test_the_first_row_once_more_is_a_corner() -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "last", "wanted"),
+    ("first", "last", "expected"),
     [
         ((2.0, -1.0), (2.0, -1.0), "C1"),
         ((2.0, -1.0), (4.0, -2.0), "G1"),
@@ -104,10 +104,10 @@ def test_the_first_row_once_more_is_a_corner() -> None:
 )
 @pytest.mark.parametrize("across", [False, True])
 def test_the_rows_beside_the_seam_determine_the_smoothness(
-    first: tuple[float, float], last: tuple[float, float], wanted: str, across: bool
+    first: tuple[float, float], last: tuple[float, float], expected: str, across: bool
 ) -> None:
     """Equal differences give C1, parallel ones G1, others and folds C0; along v too."""
-    net = loop(np.array(first), np.array(last))
+    net = build_wall(np.array(first), np.array(last))
     for surface in (
         BsplineSurface(net.swapaxes(0, 1) if across else net, (1, 3) if across else (3, 1)),
         BezierSurface(net.swapaxes(0, 1) if across else net),
@@ -115,15 +115,15 @@ def test_the_rows_beside_the_seam_determine_the_smoothness(
         actual = compute_closure(surface)
         assert actual is not None
         assert (
-            (actual.v, actual.u) == (wanted, None)
+            (actual.v, actual.u) == (expected, None)
             if across
-            else (actual.u, actual.v) == (wanted, None)
+            else (actual.u, actual.v) == (expected, None)
         )
 
 
 def test_partials_are_those_of_the_domain() -> None:
     """A net is C1 over even knots, and not over uneven ones."""
-    net = loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))
+    net = build_wall(np.array([2.0, -1.0]), np.array([2.0, -1.0]))
     even, uneven = (np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6)))
     assert compute_closure(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)
     assert compute_closure(BsplineSurface(net, (3, 1), (uneven, "clamped"))) == Closure("G1", None)
@@ -154,23 +154,23 @@ def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() ->
 
 def test_a_vase_closes_one_way_and_has_poles() -> None:
     """At a pole the seam has no tangent plane, so only its other points are compared."""
-    net = ring(6, 5)
+    net = build_ring(6, 5)
     net[:, :, 2] = np.arange(5)
     net[:, 0], net[:, -1] = (0, 0, 0), (0, 0, 4)
     for u_knots, points, expected in (("periodic", net, "C1"), ("clamped", repeat_rows(net), "C0")):
         surface = BsplineSurface(points, (3, 3), (u_knots, "clamped"))  # type: ignore[arg-type]
         assert compute_closure(surface) == Closure(expected, None)  # type: ignore[arg-type]
-        assert mesh_of(surface.lower(), resolution=(3, 3)).report.watertight
+        assert build_mesh(surface.lower(), resolution=(3, 3)).report.watertight
 
 
 def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fault in the last chunk is found."""
     monkeypatch.setattr(module, "CHUNK_PATCHES", 1)
-    net = ring()
+    net = build_ring()
     assert compute_closure(BsplineSurface(net, knots=("periodic", "periodic"))) == Closure(
         "C1", "C1"
     )
-    wall = np.repeat(loop(np.array([2.0, -1.0]), np.array([2.0, -1.0]))[:, :1], 5, axis=1)
+    wall = np.repeat(build_wall(np.array([2.0, -1.0]), np.array([2.0, -1.0]))[:, :1], 5, axis=1)
     wall[..., 2] = np.arange(5)
     assert compute_closure(BsplineSurface(wall)) == Closure("C1", None)
     wall[1, -1, 1] += 1
@@ -180,27 +180,27 @@ def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> N
 def test_open_surfaces_are_not_closed() -> None:
     """Open patches, and several patches without a common domain, are not closed."""
     assert compute_closure(find("saddle").surface()) == Closure(None, None)
-    assert compute_closure(BsplineSurface(points_for(6, 1, 5))) == Closure(None, None)
+    assert compute_closure(BsplineSurface(random_points(6, 1, 5))) == Closure(None, None)
     assert compute_closure(find("torus").surface()) is None
 
 
 def test_the_report_says_how_it_closes() -> None:
     """Continuity only where there is a seam; nothing of patches that are not one surface."""
 
-    def told(model: PatchModel) -> dict[str, object]:
-        report = report_object(mesh_of(model, resolution=(2, 2)).report, ())
+    def read_report(model: PatchModel) -> dict[str, object]:
+        report = report_object(build_mesh(model, resolution=(2, 2)).report, ())
         return {key: report[key] for key in report if key.startswith(("clos", "cont"))}
 
-    both = BsplineSurface(ring(), knots=("periodic", "periodic"))
-    assert told(both.lower()) == {
+    both = BsplineSurface(build_ring(), knots=("periodic", "periodic"))
+    assert read_report(both.lower()) == {
         "closed_u": True,
         "closed_v": True,
         "continuity_u": "C1",
         "continuity_v": "C1",
     }
-    assert told(circle([0, 1, 2, 3, 5]).lower()) == {
+    assert read_report(build_cylinder([0, 1, 2, 3, 5]).lower()) == {
         "closed_u": True,
         "closed_v": False,
         "continuity_u": "G1",
     }
-    assert told(patches_of("torus")) == {}
+    assert read_report(lower_patches("torus")) == {}

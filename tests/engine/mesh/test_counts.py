@@ -17,7 +17,7 @@ from service.engine.tessellate import tessellate
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import GroupModel, Part, PatchModel
-from tests.strategies import degenerate_nets, model_of, resolutions, split_models, triangle_nets
+from tests.strategies import build_model, degenerate_nets, resolutions, split_models, triangle_nets
 
 MODELS = [
     pytest.param(own, id=f"{example.id}-{k}")
@@ -59,12 +59,12 @@ def test_normals_and_creases_change_no_count() -> None:
 
 @given(split_models(), resolutions)
 def test_patches_that_meet(model: Any, resolution: tuple[int, int]) -> None:
-    check(model_of(model[1]), resolution)
+    check(build_model(model[1]), resolution)
 
 
 @given(st.lists(degenerate_nets(), min_size=1, max_size=3), resolutions)
 def test_degenerate_patches_side_by_side(nets: list[Any], resolution: tuple[int, int]) -> None:
-    check(model_of(nets), resolution)
+    check(build_model(nets), resolution)
 
 
 @given(triangle_nets(), st.lists(st.sampled_from([0, 1, 2]), unique=True), resolutions)
@@ -80,7 +80,7 @@ def test_triangles_with_points_for_sides(
     check(model, resolution)
 
 
-def corners(*places: int) -> Any:
+def build_patch(*places: int) -> Any:
     """A bilinear patch over some of four points; equal numbers are one point."""
     points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]], dtype=np.float64)
     return points[list(places)].reshape(2, 2, 3)
@@ -89,8 +89,8 @@ def corners(*places: int) -> Any:
 @pytest.mark.parametrize("places", list(product(range(4), repeat=4))[::43])
 def test_patches_of_which_corners_are_one(places: tuple[int, ...]) -> None:
     for resolution in ((1, 1), (1, 2), (2, 2), (3, 4)):
-        check(model_of([corners(*places)]), resolution)
-        check(model_of([corners(*places), corners(0, 1, 2, 3)]), resolution)
+        check(build_model([build_patch(*places)]), resolution)
+        check(build_model([build_patch(*places), build_patch(0, 1, 2, 3)]), resolution)
 
 
 @pytest.mark.parametrize("kind", ["triangles", "quads"])

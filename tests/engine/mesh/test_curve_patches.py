@@ -14,8 +14,8 @@ from service.engine.options import MeshOptions
 from service.surface.lowered import Part, PatchModel
 from service.surface.multipatch import MultipatchSurface
 from service.surface.triangle import TriangleSurface
-from tests.engine.meshing import check_sound, mesh_of
-from tests.strategies import Array, model_of
+from tests.engine.meshing import build_mesh, check_sound
+from tests.strategies import Array, build_model
 
 OPTIONS: list[dict[str, Any]] = [
     {"resolution": (3, 4)},
@@ -25,7 +25,7 @@ OPTIONS: list[dict[str, Any]] = [
 ]
 
 
-def strip(*columns: float) -> list[Array]:
+def build_strip(*columns: float) -> list[Array]:
     """Patches of degree (1, 2) side by side, each between two of these lines x = const."""
     y = np.array([0.0, 1.0, 2.0])
     return [
@@ -47,10 +47,10 @@ def arrange(model: PatchModel, parts: tuple[int, ...]) -> PatchModel:
 @pytest.mark.parametrize("turned", [False, True])
 def test_curves_between_patches_are_left_out(options: dict[str, Any], turned: bool) -> None:
     without, with_curves = (
-        model_of([net.swapaxes(0, 1) if turned else net for net in strip(*columns)])
+        build_model([net.swapaxes(0, 1) if turned else net for net in build_strip(*columns)])
         for columns in ((0, 1, 2), (0, 1, 1, 1, 2))
     )
-    mesh, same = mesh_of(with_curves, **options), mesh_of(without, **options)
+    mesh, same = build_mesh(with_curves, **options), build_mesh(without, **options)
     check_sound(mesh)
     for name in ("positions", "normals", "triangles", "quads"):
         np.testing.assert_array_equal(getattr(mesh, name), getattr(same, name))
@@ -75,7 +75,7 @@ def test_curves_between_patches_are_left_out(options: dict[str, Any], turned: bo
 )
 def test_which_curves_stay(columns: tuple[float, ...], parts: tuple[int, ...], left: int) -> None:
     for options in OPTIONS:
-        mesh = mesh_of(arrange(model_of(strip(*columns)), parts), **options)
+        mesh = build_mesh(arrange(build_model(build_strip(*columns)), parts), **options)
         assert (mesh.report.patches, len(mesh.parts)) == (left, len(parts))
         for part in mesh.parts:
             has_faces = any(first < last for first, last in (part.triangles, part.quads))
@@ -84,8 +84,8 @@ def test_which_curves_stay(columns: tuple[float, ...], parts: tuple[int, ...], l
 
 def test_a_curve_stays_if_another_part_alone_has_it() -> None:
     """The other patches of its part do not have the curve, so their bounds do not include it."""
-    nets = [net for pair in ((0, 1), (1, 1), (2, 3), (1, 2)) for net in strip(*pair)]
-    mesh = mesh_of(arrange(model_of(nets), (0, 1, 3)), resolution=(2, 2))
+    nets = [net for pair in ((0, 1), (1, 1), (2, 3), (1, 2)) for net in build_strip(*pair)]
+    mesh = build_mesh(arrange(build_model(nets), (0, 1, 3)), resolution=(2, 2))
     assert mesh.report.patches == 4
 
 
@@ -103,10 +103,10 @@ def test_narrow_triangles_become_curves(degree: int) -> None:
         nets.append(elevate((net[:, np.newaxis], None), degree)[0][:, 0] if degree > 1 else net)
     surface = MultipatchSurface(tuple(TriangleSurface(net) for net in nets))
     for options in ({"resolution": (3, 3)}, {"accuracy": Accuracy(tolerance=1e-2)}):
-        mesh = mesh_of(surface.lower(), **options)
+        mesh = build_mesh(surface.lower(), **options)
         check_sound(mesh)
         assert (mesh.report.watertight, mesh.report.patches) == (True, 10)
-        assert not mesh_of(surface.lower(), weld_tolerance=0, **options).report.moved
+        assert not build_mesh(surface.lower(), weld_tolerance=0, **options).report.moved
 
 
 def test_a_patch_of_one_point_is_left_out_beside_others() -> None:
@@ -117,7 +117,7 @@ def test_a_patch_of_one_point_is_left_out_beside_others() -> None:
         for k in range(3)
         for m in range(3)
     ]
-    mesh = mesh_of(nets, resolution=(3, 3))
+    mesh = build_mesh(nets, resolution=(3, 3))
     check_sound(mesh)
     assert (mesh.report.patches, mesh.report.boundary_edges) == (4, 24)
-    assert mesh_of([nets[4]], resolution=(3, 3)).report.patches == 1
+    assert build_mesh([nets[4]], resolution=(3, 3)).report.patches == 1

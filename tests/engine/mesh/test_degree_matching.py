@@ -12,15 +12,15 @@ from service.engine.mesh.degree_matching import SAME_CURVE
 from service.engine.mesh.seams import Seams, find_seams
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tests.engine.meshing import check_sound, mesh_of, shape_of
+from tests.engine.meshing import build_mesh, check_sound, find_topology
 from tests.oracles import triangles
-from tests.strategies import Array, apply_symmetry, model_of, symmetries, translate
+from tests.strategies import Array, apply_symmetry, build_model, symmetries, translate
 
 Curve = tuple[Array, Array]
 """Control points (n+1, 3) and weights (n+1,)."""
 
 
-def raised(curve: Curve, degree: int) -> Curve:
+def elevate_exactly(curve: Curve, degree: int) -> Curve:
     """A curve elevated to a higher degree in exact arithmetic, rounded once at the end."""
     row = [
         [Fraction(w) * Fraction(x) for x in point] + [Fraction(w)]
@@ -36,7 +36,7 @@ def raised(curve: Curve, degree: int) -> Curve:
     return points, np.array([float(r[3]) for r in row])
 
 
-def curves(count: int, degree: int, seed: int, rational: bool) -> list[Curve]:
+def build_curves(count: int, degree: int, seed: int, rational: bool) -> list[Curve]:
     """Random curves side by side: x is the number of the curve, y its parameter."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-0.3, 0.3, (count, degree + 1, 3))
@@ -46,20 +46,20 @@ def curves(count: int, degree: int, seed: int, rational: bool) -> list[Curve]:
     return list(zip(points, weights, strict=True))
 
 
-def ribbons(
+def build_ribbons(
     lines: list[Curve], degrees: list[int], turns: list[int], rational: bool = False
 ) -> PatchModel:
     """Patch k is ruled between curves k and k + 1, both in degree `degrees[k]`; turned about."""
     nets, weights = [], []
     for k, degree in enumerate(degrees):
-        sides = [raised(lines[k + i], degree) for i in range(2)]
+        sides = [elevate_exactly(lines[k + i], degree) for i in range(2)]
         nets.append(apply_symmetry(np.stack([points for points, _ in sides]), turns[k]))
         # A common factor does not matter.
         weights.append(apply_symmetry(np.stack([(1 + k) * ws for _, ws in sides]), turns[k]))
-    return model_of(nets, weights if rational else None)
+    return build_model(nets, weights if rational else None)
 
 
-def lines_of(seams: Seams) -> list[tuple[int, int]]:
+def list_edges(seams: Seams) -> list[tuple[int, int]]:
     """Degree and users of every edge that is not a point."""
     used = np.unique(seams.edge[~seams.collapsed])
     result = []
@@ -86,14 +86,14 @@ def test_neighbours_of_any_degrees_share_their_edge(
     degrees = [base + k for k in more]
     count = len(degrees)
     turns = data.draw(st.lists(symmetries, min_size=count, max_size=count))
-    model = ribbons(curves(count + 1, base, seed, rational), degrees, turns, rational)
+    model = build_ribbons(build_curves(count + 1, base, seed, rational), degrees, turns, rational)
     seams = find_seams(model.batches)
     inner = [(min(a, b), 2) for a, b in pairwise(degrees)]
     outer = [(degrees[0], 1), (degrees[-1], 1)] + [(1, 1)] * (2 * count)
-    assert lines_of(seams) == sorted(inner + outer)
-    mesh = mesh_of(model, resolution=(3, 4))
+    assert list_edges(seams) == sorted(inner + outer)
+    mesh = build_mesh(model, resolution=(3, 4))
     check_sound(mesh)
-    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+    assert (find_topology(mesh).components, find_topology(mesh).euler) == (1, 1)
 
 
 @pytest.mark.parametrize("degree", [2, 3, 5])
@@ -104,16 +104,16 @@ def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> 
     net = np.array([(j, k, 0.0) for _, j, k in triangles.keys(2)]) + rng.uniform(-0.2, 0.2, (6, 3))
     triangle = TrianglePatches(net[None])
     side = triangle.side(2)[0][0]
-    shared = raised((side, np.ones(3)), degree)[0] if degree > 2 else side
+    shared = elevate_exactly((side, np.ones(3)), degree)[0] if degree > 2 else side
     # The patch may also have the lower degree: then the side of the triangle has the raised degree.
     patch = TensorPatches(np.stack([shared[::-1], shared[::-1] - (0, 2, 1)])[None])
     batches: tuple[Patches, ...] = (triangle, patch) if first else (patch, triangle)
     model = PatchModel("pair", batches, (Part("pair", 0, 2),))
-    assert lines_of(find_seams(batches)).count((2, 2)) == 1
+    assert list_edges(find_seams(batches)).count((2, 2)) == 1
     for resolution in ((2, 2), (3, 5)):
-        mesh = mesh_of(model, resolution=resolution)
+        mesh = build_mesh(model, resolution=resolution)
         check_sound(mesh)
-        assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+        assert (find_topology(mesh).components, find_topology(mesh).euler) == (1, 1)
 
 
 @pytest.mark.parametrize("rational", [False, True])
@@ -125,7 +125,7 @@ def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -
     if mirrored:
         points[3], weights[3] = points[1] * (1, -1, 1), weights[1]
         points[2, 1:] = 0
-    loop, other = (points, weights), raised((points, weights), 6)
+    loop, other = (points, weights), elevate_exactly((points, weights), 6)
     for step in (1, -1):
         rings = [
             (
@@ -134,41 +134,45 @@ def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -
             )
             for (net, ws), height, turn in ((loop, -1, 1), (other, 1, step))
         ]
-        model = model_of([net for net, _ in rings], [ws for _, ws in rings] if rational else None)
+        model = build_model(
+            [net for net, _ in rings], [ws for _, ws in rings] if rational else None
+        )
         seams = find_seams(model.batches)
-        assert (4, 2) in lines_of(seams)
-        mesh = mesh_of(model, resolution=(2, 8))
+        assert (4, 2) in list_edges(seams)
+        mesh = build_mesh(model, resolution=(2, 8))
         check_sound(mesh)
-        assert shape_of(mesh).boundary == 16
+        assert find_topology(mesh).boundary == 16
 
 
 def test_edges_that_are_only_near_stay_apart() -> None:
     """A curve that is moved by 1e-9, or has another weight, is another edge."""
-    (line,) = curves(1, 2, 3, rational=True)
-    cubic, weights = raised(line, 3)
+    (line,) = build_curves(1, 2, 3, rational=True)
+    cubic, weights = elevate_exactly(line, 3)
     for shift, factor, shared in ((0.0, 1.0, True), (1e-9, 1.0, False), (0.0, 1 + 1e-9, False)):
         points, ws = cubic.copy(), weights.copy()
         points[1, 2] += shift
         ws[1] *= factor
-        model = model_of(
+        model = build_model(
             [
                 np.stack([line[0], line[0] - (1, 0, 0)]),
                 np.stack([points, translate(points, 1, 0, 0)]),
             ],
             [np.stack([line[1]] * 2), np.stack([ws] * 2)],
         )
-        assert ((2, 2) in lines_of(find_seams(model.batches))) == shared
+        assert ((2, 2) in list_edges(find_seams(model.batches))) == shared
 
 
 def test_merged_edges_stay_as_near_as_is_said() -> None:
     """Sampled on both sides, far from the origin and rational."""
     worst = 0.0
     for seed in range(20):
-        (line,) = curves(1, 3, seed, rational=True)
+        (line,) = build_curves(1, 3, seed, rational=True)
         points = line[0] + 1000
-        higher = raised((points, line[1]), 7)
+        higher = elevate_exactly((points, line[1]), 7)
         meshes = [
-            mesh_of(model_of([np.stack([p, p - (1, 0, 0)])], [np.stack([w, w])]), resolution=(1, 9))
+            build_mesh(
+                build_model([np.stack([p, p - (1, 0, 0)])], [np.stack([w, w])]), resolution=(1, 9)
+            )
             for p, w in ((points, line[1]), higher)
         ]
         gap = meshes[0].positions[:10] - meshes[1].positions[:10]
@@ -179,13 +183,13 @@ def test_merged_edges_stay_as_near_as_is_said() -> None:
 def test_size_does_not_make_curves_the_same() -> None:
     """A loop and a larger copy from the same point; two arches beneath a huge one."""
     loop = np.array([[0.0, 0, 0], [1, 2, 0], [-1, 2, 1], [0, 0, 0]])
-    larger = raised((2 * loop, np.ones(4)), 4)[0]
-    model = model_of([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger)])
-    assert (3, 2) not in lines_of(find_seams(model.batches))
+    larger = elevate_exactly((2 * loop, np.ones(4)), 4)[0]
+    model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger)])
+    assert (3, 2) not in list_edges(find_seams(model.batches))
     arch = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
-    other = raised((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
-    huge = raised((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
-    model = model_of([np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, other, huge)])
-    assert [line for line in lines_of(find_seams(model.batches)) if line[0] > 1] == [
+    other = elevate_exactly((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
+    huge = elevate_exactly((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
+    model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, other, huge)])
+    assert [line for line in list_edges(find_seams(model.batches)) if line[0] > 1] == [
         (2, 1), (2, 1), (3, 1), (3, 1), (4, 1), (4, 1),
     ]  # fmt: skip

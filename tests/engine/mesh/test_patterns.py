@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from service.engine.mesh.patterns import Shape, build_faces
 from service.engine.mesh.strips import Divisions
 from service.engine.options import Faces
-from tests.oracles.topology import topology
+from tests.oracles.topology import count_topology
 
 Place = tuple[Fraction, Fraction]
 divisions = st.integers(1, 9)
 
 
-def places(shape: Shape) -> list[Place]:
+def list_places(shape: Shape) -> list[Place]:
     """(u, v) of every local index: the grid row by row, then the samples of finer sides."""
     ru, rv = shape.resolution
     grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
@@ -28,7 +28,7 @@ def places(shape: Shape) -> list[Place]:
     return grid
 
 
-def area(loop: list[Place]) -> Fraction:
+def compute_area(loop: list[Place]) -> Fraction:
     """Twice the signed area of a polygon."""
     pairs = zip(loop, loop[1:] + loop[:1], strict=True)
     return sum((a[0] * b[1] - b[0] * a[1] for a, b in pairs), Fraction(0))
@@ -38,15 +38,15 @@ def check_tiling(shape: Shape, kind: Faces) -> None:
     """Checks that every face is counter-clockwise and has an area, and that all cover the unit
     square."""
     triangles, quads = build_faces(shape, kind)
-    where = places(shape)
+    where = list_places(shape)
     loops = [*triangles.tolist(), *quads.tolist()]
-    areas = [area([where[i] for i in loop]) for loop in loops]
+    areas = [compute_area([where[i] for i in loop]) for loop in loops]
     assert min(areas) > 0
     assert sum(areas) == 2
     # Merge indices at one place: corners are on two sides, sides are on the grid.
     first: dict[Place, int] = {}
     merged = [first.setdefault(place, k) for k, place in enumerate(where)]
-    shape_ = topology([[merged[i] for i in loop] for loop in loops])
+    shape_ = count_topology([[merged[i] for i in loop] for loop in loops])
     assert (shape_.euler, shape_.components, shape_.boundary) == (1, 1, sum(shape.sides))
     assert (shape_.non_manifold, shape_.misoriented, shape_.degenerate) == (0, 0, 0)
 
@@ -73,7 +73,8 @@ def test_strips_join_finer_sides_to_any_grid(
     may be coarser than the grid.
     """
     sides: Divisions = tuple(  # type: ignore[assignment]
-        max(ru, rv) if more else own for more, own in zip(finer, (rv, rv, ru, ru), strict=True)
+        max(ru, rv) if more else divisions
+        for more, divisions in zip(finer, (rv, rv, ru, ru), strict=True)
     )
     assume(sides != (rv, rv, ru, ru))
     check_tiling(Shape((max(ru, 2), max(rv, 2)), sides), kind)
@@ -84,14 +85,14 @@ def test_strips_join_finer_sides_to_any_grid(
 def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
     """Each division of that side has one triangle less, or a triangle in place of a quad."""
     ru, rv = 4, 3
-    own = (rv, rv, ru, ru)[side]
+    count = (rv, rv, ru, ru)[side]
     collapsed = tuple(k == side for k in range(4))
     shape = Shape((ru, rv), (rv, rv, ru, ru), collapsed)  # type: ignore[arg-type]
     triangles, quads = build_faces(shape, kind)
     if kind == "quads":
-        assert (len(quads), len(triangles)) == (ru * rv - own, own)
+        assert (len(quads), len(triangles)) == (ru * rv - count, count)
     else:
-        assert len(triangles) == 2 * ru * rv - own
+        assert len(triangles) == 2 * ru * rv - count
     number = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
     pole = (number[0], number[-1], number[:, 0], number[:, -1])[side]
     for face in [*triangles.tolist(), *quads.tolist()]:

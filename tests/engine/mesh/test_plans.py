@@ -16,8 +16,8 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import EXAMPLES
 from service.surface.lowered import GroupModel, PatchModel
-from tests.engine.meshing import mesh_of
-from tests.strategies import Array, model_of, split_models
+from tests.engine.meshing import build_mesh
+from tests.strategies import Array, build_model, split_models
 
 MODELS = [
     model
@@ -66,7 +66,7 @@ def test_a_pattern_tells_the_seams_of_every_example(model: PatchModel) -> None:
 def test_a_pattern_tells_the_seams_of_pieces_of_a_surface(
     pieces: tuple[Array, list[Array]],
 ) -> None:
-    check_seams(model_of(pieces[1]))
+    check_seams(build_model(pieces[1]))
 
 
 @pytest.mark.parametrize("name", ["utah-teapot", "sphere", "cone", "heated-panel"])
@@ -86,14 +86,14 @@ def test_moved_points_are_meshed_by_the_plan_of_the_pattern(seed: int) -> None:
     left = rng.random((4, 4, 3))
     right = rng.random((4, 4, 3))
     right[0] = left[-1]
-    mesh_of([left, right], resolution=(3, 3), crease_angle=np.pi)
+    build_mesh([left, right], resolution=(3, 3), crease_angle=np.pi)
     misses = MESH_PLANS.misses
     nets = [net * rng.choice([-2.0, 3.0], 3) + rng.random(3) for net in (left, right)]
     nets[1][0] = nets[0][-1]
-    warm = mesh_of(nets, resolution=(3, 3), crease_angle=np.pi)
+    warm = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
     assert MESH_PLANS.misses == misses
     forget_plans()
-    cold = mesh_of(nets, resolution=(3, 3), crease_angle=np.pi)
+    cold = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
     assert warm.report == cold.report
     for name in ("positions", "normals", "triangles"):
         np.testing.assert_array_equal(getattr(warm, name), getattr(cold, name))
@@ -103,11 +103,13 @@ def test_creases_are_a_pattern_of_their_own() -> None:
     """Two flat patches: one vertex along their edge where they are level, two where they bend."""
     x, y = np.meshgrid(np.arange(2.0), np.arange(2.0), indexing="ij")
 
-    def at(angle: float) -> list[Array]:
+    def build_nets(angle: float) -> list[Array]:
         flat = np.stack([x, y, 0 * x], axis=-1)
         return [flat, np.stack([1 + x * np.cos(angle), y, x * np.sin(angle)], axis=-1)]
 
-    counts = [len(mesh_of(at(angle), resolution=(2, 2)).positions) for angle in (0, 1, 0, 2)]
+    counts = [
+        len(build_mesh(build_nets(angle), resolution=(2, 2)).positions) for angle in (0, 1, 0, 2)
+    ]
     assert counts == [15, 18, 15, 18]
 
 
@@ -117,7 +119,7 @@ def test_many_connectivities_leave_the_plans_within_their_bound(
     monkeypatch.setattr(MESH_PLANS, "capacity", 1 << 20)
     for seed in range(40):
         nets = np.random.default_rng(seed).integers(0, 3, (4, 3, 3, 3)).astype(float)
-        mesh_of(list(nets), resolution=(10, 10))
+        build_mesh(list(nets), resolution=(10, 10))
         assert 0 < MESH_PLANS.nbytes <= MESH_PLANS.capacity
 
 

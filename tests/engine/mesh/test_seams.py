@@ -14,25 +14,25 @@ from service.engine.mesh.seams import find_seams
 from service.surface.batches import TensorPatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import (
-    as_triangles,
+    build_mesh,
     check_sound,
     check_upright,
     check_winding,
-    faces_of,
-    mesh_of,
-    places_of,
-    shape_of,
+    find_places,
+    find_topology,
+    list_faces,
+    to_triangles,
 )
-from tests.examples import patches_of
-from tests.oracles.deviation import surface_to_mesh
-from tests.oracles.sheets import bezier_sheet
+from tests.examples import lower_patches
+from tests.oracles.deviation import measure_surface_to_mesh
+from tests.oracles.sheets import build_bezier_sheet
 from tests.strategies import (
     ROTATIONS,
     Array,
     apply_symmetry,
-    cube,
+    build_cube,
+    build_model,
     height_nets,
-    model_of,
     resolutions,
     split_models,
     translate,
@@ -42,7 +42,7 @@ from tests.strategies import (
 
 def test_the_teapots_edges_are_the_known_ones() -> None:
     """52 edges of two patches, 16 open ones, and 8 sides in one point."""
-    seams = find_seams(patches_of("utah-teapot").batches)
+    seams = find_seams(lower_patches("utah-teapot").batches)
     lines = np.bincount(seams.edge[~seams.collapsed], minlength=len(seams.users))
     assert (np.sum(lines == 2), np.sum(lines == 1), lines.max()) == (52, 16, 2)
     assert seams.collapsed.sum() == 8
@@ -59,7 +59,7 @@ def test_equal_rows_have_equal_numbers(seed: int) -> None:
         assert row == np.flatnonzero(number == k)[0]
 
 
-def border_bits(mesh: Mesh) -> set[bytes]:
+def read_border_bits(mesh: Mesh) -> set[bytes]:
     """The positions of all border samples of all patches of a mesh made of grids."""
     result: set[bytes] = set()
     for batch in mesh.grids:
@@ -74,10 +74,10 @@ def test_pieces_of_a_surface_weld_however_they_are_turned(
     pieces: tuple[Array, list[Array]], divisions: int
 ) -> None:
     """Rotated patches, with reversed and exchanged parameters, are one disc with smooth normals."""
-    mesh = mesh_of(pieces[1], resolution=(divisions, divisions))
+    mesh = build_mesh(pieces[1], resolution=(divisions, divisions))
     check_sound(mesh)
     check_upright(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert (shape.components, shape.euler, shape.boundary) == (1, 1, 8 * divisions)
     assert (shape.misoriented, shape.non_manifold) == (0, 0)
     # Every seam has one tangent plane, so each position has one vertex.
@@ -91,10 +91,10 @@ def test_unequal_divisions_leave_no_t_junction(
 ) -> None:
     """A rotated neighbour divides the common edge differently; both take the larger number."""
     for faces in ("triangles", "quads"):
-        mesh = mesh_of(pieces[1], resolution=resolution, faces=faces)
+        mesh = build_mesh(pieces[1], resolution=resolution, faces=faces)
         check_sound(mesh)
         check_upright(mesh)
-        shape = shape_of(mesh)
+        shape = find_topology(mesh)
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
         # Only the outer border is open, so the mesh has no crack inside.
         low, high = (f(np.asarray(pieces[0]), axis=(0, 1)) for f in (np.min, np.max))
@@ -106,7 +106,7 @@ def test_unequal_divisions_leave_no_t_junction(
 
 def open_edges(mesh: Mesh) -> list[list[int]]:
     """Edges, between places, that belong to one face."""
-    loops = [places_of(mesh)[face].tolist() for face in faces_of(mesh)]
+    loops = [find_places(mesh)[face].tolist() for face in list_faces(mesh)]
     uses = Counter(
         frozenset(ends) for loop in loops for ends in zip(loop, loop[1:] + loop[:1], strict=True)
     )
@@ -123,16 +123,16 @@ def test_quadrics_stay_closed_however_their_patches_are_turned(
     example: str, turns: list[int], resolution: tuple[int, int], faces: str
 ) -> None:
     """Strips between unequal divisions meet poles, creases and rational edges."""
-    (batch,) = patches_of(example).batches
+    (batch,) = lower_patches(example).batches
     assert batch.weights is not None
     pieces = [apply_symmetry(net, k) for net, k in zip(batch.points, turns, strict=False)]
     weights = [apply_symmetry(net, k) for net, k in zip(batch.weights, turns, strict=False)]
-    mesh = mesh_of(model_of(pieces, weights), resolution=resolution, faces=faces)
+    mesh = build_mesh(build_model(pieces, weights), resolution=resolution, faces=faces)
     check_sound(mesh)
     if min(resolution) > 2:  # at two divisions a chord cuts across the strip beside it
         check_winding(mesh)
     assert mesh.report.watertight
-    assert shape_of(mesh).euler == (0 if example == "torus" else 2)
+    assert find_topology(mesh).euler == (0 if example == "torus" else 2)
 
 
 def test_a_shared_edge_takes_the_larger_number() -> None:
@@ -141,12 +141,12 @@ def test_a_shared_edge_takes_the_larger_number() -> None:
     # The edge x = 1 of the first square runs along v: 5 divisions. The second square is turned, so
     # that its edge x = 1 runs along u: 2 divisions.
     other = apply_symmetry(translate(plane, 1), 5)
-    mesh = mesh_of([plane, other], resolution=(2, 5))
+    mesh = build_mesh([plane, other], resolution=(2, 5))
     check_sound(mesh)
     check_winding(mesh)
     on_edge = mesh.positions[mesh.positions[:, 0] == 1]
     np.testing.assert_allclose(np.sort(on_edge[:, 1]), np.arange(6) / 5, atol=1e-15)
-    assert shape_of(mesh).euler == 1
+    assert find_topology(mesh).euler == 1
     assert mesh.grids == ()
 
 
@@ -156,8 +156,8 @@ def test_a_patch_alone_has_the_same_seams_as_among_others(
 ) -> None:
     """Parts of a model that are computed separately fit together."""
     resolution = (divisions, divisions)
-    together = border_bits(mesh_of(pieces[1], resolution=resolution))
-    alone = [border_bits(mesh_of([piece], resolution=resolution)) for piece in pieces[1]]
+    together = read_border_bits(build_mesh(pieces[1], resolution=resolution))
+    alone = [read_border_bits(build_mesh([piece], resolution=resolution)) for piece in pieces[1]]
     assert set.union(*alone) == together
 
 
@@ -168,14 +168,14 @@ def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
     mirrored = net * (-1, 1, 1) + 2 * net[0, 0] * (1, 0, 0)
     # Reversed along u, the mirror image looks up again and meets the first at u = 1.
     for factor in (1.0, 2.0, 3.0):
-        model = model_of([net, mirrored[::-1]], [weights, weights[::-1] * factor])
-        mesh = mesh_of(model, resolution=(4, 5), crease_angle=0)
+        model = build_model([net, mirrored[::-1]], [weights, weights[::-1] * factor])
+        mesh = build_mesh(model, resolution=(4, 5), crease_angle=0)
         check_sound(mesh)
-        shape = shape_of(mesh)
+        shape = find_topology(mesh)
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
 
 
-def neighbours(count: int) -> tuple[Array, Array, Array]:
+def build_neighbours(count: int) -> tuple[Array, Array, Array]:
     """Pairs of patches (count, 2, 3, 3, 3) that share an edge, weights, and other weights.
 
     The other weights are the first ones times a factor that no float multiplies exactly.
@@ -192,11 +192,11 @@ def neighbours(count: int) -> tuple[Array, Array, Array]:
 
 def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
     """Both patches, in either order: the same points along the edge."""
-    for nets, weights in zip(*neighbours(20)[::2], strict=True):
+    for nets, weights in zip(*build_neighbours(20)[::2], strict=True):
         result = []
         for order in ([0, 1], [1, 0]):
-            mesh = mesh_of(
-                model_of([nets[k] for k in order], [weights[k] for k in order]),
+            mesh = build_mesh(
+                build_model([nets[k] for k in order], [weights[k] for k in order]),
                 resolution=(6, 6),
                 weld=False,
             )
@@ -216,9 +216,9 @@ def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
         (TensorPatches(net[None], weights[None]), TensorPatches(other[None])),
         (Part("mixed", 0, 2),),
     )
-    mesh = mesh_of(model, resolution=(3, 6))
+    mesh = build_mesh(model, resolution=(3, 6))
     check_sound(mesh)
-    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+    assert (find_topology(mesh).components, find_topology(mesh).euler) == (1, 1)
 
 
 def test_other_weights_are_another_curve() -> None:
@@ -226,8 +226,8 @@ def test_other_weights_are_another_curve() -> None:
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     mirrored = (net * (-1, 1, 1))[::-1]
     same, other = np.ones((2, 3)), np.array([[1.0, 1, 1], [1, 3, 1]])
-    assert shape_of(mesh_of(model_of([net, mirrored], [same, same]))).boundary == 6 * 16
-    assert shape_of(mesh_of(model_of([net, mirrored], [same, other]))).boundary == 8 * 16
+    assert find_topology(build_mesh(build_model([net, mirrored], [same, same]))).boundary == 6 * 16
+    assert find_topology(build_mesh(build_model([net, mirrored], [same, other]))).boundary == 8 * 16
 
 
 @given(st.lists(st.sampled_from(ROTATIONS), min_size=6, max_size=6), resolutions)
@@ -235,10 +235,10 @@ def test_a_cube_has_eight_corners_and_twelve_creases(
     turns: list[int], resolution: tuple[int, int]
 ) -> None:
     """Six bilinear patches, turned about at random: closed, outward, of volume 1."""
-    mesh = mesh_of(cube(turns), resolution=resolution)
+    mesh = build_mesh(build_cube(turns), resolution=resolution)
     check_sound(mesh)
     check_winding(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert shape.watertight
     assert mesh.report.watertight
     assert shape.euler == 2
@@ -250,13 +250,13 @@ def test_the_crease_angle_decides(angle: float, vertices: int) -> None:
     flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     tilted = flat * (np.cos(0.1), 1, 1) + (1, 0, 0)
     tilted[1, :, 2] = np.sin(0.1)
-    mesh = mesh_of([flat, tilted], resolution=(1, 1), crease_angle=angle)
+    mesh = build_mesh([flat, tilted], resolution=(1, 1), crease_angle=angle)
     check_sound(mesh)
     assert len(mesh.positions) == vertices
-    assert shape_of(mesh).vertices == 6
+    assert find_topology(mesh).vertices == 6
 
 
-def ring(smooth: bool = True) -> Array:
+def build_band(smooth: bool = True) -> Array:
     """One patch whose last row is its first: a closed band round the z axis."""
     rows = [(1, 0), (1, 2), (-3, 2), (-3, -2), (1, -2), (1, 0)]
     if not smooth:
@@ -267,10 +267,10 @@ def ring(smooth: bool = True) -> Array:
 @pytest.mark.parametrize("symmetry", range(8))
 def test_a_patch_welds_with_itself(symmetry: int) -> None:
     """A closed band of one patch has no open seam, whether it closes along u or along v."""
-    mesh = mesh_of([apply_symmetry(ring(), symmetry)], resolution=(12, 12))
+    mesh = build_mesh([apply_symmetry(build_band(), symmetry)], resolution=(12, 12))
     check_sound(mesh)
     check_winding(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert len(mesh.positions) == shape.vertices == 12 * 13
     assert (shape.boundary, shape.euler, shape.components) == (24, 0, 1)
     assert mesh.welds is None
@@ -289,9 +289,9 @@ def test_a_moebius_strip_has_one_border() -> None:
         ],
         dtype=float,
     )
-    mesh = mesh_of([net], resolution=(20, 4))
+    mesh = build_mesh([net], resolution=(20, 4))
     check_sound(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert (shape.euler, shape.boundary, shape.components) == (0, 40, 1)
     assert shape.misoriented == 4
 
@@ -299,15 +299,15 @@ def test_a_moebius_strip_has_one_border() -> None:
 def test_three_pages_meet_in_one_spine() -> None:
     """It is not a manifold, and the report does not call it watertight."""
     page = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]])
-    pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _angles(3)]
-    mesh = mesh_of(pages, resolution=(3, 3))
+    pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _choose_angles(3)]
+    mesh = build_mesh(pages, resolution=(3, 3))
     check_sound(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert (shape.non_manifold, shape.boundary) == (3, 27)
     assert not mesh.report.watertight
 
 
-def _angles(count: int) -> list[tuple[float, float]]:
+def _choose_angles(count: int) -> list[tuple[float, float]]:
     return [(np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)) for k in range(count)]
 
 
@@ -319,13 +319,15 @@ def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
     back = front.copy()
     front[1, 1, 2], back[1, 1, 2] = 1, -1
     for other in (back.swapaxes(0, 1), back[::-1, ::-1].swapaxes(0, 1), back[::-1]):
-        mesh = mesh_of([front, other], resolution=divisions, faces=faces)
+        mesh = build_mesh([front, other], resolution=divisions, faces=faces)
         check_winding(mesh)
         check_sound(mesh)
         assert mesh.report.watertight
-        assert shape_of(mesh).euler == 2
-        result = surface_to_mesh(
-            [bezier_sheet(net) for net in (front, other)], mesh.positions[as_triangles(mesh)], 100
+        assert find_topology(mesh).euler == 2
+        result = measure_surface_to_mesh(
+            [build_bezier_sheet(net) for net in (front, other)],
+            mesh.positions[to_triangles(mesh)],
+            100,
         )
         assert result.distance <= (mesh.report.deviation_bound or 0) + result.noise
 
@@ -335,10 +337,10 @@ def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, 
     """Only the common edge need be the same curve: here degree p against degree p + 1 across."""
     last = net[-1:]
     across = np.concatenate([last, translate(last, 1), translate(last, 2), translate(last, 3, z=1)])
-    model = model_of([net, across])
-    mesh = mesh_of(model, resolution=(n, n + 1))
+    model = build_model([net, across])
+    mesh = build_mesh(model, resolution=(n, n + 1))
     check_sound(mesh)
-    assert (shape_of(mesh).components, shape_of(mesh).euler) == (1, 1)
+    assert (find_topology(mesh).components, find_topology(mesh).euler) == (1, 1)
 
 
 FOLDED = (
@@ -363,5 +365,5 @@ def test_the_report_of_a_folded_patch_is_right(
 ) -> None:
     """No face has a place twice, and the open edges are those that the faces have."""
     check_sound(
-        mesh_of([np.array(net, dtype=float)], faces=faces, weld=weld, resolution=resolution)
+        build_mesh([np.array(net, dtype=float)], faces=faces, weld=weld, resolution=resolution)
     )

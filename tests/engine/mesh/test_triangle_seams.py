@@ -14,21 +14,21 @@ from service.engine.options import Faces, MeshOptions
 from service.engine.tessellate import predict_size, tessellate
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import (
-    as_triangles,
+    build_mesh,
     check_sound,
     check_upright,
     check_values,
     check_winding,
-    mesh_of,
-    shape_of,
+    find_topology,
+    to_triangles,
 )
 from tests.oracles import triangles
-from tests.oracles.topology import topology, volume, welded_by_position
+from tests.oracles.topology import count_topology, volume, weld_by_position
 from tests.strategies import (
     Array,
     apply_symmetry,
+    build_mixed_model,
     height_nets,
-    mixed_model,
     resolutions,
     translate,
     triangle_heights,
@@ -49,8 +49,8 @@ def check_prediction(model: PatchModel, mesh: Mesh, options: MeshOptions) -> Non
 
 def check_closed_by_bits(mesh: Mesh) -> None:
     """Borders found by positions alone are those that the mesh reports."""
-    loops = welded_by_position(mesh.positions, as_triangles(mesh))
-    result, reported = topology(loops), shape_of(mesh)
+    loops = weld_by_position(mesh.positions, to_triangles(mesh))
+    result, reported = count_topology(loops), find_topology(mesh)
     assert (result.boundary, result.non_manifold) == (reported.boundary, reported.non_manifold)
 
 
@@ -65,7 +65,7 @@ def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
         (ax, ay), (bx, by), (cx, cy) = (places[i] for i in loop)
         areas.append((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
     assert set(areas) == {Fraction(1, count**2)}
-    shape = topology(result.tolist())
+    shape = count_topology(result.tolist())
     assert (shape.euler, shape.components, shape.boundary) == (1, 1, 3 * count)
     assert (shape.non_manifold, shape.misoriented) == (0, 0)
     # By rows: the highest sample of a face never falls.
@@ -78,7 +78,7 @@ def test_one_triangle_is_the_rows_of_the_conventions(
     net: Array, resolution: tuple[int, int], kind: Faces, single: bool
 ) -> None:
     """(R+1)(R+2)/2 vertices in the order of the samples, R² triangles; R is the larger number."""
-    model, count = mixed_model([net]), max(resolution)
+    model, count = build_mixed_model([net]), max(resolution)
     options = MeshOptions(resolution, faces=kind, uvs=True)
     mesh = tessellate(model, options, single=single)
     check_sound(mesh)
@@ -94,9 +94,9 @@ def test_one_triangle_is_the_rows_of_the_conventions(
     assert mesh.report.poles_repaired == 0
 
 
-def neighbours(net: Array, other: Array) -> tuple[Array, Array]:
+def build_neighbours(net: Array, other: Array) -> tuple[Array, Array]:
     """Two triangles over the halves of a square that share the side from (n, 0) to (0, n)."""
-    n = triangles.degree_of(len(net))
+    n = triangles.find_degree(len(net))
     second = other.copy()
     second[:, :2] = n - second[:, :2]
     keys = triangles.keys(n)
@@ -114,14 +114,16 @@ def test_triangles_weld_however_they_are_turned(
 ) -> None:
     """Any side joins any side: the mesh is one piece without cracks, and all faces look up."""
     degree = st.just(data.draw(st.integers(1, 4)))
-    pair = neighbours(data.draw(triangle_heights(degree)), data.draw(triangle_heights(degree)))
+    pair = build_neighbours(
+        data.draw(triangle_heights(degree)), data.draw(triangle_heights(degree))
+    )
     nets = [
         triangles.apply_symmetry(net, way) for net, way in zip(pair, (first, second), strict=True)
     ]
     weights = None
     if rational:
         drawn = [data.draw(weights_like(net)) for net in pair]
-        keys = triangles.keys(triangles.degree_of(len(pair[0])))
+        keys = triangles.keys(triangles.find_degree(len(pair[0])))
         row = {key: number for number, key in enumerate(keys)}
         for number, (i, j, k) in enumerate(keys):
             if i == 0:
@@ -130,7 +132,7 @@ def test_triangles_weld_however_they_are_turned(
         weights = [
             triangles.apply_symmetry(w, way) for w, way in zip(drawn, (first, second), strict=True)
         ]
-    model = mixed_model(nets, weights)
+    model = build_mixed_model(nets, weights)
     mesh = tessellate(model, MeshOptions(resolution))
     check_sound(mesh)
     check_upright(mesh)
@@ -138,7 +140,7 @@ def test_triangles_weld_however_they_are_turned(
     check_closed_by_bits(mesh)
     count = max(resolution)
     assert mesh.report.vertices == (count + 1) ** 2
-    assert (shape_of(mesh).boundary, shape_of(mesh).components) == (4 * count, 1)
+    assert (find_topology(mesh).boundary, find_topology(mesh).components) == (4 * count, 1)
 
 
 def join_below(grid: Array, triangle: Array) -> Array:
@@ -163,7 +165,7 @@ def test_triangles_weld_to_grids_however_both_are_turned(
     nets = [apply_symmetry(grid, symmetry), triangles.apply_symmetry(below, way)]
     if data.draw(st.booleans()):
         nets.reverse()
-    model, options = mixed_model(nets), MeshOptions(resolution, faces=kind)
+    model, options = build_mixed_model(nets), MeshOptions(resolution, faces=kind)
     mesh = tessellate(model, options)
     check_sound(mesh)
     check_upright(mesh)
@@ -172,11 +174,11 @@ def test_triangles_weld_to_grids_however_both_are_turned(
     seams = find_seams(model.batches)
     lines = seams.edge[~seams.collapsed]
     assert sorted(np.bincount(lines)[np.unique(lines)].tolist()) == [1] * 5 + [2]
-    assert shape_of(mesh).components == 1
-    assert shape_of(mesh).non_manifold == 0
+    assert find_topology(mesh).components == 1
+    assert find_topology(mesh).non_manifold == 0
 
 
-def solid(degree: int = 3) -> list[Array]:
+def build_prism(degree: int = 3) -> list[Array]:
     """A prism between two flat triangles, its three sides grids, its lid and floor triangles.
 
     Everything bulges in its middle; the normals point outwards.
@@ -211,23 +213,23 @@ def test_closed_solids_of_both_kinds_are_watertight(
     grids: list[int], ends: list[int], resolution: tuple[int, int], kind: Faces, single: bool
 ) -> None:
     """Euler's characteristic 2, however the patches are turned and divided."""
-    lid, *sides, floor = solid()
+    lid, *sides, floor = build_prism()
     rotations = (0, 3, 5, 6)
     nets = [triangles.apply_symmetry(lid, ends[0])]
     nets += [apply_symmetry(side, rotations[k]) for side, k in zip(sides, grids, strict=True)]
     nets += [triangles.apply_symmetry(floor, ends[1])]
-    model, options = mixed_model(nets), MeshOptions(resolution, faces=kind)
+    model, options = build_mixed_model(nets), MeshOptions(resolution, faces=kind)
     mesh = tessellate(model, options, single=single)
     check_sound(mesh)
     check_prediction(model, mesh, options)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert mesh.report.watertight
     assert (shape.euler, shape.components, shape.misoriented) == (2, 1, 0)
     check_closed_by_bits(mesh)
-    assert volume(mesh.positions, as_triangles(mesh)) > 0
+    assert volume(mesh.positions, to_triangles(mesh)) > 0
 
 
-def tetrahedron() -> list[Array]:
+def build_tetrahedron() -> list[Array]:
     """Four flat triangles, normals outward."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     return [points[list(face)] for face in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))]
@@ -236,20 +238,24 @@ def tetrahedron() -> list[Array]:
 @pytest.mark.parametrize("count", range(1, 6))
 def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
     """Four times R² faces; an edge has two normals, a corner three."""
-    mesh = mesh_of(mixed_model(tetrahedron()), resolution=(count, count))
+    mesh = build_mesh(build_mixed_model(build_tetrahedron()), resolution=(count, count))
     check_sound(mesh)
     check_winding(mesh)
-    shape = shape_of(mesh)
+    shape = find_topology(mesh)
     assert (shape.euler, shape.faces, mesh.report.watertight) == (2, 4 * count**2, True)
     assert shape.vertices == 2 * count**2 + 2
     assert len(mesh.positions) == 4 * (count + 1) * (count + 2) // 2
     assert volume(mesh.positions, mesh.triangles) == pytest.approx(1 / 6, rel=1e-15)
     # Without normals all copies are welded; without welding none are.
-    bare = mesh_of(mixed_model(tetrahedron()), resolution=(count, count), normals=False)
+    bare = build_mesh(
+        build_mixed_model(build_tetrahedron()), resolution=(count, count), normals=False
+    )
     assert len(bare.positions) == shape.vertices
-    loose = mesh_of(mixed_model(tetrahedron()), resolution=(count, count), weld=False)
+    loose = build_mesh(
+        build_mixed_model(build_tetrahedron()), resolution=(count, count), weld=False
+    )
     check_sound(loose)
-    assert (loose.report.boundary_edges, shape_of(loose).components) == (12 * count, 4)
+    assert (loose.report.boundary_edges, find_topology(loose).components) == (12 * count, 4)
 
 
 @given(st.lists(st.sampled_from(range(3)), max_size=3), resolutions, st.booleans(), st.booleans())
@@ -261,7 +267,7 @@ def test_sides_in_a_point_leave_no_empty_faces(
     for side in sides:
         on = np.array([key[(1, 0, 2)[side]] == 0 for key in triangles.keys(4)])
         net[on] = net[on][0]
-    mesh = mesh_of(mixed_model([net]), resolution=resolution, weld=weld, single=single)
+    mesh = build_mesh(build_mixed_model([net]), resolution=resolution, weld=weld, single=single)
     check_values(mesh)
     if len(set(sides)) < 2:
         check_sound(mesh)
@@ -281,11 +287,11 @@ def test_a_triangle_that_meets_itself_is_a_cone() -> None:
         ]
     )
     for count in (2, 3, 8):
-        mesh = mesh_of(mixed_model([net]), resolution=(count, count))
+        mesh = build_mesh(build_mixed_model([net]), resolution=(count, count))
         if count > 2:
             check_sound(mesh)
             assert mesh.report.boundary_edges == count
-        assert shape_of(mesh).degenerate == 0
+        assert find_topology(mesh).degenerate == 0
 
 
 def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
@@ -293,7 +299,7 @@ def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
     net = np.array([(j, k, j * k) for _, j, k in triangles.keys(4)], dtype=float)
     grid = np.zeros((2, 3, 3))
     grid[..., 0], grid[..., 1] = [[7], [8]], [0, 1, 2]
-    mesh = mesh_of(mixed_model([net, grid]), overlays=("control_net", "boundary"))
+    mesh = build_mesh(build_mixed_model([net, grid]), overlays=("control_net", "boundary"))
     drawn, boundary = mesh.overlays
     np.testing.assert_array_equal(drawn.positions, np.concatenate([net, grid.reshape(-1, 3)]))
     row = {key: number for number, key in enumerate(triangles.keys(4))}
@@ -306,5 +312,5 @@ def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
     assert {pair for pair in result if max(pair) < 15} == expected
     assert drawn.cells is None
     assert len(boundary.segments) == 7 * 16
-    (only,) = mesh_of(mixed_model([grid]), overlays=("control_net",)).overlays
+    (only,) = build_mesh(build_mixed_model([grid]), overlays=("control_net",)).overlays
     assert only.cells is not None

@@ -24,21 +24,21 @@ def weld_samples(
     return result, array
 
 
-def figures(found: Welding) -> tuple[list[int], list[int], list[int]]:
+def to_lists(welding: Welding) -> tuple[list[int], list[int], list[int]]:
     """Vertex of each sample, sample and first vertex of each vertex."""
-    return found.vertex.tolist(), found.samples.tolist(), found.welds.tolist()
+    return welding.vertex.tolist(), welding.samples.tolist(), welding.welds.tolist()
 
 
 def test_without_normals_a_place_is_a_vertex() -> None:
     """Samples 1 and 3 are at one place."""
-    assert figures(weld_samples([0, 1, 2, 1])[0]) == ([0, 1, 2, 1], [0, 1, 2], [0, 1, 2])
+    assert to_lists(weld_samples([0, 1, 2, 1])[0]) == ([0, 1, 2, 1], [0, 1, 2], [0, 1, 2])
 
 
 def test_agreeing_normals_are_merged_into_their_mean() -> None:
     """Within the crease angle; the mean is unit again."""
     near = (np.sin(0.01), 0.0, np.cos(0.01))
     result, normals = weld_samples([0, 0], [UP, near])
-    assert figures(result) == ([0, 0], [0], [0])
+    assert to_lists(result) == ([0, 0], [0], [0])
     assert normals is not None
     np.testing.assert_allclose(normals[0], (np.sin(0.005), 0, np.cos(0.005)), atol=1e-15)
 
@@ -53,7 +53,7 @@ def test_equal_normals_keep_every_bit() -> None:
 def test_disagreeing_normals_stay_apart_at_one_place() -> None:
     """Two groups of two; `welds` says that they are one position."""
     result, normals = weld_samples([0, 0, 2, 0, 0], [UP, ASIDE, UP, UP, ASIDE])
-    assert figures(result) == ([0, 1, 2, 0, 1], [0, 1, 2], [0, 0, 2])
+    assert to_lists(result) == ([0, 1, 2, 0, 1], [0, 1, 2], [0, 0, 2])
     assert normals is not None
     assert normals[:2].tolist() == [list(UP), list(ASIDE)]
 
@@ -79,7 +79,7 @@ def test_unused_samples_become_no_vertices() -> None:
 def test_without_merging_every_sample_is_a_vertex() -> None:
     """Places are reported although no samples are merged."""
     result, _ = weld_samples([0, 1, 0], [UP, UP, UP], merge=False)
-    assert figures(result) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
+    assert to_lists(result) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
 
 
 def test_very_many_normals_at_one_place_end() -> None:

@@ -29,12 +29,12 @@ def check(model: PatchModel, query: PointsQuery) -> None:
     assert set(orjson.loads(content)) == set(result)
 
 
-def one(batch: Patches, domain: Domain | None = None) -> PatchModel:
+def build_model(batch: Patches, domain: Domain | None = None) -> PatchModel:
     domains = () if domain is None else (domain,)
     return PatchModel("model", (batch,), (Part("model", 0, 1),), "y", domains)
 
 
-def scaled(net: Array, scale: float) -> Array:
+def scale_net(net: Array, scale: float) -> Array:
     """The net with its largest coordinate brought to `scale`, nearly."""
     return net[None] * (scale / 8)
 
@@ -44,11 +44,11 @@ def test_degenerate_patches(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
 ) -> None:
     weights = data.draw(st.none() | weights_like(net))
-    batch = TensorPatches(scaled(net, scale), None if weights is None else weights[None])
+    batch = TensorPatches(scale_net(net, scale), None if weights is None else weights[None])
     uv = np.array(places) / 8
-    check(one(batch), PointsQuery(uv, None, 2))
+    check(build_model(batch), PointsQuery(uv, None, 2))
     beside = np.clip(uv + 1e-9, 0, 1)
-    check(one(batch), PointsQuery(beside, None, 2))
+    check(build_model(batch), PointsQuery(beside, None, 2))
 
 
 @given(triangle_nets(), steps, scales, st.data())
@@ -58,14 +58,14 @@ def test_degenerate_triangles(
     net = net.copy()
     net[data.draw(st.lists(st.integers(0, len(net) - 1)))] = net[0]
     weights = data.draw(st.none() | weights_like(net))
-    batch = TrianglePatches(scaled(net, scale), None if weights is None else weights[None])
+    batch = TrianglePatches(scale_net(net, scale), None if weights is None else weights[None])
     rst = np.array([(16 - a - b, a, b) for a, b in places]) / 16
-    check(one(batch), PointsQuery(rst, None, 2))
+    check(build_model(batch), PointsQuery(rst, None, 2))
 
 
 @pytest.mark.parametrize("wide", WIDE, ids=["narrow", "wide"])
 def test_partials_beyond_double_precision_are_null(wide: Array) -> None:
     net = np.random.default_rng(1).standard_normal((1, 3, 3, 3)) * 1e30
-    model = one(TensorPatches(net), Domain(wide, np.array([0.0, 1.0])))
+    model = build_model(TensorPatches(net), Domain(wide, np.array([0.0, 1.0])))
     uv = np.array([[wide[0], 0.5], [wide[1], 1.0]])
     check(model, PointsQuery(uv, None, 2))

@@ -9,7 +9,7 @@ from service.bases import knots as knot
 from service.engine.points.evaluate import Columns, evaluate_points
 from service.engine.points.places import PointsQuery, locate
 from service.surface.bspline import BsplineSurface
-from tests.spline_strategies import KnotVector, knot_vectors, points_for, weights_for
+from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 from tests.strategies import Array
 
 ORDERS = {
@@ -30,7 +30,7 @@ def evaluate_columns(surface: BsplineSurface, uv: Array) -> Columns:
     return evaluate_points(model, locate(model, PointsQuery(uv, None, 2)), 2)
 
 
-def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
+def compute_derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
     """Partials of the homogeneous B-spline by scipy, then the quotient rule.
 
     S = X/w, w S_a = X_a − w_a S, w S_ab = X_ab − w_ab S − w_a S_b − w_b S_a
@@ -57,7 +57,7 @@ def derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
 
 def check(surface: BsplineSurface, uv: Array) -> None:
     """Compares all columns, with tolerances `LIMITS` by order, relative to the largest value."""
-    result, expected = evaluate_columns(surface, uv), derivatives(surface, uv)
+    result, expected = evaluate_columns(surface, uv), compute_derivatives(surface, uv)
     for name, order in ORDERS.items():
         size = max(float(np.abs(expected[name]).max()), 1.0)
         np.testing.assert_allclose(result[name], expected[name], atol=LIMITS[sum(order)] * size)
@@ -70,8 +70,8 @@ def test_partials_are_those_of_scipy(
     u: KnotVector, v: KnotVector, seed: int, rational: bool, inner: tuple[list[float], ...]
 ) -> None:
     """At breaks the partials are those of the span on the right."""
-    weights = weights_for(u.points, seed, v.points) if rational else None
-    net = points_for(u.points, seed, v.points)
+    weights = random_weights(u.points, seed, v.points) if rational else None
+    net = random_points(u.points, seed, v.points)
     surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
     lines = []
     for vector, at in zip((u, v), inner, strict=True):
@@ -85,7 +85,7 @@ def test_partials_are_those_of_scipy(
 def test_partials_at_a_crease_are_those_of_the_right_span() -> None:
     """At the end of the domain the partials are those of the left span."""
     vector = np.array([0, 0, 0, 1, 1, 2, 2, 2.0])
-    net = points_for(5, 3, 2)
+    net = random_points(5, 3, 2)
     result = evaluate_columns(
         BsplineSurface(net, (2, 1), (vector, "clamped")), np.array([[1.0, 0], [2.0, 0]])
     )

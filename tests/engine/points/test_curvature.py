@@ -18,11 +18,11 @@ from tests.strategies import Array, height_nets, nets, weighted_nets, weights_li
 ROOT_HALF = np.sqrt(0.5)
 
 
-def batch(net: Array, weights: Array | None = None) -> TensorPatches:
+def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
 
 
-def tensor(surface: PatchSurface) -> TensorPatches:
+def lower_patches(surface: PatchSurface) -> TensorPatches:
     (patches,) = surface.lower().batches
     assert isinstance(patches, TensorPatches)
     return patches
@@ -37,7 +37,9 @@ def evaluate_curvatures(
     return result
 
 
-def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, Curvatures, Array]:
+def scatter_points(
+    patches: TensorPatches, count: int = 200
+) -> tuple[Array, Array, Curvatures, Array]:
     """Points and normals at places of all patches, corners and borders included."""
     rng = np.random.default_rng(3)
     index = np.arange(count) % patches.count
@@ -52,7 +54,7 @@ def scattered(patches: TensorPatches, count: int = 200) -> tuple[Array, Array, C
 @pytest.mark.parametrize("radius", [1.0, 3.0, 1e-12, 1e12])
 def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
     """K = 1/r², H = k_1 = k_2 = −1/r: the normals point outwards."""
-    _, _, result, degenerate = scattered(tensor(quadrics.sphere(radius)))
+    _, _, result, degenerate = scatter_points(lower_patches(quadrics.sphere(radius)))
     assert degenerate.any()
     np.testing.assert_allclose(result.gaussian * radius**2, 1, rtol=0, atol=1e-11)
     for k in (result.mean, result.larger, result.smaller):
@@ -61,7 +63,7 @@ def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
 
 def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     """H = −cos α / (2ρ) is unbounded; K = 0 along every ruling, so its limit is 0."""
-    patches = tensor(quadrics.cone(1.0, 2.0))
+    patches = lower_patches(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
     result = evaluate_curvatures(patches, 0, places)
     np.testing.assert_allclose(result.gaussian, 0, atol=1e-9)
@@ -72,7 +74,7 @@ def test_cone_has_no_mean_curvature_at_its_apex() -> None:
 
 def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
     """Half axes a, b, c: k = −c/a² and −c/b² at the pole, along every ruling."""
-    sphere = tensor(quadrics.sphere())
+    sphere = lower_patches(quadrics.sphere())
     patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
     result = evaluate_curvatures(
         patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)]
@@ -88,7 +90,7 @@ def test_pole_of_higher_order() -> None:
     Beyond the highest order that is examined, the result is null.
     """
     arc = np.array([[1.0, 0], [1, 1], [0, 1]])
-    for power, known in ((1, True), (2, True), (3, False)):
+    for power, has_curvature in ((1, True), (2, True), (3, False)):
         net = np.zeros((3, 2 * power + 1, 3))
         radius, square = np.zeros(2 * power + 1), np.zeros(2 * power + 1)
         # Bernstein coefficients of r = v^power and of r², in degree 2 power.
@@ -99,8 +101,8 @@ def test_pole_of_higher_order() -> None:
         net[..., :2] = arc[:, None] * radius[:, None]
         net[..., 2] = square
         weights = np.outer([1, ROOT_HALF, 1], np.ones(n + 1))
-        result = evaluate_curvatures(batch(net, weights), 0, [(0.25, 0.0)])
-        if known:
+        result = evaluate_curvatures(build_batch(net, weights), 0, [(0.25, 0.0)])
+        if has_curvature:
             assert result.gaussian == pytest.approx(4, rel=1e-9)
             assert abs(result.mean[0]) == pytest.approx(2, rel=1e-9)
             assert abs(result.smaller[0]) == pytest.approx(2, rel=1e-9)
@@ -147,8 +149,8 @@ def check(
 ) -> None:
     """Compares all four curvatures; `root` is the tolerance of k_1 and k_2, which have a square
     root."""
-    result = evaluate_curvatures(batch(net, weights), 0, places)
-    precise = exact.exact_net(net, weights)
+    result = evaluate_curvatures(build_batch(net, weights), 0, places)
+    precise = exact.to_exact_net(net, weights)
     for k, (u, v) in enumerate(places):
         _, du, dv, *_ = jet = exact.second_jet(precise, Fraction(u), Fraction(v))
         assume(any(exact.cross(du, dv)))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from service.engine.points.differential import evaluate_jets
 from service.surface.batches import TensorPatches
 from tests.oracles import exact
-from tests.strategies import Array, example_batch, nets, translate, weighted_nets
+from tests.strategies import Array, lower_example, nets, translate, weighted_nets
 
 LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
 """Tolerances of S, S_u, S_v, S_uu, S_uv, S_vv, relative to the size of the net."""
@@ -21,29 +21,29 @@ parameters = st.lists(
 )
 
 
-def batch(net: Array, weights: Array | None = None) -> TensorPatches:
+def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
 
 
-def partials(
+def evaluate_partials(
     net: Array, weights: Array | None, places: list[tuple[float, float]], order: int = 2
 ) -> Array:
     u, v = np.array(places).T
     index = np.zeros(len(u), dtype=np.intp)
-    return evaluate_jets(batch(net, weights), index, u, v, order).partials
+    return evaluate_jets(build_batch(net, weights), index, u, v, order).partials
 
 
-def size(net: Array) -> float:
+def measure_size(net: Array) -> float:
     return float((net.max(axis=(0, 1)) - net.min(axis=(0, 1))).max()) or 1.0
 
 
 def check(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> None:
-    result = partials(net, weights, places)
-    precise = exact.exact_net(net, weights)
+    result = evaluate_partials(net, weights, places)
+    precise = exact.to_exact_net(net, weights)
     for k, (u, v) in enumerate(places):
         truth = exact.second_jet(precise, Fraction(u), Fraction(v))
         for actual, right, limit in zip(result[:, k], truth, LIMITS, strict=True):
-            assert np.abs(actual - np.array(right, dtype=float)).max() <= limit * size(net)
+            assert np.abs(actual - np.array(right, dtype=float)).max() <= limit * measure_size(net)
 
 
 @given(weighted_nets(nets(degree=st.integers(1, 8))), parameters)
@@ -58,15 +58,15 @@ def test_far_from_the_origin_only_the_position_is_rounded(
     surface: tuple[Array, Array | None], places: list[tuple[float, float]]
 ) -> None:
     net, weights = surface
-    near = partials(net, weights, places)
-    far = partials(translate(net, 2.0**20, -(2.0**21)), weights, places)
+    near = evaluate_partials(net, weights, places)
+    far = evaluate_partials(translate(net, 2.0**20, -(2.0**21)), weights, places)
     np.testing.assert_allclose(far[1:], near[1:], rtol=0, atol=1e-8)
     np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
 
 
 def test_corners_and_poles_are_their_control_points() -> None:
     """Corner points equal the control points, bit for bit, as in a mesh."""
-    patches = example_batch("sphere")
+    patches = lower_example("sphere")
     for patch in range(patches.count):
         for corner, (u, v) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
             actual = evaluate_jets(
@@ -83,7 +83,7 @@ def test_corners_and_poles_are_their_control_points() -> None:
 
 
 def test_the_order_decides_which_partials_are_computed() -> None:
-    patches = example_batch("saddle")
+    patches = lower_example("saddle")
     middle = np.array([0.5])
     for order, count in enumerate((1, 3, 6)):
         result = evaluate_jets(patches, np.array([0]), middle, middle, order)

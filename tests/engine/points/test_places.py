@@ -12,12 +12,12 @@ from service.surface.batches import TensorPatches
 from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.patches import PatchSurface
 from tests.oracles.exact import split
-from tests.strategies import Array, cube, mixed_model, model_of
+from tests.strategies import Array, build_cube, build_mixed_model, build_model
 
 KNOTS_U, KNOTS_V = np.array([-1.0, 0.5, 4.0]), np.array([2.0, 3.0])
 
 
-def pieces() -> tuple[Array, PatchModel]:
+def build_pieces() -> tuple[Array, PatchModel]:
     """A net over the domain [−1, 4] × [2, 3], split at u = ½: 0.3 of the way."""
     net = np.arange(36.0).reshape(4, 3, 3) ** 1.5
     halves = np.stack(split(net, 0.3))
@@ -28,7 +28,7 @@ def pieces() -> tuple[Array, PatchModel]:
 
 
 def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() -> None:
-    _, model = pieces()
+    _, model = build_pieces()
     uv = np.array([[-1, 2], [0.5, 2.5], [np.nextafter(0.5, 0), 2.5], [4, 3], [2.25, 3]])
     result = locate(model, PointsQuery(uv, None, 0))
     np.testing.assert_array_equal(result.patch, [0, 1, 0, 1, 1])
@@ -47,8 +47,8 @@ def test_spans_are_counted_along_u_first() -> None:
 
 def test_partials_are_in_the_parameters_of_the_surface() -> None:
     """Partials by the chain rule from the whole net over [0, 1]: u = −1 + 5 t, v = 2 + s."""
-    net, model = pieces()
-    whole = model_of([net])
+    net, model = build_pieces()
+    whole = build_model([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
     uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
     result = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
@@ -61,7 +61,7 @@ def test_partials_are_in_the_parameters_of_the_surface() -> None:
 
 def test_patches_are_numbered_as_in_the_request() -> None:
     """Parts reorder the patches of a model; batches divide them."""
-    vertices = np.concatenate([face.reshape(-1, 3) for face in cube()])
+    vertices = np.concatenate([face.reshape(-1, 3) for face in build_cube()])
     grids = np.arange(24).reshape(6, 2, 2)
     surface = PatchSurface(vertices, grids, parts=(("odd", (5, 1, 3)), ("two", (2,))))
     model = surface.lower()
@@ -81,13 +81,13 @@ def list_refusals(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[s
 
 
 def test_parameters_outside_the_domain_are_refused() -> None:
-    _, model = pieces()
+    _, model = build_pieces()
     outside = [[-1, 2], [-1.1, 2], [4, 3.5], [0, 2], [5, 0]]
     assert list_refusals(model, outside) == [
         ("outside_domain", f"/uv/{place}") for place in ("1/0", "2/1", "4/0", "4/1")
     ]
     assert list_refusals(model, [[0, 2]], 0) == [("unexpected_patch", "/patch")]
-    several = model_of(cube())
+    several = build_model(build_cube())
     assert list_refusals(several, [[0, 0], [0.5, 1.5]], [0, 0]) == [("outside_domain", "/uv/1/1")]
     assert list_refusals(several, [[0, 0]]) == [("missing_field", "/patch")]
     assert list_refusals(several, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
@@ -98,7 +98,7 @@ def test_parameters_outside_the_domain_are_refused() -> None:
 
 def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     square, triangle = np.zeros((2, 2, 3)), np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 8]])
-    model = mixed_model([square, triangle])
+    model = build_mixed_model([square, triangle])
     places = np.array([[0.5, 0.25, 0.25], [0, 0, 1], [1 + 5e-10, 0, 0]])
     result = locate(model, PointsQuery(places, np.array(1), 0))
     np.testing.assert_allclose(result.local, places[:, 1:], rtol=0, atol=1e-15)
@@ -109,6 +109,8 @@ def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     assert list_refusals(model, wrong, 1) == [
         ("outside_domain", f"/barycentric/{row}") for row in (1, 2, 3)
     ]
-    assert list_refusals(model_of([square]), places[:1]) == [("wrong_parameters", "/barycentric/0")]
-    _, pieces_ = pieces()
+    assert list_refusals(build_model([square]), places[:1]) == [
+        ("wrong_parameters", "/barycentric/0")
+    ]
+    _, pieces_ = build_pieces()
     assert list_refusals(pieces_, places[:1]) == [("wrong_parameters", "/barycentric/0")]

@@ -16,19 +16,19 @@ numbers = st.integers(-64, 64).map(lambda k: k / 7)
 lists = st.lists(numbers, min_size=COUNT, max_size=COUNT)
 
 
-def series(terms: list[float]) -> Series:
+def build_series(terms: list[float]) -> Series:
     array = np.array(terms)
     return Series(array, np.zeros(array.shape))
 
 
-def product(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+def multiply(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
     return [sum((a[i] * b[k - i] for i in range(k + 1)), Fraction(0)) for k in range(COUNT)]
 
 
-def check_errors(found: Series, truth: list[Fraction]) -> None:
+def check_errors(series: Series, truth: list[Fraction]) -> None:
     """The terms are as far off as their errors allow, and these are small."""
     measure = max(1.0, *(abs(float(x)) for x in truth))
-    for term, error, right in zip(found.terms, found.errors, truth, strict=True):
+    for term, error, right in zip(series.terms, series.errors, truth, strict=True):
         assert abs(Fraction(float(term)) - right) <= Fraction(float(error)) + Fraction(2) ** -200
         assert error <= 1e-11 * measure
 
@@ -37,21 +37,21 @@ def check_errors(found: Series, truth: list[Fraction]) -> None:
 def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> None:
     """a b − c and (a b − c)/d for a d that begins with 8."""
     exact = [[Fraction(x) for x in terms] for terms in (a, b, c)]
-    difference = [x - y for x, y in zip(product(exact[0], exact[1]), exact[2], strict=True)]
-    result = series(a) * series(b) - series(c)
+    difference = [x - y for x, y in zip(multiply(exact[0], exact[1]), exact[2], strict=True)]
+    result = build_series(a) * build_series(b) - build_series(c)
     check_errors(result, difference)
     divisor = [8.0, *(x / 16 for x in b[1:])]
     quotient: list[Fraction] = []
     for k, x in enumerate(difference):
         rest = sum((Fraction(divisor[i]) * quotient[k - i] for i in range(1, k + 1)), Fraction(0))
         quotient.append((x - rest) / 8)
-    check_errors(result / series(divisor), quotient)
+    check_errors(result / build_series(divisor), quotient)
     check_errors((result + result).times(3.0), [6 * x for x in difference])
 
 
 def test_errors_of_operands_add_to_those_of_results() -> None:
     """An operand that may be off by e makes the product, the quotient and the sum as much off."""
-    wrong, one = Series(np.array([1.0, 1.0]), np.array([0.0, 1e-3])), series([1.0, 2.0])
+    wrong, one = Series(np.array([1.0, 1.0]), np.array([0.0, 1e-3])), build_series([1.0, 2.0])
     for result in (wrong * one, wrong / one, wrong + one, wrong - one, one / wrong):
         assert 0.9e-3 <= result.errors[1] <= 1.2e-3
         assert result.errors[0] < 1e-12

@@ -36,14 +36,18 @@ grid_places = st.lists(
 )
 
 
-def batch(net: Array, weights: Array | None) -> TrianglePatches:
+def build_batch(net: Array, weights: Array | None) -> TrianglePatches:
     return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
 
 
-def at_places(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> list[Array]:
+def evaluate_at(
+    net: Array, weights: Array | None, places: list[tuple[float, float]]
+) -> list[Array]:
     """Six partials, and the four curvatures, of one patch."""
     s, t = np.array(places, dtype=float).T
-    result = evaluate_triangle_jets(batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2)
+    result = evaluate_triangle_jets(
+        build_batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2
+    )
     c = result.curvatures
     assert c is not None
     return [result.partials, np.stack([c.gaussian, c.mean, c.larger, c.smaller])]
@@ -53,8 +57,8 @@ def at_places(net: Array, weights: Array | None, places: list[tuple[float, float
 def test_partials_and_curvatures_are_those_in_fractions(
     surface: tuple[Array, Array | None], places: list[tuple[int, int]]
 ) -> None:
-    partials, curvatures = at_places(*surface, [(j / 16, k / 16) for j, k in places])
-    net = triangles.exact_triangle(*surface)
+    partials, curvatures = evaluate_at(*surface, [(j / 16, k / 16) for j, k in places])
+    net = triangles.to_exact_triangle(*surface)
     size = float(np.ptp(surface[0], axis=0).max()) or 1.0
     for row, (j, k) in enumerate(places):
         place = (Fraction(16 - j - k, 16), Fraction(j, 16), Fraction(k, 16))
@@ -64,7 +68,7 @@ def test_partials_and_curvatures_are_those_in_fractions(
         normal = exact.cross(jet[1], jet[2])
         lengths = [float(exact.dot(d, d)) for d in (jet[1], jet[2])]
         if float(exact.dot(normal, normal)) > 1e-4 * lengths[0] * lengths[1] > 0:
-            bent = np.array(exact.bending(jet), dtype=float)
+            bent = np.array(exact.compute_curvatures(jet), dtype=float)
             measure = max(1.0, np.abs(bent).max())
             np.testing.assert_allclose(curvatures[:, row], bent, rtol=0, atol=1e-7 * measure)
 
@@ -80,17 +84,17 @@ def test_at_and_beside_a_side_that_is_one_point(axis: int, weighted: bool) -> No
         net[row] = ([0, 0, 0], [1 - along, along, 0], [1, 1, 2])[key[axis]]
     ratios = np.array([1.0 + 0.5 * key[axis] + 0.25 * key[0] for key in keys])
     weights = ratios if weighted else None
-    precise = triangles.exact_triangle(net, weights)
+    precise = triangles.to_exact_triangle(net, weights)
     values = []
     for distance in (0.0, 1e-14, 1e-10, 1e-7, 1e-4, 2.0**-5, 0.25):
         place = np.roll([distance, 0.375 * (1 - distance), 0.625 * (1 - distance)], axis)
-        partials, curvatures = at_places(net, weights, [(place[1], place[2])])
+        partials, curvatures = evaluate_at(net, weights, [(place[1], place[2])])
         assert np.isfinite(partials).all()
         values.append(curvatures[:, 0])
         if distance > 0:
             s, t = Fraction(float(place[1])), Fraction(float(place[2]))
             jet = triangles.second_jet(precise, (1 - s - t, s, t))
-            right = np.array(exact.bending(jet), dtype=float)
+            right = np.array(exact.compute_curvatures(jet), dtype=float)
             # Where r is small, s and t as rounded leave it few digits.
             limit = 1e-9 if axis else 1e-9 + 1e-15 / distance
             np.testing.assert_allclose(values[-1], right, rtol=max(limit, 1e-8), atol=1e-9)
@@ -102,7 +106,7 @@ def test_corners_are_their_control_points_and_normals_are_as_in_a_mesh() -> None
     """Even where two sides meet in a cusp, the normal there is a limit, and flagged."""
     net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 1], [0.5, 0, 0], [1, 1, 1], [1, 2, 0.3]])
     s, t = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
-    patches = batch(net, None)
+    patches = build_batch(net, None)
     result = evaluate_triangle_jets(patches, np.zeros(3, dtype=np.intp), s, t, 1)
     np.testing.assert_array_equal(result.partials[0], net[[0, 2, 5]])
     assert result.degenerate is not None

@@ -18,7 +18,7 @@ CLOUD = BsplineSurface(RNG.normal(size=(18, 18, 3)), (3, 3)).lower()
 POINTS, DIRECTIONS = RNG.normal(size=(2, 12, 3))
 
 
-def limit(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
+def set_limits(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
     """Sets small limits for the pairs at a time and for all pairs."""
     monkeypatch.setattr(patch_tree, "MOST_SPHERES", spheres)
     for module, name in ((closest, "ROOM"), (rays, "ROOM_IN_TREE")):
@@ -39,7 +39,7 @@ def test_closest_points(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int
     """With enough room the results are equal; with little room the intervals contain the same
     distances."""
     truth = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
-    limit(monkeypatch, spheres=spheres, room=room)
+    set_limits(monkeypatch, spheres=spheres, room=room)
     result = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
     low, high = result["distance_bounds"].T
     assert (low <= truth["distance_bounds"][:, 1]).all()
@@ -56,7 +56,7 @@ def test_hits_of_rays(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) 
     """With enough room the results are equal; with little room some rays are not reached."""
     query = RayQuery(POINTS, DIRECTIONS, only_first=False)
     truth = intersect_rays(CLOUD, query, 1 << 20)
-    limit(monkeypatch, spheres=spheres, room=room)
+    set_limits(monkeypatch, spheres=spheres, room=room)
     result = intersect_rays(CLOUD, query, 1 << 20)
     reached = result["reached"]
     assert truth["reached"].all()

@@ -22,9 +22,9 @@ from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
 from service.surface.triangle import TriangleSurface
 from tests.oracles import quadrics
-from tests.oracles.closest import least_distance, nearest
-from tests.oracles.exact import exact_net
-from tests.oracles.sheets import Array, bernstein, bezier_sheet, sheets_of
+from tests.oracles.closest import find_nearest, least_distance
+from tests.oracles.exact import to_exact_net
+from tests.oracles.sheets import Array, bernstein, build_bezier_sheet, build_sheets
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng
@@ -50,7 +50,7 @@ def strew_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
     near, far = (
         RNG(seed).uniform(low - by * reach, high + by * reach, (count // 3, 3)) for by in (0.3, 4)
     )
-    on = np.concatenate([s.at(s.samples(100)) + s.origin for s in sheets_of(surface)])
+    on = np.concatenate([s.at(s.samples(100)) + s.origin for s in build_sheets(surface)])
     return np.concatenate([near, far, RNG(seed).permutation(on)[: count - len(near) - len(far)]])
 
 
@@ -61,7 +61,7 @@ def test_no_point_is_nearer_than_the_interval(name: str) -> None:
     columns = project(surface, points)
     low, high = columns["distance_bounds"].T
     slack = 1e-14 * np.abs(points).max()
-    assert (nearest(sheets_of(surface), points, 3000, 2, 30) >= low - slack).all()
+    assert (find_nearest(build_sheets(surface), points, 3000, 2, 30) >= low - slack).all()
     assert columns["reached"].all()
     assert (low <= columns["distances"]).all()
     assert (columns["distances"] <= high).all()
@@ -93,15 +93,15 @@ def test_intervals_agree_with_those_in_exact_fractions() -> None:
     assert isinstance(surface, BezierSurface)
     points = RNG(2).uniform(-0.5, 1.5, (4, 3))
     for point, (low, high) in zip(points, project(surface, points)["distance_bounds"], strict=True):
-        least, most = least_distance([exact_net(surface.control_net)], point.tolist(), 2e-3)
+        least, most = least_distance([to_exact_net(surface.control_net)], point.tolist(), 2e-3)
         assert low <= most
         assert least <= high
 
 
 def test_all_points_of_a_net_that_defeats_fixed_seeds() -> None:
     u, v = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(0, 1, 10)], indexing="ij"))
-    points = bezier_sheet(SPLINEPY_389).at(np.stack([u, v], axis=1))
-    points += bezier_sheet(SPLINEPY_389).origin
+    points = build_bezier_sheet(SPLINEPY_389).at(np.stack([u, v], axis=1))
+    points += build_bezier_sheet(SPLINEPY_389).origin
     columns = project(BezierSurface(SPLINEPY_389), points)
     assert columns["reached"].all()
     assert columns["distances"].max() < 1e-11
@@ -182,7 +182,7 @@ def test_a_result_does_not_depend_on_the_other_queries(monkeypatch: pytest.Monke
 def test_parameters_are_those_of_the_surface() -> None:
     surface = FAMILIES["B-splines"].surface(4)
     assert isinstance(surface, BsplineSurface)
-    (sheet,) = sheets_of(surface)
+    (sheet,) = build_sheets(surface)
     columns = project(surface, strew_points(surface, 90))
     at = sheet.at(columns["uv"]) + sheet.origin
     np.testing.assert_allclose(at, columns["positions"], atol=1e-13)

@@ -12,8 +12,8 @@ from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from service.surface.sizes import SurfaceKind
-from tests.oracles.rays import Ints, crossings, torus_roots
-from tests.oracles.sheets import Array, sheets_of
+from tests.oracles.rays import Ints, find_crossings, torus_roots
+from tests.oracles.sheets import Array, build_sheets
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng
@@ -22,7 +22,7 @@ SADDLE = BezierSurface(np.array([[[-1.0, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1,
 ROOF = np.array([[[0.0, 0, 0], [0, 3, 0]], [[1, 0, 1], [1, 3, 1]]])
 
 
-def hits(
+def find_hits(
     surface: SurfaceKind, origins: Any, directions: Any, hits: str = "all", thickness: float = 1e-9
 ) -> dict[str, Any]:
     o, d = (np.atleast_2d(np.asarray(rows, np.float64)) for rows in (origins, directions))
@@ -39,12 +39,12 @@ def strew_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, 
     return origins, rng.uniform(low, high, (count, 3)) - origins
 
 
-def find_missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
+def find_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
     """Whether each true hit is outside all intervals of its ray."""
     held = np.zeros(len(ray), bool)
-    low, high = found["t_bounds"].T
-    for k in np.unique(found["ray"]).tolist():
-        mine, true = found["ray"] == k, np.flatnonzero(ray == k)
+    low, high = hits["t_bounds"].T
+    for k in np.unique(hits["ray"]).tolist():
+        mine, true = hits["ray"] == k, np.flatnonzero(ray == k)
         near = np.broadcast_to(slack, ray.shape)[true][:, np.newaxis]
         inside = (low[mine] - near <= t[true][:, np.newaxis]) & (
             t[true][:, np.newaxis] <= high[mine] + near
@@ -57,10 +57,10 @@ def find_missed(found: dict[str, Any], ray: Ints, t: Array, slack: Array | float
 def test_no_hit_is_missed_and_none_invented(name: str) -> None:
     surface = FAMILIES[name].surface(78)
     origins, directions = strew_rays(surface, 20)
-    result = hits(surface, origins, directions)
+    result = find_hits(surface, origins, directions)
     assert result["reached"].all()
     length = np.linalg.norm(directions, axis=1)
-    ray, t, error = crossings(sheets_of(surface), origins, directions)
+    ray, t, error = find_crossings(build_sheets(surface), origins, directions)
     model = to_patches(surface.lower())
     slack = error + 1e-12 * model.diagonal / length[ray]
     assert not find_missed(result, ray, t, slack).any()
@@ -70,7 +70,7 @@ def test_no_hit_is_missed_and_none_invented(name: str) -> None:
     assert away.max(initial=0.0) < 1e-9 * model.diagonal
     low, high = result["t_bounds"].T
     assert ((low <= result["t"]) & (result["t"] <= high)).all()
-    first = hits(surface, origins, directions, "first")
+    first = find_hits(surface, origins, directions, "first")
     rows = np.flatnonzero(np.diff(ray, prepend=-1))
     for column in ("ray", "t", "uv", "kind"):
         np.testing.assert_array_equal(np.asarray(result[column])[rows], first[column])
@@ -81,8 +81,8 @@ def test_examples_are_hit_as_often_as_by_looking_everywhere(name: str) -> None:
     surface = find(name).surface()
     model = to_patches(surface.lower())
     origins, directions = strew_rays(surface, 50, 1)
-    result = hits(surface, origins, directions)
-    ray, t, error = crossings(sheets_of(model), origins, directions, 8_000)
+    result = find_hits(surface, origins, directions)
+    ray, t, error = find_crossings(build_sheets(model), origins, directions, 8_000)
     slack = error + 1e-12 * model.diagonal / np.linalg.norm(directions, axis=1)[ray]
     assert not find_missed(result, ray, t, slack).any()
     each = [len(np.unique(np.round(t[ray == k], 9))) for k in range(len(origins))]
@@ -97,7 +97,7 @@ def test_a_sphere_and_rays_that_graze_it() -> None:
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     depth = np.repeat([0.7, 1e-3, 1e-5, 1e-7, -1e-7, -1e-3], 50)
     origins = normals * (1 - depth)[:, np.newaxis] - 3 * d
-    result = hits(find("sphere").surface(), origins, 2 * d)
+    result = find_hits(find("sphere").surface(), origins, 2 * d)
     assert result["reached"].all()
     assert result["counts"].tolist() == np.where(depth > 0, 2, 0).tolist()
     half = np.sqrt(1 - (1 - depth[depth > 0]) ** 2)
@@ -105,7 +105,7 @@ def test_a_sphere_and_rays_that_graze_it() -> None:
     assert (np.abs(result["t"] - true) < 1e-8).all()
     assert result["entering"] == [True, False] * 200
     np.testing.assert_allclose(result["normals"], result["positions"], atol=1e-9)
-    exact = hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
+    exact = find_hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
     assert set(exact["kind"]) == {"touching"}
     np.testing.assert_allclose(exact["t"], 3, atol=2e-4)
 
@@ -114,7 +114,7 @@ def test_a_torus_by_roots_of_50_digits() -> None:
     rng = RNG(4)
     inner = rng.uniform([-1.4, -1.4, -0.4], [1.4, 1.4, 0.4], (40, 3))
     origins = rng.normal(size=(40, 3)) * 3
-    result = hits(find("torus").surface(), origins, inner - origins)
+    result = find_hits(find("torus").surface(), origins, inner - origins)
     for k, (o, d) in enumerate(zip(origins, inner - origins, strict=True)):
         true = torus_roots(o, d, 1.0, 0.4)
         np.testing.assert_allclose(result["t"][result["ray"] == k], true, rtol=1e-11, atol=1e-11)
@@ -157,7 +157,7 @@ def test_grazing_and_edge_on_rays(surface: SurfaceKind | str) -> None:
     origins, directions = (
         np.array(rows, np.float64) for rows in list(zip(*cases, strict=True))[:2]
     )
-    result, first = (hits(surface, origins, directions, which) for which in ("all", "first"))
+    result, first = (find_hits(surface, origins, directions, which) for which in ("all", "first"))
     assert result["reached"].all()
     there = origins[result["ray"]] + result["t"][:, np.newaxis] * directions[result["ray"]]
     np.testing.assert_allclose(there, result["positions"], atol=2e-8)
@@ -175,7 +175,7 @@ def test_a_hit_on_an_edge_counts_once_and_a_ridge_is_touched() -> None:
     other = ROOF * [-1, 1, 1] + [2, 0, 0]
     vertices = np.concatenate([ROOF.reshape(-1, 3), other.reshape(-1, 3)])
     roof = PatchSurface(vertices, np.array([[[0, 1], [2, 3]], [[6, 7], [4, 5]]]))
-    result = hits(
+    result = find_hits(
         roof,
         [[1, 1, 5], [1, 1.5, 5], [-1, 1, 1], [1, -1, 1]],
         [[0, 0, -1]] * 2 + [[1, 0, 0], [0, 1, 0]],
@@ -189,9 +189,9 @@ def test_a_result_does_not_depend_on_the_other_queries() -> None:
     surface = FAMILIES["NURBS"].surface(5)
     origins, directions = strew_rays(surface, 40)
     for which in ("all", "first"):
-        together = hits(surface, origins, directions, which)
+        together = find_hits(surface, origins, directions, which)
         for k in range(5):
-            part = hits(surface, origins[k::5], directions[k::5], which)
+            part = find_hits(surface, origins[k::5], directions[k::5], which)
             rows = together["ray"] % 5 == k
             for column in ("t", "t_bounds", "uv", "kind"):
                 whole = np.asarray(together[column])[rows]
@@ -199,10 +199,10 @@ def test_a_result_does_not_depend_on_the_other_queries() -> None:
 
 
 def test_far_and_huge_and_endless() -> None:
-    result = hits(SQUARE, [[0.5, 0.5, 1e12], [0.5, 0.5, 3e38]], [[0, 0, -1], [0, 0, -1e-30]])
+    result = find_hits(SQUARE, [[0.5, 0.5, 1e12], [0.5, 0.5, 3e38]], [[0, 0, -1], [0, 0, -1e-30]])
     assert result["reached"].tolist() == [False, False]
     line = BezierSurface(np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0]]]))
-    result = hits(line, [[-1, 0, 0], [0.3, 0, 2]], [[1, 0, 0], [0, 0, -1]])
+    result = find_hits(line, [[-1, 0, 0], [0.3, 0, 2]], [[1, 0, 0], [0, 0, -1]])
     assert result["reached"].tolist() == [False, True]
     assert result["kind"] == ["touching"]
     with pytest.raises(TooLarge):
@@ -215,7 +215,7 @@ def test_a_request_has_a_bounded_number_of_pairs(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("service.engine.queries.rays.MOST_CLOSE", 1000)
     easy, hard = [[0.8, 0.6, 3.0], [0.0, 0, -1]], [[0.8, 0.6, -4.0], [0.0, 0, 1]]
     origins = [[0.1, 2, k / 50] for k in range(20)] + [hard[0], easy[0]]
-    result = hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
+    result = find_hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
     assert result["reached"].tolist() == [True] * 20 + [False] * 2
     assert result["counts"].tolist()[:20] == [2] * 20
 
@@ -223,7 +223,9 @@ def test_a_request_has_a_bounded_number_of_pairs(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize("size", [1e-140, 1e-160])
 def test_intervals_of_rays_from_very_far_away_are_finite(size: float) -> None:
     tiny = BezierSurface(SQUARE.control_net * size)
-    result = hits(tiny, [[size / 3, size / 4, 2], [size / 3, size / 4, 2e38]], [[0, 0, -2.0]] * 2)
+    result = find_hits(
+        tiny, [[size / 3, size / 4, 2], [size / 3, size / 4, 2e38]], [[0, 0, -2.0]] * 2
+    )
     assert result["counts"].tolist() == [1, 1]
     low, high = result["t_bounds"].T
     assert np.all((low <= [1, 1e38]) & (high >= [1, 1e38]) & (high <= [1.1, 1.1e38]))

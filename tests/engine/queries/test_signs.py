@@ -38,7 +38,7 @@ def test_signs_of_quadrics_near_and_far(
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     feet = points - off[:, np.newaxis] * normals
     near = feet + normals * RNG(2).choice([-1e-3, 1e-3, -1e-7, 1e-7], (200, 1))
-    columns = project(model_of(name), np.concatenate([points, near, feet]))
+    columns = project(build_model(name), np.concatenate([points, near, feet]))
     truth = np.sign(distance(np.concatenate([points, near]))[0])
     np.testing.assert_array_equal(columns["signs"][:400], truth)
     on = columns["distance_bounds"][400:, 0] == 0
@@ -46,7 +46,7 @@ def test_signs_of_quadrics_near_and_far(
     assert np.isnan(columns["signs"][400:][on]).all()
 
 
-def solid_angles(triangles: Array, points: Array) -> Array:
+def compute_solid_angles(triangles: Array, points: Array) -> Array:
     """Sums of the solid angles of triangles (T, 3, 3) in parts of the sphere."""
     total = np.zeros(len(points))
     for k, x in enumerate(points):
@@ -67,17 +67,17 @@ def turn_inside_out(patches: TensorPatches, factor: float = 1.0) -> TensorPatche
     return TensorPatches(factor * patches.points.swapaxes(1, 2), patches.weights.swapaxes(1, 2))
 
 
-def with_others(*others: TensorPatches) -> PatchModel:
+def add_patches(*others: TensorPatches) -> PatchModel:
     """The sphere, and other patches."""
     batches = (SPHERE.batches[0], *others)
     return PatchModel("patches", batches, (Part("all", 0, sum(b.count for b in batches)),))
 
 
-def model_of(name: str) -> PatchModel:
+def build_model(name: str) -> PatchModel:
     (ball,) = SPHERE.batches
     assert isinstance(ball, TensorPatches)
     if name == "a hollow ball":
-        return with_others(turn_inside_out(ball, 0.5))
+        return add_patches(turn_inside_out(ball, 0.5))
     if name == "two balls that overlap, one mirrored":
         place = np.diag([1, 1, -0.7, 1.0])
         place[0, 3] = 1
@@ -101,19 +101,19 @@ def model_of(name: str) -> PatchModel:
     ],
 )
 def test_signs_agree_with_solid_angles_of_a_fine_mesh(name: str) -> None:
-    model = model_of(name)
+    model = build_model(name)
     mesh = build(model, MeshOptions(resolution=(12, 12)))
     vertices = mesh.positions + mesh.origin
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     points = RNG(3).uniform(1.1 * low - 0.1 * high, 1.1 * high - 0.1 * low, (40, 3))
     columns = project(model, points)
     far = columns["distances"] > 0.02 * np.linalg.norm(high - low)
-    number = np.rint(solid_angles(vertices[mesh.triangles], points[far]))
+    number = np.rint(compute_solid_angles(vertices[mesh.triangles], points[far]))
     np.testing.assert_array_equal(columns["signs"][far], np.where(number != 0, -1, 1))
     assert set(columns["signs"]) == {-1, 1}
 
 
-def grid_of(net: Array, divisions: int) -> Array:
+def build_grid(net: Array, divisions: int) -> Array:
     """Points (d+1, d+1, 3) of a net (p+1, q+1, 4)."""
     t = np.linspace(0, 1, divisions + 1)
     rows, columns, _ = net.shape
@@ -130,14 +130,14 @@ def test_bounds_of_solid_angles_hold() -> None:
         model = chord_models.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
         a, b, c, d = model[chord_models.CORNERS :].reshape(4, 3)
         coarse = np.array([[a, b, c], [a, c, d]])
-        grid = grid_of(net, 40)
+        grid = build_grid(net, 40)
         a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
         halves = (a, b, c), (a, c, d)
         fine = np.concatenate([np.stack(half, axis=2).reshape(-1, 3, 3) for half in halves])
         assert np.linalg.norm(grid - model[:3], axis=2).max() <= model[3]
         away = RNG(k).normal(size=(8, 3))
         x = model[:3] + away / np.linalg.norm(away, axis=1, keepdims=True) * model[3] * 1.2
-        error = 4 * np.pi * np.abs(solid_angles(fine, x) - solid_angles(coarse, x))
+        error = 4 * np.pi * np.abs(compute_solid_angles(fine, x) - compute_solid_angles(coarse, x))
         assert (error <= model[chord_models.AREA] / (0.2 * model[3]) ** 2 + 1e-4).all()
 
 

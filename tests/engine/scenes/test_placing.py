@@ -12,14 +12,14 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.scenes.placing import bound_placing_error, bound_single_error
 from service.engine.scenes.scene import arrange, flatten, place_points, round_to_single, scene_parts
 from service.surface.lowered import GroupModel, PlacedModel
-from tests.meshes import silo
+from tests.meshes import build_silo
 from tests.strategies import Array, placements
 
 TURN = np.array([[0.0, -2, 0, 5], [2, 0, 0, 0], [0, 0, 2, 1], [0, 0, 0, 1]])
 SHEAR = np.array([[1.0, 0, 0, 0], [3, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
-def exact(matrix: Array, point: Array) -> list[Fraction]:
+def place_exactly(matrix: Array, point: Array) -> list[Fraction]:
     """L x + t without rounding."""
     row = [Fraction(x) for x in (*point.tolist(), 1.0)]
     return [
@@ -28,7 +28,7 @@ def exact(matrix: Array, point: Array) -> list[Fraction]:
     ]
 
 
-def distance(one: list[Fraction], other: list[Fraction]) -> float:
+def measure_distance(one: list[Fraction], other: list[Fraction]) -> float:
     return math.sqrt(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)))
 
 
@@ -38,7 +38,10 @@ def test_a_copy_is_within_its_bound_of_its_place(matrix: Array, seed: int) -> No
     copies = place_points(points, matrix)
     error = bound_placing_error(matrix, points.min(axis=0), points.max(axis=0))
     for point, copy in zip(points, copies, strict=True):
-        assert distance(exact(matrix, point), [Fraction(x) for x in copy.tolist()]) <= error
+        assert (
+            measure_distance(place_exactly(matrix, point), [Fraction(x) for x in copy.tolist()])
+            <= error
+        )
 
 
 @given(st.integers(0, 2**32), st.floats(-4, 6), st.booleans())
@@ -50,13 +53,13 @@ def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> N
     stored = (points - origin).astype(np.float32)
     for point, row in zip(points.tolist(), stored.astype(np.float64).tolist(), strict=True):
         there = [Fraction(x) + Fraction(o) for x, o in zip(row, origin.tolist(), strict=True)]
-        assert distance([Fraction(x) for x in point], there) <= error
+        assert measure_distance([Fraction(x) for x in point], there) <= error
     assert error < 1e-6 * float(np.abs(points - origin).max()) + 1e-12
 
 
 def build_bounded(bound: float | None, both: float | None = None) -> Mesh:
     """A mesh of three parts that has bounds."""
-    mesh = silo()
+    mesh = build_silo()
     parts = tuple(
         replace(part, deviation_bound=None if bound is None else bound / (k + 1))
         for k, part in enumerate(mesh.parts)
@@ -65,13 +68,13 @@ def build_bounded(bound: float | None, both: float | None = None) -> Mesh:
     return replace(mesh, parts=parts, report=report)
 
 
-def group(*matrices: Array | None) -> GroupModel:
+def build_group(*matrices: Array | None) -> GroupModel:
     members = tuple(PlacedModel(f"m{k}", 0, None, matrix) for k, matrix in enumerate(matrices))
     return GroupModel("group", (), members)
 
 
 def test_bounds_grow_as_distances_do() -> None:
-    scene = arrange(group(None, TURN, SHEAR), (build_bounded(0.25, 0.5),))
+    scene = arrange(build_group(None, TURN, SHEAR), (build_bounded(0.25, 0.5),))
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert stretch > 3
     assert scene.report.deviation_bound is not None
@@ -89,7 +92,7 @@ def test_bounds_grow_as_distances_do() -> None:
 
 
 def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
-    scene = arrange(group(TURN, None), (build_bounded(0.25),))
+    scene = arrange(build_group(TURN, None), (build_bounded(0.25),))
     whole = flatten(scene)
     assert whole.report.deviation_bound == scene.report.deviation_bound
     bounds = [part.deviation_bound for part in whole.parts]

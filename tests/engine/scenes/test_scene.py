@@ -20,7 +20,7 @@ from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import as_triangles, check_sound, mesh_of, places_of
+from tests.engine.meshing import build_mesh, check_sound, find_places, to_triangles
 from tests.oracles.topology import volume
 from tests.strategies import Array, placements
 
@@ -29,19 +29,19 @@ NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 
 
-def group_of(*members: Member, **more: Any) -> GroupModel:
+def build_group(*members: Member, **more: Any) -> GroupModel:
     return GroupSurface(members, **more).lower()
 
 
-def area_vectors(mesh: Mesh) -> Array:
+def compute_area_vectors(mesh: Mesh) -> Array:
     """Normal of every triangle, as long as the triangle is large."""
-    a, b, c = (mesh.positions[as_triangles(mesh)[:, k]] for k in range(3))
+    a, b, c = (mesh.positions[to_triangles(mesh)[:, k]] for k in range(3))
     areas: Array = np.cross(b - a, c - a) / 2
     return areas
 
 
-def body_volume(mesh: Mesh) -> float:
-    return float(volume(mesh.positions, as_triangles(mesh)))
+def compute_volume(mesh: Mesh) -> float:
+    return float(volume(mesh.positions, to_triangles(mesh)))
 
 
 @given(
@@ -56,30 +56,30 @@ def test_a_flattened_copy_is_the_placed_mesh(
     """Points times the matrix, normals times its inverse transposed, faces equal or reversed."""
     options = MeshOptions(resolution=(3, 4), faces=faces, weld=weld)  # type: ignore[arg-type]
     surface = find(example).surface()
-    mesh = build(group_of(Member(surface, matrix=matrix), up=surface.up), options)
+    mesh = build(build_group(Member(surface, matrix=matrix), up=surface.up), options)
     check_sound(mesh)
-    own = mesh_of(example, resolution=(3, 4), faces=faces, weld=weld)
+    alone = build_mesh(example, resolution=(3, 4), faces=faces, weld=weld)
     linear, shift = matrix[:3, :3], matrix[:3, 3]
-    np.testing.assert_allclose(mesh.positions, own.positions @ linear.T + shift, atol=1e-13)
-    assert own.normals is not None
+    np.testing.assert_allclose(mesh.positions, alone.positions @ linear.T + shift, atol=1e-13)
+    assert alone.normals is not None
     assert mesh.normals is not None
-    expected = own.normals @ np.linalg.inv(linear)
+    expected = alone.normals @ np.linalg.inv(linear)
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
     np.testing.assert_allclose(mesh.normals, expected, atol=1e-12)
     # Normals and areas agree in sign, so no face is turned over.
-    areas = area_vectors(own) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
-    np.testing.assert_allclose(area_vectors(mesh), areas, atol=1e-11)
-    if own.report.watertight:
-        required = abs(np.linalg.det(linear)) * body_volume(own)
-        assert body_volume(mesh) == pytest.approx(required, rel=1e-12)
+    areas = compute_area_vectors(alone) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
+    np.testing.assert_allclose(compute_area_vectors(mesh), areas, atol=1e-11)
+    if alone.report.watertight:
+        required = abs(np.linalg.det(linear)) * compute_volume(alone)
+        assert compute_volume(mesh) == pytest.approx(required, rel=1e-12)
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
     """Checks the faces, the normals, and the grids, which the forms of OOGL use."""
     options = MeshOptions(resolution=(5, 3), faces=faces)  # type: ignore[arg-type]
-    mesh = build(group_of(Member(find("sphere").surface(), matrix=MIRROR), up="z"), options)
-    assert body_volume(mesh) > 0
+    mesh = build(build_group(Member(find("sphere").surface(), matrix=MIRROR), up="z"), options)
+    assert compute_volume(mesh) > 0
     assert mesh.normals is not None
     np.testing.assert_allclose(mesh.normals, mesh.positions, atol=1e-12)
     for grid in mesh.grids[0]:
@@ -90,7 +90,7 @@ def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
 
 def test_members_become_parts_under_their_names_and_colors() -> None:
     """The names of several parts follow the name of their surface."""
-    model = group_of(
+    model = build_group(
         Member(find("cylinder").surface(), "drum", RED),
         Member(find("saddle").surface()),
         Member(find("cylinder").surface(), "other", matrix=MIRROR),
@@ -113,7 +113,7 @@ def test_members_become_parts_under_their_names_and_colors() -> None:
 
 def test_equal_members_are_meshed_once_and_counted_each() -> None:
     ball = find("sphere").surface()
-    model = group_of(*(Member(ball, matrix=np.diag([k, k, k, 1.0])) for k in (1, 2, 3)), up="z")
+    model = build_group(*(Member(ball, matrix=np.diag([k, k, k, 1.0])) for k in (1, 2, 3)), up="z")
     scene = build_scene(model, MeshOptions(resolution=(4, 4)), single=True)
     (mesh,) = scene.meshes
     assert [node.model for node in scene.nodes] == [0, 0, 0]
@@ -127,8 +127,8 @@ def test_equal_members_are_meshed_once_and_counted_each() -> None:
 def test_copies_are_not_welded_to_each_other() -> None:
     """Two copies in one place are not welded to each other, each is within itself."""
     ball = find("sphere").surface()
-    mesh = build(group_of(Member(ball), Member(ball)), MeshOptions(resolution=(3, 3)))
-    places = places_of(mesh)
+    mesh = build(build_group(Member(ball), Member(ball)), MeshOptions(resolution=(3, 3)))
+    places = find_places(mesh)
     half = len(places) // 2
     np.testing.assert_array_equal(places[half:], places[:half] + half)
 
@@ -139,8 +139,8 @@ def test_a_framed_member_takes_the_grids_from_all() -> None:
     table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
     uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))
     options = MeshOptions(resolution=(2, 5))
-    alone = build(group_of(Member(BezierSurface(turned))), options)
-    both = build(group_of(Member(BezierSurface(turned)), Member(uneven)), options)
+    alone = build(build_group(Member(BezierSurface(turned))), options)
+    both = build(build_group(Member(BezierSurface(turned)), Member(uneven)), options)
     assert len(alone.grids) == 1
     assert both.grids == ()
     check_sound(both)
@@ -150,13 +150,15 @@ def test_a_framed_member_takes_the_grids_from_all() -> None:
 def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
     """Placing a mesh equals meshing the placed surface, also for rational and mirrored ones."""
     surface = find("cone").surface()
-    model = to_patches(group_of(Member(surface, "first", matrix=matrix), Member(surface), up="z"))
+    model = to_patches(
+        build_group(Member(surface, "first", matrix=matrix), Member(surface), up="z")
+    )
     assert [(part.name, part.first, part.last) for part in model.parts] == [
         ("first", 0, 8),
         ("cone", 8, 16),
     ]
-    placed, own = (evaluate(batch, (3, 3)) for batch in model.batches)
-    at = own.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    placed, unplaced = (evaluate(batch, (3, 3)) for batch in model.batches)
+    at = unplaced.positions @ matrix[:3, :3].T + matrix[:3, 3]
     if np.linalg.det(matrix[:3, :3]) < 0:
         at = at.swapaxes(1, 2)
     np.testing.assert_allclose(placed.positions, at, atol=1e-13)
@@ -166,7 +168,7 @@ def test_far_members_keep_their_shape_in_single_precision() -> None:
     """A group far from zero has one local origin."""
     matrix = np.eye(4)
     matrix[:3, 3] = 1e6
-    model = group_of(Member(find("sphere").surface(), matrix=matrix), up="z")
+    model = build_group(Member(find("sphere").surface(), matrix=matrix), up="z")
     mesh = build(model, MeshOptions(resolution=(4, 4)), single=True)
     assert mesh.positions.dtype == np.float32
     assert mesh.origin.tolist() == [1e6] * 3
@@ -179,7 +181,7 @@ def test_base_colors_become_colors_of_vertices() -> None:
     painted = BezierSurface(NET, channels=Channels(colors=np.full((1, 1, 3), 0.5)))
     tinted = Member(painted, "tinted", (0.5, 1.0, 0.0, 0.25))
     mesh = build(
-        group_of(Member(painted), tinted, Member(find("tveit").surface())),
+        build_group(Member(painted), tinted, Member(find("tveit").surface())),
         MeshOptions(resolution=(1, 1)),
     )
     assert mesh.colors is not None
@@ -197,7 +199,7 @@ def test_attributes_that_all_members_have_are_kept_in_one_mesh() -> None:
         BezierSurface(NET, channels=Channels(attributes=attributes))
         for attributes in ((("heat", heat), ("flow", flow)), (("flow", flow * 2), ("cold", heat)))
     )
-    model = group_of(Member(one), Member(other))
+    model = build_group(Member(one), Member(other))
     kinds: frozenset[ChannelKind] = frozenset({"attribute"})
     mesh = build(keep_model_channels(model, kinds, apart=False), MeshOptions(resolution=(1, 1)))
     ((name, values),) = mesh.attributes

@@ -15,9 +15,9 @@ from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from service.surface.quadrics import cone, cylinder, sphere, torus
 from service.surface.sizes import SurfaceKind
-from tests.oracles.sections import crossings, distance_to
-from tests.oracles.sheets import Array, sheets_of
-from tests.strategies import cube, model_of
+from tests.oracles.sections import find_crossings, measure_distances
+from tests.oracles.sheets import Array, build_sheets
+from tests.strategies import build_cube, build_model
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng
@@ -40,11 +40,11 @@ def cut(model: PatchModel, normals: object, offsets: object, relative: float = 1
     return cut_surface(model, connect(model), planes, relative * model.diagonal, allow)
 
 
-def patches(surface: SurfaceKind) -> PatchModel:
+def lower_patches(surface: SurfaceKind) -> PatchModel:
     return to_patches(surface.lower())
 
 
-def shape(section: Section) -> tuple[int, int, int]:
+def count_lines(section: Section) -> tuple[int, int, int]:
     """The numbers of closed polylines, of open polylines, and of touching points."""
     closed = sum(line.closed for line in section.polylines)
     return closed, len(section.polylines) - closed, len(section.touching)
@@ -53,22 +53,27 @@ def shape(section: Section) -> tuple[int, int, int]:
 @pytest.mark.parametrize("name", FAMILIES)
 def test_no_part_of_the_section_is_lost(name: str) -> None:
     surface = FAMILIES[name].surface(5)
-    model = patches(surface)
+    model = lower_patches(surface)
     (low, high), rng = model.bounds, RNG(11)
     normal = rng.normal(size=3)
     normal /= np.linalg.norm(normal)
     offset = float(normal @ (low + (high - low) * rng.uniform(0.3, 0.7, 3)))
     sections = cut(model, normal, offset)
-    (section,), sheets = sections.sections, sheets_of(surface)
-    seen = crossings(sheets, normal, offset, max(8, int(60 / len(sheets) ** 0.5)))
+    (section,), sheets = sections.sections, build_sheets(surface)
+    seen = find_crossings(sheets, normal, offset, max(8, int(60 / len(sheets) ** 0.5)))
     bound = sections.deviation_bound + 1e-9 * model.diagonal
     assert bound <= 1.001e-3 * model.diagonal
-    assert np.minimum(distance_to(section, seen), _distance(section.touching, seen)).max() <= bound
+    assert (
+        np.minimum(
+            measure_distances(section, seen), _measure_distance(section.touching, seen)
+        ).max()
+        <= bound
+    )
     drawn = np.concatenate([line.points for line in section.polylines] or [seen[:0]])
     assert np.abs(drawn @ normal - offset).max(initial=0) <= 1e-10 * model.diagonal
 
 
-def _distance(points: Array, others: Array) -> Array:
+def _measure_distance(points: Array, others: Array) -> Array:
     apart = np.linalg.norm(points[:, None] - others, axis=2)
     return np.asarray(apart.min(axis=0, initial=np.inf))
 
@@ -100,9 +105,9 @@ TURN = cos(0.3), sin(0.3)
     ],
 )
 def test_torus(normal: tuple[float, ...], offset: float, expected: tuple[int, int, int]) -> None:
-    sections = cut(patches(torus(1.0, REACH)), normal, offset)
+    sections = cut(lower_patches(torus(1.0, REACH)), normal, offset)
     (section,) = sections.sections
-    assert shape(section) == expected
+    assert count_lines(section) == expected
     # Every point is on the torus, and the polyline is within the bound between the points.
     for line in section.polylines:
         middles = (line.points[1:] + line.points[:-1]) / 2
@@ -112,7 +117,7 @@ def test_torus(normal: tuple[float, ...], offset: float, expected: tuple[int, in
 
 
 def test_villarceau_circles_are_circles() -> None:
-    (section,) = cut(patches(torus(1.0, REACH)), (sin(A), 0, cos(A)), 0, 1e-5).sections
+    (section,) = cut(lower_patches(torus(1.0, REACH)), (sin(A), 0, cos(A)), 0, 1e-5).sections
     for line in section.polylines:
         middle = np.array([0, REACH, 0]) * np.sign(line.points[:-1, 1].mean())
         assert np.abs(np.linalg.norm(line.points - middle, axis=1) - 1).max() < 1e-6
@@ -135,14 +140,14 @@ def test_villarceau_circles_are_circles() -> None:
 def test_quadrics(
     surface: SurfaceKind, normal: tuple[float, ...], offset: float, expected: tuple[int, int, int]
 ) -> None:
-    (section,) = cut(patches(surface), normal, offset).sections
-    assert shape(section) == expected
-    (back,) = cut(patches(surface), np.negative(normal), -offset).sections
-    assert shape(back) == expected
+    (section,) = cut(lower_patches(surface), normal, offset).sections
+    assert count_lines(section) == expected
+    (back,) = cut(lower_patches(surface), np.negative(normal), -offset).sections
+    assert count_lines(back) == expected
 
 
 def test_faces_in_the_plane_are_listed_and_outlined() -> None:
-    model = model_of(cube())
+    model = build_model(build_cube())
     for offset, coplanar in ((1.0, 1), (0.5, 0), (0.0, 1)):
         for sign in (1, -1):
             (section,) = cut(model, (0, 0, sign), sign * offset).sections
@@ -156,7 +161,7 @@ def test_faces_in_the_plane_are_listed_and_outlined() -> None:
 def test_bodies_lie_on_the_left_of_sections() -> None:
     """The area is positive seen from the tip of the normal: outside is to the right."""
     for name in ("sphere", "torus"):
-        sections = cut(patches(find(name).surface()), [(0, 0, 1), (1, 2, -3)], [0.1, 0.05])
+        sections = cut(lower_patches(find(name).surface()), [(0, 0, 1), (1, 2, -3)], [0.1, 0.05])
         for k, section in enumerate(sections.sections):
             x, y = (axis[k] for axis in sections.planes.axes)
             total = 0.0
@@ -174,18 +179,18 @@ def test_patches_on_both_sides_of_an_edge_share_its_points() -> None:
         tube = 2 * np.pi * i / 7
         ring = (3 + np.cos(tube)) * np.stack([np.cos(around), np.sin(around)])
         net[i] += np.stack([*ring, np.full(8, np.sin(tube))], axis=1)
-    model = patches(BsplineSurface(net, (3, 2), ("periodic", "periodic")))
+    model = lower_patches(BsplineSurface(net, (3, 2), ("periodic", "periodic")))
     normals = RNG(4).normal(size=(30, 3))
     sections = cut(model, normals, RNG(5).uniform(-2, 2, 30))
     assert all(line.closed for s in sections.sections for line in s.polylines)
     assert sections.point_count > 500
     # At height 2.4 lie the borders of rim, body, lid and, twice, spout.
-    teapot = cut(patches(find("utah-teapot").surface()), [(0, 0, 1)] * 3, [0.3, 2.4, 3.0])
-    assert [shape(s) for s in teapot.sections] == [(1, 0, 0), (5, 0, 0), (1, 0, 0)]
+    teapot = cut(lower_patches(find("utah-teapot").surface()), [(0, 0, 1)] * 3, [0.3, 2.4, 3.0])
+    assert [count_lines(s) for s in teapot.sections] == [(1, 0, 0), (5, 0, 0), (1, 0, 0)]
 
 
 def test_a_plane_does_not_depend_on_the_others() -> None:
-    model = patches(find("utah-teapot").surface())
+    model = lower_patches(find("utah-teapot").surface())
     heights = np.linspace(0.1, 3, 9)
     together = cut(model, [(0, 0, 1)] * 9, heights).sections
     for k in (0, 4, 8):
@@ -195,8 +200,8 @@ def test_a_plane_does_not_depend_on_the_others() -> None:
 
 
 def test_a_surface_that_is_one_point_lies_in_the_plane_through_it() -> None:
-    sections = cut(model_of([np.ones((2, 2, 3))]), [[0, 0, 1]] * 3, np.arange(3.0)).sections
-    assert [(shape(each), each.coplanar.tolist()) for each in sections] == [
+    sections = cut(build_model([np.ones((2, 2, 3))]), [[0, 0, 1]] * 3, np.arange(3.0)).sections
+    assert [(count_lines(each), each.coplanar.tolist()) for each in sections] == [
         ((0, 0, 0), []),
         ((0, 0, 0), [0]),
         ((0, 0, 0), []),

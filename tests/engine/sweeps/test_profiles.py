@@ -14,7 +14,7 @@ from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.curve import BezierCurve
 from service.surface.curve_pieces import CurvePieces
-from tests.oracles.topology import topology, volume, winding_agreement
+from tests.oracles.topology import count_topology, volume, winding_agreement
 
 ARCH = [[0, 0, 0], [1, 1, 0], [0, 1, 1], [1, 0, 3]]
 CUSP = [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]
@@ -24,17 +24,17 @@ LINE = [[0, 0, 0], [1, 2, 3]]
 CURVES = {"arch": ARCH, "cusp": CUSP, "back": THERE_AND_BACK, "loop": LOOP, "line": LINE}
 
 
-def bezier(points: Sequence[Sequence[float]]) -> CurvePieces:
+def build_curve(points: Sequence[Sequence[float]]) -> CurvePieces:
     return BezierCurve(np.array(points, dtype=float)).lower()
 
 
 def is_closed(swept: SweptGrids) -> bool:
     """Whether every edge is passed once in either direction."""
     rows = (swept.triangles, swept.quads)
-    return topology(face for each in rows for face in swept.place[each].tolist()).watertight
+    return count_topology(face for each in rows for face in swept.place[each].tolist()).watertight
 
 
-def trefoil(count: int) -> tuple[FloatArray, FloatArray]:
+def build_trefoil(count: int) -> tuple[FloatArray, FloatArray]:
     """Points of a trefoil knot and its unit tangents, closed; shapes (count+1, 3)."""
     t = np.linspace(0, 2 * math.pi, count + 1)
     t[-1] = 0.0
@@ -52,7 +52,7 @@ def trefoil(count: int) -> tuple[FloatArray, FloatArray]:
 @pytest.mark.parametrize("divisions", [1, 2, 5])
 @pytest.mark.parametrize("name", CURVES)
 def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Faces) -> None:
-    pieces = bezier(CURVES[name])
+    pieces = build_curve(CURVES[name])
     path = build_path(pieces, divisions, 0.02)
     swept = build_tubes(path, 0.1, sides, faces=faces)
     assert is_closed(swept)
@@ -63,7 +63,7 @@ def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Face
 
 def test_a_cone_leans_its_normals() -> None:
     """Radius 1 at the bottom, 0 at the top, height 2: the normals are those of a cone."""
-    path = build_path(bezier([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
+    path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
     assert side[:, 2] == pytest.approx(1 / math.sqrt(5), abs=1e-12)
@@ -73,7 +73,7 @@ def test_a_cone_leans_its_normals() -> None:
 
 def test_rings_at_the_seam_of_a_closed_curve_are_equal() -> None:
     """The angle between neighbouring rings at the seam is as small as elsewhere."""
-    points, tangents = trefoil(96)
+    points, tangents = build_trefoil(96)
     swept = build_tubes(
         Paths.from_smooth_curves(points[None], tangents[None], closed=True), 0.3, 12
     )
@@ -103,7 +103,7 @@ def test_frames_do_not_turn_about_the_curve() -> None:
 
 
 def test_many_curves_are_the_same_as_one_at_a_time() -> None:
-    points, tangents = trefoil(24)
+    points, tangents = build_trefoil(24)
     turned = points[:, [1, 2, 0]], tangents[:, [1, 2, 0]]
     both = Paths.from_smooth_curves(np.stack([points, turned[0]]), np.stack([tangents, turned[1]]))
     together = build_tubes(both, 0.2, 5)
@@ -118,7 +118,7 @@ def test_many_curves_are_the_same_as_one_at_a_time() -> None:
 
 
 def test_a_ribbon_faces_the_given_direction() -> None:
-    points, tangents = trefoil(64)
+    points, tangents = build_trefoil(64)
     path = Paths.from_smooth_curves(points[None], tangents[None], closed=True)
     facing = np.array([1.0, 2.0, 7.0])
     swept = build_ribbons(path, 0.2, facing=facing, faces="quads")
@@ -132,7 +132,9 @@ def test_a_ribbon_faces_the_given_direction() -> None:
 
 
 def test_a_ribbon_along_its_own_direction_has_its_width() -> None:
-    swept = build_ribbons(build_path(bezier(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0]))
+    swept = build_ribbons(
+        build_path(build_curve(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0])
+    )
     bars = swept.positions.reshape(4, 2, 3)
     assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
 
@@ -140,7 +142,7 @@ def test_a_ribbon_along_its_own_direction_has_its_width() -> None:
 @pytest.mark.parametrize("uvs", [False, True])
 @pytest.mark.parametrize("weld", [False, True])
 def test_the_mesh_says_whether_it_is_closed(weld: bool, uvs: bool) -> None:
-    swept = build_tubes(build_path(bezier(ARCH), 6, 0.02), 0.1, 8)
+    swept = build_tubes(build_path(build_curve(ARCH), 6, 0.02), 0.1, 8)
     mesh = build_swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
     assert mesh.report.watertight is weld
     assert (mesh.report.boundary_edges == 0) is weld

@@ -19,15 +19,15 @@ from service.surface.sweeps import RibbonSurface, TubeSurface
 from service.surface.swept_shapes import curl, streamer, trefoil
 
 
-def spline_of(curve: BsplineCurve) -> BSpline:
+def build_spline(curve: BsplineCurve) -> BSpline:
     """A periodic B-spline in SciPy."""
     points = np.concatenate([curve.control_points, curve.control_points[: curve.degree]])
     return BSpline(curve.knot_vector, points, curve.degree)
 
 
-def greatest_curvature(curve: BsplineCurve) -> float:
+def measure_greatest_curvature(curve: BsplineCurve) -> float:
     """|C′ × C″| / |C′|³ at many parameters."""
-    spline = spline_of(curve)
+    spline = build_spline(curve)
     t = np.linspace(0, len(curve.control_points), 20_000)
     first, second = spline(t, 1), spline(t, 2)
     bend = np.linalg.norm(np.cross(first, second), axis=1)
@@ -44,7 +44,7 @@ def load_in_trimesh(mesh: Mesh) -> trimesh.Trimesh:
 def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     """Watertight, outwards, and π r² times the length within 1 % at radius × curvature ≤ 0.2."""
     curve = trefoil()
-    radius = 0.2 / greatest_curvature(curve)
+    radius = 0.2 / measure_greatest_curvature(curve)
     tube = TubeSurface(curve, np.array([radius]), sides=48)
     mesh = build(tube.lower(), MeshOptions(resolution=(8, 1), faces=faces))
     assert (mesh.report.watertight, mesh.report.boundary_edges) == (True, 0)
@@ -60,11 +60,11 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     length = arc_lengths(pieces, CurveSamples.uniform(pieces.count, 8))[-1]
     assert solid.volume == pytest.approx(math.pi * radius**2 * length, rel=0.01)
     assert mesh.normals is not None
-    own = solid.face_normals[:, None]
-    assert (own * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
+    normals = solid.face_normals[:, None]
+    assert (normals * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
     # Every vertex is at the curve plus the radius times its normal.
     middle = mesh.positions - radius * mesh.normals
-    fine = spline_of(curve)(np.linspace(0, 24, 24 * 8 + 1))
+    fine = build_spline(curve)(np.linspace(0, 24, 24 * 8 + 1))
     gaps = np.linalg.norm(middle[:, None] - fine[None], axis=2).min(axis=1)
     assert gaps.max() < 1e-9
 

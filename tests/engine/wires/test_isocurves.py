@@ -10,13 +10,13 @@ from hypothesis import given
 from service.engine.wires.isocurves import IsoCurves, count_most_isocurves, sample_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import Part, PatchModel
-from tests.engine.meshing import mesh_of
-from tests.examples import patches_of
+from tests.engine.meshing import build_mesh
+from tests.examples import lower_patches
 from tests.oracles import exact, triangles
 from tests.strategies import (
     Array,
-    cube,
-    model_of,
+    build_cube,
+    build_model,
     nets,
     resolutions,
     split_models,
@@ -25,7 +25,7 @@ from tests.strategies import (
 )
 
 
-def curves_of(
+def sample_curves(
     model: PatchModel, counts: tuple[int, int], resolution: tuple[int, int] = (4, 4)
 ) -> list[IsoCurves]:
     result = sample_isocurves(model, resolution, counts)
@@ -41,7 +41,7 @@ def count(runs: list[IsoCurves]) -> int:
     return sum(len(run.points) for run in runs)
 
 
-def places(run: IsoCurves, k: int) -> Array:
+def list_parameters(run: IsoCurves, k: int) -> Array:
     """Parameters of the samples of one curve."""
     share = np.linspace(0, 1, run.points.shape[1])[:, None]
     at: Array = (1 - share) * run.first[k] + share * run.last[k]
@@ -54,15 +54,15 @@ def test_every_sample_is_a_point_of_the_surface(
 ) -> None:
     """Points are at their parameters, by exact arithmetic, on lines of constant u or v."""
     net, weights = weighted
-    model = model_of([net], None if weights is None else [weights])
-    truth = exact.exact_net(net, weights)
-    for run in curves_of(model, (3, 2), resolution):
+    model = build_model([net], None if weights is None else [weights])
+    truth = exact.to_exact_net(net, weights)
+    for run in sample_curves(model, (3, 2), resolution):
         for k in range(len(run.points)):
             constant = run.first[k] == run.last[k]
             assert constant.sum() == 1
             value = run.first[k][constant][0]
             assert value in ((0, 1 / 3, 2 / 3, 1) if constant[0] else (0, 1 / 2, 1))
-            for (u, v), point in zip(places(run, k), run.points[k], strict=True):
+            for (u, v), point in zip(list_parameters(run, k), run.points[k], strict=True):
                 expected = exact.surface_point(truth, Fraction(u), Fraction(v))
                 x, y, z, w = expected if len(expected) == 4 else (*expected, Fraction(1))
                 np.testing.assert_allclose(point, [float(c / w) for c in (x, y, z)], atol=1e-11)
@@ -72,11 +72,11 @@ def test_every_sample_is_a_point_of_the_surface(
 def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
     batch = TrianglePatches(net[np.newaxis])
     model = PatchModel("model", (batch,), (Part("model", 0, 1),))
-    truth = triangles.exact_triangle(net)
-    runs = curves_of(model, (4, 1), (5, 8))
+    truth = triangles.to_exact_triangle(net)
+    runs = sample_curves(model, (4, 1), (5, 8))
     for run in runs:
         for k in range(len(run.points)):
-            for (s, t), point in zip(places(run, k), run.points[k], strict=True):
+            for (s, t), point in zip(list_parameters(run, k), run.points[k], strict=True):
                 place = (1 - Fraction(s) - Fraction(t), Fraction(s), Fraction(t))
                 expected = [float(c) for c in triangles.value(truth, place)]
                 np.testing.assert_allclose(point, expected, atol=1e-11)
@@ -91,30 +91,30 @@ def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
     [((1, 1), 4), ((3, 2), 7), ((0, 2), 3), ((5, 0), 6), ((0, 0), 0), ((1, 0), 2)],
 )
 def test_number_of_curves_of_one_patch(counts: tuple[int, int], expected: int) -> None:
-    assert count(curves_of(patches_of("tveit"), counts)) == expected
+    assert count(sample_curves(lower_patches("tveit"), counts)) == expected
 
 
 def test_shared_borders_are_drawn_once() -> None:
     """A cube has twelve edges, and each of its faces three lines across in either direction."""
-    model = model_of(cube((0, 3, 5, 6, 2, 1)))
-    assert count(curves_of(model, (1, 1))) == 12
-    assert count(curves_of(model, (4, 4))) == 12 + 6 * 6
+    model = build_model(build_cube((0, 3, 5, 6, 2, 1)))
+    assert count(sample_curves(model, (1, 1))) == 12
+    assert count(sample_curves(model, (4, 4))) == 12 + 6 * 6
 
 
 def test_poles_are_not_drawn() -> None:
     """A sphere of eight octants: three great circles in quarters; and a meridian in each octant."""
-    sphere = patches_of("sphere")
-    assert count(curves_of(sphere, (1, 1))) == 12
-    assert count(curves_of(sphere, (2, 1))) == 20
-    for run in curves_of(sphere, (3, 3)):
+    sphere = lower_patches("sphere")
+    assert count(sample_curves(sphere, (1, 1))) == 12
+    assert count(sample_curves(sphere, (2, 1))) == 20
+    for run in sample_curves(sphere, (3, 3)):
         np.testing.assert_allclose(np.linalg.norm(run.points, axis=-1), 1, atol=1e-15)
 
 
 @given(split_models(oriented=False))
 def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]) -> None:
     """In any orientation of the patches, every inner end of a curve meets another end."""
-    model = model_of(pieces[1])
-    runs = curves_of(model, (3, 3), (4, 6))
+    model = build_model(pieces[1])
+    runs = sample_curves(model, (3, 3), (4, 6))
     edges = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
     ends = Counter(tuple(end) for run in runs for c in run.points for end in (c[0], c[-1]))
     lone = [end for end, uses in ends.items() if uses == 1 and end not in edges]
@@ -125,23 +125,23 @@ def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]
 @pytest.mark.parametrize("example", ["utah-teapot", "torus", "cone"])
 def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
     """Borders bit for bit, other curves up to rounding, if their number divides the resolution."""
-    vertices = mesh_of(example, resolution=(8, 8)).positions
-    known = {tuple(vertex) for vertex in vertices.tolist()}
-    first, *rest = curves_of(patches_of(example), (4, 4), (8, 8))
-    assert all(tuple(point) in known for point in first.points.reshape(-1, 3).tolist())
+    vertices = build_mesh(example, resolution=(8, 8)).positions
+    places_of_vertices = {tuple(vertex) for vertex in vertices.tolist()}
+    first, *rest = sample_curves(lower_patches(example), (4, 4), (8, 8))
+    assert all(tuple(point) in places_of_vertices for point in first.points.reshape(-1, 3).tolist())
     rounded = {tuple(vertex) for vertex in (vertices.round(9) + 0.0).tolist()}
     for run in rest:
         ends = run.points[:, [0, -1]].reshape(-1, 3).tolist()
-        assert all(tuple(end) in known for end in ends)
+        assert all(tuple(end) in places_of_vertices for end in ends)
         inner = run.points.round(9).reshape(-1, 3) + 0.0
         assert all(tuple(point) in rounded for point in inner.tolist())
 
 
 def test_a_spline_shows_every_span() -> None:
     """The curves of a B-spline are its knot lines, and the middles of its spans."""
-    model = patches_of("bspline-hills")
+    model = lower_patches("bspline-hills")
     assert model.domain is not None
     spans_u, spans_v = len(model.domain.u) - 1, len(model.domain.v) - 1
     edges = spans_u * (spans_v + 1) + spans_v * (spans_u + 1)
-    assert count(curves_of(model, (1, 1))) == edges
-    assert count(curves_of(model, (2, 2))) == edges + 2 * spans_u * spans_v
+    assert count(sample_curves(model, (1, 1))) == edges
+    assert count(sample_curves(model, (2, 2))) == edges + 2 * spans_u * spans_v

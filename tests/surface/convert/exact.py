@@ -13,7 +13,7 @@ from service.surface.channels import Channels
 from service.surface.convert.operations import Operation
 from service.surface.convert.table import convert
 from service.surface.patches import PatchSurface
-from tests.oracles.exact import exact_net, surface_point
+from tests.oracles.exact import surface_point, to_exact_net
 
 SHARES = (Fraction(0), Fraction(2, 7), Fraction(1, 2), Fraction(1))
 GRID = tuple(product(SHARES, SHARES))
@@ -24,28 +24,30 @@ Evaluation = Callable[[Fraction, Fraction], Values]
 """The point and all channels of a patch, one number after the other."""
 
 
-def values_at(net: Any, weights: Any, channels: Sequence[Any], u: Fraction, v: Fraction) -> Values:
+def evaluate_values(
+    net: Any, weights: Any, channels: Sequence[Any], u: Fraction, v: Fraction
+) -> Values:
     """The point S(u, v), then the values of the channels there."""
-    point = surface_point(exact_net(net, weights), u, v)
+    point = surface_point(to_exact_net(net, weights), u, v)
     if weights is not None:
         point = tuple(x / point[3] for x in point[:3])
     for values in channels:
-        point += surface_point(exact_net(values), u, v)
+        point += surface_point(to_exact_net(values), u, v)
     return [float(x) for x in point]
 
 
-def bezier_values(surface: BezierSurface) -> Evaluation:
+def define_bezier_values(surface: BezierSurface) -> Evaluation:
     """Exact values of a surface of one patch."""
     nets = [net for _, _, _, net in surface.channels.each()]
-    return lambda u, v: values_at(surface.control_net, surface.weights, nets, u, v)
+    return lambda u, v: evaluate_values(surface.control_net, surface.weights, nets, u, v)
 
 
-def patch_values(surface: PatchSurface, patch: int) -> Evaluation:
+def define_patch_values(surface: PatchSurface, patch: int) -> Evaluation:
     """Exact values of one patch of many."""
     grid = surface.patches[patch]
     weights = None if surface.weights is None else surface.weights[grid]
     nets = [values[grid] for _, _, _, values in surface.channels.each()]
-    return lambda u, v: values_at(surface.vertices[grid], weights, nets, u, v)
+    return lambda u, v: evaluate_values(surface.vertices[grid], weights, nets, u, v)
 
 
 def random_bezier(
@@ -89,16 +91,16 @@ def random_patches(degree: tuple[int, int], seed: int, rational: bool) -> PatchS
 
 def assert_same(
     got: Evaluation,
-    wanted: Evaluation,
+    expected: Evaluation,
     change: Callable[[Fraction, Fraction], tuple[Fraction, Fraction]] = lambda u, v: (u, v),
 ) -> None:
     """Checks for equal values at the parameters that `change` returns, up to 1e-12; the nets have
     size 4."""
     for u, v in GRID:
-        np.testing.assert_allclose(got(u, v), wanted(*change(u, v)), rtol=0, atol=4e-12)
+        np.testing.assert_allclose(got(u, v), expected(*change(u, v)), rtol=0, atol=4e-12)
 
 
-def converted(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
+def convert_to(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
     """The surface after some operations, which must be a surface of this kind."""
     built = convert(surface, operations)
     assert isinstance(built, kind)

@@ -29,11 +29,11 @@ from service.surface.convert.table import convert
 from service.surface.group import GroupSurface
 from service.surface.knots import Knots
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import mesh_of
-from tests.oracles.exact import Net, exact_net, surface_point
-from tests.oracles.splines import fractions, spline_surface_point
+from tests.engine.meshing import build_mesh
+from tests.oracles.exact import Net, surface_point, to_exact_net
+from tests.oracles.splines import spline_surface_point, to_fractions
 from tests.spline_strategies import knot_vectors
-from tests.surface.convert.exact import converted, patch_values
+from tests.surface.convert.exact import convert_to, define_patch_values
 
 Pair = tuple[Fraction, Fraction]
 seeds = st.integers(0, 10**6)
@@ -74,29 +74,29 @@ def splines(draw: st.DrawFn, parted: bool = True) -> BsplineSurface:
     )
 
 
-def values(surface: BsplineSurface, at: Pair) -> list[float]:
+def evaluate_values(surface: BsplineSurface, at: Pair) -> list[float]:
     """The point, then the values of the channels, each by its definition."""
-    knots = fractions(surface.knot_vectors[0]), fractions(surface.knot_vectors[1])
-    own = surface.control_net.shape[:2]
-    net = exact_net(surface.control_net, surface.weights)
-    result = list(spline_surface_point(_wrapped(surface, net), knots, surface.degree, at))
+    knots = to_fractions(surface.knot_vectors[0]), to_fractions(surface.knot_vectors[1])
+    shape = surface.control_net.shape[:2]
+    net = to_exact_net(surface.control_net, surface.weights)
+    result = list(spline_surface_point(_wrap_net(surface, net), knots, surface.degree, at))
     share = []
     for axis in (0, 1):
         low, high = map(Fraction, find_domain(surface, axis))
         share.append((at[axis] - low) / (high - low))
     for _, _, _, carried in surface.channels.each():
-        if carried.shape[:2] == own:
+        if carried.shape[:2] == shape:
             for column in range(carried.shape[-1]):
                 # A point on the x axis for each number.
-                line = exact_net(np.pad(carried[..., column, None], ((0, 0), (0, 0), (0, 2))))
-                line = _wrapped(surface, line)
+                line = to_exact_net(np.pad(carried[..., column, None], ((0, 0), (0, 0), (0, 2))))
+                line = _wrap_net(surface, line)
                 result.append(spline_surface_point(line, knots, surface.degree, at)[0])
         else:
-            result += surface_point(exact_net(carried), share[0], share[1])
+            result += surface_point(to_exact_net(carried), share[0], share[1])
     return [float(x) for x in result]
 
 
-def _wrapped(surface: BsplineSurface, net: Net) -> Net:
+def _wrap_net(surface: BsplineSurface, net: Net) -> Net:
     """The net with its first points repeated at the end, along periodic directions."""
     u, v = (isinstance(k, str) and k == "periodic" for k in surface.knots)
     p, q = surface.degree
@@ -107,11 +107,11 @@ def _wrapped(surface: BsplineSurface, net: Net) -> Net:
     return net
 
 
-def places(surface: BsplineSurface) -> list[Pair]:
+def list_places(surface: BsplineSurface) -> list[Pair]:
     """Parameters in every span: its beginning and within."""
     result: list[list[Fraction]] = []
     for axis in (0, 1):
-        breaks = fractions(knot.breaks(surface.knot_vectors[axis], surface.degree[axis]))
+        breaks = to_fractions(knot.breaks(surface.knot_vectors[axis], surface.degree[axis]))
         result.append(
             [a + (b - a) * s for a, b in pairwise(breaks) for s in (Fraction(0), Fraction(3, 8))]
         )
@@ -119,18 +119,21 @@ def places(surface: BsplineSurface) -> list[Pair]:
 
 
 def assert_same(
-    made: BsplineSurface,
+    converted: BsplineSurface,
     surface: BsplineSurface,
     back: Callable[[Fraction, Fraction], Pair] = lambda u, v: (u, v),
 ) -> None:
     """Checks that the new surface equals the old one at the parameters that `back` returns."""
-    for u, v in places(made):
+    for u, v in list_places(converted):
         np.testing.assert_allclose(
-            values(made, (u, v)), values(surface, back(u, v)), rtol=0, atol=4e-12
+            evaluate_values(converted, (u, v)),
+            evaluate_values(surface, back(u, v)),
+            rtol=0,
+            atol=4e-12,
         )
 
 
-spline = partial(converted, BsplineSurface)
+spline = partial(convert_to, BsplineSurface)
 
 
 @settings(max_examples=6)
@@ -201,15 +204,15 @@ def test_bezier_patches(surface: BsplineSurface) -> None:
     assert isinstance(built, PatchSurface)
     assert (built.up, built.name, built.parts) == ("z", "sail", ())
     u, v = (
-        fractions(knot.breaks(k, p))
+        to_fractions(knot.breaks(k, p))
         for k, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
     cells = list(product(pairwise(u), pairwise(v)))
     assert len(built.patches) == len(cells)
     for number, ((a, b), (c, d)) in enumerate(cells):
-        there = patch_values(built, number)
+        there = define_patch_values(built, number)
         for s, t in ((Fraction(0), Fraction(2, 7)), (Fraction(3, 8), Fraction(5, 8))):
-            expected = values(surface, (a + (b - a) * s, c + (d - c) * t))
+            expected = evaluate_values(surface, (a + (b - a) * s, c + (d - c) * t))
             np.testing.assert_allclose(there(s, t), expected, rtol=0, atol=4e-12)
 
 
@@ -264,7 +267,7 @@ def test_closed_surfaces_stay_closed(operation: Operation, rational: bool) -> No
         rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"), weights
     )
     built = convert(surface, [operation])
-    before, after = (mesh_of(s.lower(), resolution=(3, 3)).report for s in (surface, built))
+    before, after = (build_mesh(s.lower(), resolution=(3, 3)).report for s in (surface, built))
     assert after.closure == before.closure
     assert after.closure is not None
     assert after.closure.u == "C1"
@@ -279,11 +282,13 @@ def test_a_parameter_near_a_knot_by_rounding_is_that_knot() -> None:
         (Restrict(u=(0.5, 1 + 1e-12)), Restrict(u=(0.5, 1.0))),
         (Restrict(v=(-1e-15, 2)), Restrict(v=(0.0, 2.0))),
     ):
-        one, other = (mesh_of(convert(cubic(), [own]).lower()) for own in (near, exact))
+        one, other = (
+            build_mesh(convert(build_cubic(), [parameter]).lower()) for parameter in (near, exact)
+        )
         assert np.array_equal(one.positions, other.positions)
 
 
-def cubic(**more: object) -> BsplineSurface:
+def build_cubic(**more: object) -> BsplineSurface:
     net = np.random.default_rng(6).uniform(-1, 1, (6, 6, 3))
     return BsplineSurface(net, **more)  # type: ignore[arg-type]
 
@@ -303,7 +308,7 @@ def cubic(**more: object) -> BsplineSurface:
 )
 def test_refusals(operation: Operation, code: str, pointer: str) -> None:
     with pytest.raises(SurfaceError) as caught:
-        convert(cubic(), [Transpose(), operation])
+        convert(build_cubic(), [Transpose(), operation])
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == (code, f"/operations/1{pointer}")
 
@@ -311,10 +316,10 @@ def test_refusals(operation: Operation, code: str, pointer: str) -> None:
 def test_too_large_results_are_refused_before_they_are_built() -> None:
     for operation in (Elevate((4, 4)), ToBezier()):
         with pytest.raises(SurfaceError) as caught:
-            convert(cubic(), [operation], SizeLimits(40))
+            convert(build_cubic(), [operation], SizeLimits(40))
         assert caught.value.issues[0].code == "too_many_control_points"
     with pytest.raises(SurfaceError) as caught:
-        convert(cubic(), [Elevate((3, 9))], SizeLimits(degree=8))
+        convert(build_cubic(), [Elevate((3, 9))], SizeLimits(degree=8))
     assert caught.value.issues[0].pointer == "/operations/0/degree/1"
 
 

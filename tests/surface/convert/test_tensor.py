@@ -27,13 +27,13 @@ from service.surface.convert.operations import (
 from service.surface.convert.table import CONVERSIONS, convert
 from service.surface.examples import EXAMPLES, find
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import mesh_of
-from tests.examples import patches_of
+from tests.engine.meshing import build_mesh
+from tests.examples import lower_patches
 from tests.surface.convert.exact import (
     assert_same,
-    bezier_values,
-    converted,
-    patch_values,
+    convert_to,
+    define_bezier_values,
+    define_patch_values,
     random_bezier,
     random_patches,
 )
@@ -45,11 +45,11 @@ cuts = st.tuples(inner, st.none() | inner) | st.tuples(st.none(), inner)
 ends = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
 
 
-bezier = partial(converted, BezierSurface)
-patches = partial(converted, PatchSurface)
+bezier = partial(convert_to, BezierSurface)
+patches = partial(convert_to, PatchSurface)
 
 
-def refusal(surface: Surface, *operations: Operation, points: int = 10**6) -> tuple[str, str]:
+def read_issue(surface: Surface, *operations: Operation, points: int = 10**6) -> tuple[str, str]:
     """Code and pointer of the only issue."""
     with pytest.raises(SurfaceError) as caught:
         convert(surface, operations, SizeLimits(points))
@@ -68,7 +68,7 @@ def test_elevated_patches(degree: tuple[int, int], most: int, seed: int, rationa
     assert higher.parts == surface.parts
     assert len(higher.vertices) == (2 * most + 1) * (most + 1), "the edge is there once"
     for patch in (0, 1):
-        assert_same(patch_values(higher, patch), patch_values(surface, patch))
+        assert_same(define_patch_values(higher, patch), define_patch_values(surface, patch))
 
 
 @settings(max_examples=6)
@@ -91,13 +91,13 @@ def test_split_patch(
                 strict=True,
             )
             assert_same(
-                patch_values(pieces, k * count[1] + m),
-                bezier_values(surface),
-                partial(_within, begins, widths),
+                define_patch_values(pieces, k * count[1] + m),
+                define_bezier_values(surface),
+                partial(_map_into_interval, begins, widths),
             )
 
 
-def _within(
+def _map_into_interval(
     begins: Sequence[Fraction], widths: Sequence[Fraction], u: Fraction, v: Fraction
 ) -> tuple[Fraction, Fraction]:
     return begins[0] + u * widths[0], begins[1] + v * widths[1]
@@ -113,25 +113,33 @@ def test_piece_of_a_patch(
     assert piece.degree == degree
     begins = Fraction(u[0]), Fraction(v[0])
     widths = Fraction(u[1]) - begins[0], Fraction(v[1]) - begins[1]
-    assert_same(bezier_values(piece), bezier_values(surface), partial(_within, begins, widths))
+    assert_same(
+        define_bezier_values(piece),
+        define_bezier_values(surface),
+        partial(_map_into_interval, begins, widths),
+    )
 
 
 @settings(max_examples=5)
 @given(degrees, seeds, st.booleans())
 def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> None:
     surface = random_bezier(degree, seed, rational)
-    expected = bezier_values(surface)
-    assert_same(bezier_values(bezier(surface, Transpose())), expected, lambda u, v: (v, u))
-    assert_same(bezier_values(bezier(surface, Reverse("u"))), expected, lambda u, v: (1 - u, v))
-    assert_same(bezier_values(bezier(surface, Reverse("v"))), expected, lambda u, v: (u, 1 - v))
+    expected = define_bezier_values(surface)
+    assert_same(define_bezier_values(bezier(surface, Transpose())), expected, lambda u, v: (v, u))
+    assert_same(
+        define_bezier_values(bezier(surface, Reverse("u"))), expected, lambda u, v: (1 - u, v)
+    )
+    assert_same(
+        define_bezier_values(bezier(surface, Reverse("v"))), expected, lambda u, v: (u, 1 - v)
+    )
     many = random_patches(degree, seed, rational)
     for patch in (0, 1):
-        expected = patch_values(many, patch)
-        turned = patch_values(patches(many, Transpose()), patch)
+        expected = define_patch_values(many, patch)
+        turned = define_patch_values(patches(many, Transpose()), patch)
         assert_same(turned, expected, lambda u, v: (v, u))
-        turned = patch_values(patches(many, Reverse("u")), patch)
+        turned = define_patch_values(patches(many, Reverse("u")), patch)
         assert_same(turned, expected, lambda u, v: (1 - u, v))
-        turned = patch_values(patches(many, Reverse("v")), patch)
+        turned = define_patch_values(patches(many, Reverse("v")), patch)
         assert_same(turned, expected, lambda u, v: (u, 1 - v))
 
 
@@ -150,11 +158,11 @@ def test_a_seam_across_the_directions_is_not_opened() -> None:
     """The edge v = 0 of one patch is the edge u = 0 of the other."""
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, -1, 0], [1, -1, 1]])
     surface = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[0, 1], [4, 5]]]))
-    assert refusal(surface, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
+    assert read_issue(surface, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
     turned = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
-    assert refusal(turned, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
+    assert read_issue(turned, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
     report = tessellate(
-        patches_of(convert(surface, [Elevate((3, 3))])), MeshOptions(resolution=(2, 2))
+        lower_patches(convert(surface, [Elevate((3, 3))])), MeshOptions(resolution=(2, 2))
     ).report
     assert report.boundary_edges == 12
 
@@ -169,8 +177,8 @@ def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
     """Elevation, transposition and conversion to Bézier patches keep all edges, vertices and
     poles."""
     surface = find(example).surface()
-    before = mesh_of(surface.lower(), resolution=(3, 3)).report
-    degree = 1 + max(max(batch.side_degrees) for batch in patches_of(surface).batches)
+    before = build_mesh(surface.lower(), resolution=(3, 3)).report
+    degree = 1 + max(max(batch.side_degrees) for batch in lower_patches(surface).batches)
     works: list[list[Operation]] = [
         [Elevate((degree, degree))],
         [Reverse("v"), Transpose()],
@@ -178,7 +186,7 @@ def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
     ]
     for operations in works:
         built = convert(surface, operations)
-        after = mesh_of(built.lower(), resolution=(3, 3)).report
+        after = build_mesh(built.lower(), resolution=(3, 3)).report
         assert (after.vertices, after.boundary_edges, after.watertight, after.poles_repaired) == (
             before.vertices, before.boundary_edges, before.watertight, before.poles_repaired,
         )  # fmt: skip
@@ -187,12 +195,12 @@ def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
 @pytest.mark.parametrize("operation", [Split(0.5), Restrict(u=(0, 0.5))])
 def test_patches_have_no_parameters_in_common(operation: Operation) -> None:
     surface = random_patches((2, 2), 1, False)
-    assert refusal(surface, operation) == ("several_patches", "/operations/0")
+    assert read_issue(surface, operation) == ("several_patches", "/operations/0")
 
 
 def test_too_large_results_are_refused_before_they_are_built() -> None:
     surface = random_patches((3, 3), 1, False)
-    assert refusal(surface, Transpose(), Elevate((64, 64)), points=8449) == (
+    assert read_issue(surface, Transpose(), Elevate((64, 64)), points=8449) == (
         "too_many_control_points",
         "/operations/1",
     )

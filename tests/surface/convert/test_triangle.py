@@ -28,14 +28,14 @@ from service.surface.convert.operations import (
 from service.surface.convert.table import convert
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
-from tests.engine.meshing import mesh_of
+from tests.engine.meshing import build_mesh
 from tests.oracles.exact import Vector
-from tests.oracles.triangles import exact_triangle, value
+from tests.oracles.triangles import to_exact_triangle, value
 from tests.surface.convert.exact import (
     assert_same,
-    bezier_values,
-    converted,
-    patch_values,
+    convert_to,
+    define_bezier_values,
+    define_patch_values,
     random_bezier,
 )
 
@@ -67,7 +67,7 @@ def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
     )
 
 
-def mixed(seed: int, rational: bool) -> PatchSurface:
+def build_mixed_patches(seed: int, rational: bool) -> PatchSurface:
     """A bicubic grid and a cubic triangle that share an edge, which runs along u and v."""
     rng = np.random.default_rng(seed)
     edge = [3, 7, 11, 15]
@@ -84,37 +84,37 @@ def mixed(seed: int, rational: bool) -> PatchSurface:
     )
 
 
-def values_at(
+def evaluate_values(
     net: np.ndarray, weights: np.ndarray | None, channels: Sequence[np.ndarray], at: Vector
 ) -> list[float]:
     """The point, then the values of the channels."""
-    result = value(exact_triangle(net, weights), at)
+    result = value(to_exact_triangle(net, weights), at)
     if weights is not None:
         result = tuple(x / result[3] for x in result[:3])
     for carried in channels:
-        result += value(exact_triangle(carried), at)
+        result += value(to_exact_triangle(carried), at)
     return [float(x) for x in result]
 
 
-def of_triangle(surface: TriangleSurface, at: Vector) -> list[float]:
+def evaluate_triangle(surface: TriangleSurface, at: Vector) -> list[float]:
     nets = [net for _, _, _, net in surface.channels.each()]
-    return values_at(surface.control_net, surface.weights, nets, at)
+    return evaluate_values(surface.control_net, surface.weights, nets, at)
 
 
-def of_member(surface: PatchSurface, number: int, at: Vector) -> list[float]:
+def evaluate_member(surface: PatchSurface, number: int, at: Vector) -> list[float]:
     """One triangle of many."""
     rows = surface.triangles[number]
     nets = [values[rows] for _, _, _, values in surface.channels.each()]
     weights = None if surface.weights is None else surface.weights[rows]
-    return values_at(surface.vertices[rows], weights, nets, at)
+    return evaluate_values(surface.vertices[rows], weights, nets, at)
 
 
-def assert_near(got: list[float], wanted: list[float]) -> None:
-    np.testing.assert_allclose(got, wanted, rtol=0, atol=4e-12)
+def assert_near(got: list[float], expected: list[float]) -> None:
+    np.testing.assert_allclose(got, expected, rtol=0, atol=4e-12)
 
 
-triangle = partial(converted, TriangleSurface)
-patches = partial(converted, PatchSurface)
+triangle = partial(convert_to, TriangleSurface)
+patches = partial(convert_to, PatchSurface)
 
 
 @settings(max_examples=6)
@@ -124,7 +124,7 @@ def test_elevated_triangle(degree: int, more: int, seed: int, rational: bool) ->
     built = triangle(surface, Elevate((degree + more, degree + more)))
     assert built.degree == degree + more
     for at in PLACES:
-        assert_near(of_triangle(built, at), of_triangle(surface, at))
+        assert_near(evaluate_triangle(built, at), evaluate_triangle(surface, at))
 
 
 @settings(max_examples=6)
@@ -146,7 +146,9 @@ def test_split_triangle(
             place = [x * at[corner] for x in (r, s, t)]
             for m in range(3):
                 place[m] += at[m] if m != corner else 0
-            assert_near(of_member(built, corner, at), of_triangle(surface, tuple(place)))
+            assert_near(
+                evaluate_member(built, corner, at), evaluate_triangle(surface, tuple(place))
+            )
 
 
 @pytest.mark.parametrize(
@@ -158,7 +160,7 @@ def test_transposed_and_reversed_triangle(operation: Operation, two: tuple[int, 
     for at in PLACES:
         there = list(at)
         there[two[0]], there[two[1]] = at[two[1]], at[two[0]]
-        assert of_triangle(built, tuple(there)) == of_triangle(surface, at)
+        assert evaluate_triangle(built, tuple(there)) == evaluate_triangle(surface, at)
     twice = triangle(built, operation)
     np.testing.assert_array_equal(twice.control_net, surface.control_net)
     np.testing.assert_array_equal(twice.weights, surface.weights)
@@ -170,34 +172,34 @@ def test_half_of_a_patch(degree: tuple[int, int], seed: int, rational: bool, hal
     surface = random_bezier(degree, seed, rational)
     built = triangle(surface, ToTriangle(half))
     assert built.degree == sum(degree)
-    there = bezier_values(surface)
+    there = define_bezier_values(surface)
     for r, s, t in PLACES:
         u, v = (s, t) if half == "lower" else (1 - s, 1 - t)
-        assert_near(of_triangle(built, (r, s, t)), there(u, v))
+        assert_near(evaluate_triangle(built, (r, s, t)), there(u, v))
 
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_grids_and_triangles_together(rational: bool) -> None:
-    surface = mixed(1, rational)
-    before = mesh_of(surface.lower(), resolution=(3, 3)).report
+    surface = build_mixed_patches(1, rational)
+    before = build_mesh(surface.lower(), resolution=(3, 3)).report
     for operation in (Elevate((5, 5)), Transpose(), Reverse("u"), Reverse("v"), ToBezier()):
         built = patches(surface, operation)
         assert built.parts == surface.parts
-        report = mesh_of(built.lower(), resolution=(3, 3)).report
+        report = build_mesh(built.lower(), resolution=(3, 3)).report
         assert report.boundary_edges == before.boundary_edges
         assert report.vertices == before.vertices
     built = patches(surface, Elevate((5, 5)))
     assert (built.degree, built.triangle_degree) == ((5, 5), 5)
     assert len(built.vertices) == 36 + 21 - 6, "the edge is there once"
-    assert_same(patch_values(built, 0), patch_values(surface, 0))
+    assert_same(define_patch_values(built, 0), define_patch_values(surface, 0))
     for at in PLACES:
-        assert_near(of_member(built, 0, at), of_member(surface, 0, at))
+        assert_near(evaluate_member(built, 0, at), evaluate_member(surface, 0, at))
         r, s, t = at
         for operation, there in (
             (Transpose(), (r, t, s)), (Reverse("u"), (s, r, t)), (Reverse("v"), (t, s, r)),
         ):  # fmt: skip
             turned = patches(surface, operation)
-            assert of_member(turned, 0, there) == of_member(surface, 0, at)
+            assert evaluate_member(turned, 0, there) == evaluate_member(surface, 0, at)
 
 
 @pytest.mark.parametrize(
@@ -231,7 +233,7 @@ def test_refusals(operation: Operation, code: str, pointer: str) -> None:
 )
 def test_refusals_of_grids_and_triangles(operation: Operation, code: str, pointer: str) -> None:
     with pytest.raises(SurfaceError) as caught:
-        convert(mixed(1, False), [operation])
+        convert(build_mixed_patches(1, False), [operation])
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == (code, f"/operations/0{pointer}")
 
@@ -247,5 +249,5 @@ def test_too_large_results_are_refused_before_they_are_built() -> None:
         convert(large, [ToTriangle("lower")])
     assert caught.value.issues[0].code == "degree_too_high"
     with pytest.raises(SurfaceError) as caught:
-        convert(mixed(1, False), [Elevate((5, 5))], SizeLimits(56))
+        convert(build_mixed_patches(1, False), [Elevate((5, 5))], SizeLimits(56))
     assert caught.value.issues[0].code == "too_many_control_points"

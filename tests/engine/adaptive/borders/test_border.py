@@ -13,12 +13,12 @@ from service.errors import InvalidRequest, TooLarge
 from service.surface.bspline import BsplineSurface
 from service.surface.knots import Knots
 from tests.engine.adaptive.bordering import build_border, check_border
-from tests.examples import patches_of
+from tests.examples import lower_patches
 from tests.strategies import (
     Array,
     apply_symmetry,
+    build_model,
     degenerate_nets,
-    model_of,
     nets,
     split_models,
     symmetries,
@@ -35,7 +35,7 @@ def test_vertices_lie_on_the_sides_and_chords_near_them(
 ) -> None:
     """Checked at exact points of polynomial and rational curves."""
     points, weights = net
-    model = model_of([points], None if weights is None else [weights])
+    model = build_model([points], None if weights is None else [weights])
     check_border(build_border(model, Goal(tolerance)), tolerance)
 
 
@@ -166,7 +166,9 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
     """Straight sides with uneven parameters, in one span and in several."""
     weights = np.array([[1.0, 1, 9, 1]] * 2) if rational else None
     line = np.array([[0.0, 0, 0], [0, 0, 0], [0, 1, 0], [0, 9, 0]])
-    model = model_of([np.stack([line, translate(line, 1)])], None if weights is None else [weights])
+    model = build_model(
+        [np.stack([line, translate(line, 1)])], None if weights is None else [weights]
+    )
     assert len(build_border(model, Goal(0.5)).side(0, 0)[0]) == 2
     result = build_border(model, Goal(0.5, two_sided=True))
     at, _, points = result.side(0, 0)
@@ -189,7 +191,10 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
 def test_tolerances_below_the_rounding_are_refused() -> None:
     """The limit also holds for surfaces far from the origin, and for lines."""
     (net,) = (np.array([[[0.0, 0, 0], [0, 1, 2]], [[1, 0, 0], [1, 1, 2]]]),)
-    for model, tolerance in ((patches_of("utah-teapot"), 1e-15), (model_of([net + 1e9]), 1e-8)):
+    for model, tolerance in (
+        (lower_patches("utah-teapot"), 1e-15),
+        (build_model([net + 1e9]), 1e-8),
+    ):
         with pytest.raises(InvalidRequest) as refused:
             build_border(model, Goal(tolerance))
         (issue,) = refused.value.issues
@@ -205,7 +210,7 @@ def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None
     """Coordinates from the largest to subnormal numbers, with weights of any ratio."""
     rng = np.random.default_rng(1)
     net = rng.uniform(-1, 1, (4, 6, 3)) * scale
-    model = model_of([net], [10 ** rng.uniform(-8, 0, (4, 6))] if rational else None)
+    model = build_model([net], [10 ** rng.uniform(-8, 0, (4, 6))] if rational else None)
     view = View(np.array([2.0, 0, 0]) * scale, 1e-2, 0.01 * scale)
     for goal in (
         Goal(0.1 * scale),
@@ -239,7 +244,7 @@ def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
 def test_too_many_triangles_are_refused_as_soon_as_sides_need_them() -> None:
     """A number of triangles that is enough for the mesh is never refused because of its sides."""
     with pytest.raises(TooLarge) as refused:
-        build_border(patches_of("utah-teapot"), Goal(1e-9), 1000)
+        build_border(lower_patches("utah-teapot"), Goal(1e-9), 1000)
     assert refused.value.issues[0].code == "too_many_triangles"
     square = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     assert len(build_border([square], Goal(1e-9), 2).border.points) == 4

@@ -19,7 +19,7 @@ from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal
 from service.surface.bspline import BsplineSurface
 from tests.engine.adaptive.cutting.test_subdivision import build_leaves
-from tests.strategies import Array, model_of
+from tests.strategies import Array, build_model
 
 HALVES = np.array([0.0, 0.5, 1.0])
 
@@ -98,8 +98,8 @@ def test_bends_between_nine_places_are_not_missed() -> None:
     net = np.stack(
         [np.tile(t[:, None], 2), np.tile([0.0, 1.0], (9, 1)), np.tile(wave[:, None], 2)], axis=-1
     )
-    assert len(build_leaves(model_of([net]), Goal(np.inf, 0.3))) > 8
-    assert len(build_leaves(model_of([net]), Goal(np.inf))) == 1
+    assert len(build_leaves(build_model([net]), Goal(np.inf, 0.3))) > 8
+    assert len(build_leaves(build_model([net]), Goal(np.inf))) == 1
 
 
 def build_edge(c: float) -> tuple[list[float], list[float]]:
@@ -115,7 +115,7 @@ def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
     net = np.stack(
         [np.tile([[0.0], [1.0]], 4), np.tile(square, (2, 1)), np.tile(cube, (2, 1))], axis=-1
     )
-    leaves = build_leaves(model_of([net]), Goal(np.inf, 0.3))
+    leaves = build_leaves(build_model([net]), Goal(np.inf, 0.3))
     assert len(leaves) < 64
     least = (leaves.box[1::2] - leaves.box[::2]).min() / SPAN
     assert FINEST <= least < ROUGH

@@ -26,8 +26,8 @@ from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.mesh.seams import find_seams
 from service.surface.bspline import BsplineSurface
 from service.surface.lowered import PatchModel
-from tests.oracles.exact import exact_net, surface_point
-from tests.strategies import Array, model_of, nets, weighted_nets
+from tests.oracles.exact import surface_point, to_exact_net
+from tests.strategies import Array, build_model, nets, weighted_nets
 
 
 def build_task(model: PatchModel, goal: Goal) -> Task:
@@ -57,7 +57,7 @@ def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, be
     box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
     piece = restrict(Nets(zero, last), zero, Cells(zero, box))
     pieces.append((low, high, piece))
-    exact = exact_net(net)
+    exact = to_exact_net(net)
     for start, stop, piece in pieces:
         for i, row in enumerate(evaluate_nine_points(elevate(piece))):
             for j, place in enumerate(row):
@@ -85,7 +85,7 @@ def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float
     """Leaves cover the face once, exactly, and in order."""
     points, weights = net
     leaves = build_leaves(
-        model_of([points], None if weights is None else [weights]), Goal(tolerance)
+        build_model([points], None if weights is None else [weights]), Goal(tolerance)
     )
     u0, u1, v0, v1 = leaves.box.astype(object)
     assert sum((u1 - u0) * (v1 - v0)) == SPAN**2
@@ -108,8 +108,8 @@ def test_cells_are_cut_only_where_they_bend(along: list[float]) -> None:
         for share, more in ((1.1, 0), (0.9, 1)):
             goal = Goal(share * 0.01 * 0.25**halvings)
             pieces = 2 ** (halvings + more)
-            assert count_cuts(build_leaves(model_of([net]), goal)) == (pieces, 1)
-            assert count_cuts(build_leaves(model_of([net.swapaxes(0, 1)]), goal)) == (1, pieces)
+            assert count_cuts(build_leaves(build_model([net]), goal)) == (pieces, 1)
+            assert count_cuts(build_leaves(build_model([net.swapaxes(0, 1)]), goal)) == (1, pieces)
 
 
 def test_flat_spans_stay_together() -> None:

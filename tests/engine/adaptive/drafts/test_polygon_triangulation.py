@@ -109,8 +109,8 @@ def test_polygons_are_cut_independently() -> None:
     form = np.concatenate([rng.uniform(-1, 1, (6, len(size))), np.ones((1, len(size)))])
     together, polygon = triangulate_polygons(size, x, y, points, form)
     for k, end in enumerate(np.cumsum(size).tolist()):
-        own = slice(end - int(size[k]), end)
+        corners = slice(end - int(size[k]), end)
         alone, _ = triangulate_polygons(
-            size[k : k + 1], x[own], y[own], points[:, own], form[:, [k]]
+            size[k : k + 1], x[corners], y[corners], points[:, corners], form[:, [k]]
         )
-        assert np.array_equal(together[polygon == k], alone + own.start)
+        assert np.array_equal(together[polygon == k], alone + corners.start)

@@ -11,14 +11,14 @@ from service.engine.adaptive.limits import MeshLimits
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.patch_nets import PatchNets
 from tests.engine.adaptive.bordering import build_border
-from tests.strategies import Array, model_of, translate
+from tests.strategies import Array, build_model, translate
 
 
 def build_first_triangles(
     nets: list[Array], tolerance: float
 ) -> tuple[CellBoundaries, DraftTriangles]:
     """The first triangles of a model, before any is certified."""
-    model = model_of(nets)
+    model = build_model(nets)
     result = build_border(model, Goal(tolerance))
     task = Task(PatchNets.of(model), result.faces, Goal(tolerance), MeshLimits())
     draft = Draft(task, result.border, lambda positions: positions)
@@ -38,13 +38,13 @@ def build_arch(height: float) -> Array:
 def test_neighbours_are_of_the_same_face() -> None:
     """Two squares with a common side: triangles of one have no neighbours in the other."""
     patches = [build_arch(0.5), translate(build_arch(0.5), 1.0)]
-    boundaries, found = build_first_triangles(patches, 0.02)
-    face = boundaries.face[found.corners[:, 0]]
-    inner = found.across >= 0
+    boundaries, triangles = build_first_triangles(patches, 0.02)
+    face = boundaries.face[triangles.corners[:, 0]]
+    inner = triangles.across >= 0
     for number, patch in enumerate(patches):
         _, alone = build_first_triangles([patch], 0.02)
         assert np.count_nonzero(inner[face == number]) == np.count_nonzero(alone.across >= 0)
-    vertices = boundaries.vertex[found.corners]
+    vertices = boundaries.vertex[triangles.corners]
     for triangle, edge in np.argwhere(inner):
         ends = set(vertices[triangle, [edge, (edge + 1) % 3]].tolist())
         (rest,) = (
@@ -52,7 +52,7 @@ def test_neighbours_are_of_the_same_face() -> None:
             for other in np.flatnonzero(face == face[triangle])
             if other != triangle and ends < set(vertices[other].tolist())
         )
-        assert rest == {found.across[triangle, edge]}
+        assert rest == {triangles.across[triangle, edge]}
 
 
 def test_triangles_at_a_pole_have_hosts() -> None:
