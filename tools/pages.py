@@ -1,12 +1,13 @@
 """Writes the generated files (`make generated`).
 
 They are the reference (docs/reference.md), the tables of docs/settings.md, of
-docs/observability.md and of formats and calls in the README, the alerts as the Prometheus Operator
-wants them, the flags of `surface mesh`, and the list of all names that clients use. The text
-around a table is written by hand, and kept.
+docs/observability.md and of formats and calls in the README, the links in docs/browser.md, the
+alerts as the Prometheus Operator wants them, the flags of `surface mesh`, and the list of all names
+that clients use. The text around a table is written by hand, and kept.
 """
 
 import json
+import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -17,6 +18,7 @@ from pydantic.fields import FieldInfo
 
 from service.api.app import create_app
 from service.api.body import BodyRoute
+from service.api.links import mesh_links
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
@@ -94,6 +96,17 @@ def readme(text: str) -> str:
     return _with_table(text, ("request", "response"), calls)
 
 
+def browser_page(text: str) -> str:
+    """The page on browsers, with a link to the stored surface's mesh in every format."""
+    link = r' +"\w+": "/v1/surfaces/(\w+)/mesh\.\w+\?engine=\d+",?\n'
+
+    def write_links(found: re.Match[str]) -> str:
+        links = mesh_links("", found[1]).items()
+        return ",\n".join(f'      "{suffix}": "{url}"' for suffix, url in links) + "\n"
+
+    return re.sub(f"(?:{link})+", write_links, text)
+
+
 def reference_page(_: str) -> str:
     """Every kind of surface with its fields, and every option of a mesh, as OpenAPI has them."""
     lines = ["# Reference", "", "Written by `make generated` from the models of the interface."]
@@ -131,6 +144,7 @@ def flags(_: str) -> str:
 
 PAGES: dict[Path, Callable[[str], str]] = {
     ROOT / "README.md": readme,
+    ROOT / "docs" / "browser.md": browser_page,
     ROOT / "docs" / "reference.md": reference_page,
     ROOT / "docs" / "settings.md": settings_page,
     ROOT / "docs" / "observability.md": metrics_page,

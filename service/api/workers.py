@@ -266,7 +266,8 @@ class Job:
     async def run(self, work: Work[Result], name: str) -> Result:
         """Returns the result of `work`: short work runs on the event loop, other work in a thread.
 
-        Raises `Busy`, `OutOfTime`, `ClientDisconnect` or the error of the work.
+        `name` is that of the work in the header `Server-Timing`. Raises `Busy`, `OutOfTime`,
+        `ClientDisconnect` or the error of the work.
         """
         cost, workers = work.cost, self.workers
         if cost.work <= INLINE_SECONDS and workers.has(cost.memory, is_small=True):

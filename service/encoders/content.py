@@ -93,7 +93,7 @@ def _leads(leader: Ints | IndexArray) -> NDArray[np.bool_]:
 def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
     """The row of each vertex's leader, where only leaders have rows.
 
-    Writable if `leaders` is.
+    Writable if `leader` is.
     """
     row = (np.cumsum(_leads(leader), dtype=np.uint32) - np.uint32(1)).take(leader)
     row.flags.writeable = leader.flags.writeable

@@ -1,6 +1,7 @@
 """The mesh file of a surface, in four steps: lower, check, build, encode."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from operator import attrgetter
 
 from service.cancellation import checkpoint
 from service.encoders.format import EncodeOptions, Format, MeshSize
@@ -33,6 +34,9 @@ from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 
 PLAIN = EncodeOptions()
+
+_get_file_options = attrgetter(*(field.name for field in fields(EncodeOptions)))
+"""The values of the options of a file, in their order."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -199,9 +203,9 @@ def render(
     return bytes(plan_mesh(surface, options, fmt, encode, limits).run().content)
 
 
-def encode_options(fields: MeshOptionFields) -> EncodeOptions:
+def encode_options(options: MeshOptionFields) -> EncodeOptions:
     """The part of the options of a request that the encoders read."""
-    return EncodeOptions(fields.oogl, fields.quantize, fields.compression)
+    return EncodeOptions(*_get_file_options(options))
 
 
 def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = allow_any) -> Mesh:
