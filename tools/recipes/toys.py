@@ -113,11 +113,11 @@ OPTION = Recipe(
 
 from service.engine.options import MeshOptions
 from service.engine.tessellate import tessellate
-from tests.examples import patches_of
+from tests.examples import lower_patches
 
 
 def test_tessellate_turns_faces() -> None:
-    model = patches_of("saddle")
+    model = lower_patches("saddle")
     plain, turned = (tessellate(model, MeshOptions(inside_out=b)) for b in (False, True))
     assert np.array_equal(plain.triangles[:, ::-1], turned.triangles)
 """,
