@@ -44,7 +44,7 @@ def test_a_record_is_one_object_in_one_line() -> None:
     assert reported["event"] == "log"
     assert reported["exception"] == "RuntimeError"
     first, *frames, last = reported["traceback"].split("\n")
-    assert "in failing" in first
+    assert "in build_error_record" in first
     assert any(frame.startswith("KeyError: ") for frame in frames)
     assert last == "RuntimeError: the second"
     assert all(len(frame) < MAX_TEXT + 200 for frame in frames)

@@ -26,10 +26,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         Step(
             "service/encoders/registry.py",
             behind=(
-                (
-                    "from collections.abc import Mapping\n",
-                    "from service.encoders import xyz\n",
-                ),
+                ("json_mesh, obj, off, oogl, ply, stl", ", xyz"),
                 (
                     """        byte_bound=off.byte_bound,
         carries=frozenset({"colors"}),
@@ -54,11 +51,11 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
             "tests/encoders/test_xyz.py",
             """from service.encoders import xyz
 from service.encoders.format import EncodeOptions
-from tests.meshes import silo
+from tests.meshes import build_silo
 
 
 def test_a_line_for_every_vertex() -> None:
-    mesh = silo()
+    mesh = build_silo()
     assert xyz.encode(mesh, EncodeOptions()).count(b"\\n") == len(mesh.positions)
 """,
         ),
@@ -209,7 +206,7 @@ def define(surface: RampSurface) -> dict[str, Any]:
         Step(
             "service/schemas/surfaces.py",
             behind=(
-                ("from functools import partial\n", "from service.schemas import ramp\n"),
+                ("multipatch, patches,", " ramp,"),
                 (
                     "from service.surface.patches import PatchSurface\n",
                     "from service.surface.ramp import RampSurface\n",
