@@ -26,7 +26,10 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         Step(
             "service/encoders/registry.py",
             behind=(
-                ("json_mesh, obj, off, oogl, ply, stl", ", xyz"),
+                (
+                    "from collections.abc import Mapping\n",
+                    "from service.encoders import xyz\n",
+                ),
                 (
                     """        byte_bound=off.byte_bound,
         carries=frozenset({"colors"}),
@@ -206,7 +209,7 @@ def define(surface: RampSurface) -> dict[str, Any]:
         Step(
             "service/schemas/surfaces.py",
             behind=(
-                ("multipatch, patches,", " ramp,"),
+                ("from functools import partial\n", "from service.schemas import ramp\n"),
                 (
                     "from service.surface.patches import PatchSurface\n",
                     "from service.surface.ramp import RampSurface\n",
