@@ -2,6 +2,7 @@
 
 import pytest
 
+from tools.certify.closing import judge_nearly
 from tools.certify.judge import Case, judge
 from tools.certify.models import BODIES
 from tools.certify.seams import judge_model
@@ -45,3 +46,8 @@ def test_strips_beside_the_border_pass_and_have_an_area(
 @pytest.mark.parametrize("kind", list(BODIES)[::2])  # `make certify` judges all of them
 def test_seams_are_closed_and_the_same_wherever_they_are_computed(kind: str) -> None:
     assert judge_model(kind, 1001, 0.1).wrong == []
+
+
+def test_the_order_of_surfaces_has_no_effect_on_weights_that_are_equal_up_to_a_factor() -> None:
+    """Two weights at one point are equal once they are divided by the factors of their surfaces."""
+    assert judge_nearly("crowded knots", 84, 1e-1).wrong == []

@@ -145,10 +145,11 @@ def _equal_weights(
     A run of weights of which each is near the next one becomes 1 if one of them is 1, as those of
     polynomial patches are, else the least of them; runs wider than the tolerance stay. Differences
     of a few roundings stay too, because `seams` ignores them. With a `scale` (B,), weights divided
-    by e^scale are compared.
+    by e^scale are compared. If several are least, the least before the division is taken, so that
+    the order of the patches has no effect.
     """
     size = logs if scale is None else logs - scale
-    order = np.lexsort((size, group))
+    order = np.lexsort((logs, size, group))
     begins = np.ones(len(order), dtype=bool)
     begins[1:] = (np.diff(group[order]) > 0) | (np.diff(size[order]) > tolerance)
     starts = np.flatnonzero(begins)
