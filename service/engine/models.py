@@ -65,11 +65,6 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: b
     return replace(model, models=tuple(models), members=members)
 
 
-def has_colors(model: GroupModel) -> bool:
-    """Whether any member has a base colour."""
-    return any(member.color is not None for member in model.members)
-
-
 def find_highest_degree(model: Model) -> int:
     """The highest degree of a patch in either direction, or of a swept curve."""
     if isinstance(model, GroupModel):

@@ -110,7 +110,7 @@ def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) 
 
 
 def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
-    """The goal for points between these bounds, less the rounding `rounding`.
+    """The goal for points between these bounds, less `rounding`.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
 
 
 def _subtract(tolerance: float, rounding: float) -> float:
-    """A tolerance less the rounding `rounding`."""
+    """A tolerance less `rounding`."""
     if tolerance < SHARE * rounding:
         raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * rounding)
     return tolerance - rounding

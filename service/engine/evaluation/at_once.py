@@ -20,6 +20,7 @@ from service.engine.evaluation.chunks import (
     CHUNK_SAMPLES,
     SUBNORMAL,
     find_shift,
+    weight_points,
     write_local,
 )
 from service.engine.evaluation.grid_products import (
@@ -193,9 +194,7 @@ class _Workspace:
         """
         planes = weights.reshape(len(weights), 1, -1).transpose(2, 1, 0)
         np.multiply(planes, 1 / heaviest, out=self.weights)
-        self.coordinates -= middle[:, np.newaxis]
-        self.coordinates *= scale
-        self.coordinates *= self.weights
+        weight_points(self.coordinates, self.weights, middle, scale)
         self._subtract_neighbours()
 
     def _subtract_neighbours(self) -> None:

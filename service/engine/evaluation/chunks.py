@@ -41,6 +41,15 @@ class ChunkNets:
         return least[:, None]
 
 
+def weight_points(
+    points: FloatArray, weights: FloatArray, middle: FloatArray, scale: float
+) -> None:
+    """Makes points (K, 3, r) homogeneous in place: w (P − middle) scale, weights (K, 1, r)."""
+    points -= middle[:, np.newaxis]
+    points *= scale
+    points *= weights
+
+
 def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
     """The vector (3,) from the origin of the result to the middle of the evaluation."""
     return patches.middle if origin is None else patches.middle - origin

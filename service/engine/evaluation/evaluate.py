@@ -167,6 +167,10 @@ def choose_formulation(
         return fastest
     if normals and patches.weights is None and max(patches.degree) <= 4:
         return "normal_polynomial"
+    # A product with four control points takes as long as one of two products with two.
+    is_bilinear = patches.weights is not None and patches.degree == (1, 1)
+    if is_bilinear and patches.count > 1 and _is_kept(patches.degree, resolution):
+        return "kronecker"
     return "separable"
 
 
@@ -179,10 +183,16 @@ def _choose_at_once(
     The unit is a multiplication of three coordinates in one large product. In two products it takes
     twice as long, and calls take as long as 20 000, for each patch and for each chunk of patches.
     """
-    (p, q), vectors = degree, sum(count_vectors(degree))
+    q, vectors = degree[1], sum(count_vectors(degree))
     samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)
     share = 1 / min(count, chunk)
     product_cost = vectors * (1 + 2 * share)
     row_cost = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
-    is_kept = 3 * (p + 1) * (q + 1) * samples <= LARGEST
-    return "kronecker" if product_cost <= row_cost and is_kept else "separable"
+    is_faster = product_cost <= row_cost
+    return "kronecker" if is_faster and _is_kept(degree, resolution) else "separable"
+
+
+def _is_kept(degree: tuple[int, int], resolution: tuple[int, int]) -> bool:
+    """Whether the cache keeps the basis of all samples."""
+    (p, q), (ru, rv) = degree, resolution
+    return 3 * (p + 1) * (q + 1) * (ru + 1) * (rv + 1) <= LARGEST

@@ -19,6 +19,7 @@ from service.engine.evaluation.chunks import (
     SUBNORMAL,
     TRUSTED,
     find_shift,
+    weight_points,
     write_local,
 )
 from service.engine.extent import find_scale, is_moved
@@ -91,9 +92,7 @@ class Evaluation(ABC):
         if self.patches.weights is not None:
             weights = self.patches.weights[first:last].reshape(last - first, -1).T
             np.multiply(weights, 1 / self.heaviest, out=at[:, 3])
-            at[:, :3] -= self.patches.middle[:, None]
-            at[:, :3] *= self.scale
-            at[:, :3] *= at[:, 3:]
+            weight_points(at[:, :3], at[:, 3:], self.patches.middle, self.scale)
             return at
         if self.origin is None and self.scale == 1.0:
             return at

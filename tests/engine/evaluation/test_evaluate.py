@@ -101,6 +101,11 @@ def test_every_formulation_is_chosen_somewhere() -> None:
         choose_formulation(build_smooth_patch((3, 3), False), (512, 512), True)
         == "normal_polynomial"
     )
+    # Rational bilinear patches on large grids: one product with four control points.
+    net = np.random.default_rng(0).random((8, 2, 2, 3))
+    bilinear = TensorPatches(net, 1 + net[..., 0])
+    assert choose_formulation(bilinear, (200, 200), True) == "kronecker"
+    assert choose_formulation(bilinear, (400, 400), True) == "separable"
     # Each patch has the fixed costs.
     assert choose_formulation(teapot, (24, 24), True) == "kronecker"
     assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
