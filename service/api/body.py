@@ -91,9 +91,9 @@ class BodyRoute(APIRoute):
             other_fields = document_from_query(request.query_params.multi_items())
         except InvalidRequest as error:
             raise InvalidQuery(*error.issues) from None
-        return str(
-            other_fields.pop("format")
-        ) if self.formats and "format" in other_fields else None, other_fields
+        if not (self.formats and "format" in other_fields):
+            return None, other_fields
+        return str(other_fields.pop("format")), other_fields
 
     async def _decode(
         self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
