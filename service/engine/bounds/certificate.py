@@ -131,12 +131,11 @@ class PieceMeasure:
 def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | None:
     """Bounds of pieces by the hulls of their whole patches, and the pieces to be bounded first.
 
-    First are the pieces at the edges of a part, and those in the patch with the largest hull. Most
-    other patches that the part covers as a whole have hulls below the bound of these pieces, and
-    need no net of their own pieces.
+    First are the pieces in the covered patch with the largest hull. Most other patches of the part
+    have hulls below the bound of these pieces, and need no net of their own pieces.
 
-    The bounds (M,) are infinite for patches that are not covered as a whole. All depends on the
-    part of a piece alone. The result is None if no part covers `COVERED` patches.
+    The bounds (M,) are infinite in parts that do not cover `COVERED` whole patches. All depends on
+    the part of a piece alone. The result is None if no part covers `COVERED` patches.
     """
     pieces = measure.pieces
     if np.bincount(pieces.part).max(initial=0) < 2 * COVERED:
@@ -144,16 +143,18 @@ def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | Non
     first, pair = unique_values(pieces.part * len(measure.patch_nets.sizes) + pieces.patch)
     one, two = (pieces.corners[1:] - pieces.corners[0]).astype(np.float64)
     area = np.bincount(pair, np.abs(one[0] * two[1] - one[1] * two[0]))
-    part, covered = pieces.part[first], area >= (2.0 - 1e-9) * SPAN * SPAN
-    covered &= (np.bincount(part, covered) >= COVERED)[part]
-    if not covered.any():
+    part, is_covered = pieces.part[first], area >= (2.0 - 1e-9) * SPAN * SPAN
+    has_hulls = (np.bincount(part, is_covered) >= COVERED)[part]
+    if not has_hulls.any():
         return None
     hull = np.full(len(first), np.inf)
-    rows = covered.nonzero()[0]
+    rows = has_hulls.nonzero()[0]
     hull[rows] = measure.bound_by_hulls(first[rows])
     largest = np.zeros(len(measure.parts.face))
+    rows = (has_hulls & is_covered).nonzero()[0]
     np.maximum.at(largest, part[rows], hull[rows])
-    return hull[pair], (~covered | (hull >= largest[part]))[pair]
+    is_first = ~has_hulls | (is_covered & (hull >= largest[part]))
+    return hull[pair], is_first[pair]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
+from service.engine.mesh.equal_points import find_possible_neighbours
 
 ROUNDS = 8
 """Rounds of separating points by gaps along x, y and z: few need more than one."""
@@ -33,8 +34,9 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
     Which points form a group does not depend on their order.
     """
     first, number = unique_rows(points)
-    leader, remaining = np.arange(len(first)), np.arange(len(first))
-    for _ in range(LEVELS):
+    leader, remaining = np.arange(len(first)), find_possible_neighbours(points[first], reach)
+    remaining.sort()  # leaders are the first points of their groups
+    for _ in range(LEVELS if len(remaining) else 0):
         lead, is_wide = _groups(points[first[remaining]], reach)
         leader[remaining] = remaining[lead]
         remaining = remaining[is_wide]

@@ -107,21 +107,52 @@ def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatA
 
     `group` (B,) is the number of each point's group of near points.
     """
-    points = border.copy()
-    least = np.lexsort((border[:, 2], border[:, 1], border[:, 0], group))
-    least = least[run_starts(group[least])]
-    first = np.empty(len(border), dtype=np.intp)
-    first[group[least]] = least
+    points, first = border.copy(), _find_first_points(border, group)
     for rows, edge in pattern.sides:
-        nets, _, _ = orient_edges(border[rows], None)
-        order = np.lexsort((*nets.reshape(len(nets), -1).T[::-1], edge))
-        order = order[run_starts(edge[order])]
-        points[rows[:, 1:-1]] = border[rows[order, 1:-1]][edge]
+        _equal_inner_points(points, border, rows, edge)
         groups = group[rows]
         is_point = (groups == groups[:, :1]).all(axis=1)
         points[rows[is_point]] = border[first[groups[is_point]]]
         points[rows[:, [0, -1]]] = border[first[groups[:, [0, -1]]]]
     return points
+
+
+def _find_first_points(border: FloatArray, group: Ints) -> Ints:
+    """For the number of each group (B,) the row of its first point in dictionary order.
+
+    Only the points of groups that have unequal points are sorted.
+    """
+    first = np.arange(len(border))
+    is_mixed = np.zeros(len(border), dtype=bool)
+    is_mixed[group[(border != border[group]).any(axis=1)]] = True
+    rows = is_mixed[group].nonzero()[0]
+    x, y, z = border[rows].T
+    rows = rows[np.lexsort((z, y, x, group[rows]))]
+    least = rows[run_starts(group[rows])] if len(rows) else rows
+    first[group[least]] = least
+    return first
+
+
+def _equal_inner_points(points: FloatArray, border: FloatArray, rows: Ints, edge: Ints) -> None:
+    """Write the inner points of each edge's first net, in dictionary order, to all of its sides.
+
+    `rows` (S, n+1) are the border points of sides, and `edge` (S,) their edges. Only edges whose
+    sides differ are sorted.
+    """
+    nets = border[rows]
+    leader = np.empty(int(edge.max(initial=-1)) + 1, dtype=np.intp)
+    leader[edge] = np.arange(len(edge))
+    unequal = np.zeros(len(leader), dtype=bool)
+    unequal[edge[(nets != nets[leader[edge]]).any(axis=(1, 2))]] = True
+    chosen = unequal[edge].nonzero()[0]
+    if not len(chosen):
+        return
+    rows, edge = rows[chosen], edge[chosen]
+    oriented, _, _ = orient_edges(nets[chosen], None)
+    order = np.lexsort((*oriented.reshape(len(oriented), -1).T[::-1], edge))
+    order = order[run_starts(edge[order])]
+    leader[edge[order]] = order
+    points[rows[:, 1:-1]] = border[rows[leader[edge], 1:-1]]
 
 
 def _owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:

@@ -93,6 +93,20 @@ def has_near_points(points: FloatArray, reach: float) -> bool:
     return bool((differ & (place[1:] - place[:-1] <= reach)).any())
 
 
+def find_possible_neighbours(points: FloatArray, reach: float) -> Ints:
+    """Rows (n,) of points (N, 3) that may be within `reach` of another point, by projections.
+
+    All other points are certainly further than `reach` from every other point.
+    """
+    place = _project(points)
+    order = place.argsort()
+    place = place.take(order)
+    largest = float(np.abs(points).max(initial=0.0))
+    near = place[1:] - place[:-1] <= reach + PROJECTION_ROUNDING * largest
+    rows: Ints = order[np.append(near, False) | np.append(False, near)]
+    return rows
+
+
 def _project(points: FloatArray) -> FloatArray:
     """Projections of points (N, 3) to one direction, (N,)."""
     x, y, z = points.T

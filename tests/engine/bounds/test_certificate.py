@@ -116,8 +116,8 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
     assert few < 0.5 * sum(looked)
 
 
-def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
-    """Squares with all four corners in the part, for any directions of its edges."""
+def test_pieces_of_the_covered_patch_with_the_largest_hull_are_bounded_first() -> None:
+    """A patch is covered if its four corners are in the part, for any directions of its edges."""
     net = build_net(np.random.default_rng(15), 15, 15, 0.02)
     patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 3)).lower()), build_face(13, 13)
     corners = SPAN * np.array([[[0, 0], [13, 3], [4, 13]], [[0, 1], [12, 0], [10, 13]]])
@@ -125,8 +125,13 @@ def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
     parts = build_parts(corners.reshape(-1, 2), host, np.full((2, 3), -1))
     pieces = clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0))
     positions = evaluate_places(patch_nets, faces, corners.reshape(-1, 2))
-    result = find_covering_hulls(PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None))
+    measure = PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None)
+    result = find_covering_hulls(measure)
     assert result is not None
+    hull, is_first = result
+    exact = np.zeros((3, len(pieces.part)))
+    measure.bound_pieces(exact, np.arange(len(pieces.part)))
+    assert (exact[0] <= hull * (1 + 1e-12)).all()
     first = SPAN * np.stack([pieces.patch // 13, pieces.patch % 13], axis=1)
     covered = np.ones(len(first), dtype=bool)
     for corner in SPAN * np.array([[0, 0], [0, 1], [1, 0], [1, 1]]):
@@ -134,7 +139,9 @@ def test_hulls_are_those_of_the_patches_that_a_part_covers_as_a_whole() -> None:
             begin, end = corners[pieces.part, k], corners[pieces.part, (k + 1) % 3]
             along, offset = (end - begin) // SPAN, (first + corner - begin) // SPAN
             covered &= along[:, 0] * offset[:, 1] >= along[:, 1] * offset[:, 0]
-    assert np.isfinite(result[0]).tolist() == covered.tolist()
+    largest = [hull[covered & (pieces.part == part)].max() for part in range(2)]
+    expected = covered & (hull >= np.array(largest)[pieces.part])
+    assert is_first.tolist() == expected.tolist()
 
 
 def test_parts_pass_with_the_allowed_deviation_and_twice_that_for_the_mesh() -> None:
