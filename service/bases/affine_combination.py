@@ -1,4 +1,4 @@
-"""Affine combinations of control points: every conversion of a net is built from these."""
+"""Affine combinations of control points; every conversion of a control net consists of these."""
 
 from typing import TypeAlias
 
@@ -13,14 +13,15 @@ WeightedPoints: TypeAlias = tuple[FloatArray, FloatArray | None]
 def combine(
     points: FloatArray, weights: FloatArray | None, index: Ints, shares: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Weighted means of rows of control points.
+    """Weighted means Q_j of rows of control points, and the weights v_j of these means.
 
         v_j = Σ_k s_kj w_{i(k, j)},   Q_j = Σ_k (s_kj w_{i(k, j)} / v_j) P_{i(k, j)}
 
-    Shares are not negative and add up to one over k. A mean lies between the least and the greatest
-    of its terms; a mean that rounding moves outside is clipped to them. Hence the mean of equal
-    points is that point, bit for bit, and points with one coordinate in common keep it. Two terms
-    in exchanged order give the same bits.
+    Shares are not negative, and the shares of each mean add up to one. Each coordinate of a mean is
+    clipped to the range of this coordinate in the points P_{i(k, j)}, because rounding may move the
+    mean out of this range. Hence the mean of equal points is that point, bit for bit, and if all
+    points have the same x (or y, or z), the mean has this x, too. Exchanging two points together
+    with their shares does not change a bit of the mean.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def combine(
     points : ndarray of float64, shape (m, …, d)
     weights : ndarray of float64, shape (m, …), or None
     """
-    # A row with share 0 does not widen the bounds.
+    # A point with share 0 must not widen the range: replace it by the point with the largest share.
     heaviest = index[shares.argmax(axis=0), np.arange(index.shape[1])]
     index = np.where(shares == 0, heaviest, index)
     axes = (slice(None),) + (np.newaxis,) * (points.ndim - 2)
@@ -59,21 +60,36 @@ def combine(
 def combine_run(
     points: FloatArray, weights: FloatArray | None, first: Ints, shares: FloatArray
 ) -> WeightedPoints:
-    """Combinations of k control points from `first` on, shares (g, r, k): (g, r, …).
+    """Weighted means of k consecutive control points: r means for each of g runs of points.
 
-    Points are combined relative to their middle point, M + Σ c_i w_i (P_i − M) / Σ c_i w_i. The
-    terms are added in pairs from the outside in, so that reversed points give the same sum bit for
-    bit.
+    Means are computed relative to the middle point M, as M + Σ c_i w_i (P_i − M) / Σ c_i w_i. The
+    terms are added in pairs, the two outermost points first. So reversed points give the same sum,
+    bit for bit.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (n, …, d)
+    weights : ndarray of float64, shape (n, …), or None
+        None if all are 1.
+    first : ndarray of int, shape (g,)
+        The row of the first control point of each run.
+    shares : ndarray of float64, shape (g, r, k)
+        The factors c_i.
+
+    Returns
+    -------
+    points : ndarray of float64, shape (g, r, …, d)
+    weights : ndarray of float64, shape (g, r, …), or None
     """
     count = shares.shape[-1]
     middle = points.take(first + (count - 1) // 2, axis=0)
     if count % 2 == 0:
         middle += points.take(first + count // 2, axis=0)
         middle /= 2
-    place = np.zeros(shares.shape[:2] + points.shape[1:])
+    mean = np.zeros(shares.shape[:2] + points.shape[1:])
     weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
     for low in range((count + 1 if weights is not None else count) // 2):
-        # The middle point of an odd count contributes no difference from M, only its weight.
+        # If k is odd, the middle point is M: its difference is 0, and only its weight is added.
         pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
         pair_shares = [_append_axes(shares[..., k], points.ndim - 1) for k in pair]
         if weights is not None and weight is not None:
@@ -90,22 +106,22 @@ def combine_run(
                 for share, k in zip(pair_shares, pair, strict=True)
             )
             term += other
-            place += term
+            mean += term
     if weight is not None:
-        place /= weight[..., np.newaxis]
-    place += middle[:, np.newaxis]
-    return place, weight
+        mean /= weight[..., np.newaxis]
+    mean += middle[:, np.newaxis]
+    return mean, weight
 
 
 def _weigh_differences(
     points: FloatArray, rows: Ints, middle: FloatArray, share: FloatArray
 ) -> FloatArray:
-    """Shares (g, r, …) times the differences of some control points from the middles (g, …)."""
-    way = points.take(rows, axis=0)
-    way -= middle
-    return share * way[:, np.newaxis]
+    """Shares (g, r, …) times the differences of `points[rows]` from the middle points (g, …)."""
+    difference = points.take(rows, axis=0)
+    difference -= middle
+    return share * difference[:, np.newaxis]
 
 
 def _append_axes(shares: FloatArray, axes: int) -> FloatArray:
-    """The factors with further axes of length 1, to multiply arrays that have these axes."""
+    """The shares with more axes of length 1 at the end, so that they broadcast over arrays."""
     return shares.reshape(shares.shape + (1,) * axes)

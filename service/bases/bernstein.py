@@ -19,16 +19,17 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
 
         B_i^n(t) = (1 − t) B_i^{n−1}(t) + t B_{i−1}^{n−1}(t),  B_0^0 = 1
 
-    The recurrence only adds products of non-negative numbers, so the error of each value is about n
-    units in its last place (3e-15 at degree 100). At that degree, binomials would overflow and
-    powers underflow.
+    The recurrence only adds products of non-negative numbers, so no digits are lost: at degree 100
+    the relative error of a value is about 1e-15. The recurrence needs no binomials, which overflow
+    at high degrees, and no powers, which underflow.
 
     Parameters
     ----------
     degree : int
         n ≥ 0.
     t : array_like of float64, shape (m,)
-        Parameters in [0, 1]. At 0 and 1 one value is exactly 1 and the others are 0.
+        Parameters in [0, 1]. At t = 0 (or 1) the first (or last) polynomial is exactly 1, and the
+        others are 0.
 
     Returns
     -------
@@ -50,7 +51,7 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
 
 
 def sample_parameters(divisions: int) -> FloatArray:
-    """The parameters i/R, i = 0 … R, both ends exact: shape (R+1,)."""
+    """The parameters i/R for i = 0 … R, shape (R+1,); first and last are exactly 0 and 1."""
     return np.arange(divisions + 1) / divisions
 
 
@@ -81,9 +82,11 @@ def sample_basis_columns(
 
 
 def sample_basis_with_slopes(degree: int, divisions: int) -> RealArray:
-    """Basis at R equal divisions, and below it the derivatives ÷ n: one product gives C and C'.
+    """The Bernstein basis at R equal divisions, and below it the derivatives of the basis ÷ n.
 
         d/dt B_i^n ÷ n = B_{i−1}^{n−1} − B_i^{n−1}
+
+    The product of this matrix and the control points has the rows C, then C' ÷ n, at all samples.
 
     Returns
     -------
@@ -100,9 +103,11 @@ def sample_basis_with_slopes(degree: int, divisions: int) -> RealArray:
 def sample_grid_basis(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating] = np.float64
 ) -> RealArray:
-    """Tensor-product basis at every sample of a grid, for one product per batch of nets.
+    """Tensor-product Bernstein basis at every sample of a grid.
 
         K[(i, j), (a, b)] = B_i^p(a/Ru) B_j^q(b/Rv)
+
+    One matrix product with K evaluates all nets of a batch.
 
     Returns
     -------
@@ -147,7 +152,10 @@ def _build_grid_basis(
 def sample_interleaved_basis(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
-    """Basis whose product with rows of points gives points side by side: kron(Bᵀ, I₃).
+    """The matrix kron(Bᵀ, I₃), which evaluates curves whose points are stored as x y z x y z ….
+
+    B is `sample_basis`. A row (C_0, …, C_n) of 3(n+1) numbers times the matrix is the row of the
+    3(R+1) coordinates of the samples.
 
     Returns
     -------
@@ -160,10 +168,11 @@ def sample_interleaved_basis(
 
 
 def round_basis(basis: RealArray, dtype: type[np.floating]) -> RealArray:
-    """A basis in working precision, with negligible values set to 0; the argument is overwritten.
+    """Convert a basis to `dtype`, and set negligible values to 0; the argument is overwritten.
 
-    At degree 64 most values are below any rounding of their sum, which is 1. Their products would
-    be subnormal numbers, with which processors compute a hundred times slower.
+    The values of a basis add up to 1. At degree 64 most of them are far smaller than the rounding
+    error of this sum. Products of these would be subnormal numbers, with which processors compute a
+    hundred times slower.
     """
     basis[basis < np.finfo(dtype).eps ** 3] = 0.0
     return basis.astype(dtype, copy=False)
@@ -178,11 +187,13 @@ def binomials(n: int) -> FloatArray:
 
 
 def elevation_matrix(low: int, high: int) -> FloatArray:
-    """Degree elevation as a matrix: shape (high+1, low+1); cached, read-only.
+    """The matrix of degree elevation from `low` to `high`, shape (high+1, low+1).
 
         E_lj = C(low, j) C(high − low, l − j) / C(high, l)
 
-    Every row has non-negative numbers of sum 1; the first and the last row have one 1 and zeros.
+    The matrix is cached and read-only.
+    No number is negative, and every row has the sum 1. The first and the last row contain one 1 and
+    zeros otherwise.
 
     References
     ----------
@@ -200,12 +211,12 @@ def elevation_matrix(low: int, high: int) -> FloatArray:
 
 
 def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Product of two batches of Bernstein tensor polynomials, coefficient by coefficient.
+    """Bernstein coefficients of the products of polynomials in two variables, for two batches.
 
         (f g)_kl = Σ_{i+a=k, j+b=l} C(p,i)C(r,a)/C(p+r,k) · C(q,j)C(s,b)/C(q+s,l) f_ij g_ab
 
-    The factors of every sum are non-negative and add up to one: digits are lost only if the
-    coefficients themselves cancel.
+    In every sum the binomial factors are positive and add up to one. So digits are lost only if the
+    products f_ij g_ab cancel.
 
     Parameters
     ----------
@@ -235,23 +246,29 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> FloatArray:
-    """The products of all pairs of Bernstein tensor polynomials of degrees (p, q) and (r, s).
+    """The product of each tensor-product Bernstein polynomial of one degree with each of another.
+
+    Parameters
+    ----------
+    first, second : (int, int)
+        The degrees (p, q) and (r, s).
 
     Returns
     -------
     ndarray of float64, shape ((p+1)(q+1)(r+1)(s+1), (p+r+1)(q+s+1)); cached, read-only
-        Coefficients of the product of one polynomial of each basis; the index of the first basis
-        varies slowest.
+        Each row has the Bernstein coefficients of one product. The number of the polynomial of the
+        first degree varies slowest.
     """
 
     def build() -> FloatArray:
-        one, other = ((m + 1, n + 1) for m, n in (first, second))
-        bases = (np.eye(m * n).reshape(-1, m, n) for m, n in (one, other))
-        left, right = bases
+        left, right = (
+            np.eye((m + 1) * (n + 1)).reshape(-1, m + 1, n + 1) for m, n in (first, second)
+        )
         return multiply(left[:, np.newaxis], right).reshape(len(left) * len(right), -1)
 
     return PLANS.array(("products", first, second), build)
 
 
 def _scale_factors(rows: int, columns: int) -> NDArray[np.float64]:
+    """The binomials C(rows − 1, i) C(columns − 1, j), shape (rows, columns)."""
     return np.multiply.outer(binomials(rows - 1), binomials(columns - 1))

@@ -1,10 +1,10 @@
 """Extraction operators: the Bézier points of each span as combinations of control points.
 
-On one span a B-spline of degree p is a polynomial, hence a Bézier curve. Its points are values of
-the blossom f, the symmetric function of p arguments that is affine in each and has f(t, …, t) =
-C(t): control point i is f(U_{i+1}, …, U_{i+p}), and Bézier point j of the span [a, b] is f(a, …, a,
-b, …, b) with b taken j times. If the arguments are replaced one by one, each step is a convex
-combination of control points.
+On one span a B-spline C of degree p is a polynomial. Its blossom f is the one symmetric function of
+p arguments that is affine in each argument, with f(t, …, t) = C(t). Control point i of the B-spline
+is f(U_{i+1}, …, U_{i+p}). On the span [a, b] the B-spline is a Bézier curve, whose point j is f(a,
+…, a, b, …, b) with b repeated j times. The knots among the arguments are replaced by a or b one
+after the other; each replacement is a convex combination of control points.
 
 Borden, Scott, Evans and Hughes, Isogeometric finite element data structures based on Bézier
 extraction of NURBS, IJNME 87 (2011); Ramshaw, Blossoms are polar forms, CAGD 6 (1989).
@@ -27,11 +27,11 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
     Returns
     -------
     ndarray of float64, shape (spans, p+1, p+1)
-        Row j times the control points s − p … s is Bézier point j of span s. No entry is negative
-        and the rows add up to one. Reversed knots give the reversed operators, bit for bit.
+        Row j times the control points s − p … s is Bézier point j of span s. No entry is negative,
+        and each row has the sum 1. Reversed knots give the reversed operators, bit for bit.
     """
-    places = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
-    around = knots[places]
+    positions = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
+    around = knots[positions]
     forwards = _compute_blossoms(around[:, :degree], around[:, degree:])
     around = -around[:, ::-1]
     backwards = _compute_blossoms(around[:, :degree], around[:, degree:])
@@ -41,12 +41,19 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
 
 
 def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
-    """The operators: replaces the knots on the left of [a, b] by a, then the others by b.
+    """The extraction operators of spans [a, b], computed in one direction along the knots.
+
+    First the knots on the left of a span are replaced by a as arguments of the blossom, then the
+    knots on its right by b.
 
     Parameters
     ----------
     left, right : ndarray of float64, shape (spans, p)
-        U_{s−p+1} … U_s = a and b = U_{s+1} … U_{s+p}.
+        The knots U_{s−p+1}, …, U_s = a and b = U_{s+1}, …, U_{s+p} of each span.
+
+    Returns
+    -------
+    ndarray of float64, shape (spans, p+1, p+1)
     """
     count, degree = left.shape
     a, b = left[:, -1:], right[:, :1]
@@ -71,7 +78,7 @@ def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
 def _combine_neighbours(
     rows: FloatArray, first: FloatArray, second: FloatArray, total: FloatArray
 ) -> FloatArray:
-    """Each row with the next: (first row_i + second row_{i+1}) / total."""
+    """Combine each row with the next row: (first row_i + second row_{i+1}) / total."""
     mixed: FloatArray = rows[:, :-1] * (first / total)[..., np.newaxis]
     mixed += rows[:, 1:] * (second / total)[..., np.newaxis]
     return mixed

@@ -34,11 +34,12 @@ class _PendingValue:
 
 
 class Cache(Generic[Value]):
-    """Least-recently-used values by key, at most `capacity` bytes of them.
+    """A cache of at most `capacity` bytes, which drops the least recently used values.
 
     Requests and threads share the values, which must therefore be read-only. A value larger than
-    1/`share` of the capacity is returned but not kept, because one unusual request must not empty
-    the cache for the others. Threads that need the same key at once build its value once.
+    1/`share` of the capacity is returned but not kept, because one unusual request must not remove
+    the values of all others. If several threads need the same key at once, one thread builds the
+    value and the others wait for it.
     """
 
     def __init__(self, capacity: int, share: int = 8) -> None:
@@ -59,7 +60,10 @@ class Cache(Generic[Value]):
         return len(self._values)
 
     def get(self, key: Hashable, build: Callable[[], Value]) -> Value:
-        """The value of this key, built if it is not cached. The key must determine the value."""
+        """The value of this key; if it is not cached, `build` builds it.
+
+        Values with the same key must be equal.
+        """
         with self._lock:
             cached = self._values.get(key)
             if cached is not None:
@@ -79,7 +83,7 @@ class Cache(Generic[Value]):
         return cast(Value, pending.value)
 
     def find(self, key: Hashable) -> Value | None:
-        """The value of this key, or None if it is not cached."""
+        """The value of this key, or None if no value is cached."""
         with self._lock:
             cached = self._values.get(key)
             if cached is not None:
@@ -112,7 +116,7 @@ class ArrayCache(Cache[NDArray[Any]]):
     """A cache of arrays, which it makes contiguous and read-only."""
 
     def array(self, key: Hashable, build: Callable[[], Array]) -> Array:
-        """The array of this key, built if it is not cached."""
+        """The array of this key, read-only; if it is not cached, `build` builds it."""
         return cast(Array, self.get(key, partial(_build_read_only, build)))
 
 
@@ -128,7 +132,11 @@ PLANS = ArrayCache(64 << 20)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _DerivedValue:
-    """A value derived from arrays, and a reference to these, which keeps their ids in use."""
+    """A value derived from arrays, and references to these arrays.
+
+    The cache identifies the arrays by `id`. The references keep them alive, so that no other array
+    can get the same id.
+    """
 
     sources: tuple[NDArray[Any], ...]
     value: Any
@@ -143,9 +151,11 @@ class _DerivedValue:
 def derive_once(
     sources: tuple[NDArray[Any], ...], name: Hashable, build: Callable[[], Result]
 ) -> Result:
-    """The result of `build`, which depends on the source arrays alone; cached by their identity.
+    """The result of `build`, which must depend on the source arrays alone.
 
-    The result is bytes or has `nbytes`. Results from writeable arrays are not cached.
+    The cache finds the result by the identity of these arrays (the same objects) and by `name`. The
+    result must be bytes or have the attribute `nbytes`. If a source array is writeable, nothing is
+    cached.
     """
     if any(array.flags.writeable for array in sources):
         return build()
@@ -156,7 +166,7 @@ def derive_once(
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
-"""Layouts, welds and faces of meshes: they depend on connectivity, resolution and options alone."""
+"""Data of meshes that depend on connectivity, resolution and options alone, for example faces."""
 
 
 LONGEST_TEXT = 1 << 16
@@ -164,9 +174,10 @@ LONGEST_TEXT = 1 << 16
 
 
 def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> Array:
-    """The array that `build` makes from lists of numbers, cached by their JSON text.
+    """The array that `build` makes from `value`, cached by the JSON text of `value`.
 
-    The text distinguishes 1, 1.0 and true. Arrays, and values without a JSON text, are not cached.
+    The text distinguishes 1, 1.0 and true. The result is cached only if `value` is a list that can
+    be written as at most `LONGEST_TEXT` bytes of JSON. The array may be read-only.
     """
     text = b""
     if isinstance(value, list) and len(value) <= LONGEST_TEXT:

@@ -1,9 +1,9 @@
-"""From B-spline control points to the Bézier points of every span.
+"""Bézier extraction: computes the Bézier points of every span of a B-spline.
 
-Each Bézier point is a combination of control points (`service.bases.blossoms`). The combinations
-depend on differences of knots alone, are symmetric in the direction of the curve, and are computed
-once at each point where two spans meet. Hence a B-spline and its reverse have the same Bézier
-points bit for bit, and neighbouring patches the same edges.
+Each Bézier point is a combination of control points (`service.bases.blossoms`). The shares in a
+combination depend only on differences of knots, and do not depend on the direction of the curve; a
+point where two spans meet is computed once. Hence a B-spline and its reversed B-spline have the
+same Bézier points, bit for bit, and neighbouring patches have the same points on their common edge.
 """
 
 from collections.abc import Iterator
@@ -19,19 +19,25 @@ from service.bases.knots import spans
 from service.bases.row_batches import row_slices
 
 CHUNK_BYTES = 4 << 20
-"""Bytes of the operators, or gathered points, of the spans in one chunk."""
+"""Spans are computed in chunks, so that temporary arrays have at most this number of bytes."""
 
 SAME_SHARE = 2.0**-40
-"""Largest difference of the shares of equal control points at the two ends of a closed curve. Knots
-like k/7 are rounded, but the ends must be one point."""
+"""Shares at the two ends of a closed curve that differ by at most this are made equal: knots like
+k/7 are rounded, but both ends must be the same point."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sums:
-    """Bézier points that are sums of k control points each.
+    """Bézier points that combine k consecutive control points each; r points for each of g runs.
 
-    `first` (g,) are the numbers of the first control points, `shares` (g, r, k) their shares,
-    `targets` (g, r) the numbers of the Bézier points.
+    Attributes
+    ----------
+    first : ndarray of int, shape (g,)
+        The number of the first control point of each run.
+    shares : ndarray of float64, shape (g, r, k)
+        The shares of the k control points in each Bézier point.
+    targets : ndarray of int, shape (g, r)
+        The numbers of the Bézier points.
     """
 
     first: Ints
@@ -53,10 +59,11 @@ class Extraction:
     sums : tuple of _Sums
         Bézier points that combine several control points.
     copies : ndarray of int, shape (2, c)
-        Bézier points that are control points: their numbers, and those of the control points.
+        Bézier points that equal a control point: their numbers, and the numbers of the control
+        points.
     repeated : (int, int, int), or None
-        (m, i, j): the ends of the curve are one point if control points i … i + m − 1 equal control
-        points j … j + m − 1.
+        (m, i, j): both ends of the curve are the same point if control points i … i + m − 1 equal
+        control points j … j + m − 1. None if this test cannot show that the curve is closed.
     """
 
     count: int
@@ -74,9 +81,9 @@ class Extraction:
     def combine(self, points: FloatArray, weights: FloatArray | None = None) -> WeightedPoints:
         """The distinct Bézier points and weights, shapes (count, …, d) and (count, …).
 
-        Points are combined relative to their middle, so that the mean of equal points is exactly
-        that point, poles stay poles, and no digits are lost far from the origin. A Bézier point
-        that is a control point has its bits.
+        Points are combined relative to the middle one. So the mean of equal points is exactly that
+        point, poles stay poles, and no digits are lost far from the origin. A Bézier point that
+        equals a control point is copied, bit for bit.
 
         Parameters
         ----------
@@ -103,7 +110,7 @@ class Extraction:
         return combined, weight
 
     def is_closed(self, points: FloatArray, weights: FloatArray | None) -> bool:
-        """Whether the last of these control points equal the first, so that the curve closes."""
+        """Whether the last control points repeat the first, so that the curve is closed."""
         if self.repeated is None:
             return False
         count, head, tail = self.repeated
@@ -117,9 +124,10 @@ class Extraction:
 def plan_extraction(
     knots: FloatArray, degree: int, points: FloatArray, weights: FloatArray | None = None
 ) -> Extraction:
-    """The cached extraction for these knots.
+    """The extraction for these knots, from the cache if possible.
 
-    The control points, of shape (n, …, d), only decide whether the curve closes.
+    The extraction depends on the control points, of shape (n, …, d), and their weights only in
+    whether they form a closed curve.
     """
     key = knots.tobytes()
 
@@ -137,12 +145,12 @@ def plan_extraction(
 def extract_bezier_points(
     points: FloatArray, knots: FloatArray, degree: int, weights: FloatArray | None = None
 ) -> WeightedPoints:
-    """Bézier points and weights of every span of a B-spline, or of many along further axes.
+    """Bézier points and weights of every span of one B-spline, or of many with the same knots.
 
     Parameters
     ----------
     points : ndarray of float64, shape (n, …, d)
-        Control points along axis 0.
+        Control points along axis 0; each index of the axes between is a B-spline of its own.
     knots : ndarray of float64, shape (n+p+1,)
     weights : ndarray of float64, shape (n, …), optional
 
@@ -157,7 +165,7 @@ def extract_bezier_points(
 
 
 def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
-    """The extraction for some knots; `closed` says whether the curve ends in its first point."""
+    """Build the extraction; `closed` says whether the last point of the curve is its first."""
     at = spans(knots, degree)
     shares = np.empty((len(at), degree + 1, degree + 1))
     for chunk in row_slices(len(at), 8 * (degree + 1) ** 2, CHUNK_BYTES):
@@ -170,18 +178,18 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
         head, tail = begins[0, : degree + 1 - counts[0]], ends[-1, counts[-1] :]
         repeated = len(head), int(at[0]) - degree, int(at[-1]) - degree + int(counts[-1])
         if closed:
-            _close(head, tail)
-    # At multiplicity p + 1 the curve is discontinuous: it has two points at this knot, both control
-    # points.
-    parted = np.flatnonzero(counts > degree)
+            _equalize_ends(head, tail)
+    # At a knot of multiplicity p + 1 the curve is discontinuous: it has two Bézier points there,
+    # and both equal control points.
+    jumps = np.flatnonzero(counts > degree)
     first = degree * np.arange(len(at)) + np.cumsum(counts[:-1] > degree)
-    places = first[:, np.newaxis] + np.arange(degree + 1)
-    copies = [(places[parted - 1, -1], at[parted - 1]), (places[parted, 0], at[parted] - degree)]
-    sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], places[:, 1:-1])]
-    sums += _combine_joints(at, counts, (begins, ends), places)
+    targets = first[:, np.newaxis] + np.arange(degree + 1)
+    copies = [(targets[jumps - 1, -1], at[jumps - 1]), (targets[jumps, 0], at[jumps] - degree)]
+    sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], targets[:, 1:-1])]
+    sums += _combine_joints(at, counts, (begins, ends), targets)
     remaining: list[_Sums] = []
     for part in sums:
-        # A Bézier point that is a control point is copied, not combined.
+        # A Bézier point that equals a control point is copied, not combined.
         is_point = part.shares.max(axis=-1) >= 1.0
         controls = part.first[:, np.newaxis] + part.shares.argmax(axis=-1)
         copies.append((part.targets[is_point], controls[is_point]))
@@ -189,28 +197,40 @@ def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extractio
         if rows.any():
             remaining.append(_Sums(part.first[rows], part.shares[rows], part.targets[rows]))
     pairs = np.concatenate([np.stack(pair) for pair in copies], axis=1)
-    return Extraction(int(places[-1, -1]) + 1, places, tuple(remaining), pairs, repeated)
+    return Extraction(int(targets[-1, -1]) + 1, targets, tuple(remaining), pairs, repeated)
 
 
 def _combine_joints(
-    at: Ints, many: Ints, shares: tuple[FloatArray, FloatArray], places: Ints
+    at: Ints, counts: Ints, shares: tuple[FloatArray, FloatArray], targets: Ints
 ) -> Iterator[_Sums]:
-    """Points between spans, by the multiplicity m of their knot: each combines p − m + 1 points.
+    """The Bézier points at the breaks, one `_Sums` for each multiplicity m of the breaks.
 
-    A point is the mean of the results of the spans on both sides: `shares` of the first and of the
-    last point of every span, (spans, p+1).
+    A point at a break of multiplicity m combines p − m + 1 control points. Its shares are the mean
+    of those that the spans on both sides of the break give.
+
+    Parameters
+    ----------
+    at : ndarray of int, shape (spans,)
+        Numbers of the spans.
+    counts : ndarray of int, shape (spans+1,)
+        Multiplicities of the breaks.
+    shares : (ndarray, ndarray) of float64, shapes (spans, p+1)
+        Shares of the first and of the last Bézier point of every span.
+    targets : ndarray of int, shape (spans, p+1)
+        Numbers of the Bézier points of every span.
     """
     begins, ends = shares
     last, degree = len(at), begins.shape[1] - 1
-    for m in np.unique(many[many <= degree]).tolist():
-        joint = np.flatnonzero(many == m)
+    for m in np.unique(counts[counts <= degree]).tolist():
+        joint = np.flatnonzero(counts == m)
         before, after = np.maximum(joint - 1, 0), np.minimum(joint, last - 1)
-        opens, shuts = joint < last, joint > 0
-        first = np.where(opens, at[after] - degree, at[before] - degree + m)
+        # The first break has a span only after it, the last break only before it.
+        has_after, has_before = joint < last, joint > 0
+        first = np.where(has_after, at[after] - degree, at[before] - degree + m)
         left, right = ends[before, m:], begins[after, : degree + 1 - m]
-        left[~shuts], right[~opens] = right[~shuts], left[~opens]
-        targets = np.where(opens, places[after, 0], places[before, -1])
-        yield _Sums(first, ((left + right) / 2)[:, np.newaxis], targets[:, np.newaxis])
+        left[~has_before], right[~has_after] = right[~has_before], left[~has_after]
+        numbers = np.where(has_after, targets[after, 0], targets[before, -1])
+        yield _Sums(first, ((left + right) / 2)[:, np.newaxis], numbers[:, np.newaxis])
 
 
 def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
@@ -223,11 +243,11 @@ def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
     return counts
 
 
-def _close(head: FloatArray, tail: FloatArray) -> None:
-    """Makes the shares of the first and the last point equal if they differ by rounding alone.
+def _equalize_ends(head: FloatArray, tail: FloatArray) -> None:
+    """Make the shares of the first and the last point equal if they differ by rounding alone.
 
-    A curve whose first p points are repeated at its end then closes, also over knots such as k/7
-    whose differences repeat only up to rounding.
+    Both arrays are overwritten. Then a curve whose first p points are repeated at its end is
+    closed, also if its knots are rounded numbers such as k/7.
     """
     if np.abs(head - tail).max() <= SAME_SHARE:
         head[:] = tail[:] = (head + tail) / 2

@@ -6,7 +6,18 @@ from service.bases.arrays import FloatArray
 
 
 def to_homogeneous(points: FloatArray, weights: FloatArray | None) -> FloatArray:
-    """(w x, w y, w z, w) of points (…, 3) and weights (…); without weights, the points."""
+    """The homogeneous coordinates (w x, w y, w z, w) of points.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (…, 3)
+    weights : ndarray of float64, shape (…), or None
+        None if all are 1.
+
+    Returns
+    -------
+    ndarray of float64, shape (…, 4); without weights the points themselves, shape (…, 3)
+    """
     if weights is None:
         return points
     columns = weights[..., np.newaxis]

@@ -1,9 +1,10 @@
 """Knot vectors, and the B-spline basis over them.
 
-A knot vector U_0 ≤ … ≤ U_{n+p+1} and a degree p make n + 1 basis functions; their sum is one over
-the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain, a *span* s the interval [U_s,
-U_{s+1}] between two consecutive breaks: B-splines are polynomials there. Splines are
-right-continuous: a knot belongs to the span that begins at it, and the last knot to the last span.
+A knot vector U_0 ≤ … ≤ U_{n+p+1} and a degree p define n + 1 basis functions, whose sum is 1 over
+the domain [U_p, U_{n+1}]. A *break* is a distinct knot of the domain. *Span* s is the interval
+[U_s, U_{s+1}] between two consecutive breaks; on a span, B-splines are polynomials. Splines are
+right-continuous: a knot belongs to the span that begins at this knot; only the last knot of the
+domain belongs to the span that ends there.
 
 Piegl and Tiller, The NURBS Book, 2nd ed., chapter 2.
 """
@@ -15,78 +16,91 @@ from service.bases.arrays import FloatArray, Ints
 
 
 def uniform_knots(count: int, degree: int) -> FloatArray:
-    """Integer knots −p, −p + 1, … for `count` control points: the domain is [0, count − p].
+    """Integer knots −p, −p + 1, … for `count` control points, shape (count + p + 1,).
 
-    The curve touches neither its first nor its last control point.
+    The domain is [0, count − p]. The curve does not pass through its first and last control point.
     """
     return np.arange(-degree, count + 1, dtype=np.float64)
 
 
 def clamped_knots(count: int, degree: int) -> FloatArray:
-    """Integer knots, 0 and count − p repeated p + 1 times: the curve ends in its control points."""
+    """Integer knots from 0 to count − p, both of multiplicity p + 1: shape (count + p + 1,).
+
+    The curve begins at its first control point and ends at its last.
+    """
     return np.clip(uniform_knots(count, degree), 0.0, count - degree)
 
 
 def periodic_knots(count: int, degree: int) -> FloatArray:
-    """Uniform knots for `count` distinct control points; `wrap_points` repeats the first p.
+    """Uniform knots of a closed curve with `count` distinct control points.
 
-    The domain is [0, count]; the curve closes with all its p − 1 derivatives.
+    The knots fit the count + p control points that `wrap_points` returns: shape (count + 2p + 1,).
+    The domain is [0, count]. At its closure the curve has p − 1 continuous derivatives.
     """
     return uniform_knots(count + degree, degree)
 
 
 def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
-    """Control points with the first p of them repeated at the end, for `periodic_knots`."""
+    """The control points, with the first p of them repeated at the end, for `periodic_knots`."""
     count = points.shape[axis]
     return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
 
 
 def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
-    """The knots; neighbours that differ by less than `least` become equal.
+    """Make knots equal that differ by less than `least` from their neighbours.
 
-    Multiplicities reach at most p inside the domain and p + 1 at its ends, which do not move;
-    knots that would exceed these stay as they are.
+    The ends of the domain do not move. A cluster of knots stays as it is if one equal knot would
+    have a multiplicity above p inside the domain, or above p + 1 at an end, or if the whole cluster
+    is not shorter than `least`.
+
+    Returns
+    -------
+    ndarray of float64
+        The argument itself if no knot changes.
     """
-    joined = np.diff(knots) < least
-    if not (joined & (knots[1:] > knots[:-1])).any():
+    is_close = np.diff(knots) < least
+    if not (is_close & (knots[1:] > knots[:-1])).any():
         return knots
-    number = np.concatenate([[0], np.cumsum(~joined)])
+    # The number of the cluster of each knot.
+    number = np.concatenate([[0], np.cumsum(~is_close)])
     first, count = np.unique(number, return_index=True, return_counts=True)[1:]
     last = first + count - 1
     value, most = knots[first].copy(), np.full(len(first), degree)
     for end in (degree, len(knots) - 1 - degree):
         value[number[end]], most[number[end]] = knots[end], degree + 1
     value, most = value[number], most[number]
-    narrow = (knots[last] - knots[first] < least)[number]
-    moved: FloatArray = np.where(narrow & (count[number] <= most), value, knots)
-    return moved
+    is_narrow = (knots[last] - knots[first] < least)[number]
+    merged: FloatArray = np.where(is_narrow & (count[number] <= most), value, knots)
+    return merged
 
 
 def multiplicities(knots: FloatArray) -> tuple[FloatArray, Ints]:
-    """The distinct knots and their multiplicities."""
+    """The distinct knots, ascending, and the multiplicity of each."""
     distinct, counts = np.unique(knots, return_counts=True)
     return distinct, counts
 
 
 def domain(knots: FloatArray, degree: int) -> tuple[float, float]:
-    """First and last parameter, U_p and U_{n+1}."""
+    """The domain [U_p, U_{n+1}]: its first and its last parameter."""
     return float(knots[degree]), float(knots[len(knots) - 1 - degree])
 
 
 def spans(knots: FloatArray, degree: int) -> Ints:
-    """Numbers s of the spans: U_s < U_{s+1} within the domain."""
+    """The numbers s of the spans, ascending: U_s < U_{s+1} within the domain."""
     inside = knots[degree : len(knots) - degree]
     return np.flatnonzero(inside[1:] > inside[:-1]) + degree
 
 
 def breaks(knots: FloatArray, degree: int) -> FloatArray:
-    """Distinct knots of the domain: one more than there are spans."""
+    """The distinct knots of the domain, ascending: shape (spans + 1,)."""
     within = spans(knots, degree)
     return np.append(knots[within], knots[within[-1] + 1])
 
 
 def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
-    """Number s of the span of each parameter: U_s ≤ t < U_{s+1}; the last span at the end.
+    """The number s of the span that contains each parameter t: U_s ≤ t < U_{s+1}.
+
+    The end of the domain belongs to the last span.
 
     Parameters
     ----------
@@ -99,8 +113,8 @@ def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
     """
     within = spans(knots, degree)
     position = np.searchsorted(knots[within], np.asarray(t, dtype=np.float64), side="right") - 1
-    chosen: Ints = within[np.clip(position, 0, len(within) - 1)]
-    return chosen
+    span: Ints = within[np.clip(position, 0, len(within) - 1)]
+    return span
 
 
 def evaluate_basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, FloatArray]:
@@ -124,7 +138,7 @@ def evaluate_basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, 
 
     References
     ----------
-    The NURBS Book, Algorithm A2.2, for all parameters at once.
+    Piegl and Tiller, The NURBS Book, 2nd ed., Algorithm A2.2, here for all parameters at once.
     """
     t = np.asarray(t, dtype=np.float64)
     span = find_span(knots, degree, t)

@@ -1,8 +1,9 @@
-"""Bernstein nets of a higher degree or over a part of the domain.
+"""Degree elevation, splitting and restriction of Bézier control nets.
 
-A net is a pair of points and weights (None if all are 1). All functions work along axis 0 and leave
-the other axes alone. Each step computes weighted means of two neighbouring rows, so that no digit
-is lost to cancellation, the first and the last row keep their bits, and equal rows stay equal.
+A net is a pair of points and weights (None if all are 1). All functions work along axis 0 and do
+not change the other axes. Each step computes weighted means of two neighbouring rows. So no digits
+are lost to cancellation, the first and the last row keep their bits, and equal rows stay equal.
+
 Farin, Curves and Surfaces for CAGD, 5th ed., sections 5.3 and 6.1.
 """
 
@@ -18,11 +19,11 @@ Net: TypeAlias = tuple[FloatArray, FloatArray | None]
 
 
 def elevate(net: Net, degree: int) -> Net:
-    """The net of these polynomials in a higher degree, raised by one at a time.
+    """The net of the same polynomials in a higher degree; each step raises the degree by one.
 
         P*_i = i/(n+1) P_{i−1} + (1 − i/(n+1)) P_i,   i = 0 … n+1
 
-    The reversed net gives the same bits reversed.
+    Elevating the reversed net gives the reversed result, bit for bit.
     """
     points, weights = net
     for n in range(len(points) - 1, degree):
@@ -35,8 +36,9 @@ def elevate(net: Net, degree: int) -> Net:
 def split(net: Net, t: float) -> tuple[Net, Net]:
     """The polynomials over [0, t] and over [t, 1], each with its own parameter from 0 to 1.
 
-    de Casteljau: the first and the last points of b_i ← (1 − t) b_i + t b_{i+1} at every step. The
-    last row of one half is the first of the other.
+    This is de Casteljau's algorithm, b_i ← (1 − t) b_i + t b_{i+1}: the first points of all steps
+    are the first half, the last points of all steps the second. The last row of the first half
+    equals the first row of the second, bit for bit.
     """
     points, weights = net
     left, right = [(points[0], _row(weights, 0))], [(points[-1], _row(weights, -1))]
@@ -50,7 +52,7 @@ def split(net: Net, t: float) -> tuple[Net, Net]:
 
 
 def restrict(net: Net, first: float, last: float) -> Net:
-    """The polynomials over [first, last] ⊆ [0, 1], with their own parameter from 0 to 1."""
+    """The polynomials over [first, last] ⊆ [0, 1], with a parameter of their own from 0 to 1."""
     if first > 0:
         _, net = split(net, first)
     if last < 1:

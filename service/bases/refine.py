@@ -1,14 +1,15 @@
-"""Control points of B-splines over other knots, by blossoms: knot insertion, degree elevation.
+"""Knot insertion and degree elevation of B-splines, by blossoms.
 
 On each of its spans a spline of degree p is a polynomial. Its blossom f is the one symmetric
-function of p parameters that is affine in each and has f(t, …, t) equal to the curve at t. The
-control point P_i is f(U_{i+1}, …, U_{i+p}). So for any new knots V the new control points are
-values of f. In a higher degree n the blossom is the mean over all choices,
+function of p parameters that is affine in each parameter and has f(t, …, t) equal to the curve at
+t. The control point P_i is f(U_{i+1}, …, U_{i+p}). So for any new knots V the new control points
+are values of f. In a higher degree n the blossom F is the mean of f over all choices of p of the n
+parameters,
 
     F(t_1, …, t_n) = Σ f(t_{k_1}, …, t_{k_p}) / C(n, p).
 
-If V has every knot of U, with a multiplicity n − p higher, every value is a mean of control points
-with shares that are not negative: nothing cancels.
+If V contains every knot of U with a multiplicity n − p higher, each new control point is a weighted
+mean of old ones. No share is negative, so no digits cancel.
 
 Ramshaw, Blossoms are polar forms, CAGD 6 (1989); Cohen, Lyche and Riesenfeld, Discrete B-splines
 and subdivision techniques, CGIP 14 (1980); Prautzsch, Degree elevation of B-spline curves, CAGD 1
@@ -21,38 +22,40 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_slices
 
 CHUNK = 1024
-"""Control points in one chunk: their shares stay in the processor's cache."""
+"""Number of new control points that are computed at once: their shares then stay in the
+processor's cache."""
 
 
 def find_refinement(
     knots: FloatArray, degree: int, target: FloatArray, raised: int
 ) -> tuple[Ints, FloatArray]:
-    """Shares of the old control points in the new ones, over other knots.
+    """The new control points of a spline over other knots, as weighted means of the old ones.
 
     Parameters
     ----------
     knots : ndarray of float64, shape (m,)
-        U: p + 1 knots up to the first parameter of the domain, and p + 1 from its last parameter
-        on.
+        U: p + 1 knots are at or below the first parameter of the domain, and p + 1 are at or above
+        its last parameter.
     target : ndarray of float64, shape (N+n+1,)
-        V: the interior knots of U, each with a multiplicity n − p higher, and any other knots
+        V: the interior knots of U, each with a multiplicity n − p higher, and possibly more knots
         within the domain; each end has multiplicity n + 1.
     raised : int
-        n ≥ p.
+        The new degree n ≥ p.
 
     Returns
     -------
     index : ndarray of int, shape (p+1, N)
-        Rows of the control net.
+        The rows of the control net that new control point j combines, in column j.
     shares : ndarray of float64, shape (p+1, N)
-        If the new control point is an old one, its shares are exactly one and zeros.
+        The shares of these rows. If a new control point equals an old one, one share is exactly 1
+        and the others are 0.
     """
     windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], raised)
     count, first = len(windows), windows[:, 0]
-    # Where the spline is discontinuous, the last point of a piece belongs to the span before.
-    ends = (target[:count] < first) & (windows[:, -1] == first)
+    # At a discontinuity, the last control point of a piece belongs to the span that ends there.
+    is_last = (target[:count] < first) & (windows[:, -1] == first)
     span = np.searchsorted(knots, first, side="right")
-    span = np.where(ends, np.searchsorted(knots, first, side="left"), span) - 1
+    span = np.where(is_last, np.searchsorted(knots, first, side="left"), span) - 1
     around = np.arange(1 - degree, degree + 1)[:, np.newaxis]
     shares = np.empty((degree + 1, count))
     for part in row_slices(count, 1, CHUNK):
@@ -61,17 +64,22 @@ def find_refinement(
 
 
 def _blossom_shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
-    """Shares of the p + 1 control points of a span in the blossom, (p+1, N).
+    """The value of the blossom F as shares of the p + 1 control points of a span.
 
     Parameters
     ----------
     near : ndarray of float64, shape (2p, N)
-        U_{s−p+1} … U_{s+p}.
+        The knots U_{s−p+1} … U_{s+p} around the span of each value.
     arguments : ndarray of float64, shape (n, N)
+        The arguments of F.
+
+    Returns
+    -------
+    ndarray of float64, shape (p+1, N)
     """
     degree, raised = len(near) // 2, len(arguments)
-    # means[r] is the mean over all choices of r of the arguments so far, as shares (r+1, N) of the
-    # r + 1 points that remain after p − r steps of de Boor's algorithm.
+    # means[r] belongs to the r + 1 points that remain after p − r steps of de Boor's algorithm. It
+    # has their shares (r+1, N), averaged over all choices of r from the arguments seen so far.
     means = [np.ones((1, near.shape[1]))]
     for k, t in enumerate(arguments, 1):
         for r in range(min(k, degree), max(0, k - 1 - raised + degree), -1):
@@ -92,7 +100,7 @@ def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArra
     low, high = near[:r], near[r:]
     width = high - low
     result = np.zeros((r + 1, shares.shape[1]))
-    # The quotient is exactly 1 if t is an end; a product with an inverse may differ from 1.
+    # Divide, do not multiply by an inverse: only then is the factor exactly 1 if t is low or high.
     result[:-1] = shares * ((high - t) / width)
     result[1:] += shares * ((t - low) / width)
     return result
@@ -101,10 +109,10 @@ def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArra
 def raise_knots(
     knots: FloatArray, degree: int, raised: int, first: float, last: float
 ) -> FloatArray:
-    """Knots of the spline over [first, last] in the degree `raised` ≥ `degree`.
+    """The knots of a spline after it is restricted to [first, last] and elevated to `raised`.
 
-    The multiplicity of interior knots increases by the same number as the degree, which keeps the
-    continuity there; the ends have multiplicity `raised` + 1.
+    The multiplicity of interior knots increases by the same number as the degree, so that the
+    continuity there stays the same. The ends have multiplicity `raised` + 1.
     """
     within = knots[(knots > first) & (knots < last)]
     breaks, counts = np.unique(within, return_counts=True)

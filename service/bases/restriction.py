@@ -1,4 +1,4 @@
-"""Pieces of Bézier curves: the control points over an interval, for many intervals at once."""
+"""Restriction of Bézier curves and patches to parts of their domain, for many parts at once."""
 
 import numpy as np
 
@@ -7,22 +7,23 @@ from service.bases.bernstein import bernstein
 
 
 def restriction_matrices(degree: int, breaks: FloatArray) -> FloatArray:
-    """Control points of a Bézier curve over each interval of a division of its domain.
+    """Matrices that restrict a Bézier curve to each interval between consecutive breaks.
 
-    Over [s, e], control point j is the value of the blossom with s taken n − j times and e taken
-    j times, hence
+    Matrix m times the control points of the curve gives the control points over interval m. Over
+    the interval [s, e], control point j is the blossom at n − j times the argument s and j times
+    the argument e, hence
 
         R_ji = Σ_k B_{i−k}^{n−j}(s) B_k^j(e)
 
-    Only products of non-negative numbers are added, and the rows add up to one. The last row of an
-    interval is the first of the next, bit for bit.
+    Only products of non-negative numbers are added, and each row has the sum 1. The last row of a
+    matrix equals the first row of the next, bit for bit.
 
     Parameters
     ----------
     degree : int
         n ≥ 0.
     breaks : ndarray of float64, shape (M+1,)
-        Strictly increasing; the first and the last are the ends of the curve.
+        Strictly increasing; the first and the last break are the ends of the curve.
 
     Returns
     -------
@@ -42,12 +43,14 @@ def restriction_matrices(degree: int, breaks: FloatArray) -> FloatArray:
 
 
 def restrict_to_cells(net: FloatArray, breaks_u: FloatArray, breaks_v: FloatArray) -> FloatArray:
-    """The nets of one tensor-product polynomial over every cell of a grid of intervals.
+    """The nets of one tensor-product polynomial over every cell between the breaks.
 
     Parameters
     ----------
     net : ndarray of float64, shape (a+1, b+1, d)
-        Over [first, last] of the breaks in both directions.
+        The polynomial from the first to the last break in both directions.
+    breaks_u, breaks_v : ndarray of float64, shapes (M_u+1,) and (M_v+1,)
+        Strictly increasing.
 
     Returns
     -------
@@ -57,6 +60,6 @@ def restrict_to_cells(net: FloatArray, breaks_u: FloatArray, breaks_v: FloatArra
     rows, columns, dimension = net.shape
     along_u = np.tensordot(restriction_matrices(rows - 1, breaks_u), net, axes=(2, 0))
     cells = np.tensordot(restriction_matrices(columns - 1, breaks_v), along_u, axes=(2, 2))
-    # (M_v, b+1, M_u, a+1, d) so far.
+    # `cells` has the axes (M_v, b+1, M_u, a+1, d).
     ordered = np.ascontiguousarray(cells.transpose(2, 0, 3, 1, 4))
     return ordered.reshape(-1, rows, columns, dimension)

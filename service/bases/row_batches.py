@@ -1,4 +1,7 @@
-"""Runs of consecutive rows: batches that keep arrays small, and runs of various lengths."""
+"""Runs of consecutive rows of an array.
+
+Work on one batch of rows at a time keeps temporary arrays small.
+"""
 
 from collections.abc import Iterator
 
@@ -9,23 +12,38 @@ from service.cancellation import checkpoint
 
 
 def row_runs(count: int, step: int) -> Iterator[tuple[int, int]]:
-    """Ranges [first, last) of `count` rows, `step` at a time; work can be cancelled in between."""
+    """Ranges [first, last) of `step` rows that cover `count` rows; the last may be shorter.
+
+    A request can be cancelled before each range.
+    """
     for first in range(0, count, step):
         checkpoint()
         yield first, min(first + step, count)
 
 
 def row_slices(count: int, width: int, room: int) -> Iterator[slice]:
-    """Slices of `count` rows of `width` numbers; a slice has at most `room` numbers, or one row."""
+    """Slices that cover `count` rows of `width` numbers each.
+
+    A slice has at most `room` numbers, but at least one row. A request can be cancelled before each
+    slice.
+    """
     for first, last in row_runs(count, max(1, room // width)):
         yield slice(first, last)
 
 
 def expand_runs(count: Ints, first: Ints | int = 0) -> tuple[Ints, Ints]:
-    """For n runs of `count` (n,) rows each: the run and the number of every row, run after run.
+    """The rows of n runs, one run after another: for each row its run and its number.
 
-    The rows of each run are numbered upwards from its `first`, shape (n,). Both results have shape
-    (Σ count,).
+    Parameters
+    ----------
+    count : ndarray of int, shape (n,)
+        How many rows each run has.
+    first : ndarray of int, shape (n,), or int
+        The number of the first row of each run; the rows of a run are numbered consecutively.
+
+    Returns
+    -------
+    run, number : ndarray of int, shape (Σ count,)
     """
     run = np.arange(len(count)).repeat(count)
     return run, np.arange(len(run)) + (first - count.cumsum() + count)[run]

@@ -1,8 +1,8 @@
 """The order of the control points and samples of a triangle.
 
-The rows of a triangle follow one another. Row m of a net of degree n holds the n+1−m control points
-with k = m, i falling and j rising; the first row is the side t = 0, the last row a corner. Samples
-at R divisions have the order of a net of degree R.
+A triangle is stored row after row. Row m of a net of degree n has the n + 1 − m control points
+b_ijk with k = m, in the order of ascending j. The first row is the side t = 0; the last row is one
+corner. Samples at R divisions have the order of the control points of a net of degree R.
 """
 
 from functools import lru_cache
@@ -14,7 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 
 
 def count_points(degree: int) -> int:
-    """Number of control points of a net of degree n, or of samples at n divisions: (n+1)(n+2)/2."""
+    """(n+1)(n+2)/2: the number of control points of degree n, and of samples at n divisions."""
     return (degree + 1) * (degree + 2) // 2
 
 
@@ -40,7 +40,10 @@ def degree_of(count: int) -> int:
 
 @lru_cache(maxsize=256)
 def row_starts(degree: int) -> Ints:
-    """First index of each row, and the number of points at the end: shape (n+2,); read-only."""
+    """The index of the first point of each row, then the number of all points.
+
+    Shape (n+2,); read-only.
+    """
     lengths = np.arange(degree + 1, -1, -1)
     starts = np.concatenate([[0], np.cumsum(lengths[:-1])]).astype(np.intp)
     starts.flags.writeable = False
@@ -49,7 +52,10 @@ def row_starts(degree: int) -> Ints:
 
 @lru_cache(maxsize=256)
 def side_rows(degree: int) -> Ints:
-    """Indices along the sides s = 0, r = 0 and t = 0, each upwards: shape (3, n+1); read-only."""
+    """The indices of the points along the sides s = 0, r = 0 and t = 0, each of them ascending.
+
+    Shape (3, n+1); read-only.
+    """
     first = row_starts(degree)[:-1]
     along = np.arange(degree + 1)
     rows = np.stack([first, first + degree - along, along])
@@ -58,7 +64,10 @@ def side_rows(degree: int) -> Ints:
 
 
 def barycentric(divisions: int, first: int = 0, last: int | None = None) -> FloatArray:
-    """(r, s, t) of samples [first, last) at R divisions, each correctly rounded: shape (m, 3)."""
+    """The barycentric coordinates (r, s, t) of the samples `first` … `last` − 1 at R divisions.
+
+    By default of all samples. Each number is the correctly rounded quotient; shape (m, 3).
+    """
     starts = row_starts(divisions)
     index = np.arange(first, starts[-1] if last is None else last)
     row = np.searchsorted(starts, index, side="right") - 1

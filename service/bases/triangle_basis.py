@@ -22,9 +22,9 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
 
         B_ijk(r, s, t) = n!/(i! j! k!) r^i s^j t^k = B_k^n(t) · B_j^{n−k}(s / (r + s))
 
-    With r' = r/(r+s) and s' = s/(r+s) the recurrence B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} passes
-    through the degree of every row of the net, so all rows together cost as much as the first. Only
-    products of non-negative numbers are added.
+    Row k of the net needs the polynomials B_j^d of degree d = n − k at s' = s/(r+s). The recurrence
+    B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} with r' = r/(r+s) computes those of all degrees 0 … n,
+    so one recurrence serves all rows. Only products of non-negative numbers are added.
 
     Parameters
     ----------
@@ -63,14 +63,19 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
 
 
 def is_small(degree: int, divisions: int) -> bool:
-    """Whether the basis of degree n at R divisions is small enough to be cached."""
+    """Whether the triangle basis of degree n at R divisions is small enough to be cached."""
     return count_points(degree) * count_points(divisions) <= MAX_CACHED_VALUES
 
 
 def sample_triangle_basis(
     degree: int, divisions: int, dtype: type[np.floating] = np.float64
 ) -> RealArray:
-    """The basis at R divisions, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only."""
+    """The bivariate Bernstein basis of degree n at all samples of a triangle with R divisions.
+
+    Returns
+    -------
+    ndarray, shape ((n+1)(n+2)/2, (R+1)(R+2)/2); cached, read-only
+    """
     return PLANS.array(
         ("triangle", degree, divisions, dtype),
         lambda: round_basis(triangle_bernstein(degree, barycentric(divisions)), dtype),
@@ -78,7 +83,17 @@ def sample_triangle_basis(
 
 
 def row_curves(nets: FloatArray) -> FloatArray:
-    """The rows of a net as curves of its own degree n in s / (r + s): (K, m) to (n+1, n+1, m)."""
+    """The rows of a triangular net as curves in s / (r + s), all elevated to the degree n.
+
+    Parameters
+    ----------
+    nets : ndarray of float64, shape ((n+1)(n+2)/2, m)
+
+    Returns
+    -------
+    ndarray of float64, shape (n+1, n+1, m)
+        The control points of each row.
+    """
     degree = degree_of(len(nets))
     starts = row_starts(degree)
     rows = [nets[starts[k] : starts[k + 1]] for k in range(degree + 1)]
@@ -88,11 +103,11 @@ def row_curves(nets: FloatArray) -> FloatArray:
 def evaluate_rows(
     curves: FloatArray, divisions: int, rows: range, dtype: type[np.floating], out: RealArray
 ) -> None:
-    """Polynomials at some rows of samples; evaluates each row as a curve.
+    """Evaluate polynomials over a triangle at some rows of samples, each row as a curve.
 
-    For fixed t the surface is the curve Σ_k B_k^n(t) c_k. It is sampled at the divisions of the row
-    of samples: this takes n + 1 multiplications for each value instead of n²/2, and needs no cached
-    basis.
+    Along a row of samples t is constant, and the surface is the curve Σ_k B_k^n(t) c_k, where c_k
+    are the row curves of the net. To evaluate this curve takes n + 1 multiplications for each value
+    in place of n²/2, and no basis of the whole triangle.
 
     Parameters
     ----------
@@ -101,10 +116,10 @@ def evaluate_rows(
     divisions : int
         R.
     rows : range
-        Rows of samples, t = row / R.
+        The numbers of the rows of samples; row k has t = k / R.
     dtype : float32 or float64
     out : ndarray, shape (m, samples of these rows)
-        Written.
+        The function writes the values here.
     """
     degree, count = len(curves) - 1, curves.shape[2]
     across = sample_basis(degree, divisions)[rows.start : rows.stop]
@@ -118,10 +133,11 @@ def evaluate_rows(
 
 
 def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
-    """Bernstein basis at R equal divisions, shape (n+1, R+1), by powers: C(n, j) s^j (1 − s)^{n−j}.
+    """The Bernstein basis at R equal divisions, shape (n+1, R+1), as C(n, j) s^j (1 − s)^{n−j}.
 
-    At degrees up to 64 the powers that underflow do not change any sum. Each row needs a different
-    basis, which is used once; the recurrence would take n times as long.
+    Each row of samples needs a basis of its own, which is used only once. The recurrence of
+    `bernstein` would take n times as long as these powers. Powers may underflow; at degrees up to
+    64 those that do are too small to change a sum.
     """
     powers = np.ones((degree + 1, divisions + 1))
     if degree and divisions:
@@ -141,7 +157,7 @@ def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArr
 
 
 def evaluate_triangles(nets: FloatArray, divisions: int) -> FloatArray:
-    """Values of polynomials over triangles at R divisions, in any dimension d.
+    """Evaluate polynomials over triangles at all samples of R divisions, in any dimension d.
 
     Parameters
     ----------

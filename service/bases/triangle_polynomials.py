@@ -1,8 +1,10 @@
 """Nets of triangular Bernstein polynomials: degree elevation, splitting, reordering, conversion.
 
-The net of degree n is one axis of K = (n+1)(n+2)/2 rows, row k of the triangle after row k − 1,
-from b_{n−k,0,k} to b_{0,n−k,k}. As in `service.bases.polynomials`, each result is a mean of
-neighbours. Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
+A net of degree n has K = (n+1)(n+2)/2 control points along axis 0, in the order of
+`service.bases.triangle`: row k of the triangle follows row k − 1 and goes from b_{n−k,0,k} to
+b_{0,n−k,k}. As in `service.bases.polynomials`, each result is a weighted mean of neighbours.
+
+Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
 """
 
 from math import comb
@@ -17,23 +19,24 @@ from service.bases.triangle import degree_of, row_starts
 
 
 def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
-    """i, j, k of every control point in the order of the net, each of shape (K,)."""
+    """The exponents i, j and k of every control point b_ijk of a net, three arrays (K,)."""
     k = np.repeat(np.arange(degree + 1), np.arange(degree + 1, 0, -1))
     j = np.arange(len(k)) - _start(degree, k)
     return degree - j - k, j, k
 
 
 def row_number(degree: int, j: Ints, k: Ints) -> Ints:
-    """Row of b_ijk in the net."""
+    """The position of b_ijk along axis 0 of a net."""
     return _start(degree, k) + j
 
 
 def elevate(net: Net, degree: int) -> Net:
-    """The net of these polynomials in a higher degree, raised by one at a time.
+    """The net of the same polynomials in a higher degree; each step raises the degree by one.
 
         b*_ijk = (i b_{i−1,j,k} + j b_{i,j−1,k} + k b_{i,j,k−1})/(n+1)
 
-    The sides are those that `service.bases.polynomials.elevate` computes, bit for bit.
+    The points on a side are equal, bit for bit, to those that
+    `service.bases.polynomials.elevate` computes from this side alone.
     """
     points, weights = net
     for n in range(degree_of(len(points)), degree):
@@ -46,10 +49,10 @@ def elevate(net: Net, degree: int) -> Net:
 
 
 def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
-    """The three triangles into which a point (r, s, t) divides a triangle.
+    """The three triangles into which a point (r, s, t) divides a triangle, by de Casteljau.
 
-    The point replaces one corner in each triangle: b_n00 in the first, b_00n in the last. de
-    Casteljau; an edge that two triangles share is computed once.
+    In each triangle the point replaces one corner: b_n00 in the first, b_0n0 in the second, b_00n
+    in the third. The control points of an edge that two triangles share are computed once.
     """
     points, weights = net
     n = degree_of(len(points))
@@ -63,42 +66,59 @@ def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
         points, weights = combine(points, weights, index, shares)
         levels.append((points, weights))
     i, j, k = exponents(n)
-    nothing = np.zeros_like(i)
+    zeros = np.zeros_like(i)
     return (
         _gather_levels(levels, i, j, k),
-        _gather_levels(levels, j, nothing, k),
-        _gather_levels(levels, k, j, nothing),
+        _gather_levels(levels, j, zeros, k),
+        _gather_levels(levels, k, j, zeros),
     )
 
 
 def _gather_levels(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
-    """One point of the given level for every row."""
+    """A net of one point for each entry of `level`, `j` and `k`, from de Casteljau's levels.
+
+    Entry m takes the point b_{·,j[m],k[m]} of the net `levels[level[m]]`.
+    """
     n = len(levels) - 1
-    rows = [(le, int(_start(n - le, c)) + b) for le, b, c in zip(level, j, k, strict=True)]
-    points = np.stack([levels[le][0][row] for le, row in rows])
-    weights = [w[row] for le, row in rows if (w := levels[le][1]) is not None]
+    sources = [
+        (levels[step], int(row_number(n - step, j_m, k_m)))
+        for step, j_m, k_m in zip(level.tolist(), j, k, strict=True)
+    ]
+    points = np.stack([source[0][row] for source, row in sources])
+    weights = [source[1][row] for source, row in sources if source[1] is not None]
     return points, np.stack(weights) if weights else None
 
 
 def exchange_order(degree: int, first: int, second: int) -> Ints:
-    """Order of the rows of a net after two of the barycentric coordinates are exchanged."""
-    turned = list(exponents(degree))
-    turned[first], turned[second] = turned[second], turned[first]
-    return row_number(degree, turned[1], turned[2])
+    """The order of the control points after two of the barycentric coordinates are exchanged.
+
+    `first` and `second` are the numbers 0, 1 or 2 of these coordinates. `net[order]` is the new
+    net.
+    """
+    exchanged = list(exponents(degree))
+    exchanged[first], exchanged[second] = exchanged[second], exchanged[first]
+    return row_number(degree, exchanged[1], exchanged[2])
 
 
 def lower_half(net: Net) -> Net:
-    """The triangle of degree p + q over the corners (0, 0), (1, 0), (0, 1) of a tensor net.
+    """The triangle of degree p + q over the corners (0, 0), (1, 0), (0, 1) of a tensor-product net.
 
         b_ijk = Σ_bc C(i, p−b−k+c) C(j, b) C(k, c) / C(p+q, p) P_bc
 
-    The blossom has p + q arguments: the first corner i times, the second j times, the third k
-    times. The sum is over all choices of p arguments as parameters u; b of them are at the second
-    corner. The q others are parameters v; c of them are at the third.
+    b_ijk is the blossom of the triangle at p + q arguments: i times the first corner, j times the
+    second, k times the third. It is a mean over all ways to choose p of these arguments for the
+    blossom of the patch in u; the remaining q arguments are for the blossom in v. In the formula, b
+    of the p arguments are the second corner, and c of the q arguments are the third corner.
 
     Parameters
     ----------
-    net : points (p+1, q+1, …, d) and weights (p+1, q+1, …) or None
+    net : (points, weights)
+        Shapes (p+1, q+1, …, d) and (p+1, q+1, …); weights may be None.
+
+    Returns
+    -------
+    (points, weights)
+        Shapes ((n+1)(n+2)/2, …, d) and ((n+1)(n+2)/2, …) with n = p + q; weights may be None.
     """
     points, weights = net
     p, q = points.shape[0] - 1, points.shape[1] - 1
@@ -112,10 +132,11 @@ def lower_half(net: Net) -> Net:
 
 
 def tensor_net(nets: FloatArray) -> FloatArray:
-    """Tensor nets of triangular polynomials, of degree (n, n): s = u (1 − v) and t = v.
+    """Tensor-product nets of degree (n, n) of triangles of degree n, with s = u (1 − v) and t = v.
 
-    Row k of a triangle is a curve of degree n − k in u; raised to degree n it is column k of the
-    square. The side v = 1 is the last row, one point.
+    Row k of a triangular net is a curve of degree n − k in u. Elevated to degree n, this curve is
+    column k of the tensor-product net. The last row of a triangle is one point, which becomes the
+    whole side v = 1.
 
     Parameters
     ----------
@@ -136,7 +157,7 @@ def tensor_net(nets: FloatArray) -> FloatArray:
 
 
 def _choose(n: Ints, k: Ints) -> FloatArray:
-    """Binomials C(n, k), zero for k outside 0 … n."""
+    """Binomials C(n, k), element by element; 0 where k is not in 0 … n."""
     top = int(n.max())
     table = np.array([[float(comb(a, b)) for b in range(top + 1)] for a in range(top + 1)])
     inside = (k >= 0) & (k <= n)

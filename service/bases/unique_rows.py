@@ -1,4 +1,4 @@
-"""Distinct rows of arrays, found by a hash."""
+"""Which rows of an array are equal: rows are compared by a hash."""
 
 from functools import cache
 
@@ -9,10 +9,17 @@ from service.bases.arrays import FloatArray, Ints
 
 
 def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
-    """First position of every distinct value, in ascending order, and the number of each value.
+    """The distinct values of an array, by their positions.
 
-    The results are equal to `return_index` and `return_inverse` of `numpy.unique`, and take half
-    the time for a few hundred values. Shapes (D,) and (len(values),).
+    For a few hundred values this function takes half the time of `numpy.unique`.
+
+    Returns
+    -------
+    first : ndarray of int, shape (D,)
+        The first position of each distinct value; the values are in ascending order. It equals the
+        result `return_index` of `numpy.unique`.
+    number : ndarray of int, shape (len(values),)
+        `values[first[number]]` equals `values`. It equals the result `return_inverse`.
     """
     order = values.argsort(kind="stable")
     ordered = values[order]
@@ -25,16 +32,21 @@ def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
 
 
 def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
-    """First position of every distinct row, and the number of each row among these.
+    """The distinct rows of an array, by their positions, in no particular order.
 
-    Rows are equal if their numbers are equal; they must not contain −0. The rows are found by a
-    hash of their bits, which is checked: if two different rows share a hash, the rows themselves
-    are sorted instead.
+    The rows must not contain −0, because rows are compared by a hash of their bits. The result is
+    checked: if two different rows have the same hash, the rows are sorted by their numbers
+    in place of their hashes.
+
+    Parameters
+    ----------
+    rows : ndarray of float64, shape (N, d)
 
     Returns
     -------
     first : ndarray of int, shape (D,)
-    number : ndarray of int, shape (len(rows),)
+        The first position of each distinct row.
+    number : ndarray of int, shape (N,)
         `rows[first[number]]` equals `rows`.
     """
     rows = np.ascontiguousarray(rows)
@@ -48,7 +60,20 @@ def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
 
 
 def find_first_rows(rows: FloatArray) -> tuple[Ints, Ints]:
-    """First place of every distinct row, ascending; and the number of each row among them."""
+    """The distinct rows of an array, by their positions, in the order in which they first occur.
+
+    Parameters
+    ----------
+    rows : ndarray of float64, shape (N, d)
+        Without −0.
+
+    Returns
+    -------
+    first : ndarray of int, shape (D,)
+        The first position of each distinct row, ascending.
+    number : ndarray of int, shape (N,)
+        `rows[first[number]]` equals `rows`.
+    """
     first, number = unique_rows(rows)
     order = np.argsort(first)
     rank = np.empty_like(order)
@@ -58,7 +83,7 @@ def find_first_rows(rows: FloatArray) -> tuple[Ints, Ints]:
 
 @cache
 def _multipliers(count: int) -> NDArray[np.uint64]:
-    """Odd pseudo-random numbers (splitmix64), equal in every run."""
+    """Odd pseudo-random numbers (splitmix64), the same in every process: shape (count,)."""
     state = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

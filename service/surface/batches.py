@@ -1,4 +1,4 @@
-"""Batches of Bézier patches of one degree, tensor or triangular, and their channels."""
+"""Batches of Bézier patches of one degree, tensor-product or triangular, and their channels."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,8 @@ ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
 
 
 FOLD = 16
-"""Patches whose control points form one row while the least and greatest coordinates are found."""
+"""To find least and greatest coordinates, the control points of this number of patches are taken as
+one long row: NumPy reduces long rows faster."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,7 +34,7 @@ class Channel:
         "colors" (RGB or RGBA, sRGB, 0 … 1), "uvs" (texture coordinates), or an attribute's name.
     kind : "colors", "uvs" or "attribute"
     nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) beside triangles
-        One net for each patch, over the parameters of the patch; its degree need not be that of
+        One net for each patch, over the parameters of the patch. Its degree may differ from that of
         the points. Read-only.
     """
 
@@ -46,12 +47,12 @@ class Channel:
 
     @property
     def dimension(self) -> int:
-        """Numbers in each value, d."""
+        """How many numbers each value has, d."""
         return int(self.nets.shape[-1])
 
 
 class _Box:
-    """Least and greatest coordinates, with the middle, extent and diagonal."""
+    """A box parallel to the axes: least and greatest coordinates, middle, extent and diagonal."""
 
     __slots__ = ("diagonal", "extent", "high", "low", "middle")
 
@@ -65,7 +66,7 @@ class _Box:
 
 @dataclass(frozen=True, eq=False)
 class _Batch(ABC):
-    """The base of both forms of patches; each has four sides (`surface.sides`)."""
+    """The base of both forms of patches. Each patch has four sides (`service.surface.sides`)."""
 
     points: FloatArray
     weights: FloatArray | None = None
@@ -85,7 +86,7 @@ class _Batch(ABC):
         """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
 
     def take(self, index: NDArray[np.intp]) -> Self:
-        """The batch of some of the patches, by number."""
+        """A batch of the patches with these numbers."""
         weights = None if self.weights is None else self.weights[index]
         channels = tuple(replace(c, nets=c.nets[index]) for c in self.channels)
         return replace(self, points=self.points[index], weights=weights, channels=channels)
@@ -97,12 +98,12 @@ class _Batch(ABC):
 
     @cached_property
     def _box(self) -> "_Box":
-        """The bounds of the control points."""
+        """The box of the control points."""
         rows = self.points.reshape(self.count, -1)
         low = high = rows[0]
         if self.count > 1:
-            # Reductions of long rows are ten times faster than those of rows of three numbers. If
-            # the count is not a multiple of FOLD, some of the last rows occur twice.
+            # Reducing long rows is ten times faster than reducing rows of three numbers. The last
+            # FOLD patches are taken separately, in case the count is not a multiple of FOLD.
             fold = FOLD if self.count >= 4 * FOLD else 1
             long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
             last = rows[-fold:].reshape(-1)
@@ -115,12 +116,12 @@ class _Batch(ABC):
 
     @property
     def box(self) -> tuple[list[float], list[float]]:
-        """Least and greatest coordinates of the control points: they enclose the patches."""
+        """Least and greatest coordinates of the control points; the box contains the patches."""
         return self._box.low, self._box.high
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """The box as arrays."""
+        """Least and greatest coordinates of the control points, as arrays (3,)."""
         return np.array(self._box.low), np.array(self._box.high)
 
     @property
@@ -145,9 +146,9 @@ class TensorPatches(_Batch):
 
         S_k(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_kij P_kij / Σ_ij B_i^p(u) B_j^q(v) w_kij
 
-    Points and weights are separate, and not homogeneous coordinates, so that a local origin can be
-    subtracted from the points without losing their last digits, and so that a corner of a rational
-    patch is its control point, bit for bit.
+    Points and weights are stored separately, not as homogeneous coordinates. So a local origin can
+    be subtracted from the points without loss of digits, and a corner of a rational patch equals
+    its control point, bit for bit.
 
     Attributes
     ----------
@@ -184,16 +185,16 @@ class TensorPatches(_Batch):
         return take_side(self.points, number), weights
 
     def set_collapsed(self, collapsed: NDArray[np.bool_]) -> None:
-        """Set `collapsed`, if the caller already has it."""
+        """Store the value of the property `collapsed`, if the caller has already computed it."""
         self.__dict__["collapsed"] = collapsed
 
     @cached_property
     def collapsed(self) -> NDArray[np.bool_]:
         """Which sides are one point, shape (P, 4)."""
         p, q = self.degree
-        # Planes of coordinates (3, 2, 2, P): long rows are compared faster than rows of three.
+        # Shape (3, 2, 2, P), one plane for each coordinate: long rows are compared faster.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
-        # A side that is one point has two equal ends; only such sides are compared in full.
+        # Only sides whose two ends are equal can be one point; only these are compared in full.
         equal = np.empty(corners.shape, bool)
         np.equal(corners[:, :, 0], corners[:, :, 1], out=equal[:, 0])
         np.equal(corners[:, 0], corners[:, 1], out=equal[:, 1])
@@ -215,15 +216,15 @@ class TrianglePatches(_Batch):
 
         S_l(s, t) = Σ B_ijk^n(r, s, t) w_lijk P_lijk / Σ B_ijk^n(r, s, t) w_lijk,  r = 1 − s − t
 
-    Other modules treat a triangle as a patch whose side v = 1 is one point: u = s and v = t.
-    Corner (0, 0) is P_n00, corner (1, 0) is P_0n0, corners (0, 1) and (1, 1) are P_00n; the sides
-    are s = 0, r = 0, t = 0 and, of degree 0, that last point.
+    Other modules treat a triangle as a patch with u = s and v = t, whose side v = 1 is one point.
+    Corner (0, 0) is P_n00, corner (1, 0) is P_0n0, corners (0, 1) and (1, 1) are P_00n. Sides 0, 1
+    and 2 are s = 0, r = 0 and t = 0. Side 3 is the point P_00n and has degree 0.
 
     Attributes
     ----------
     points : ndarray of float64, shape (P, (n+1)(n+2)/2, 3)
-        Control points in the order of `service.bases.triangle`: rows of constant k, j rising.
-        Model units. Read-only.
+        Control points in the order of `service.bases.triangle`: rows of constant k, in each of
+        which j ascends. Model units. Read-only.
     weights : ndarray of float64, shape (P, (n+1)(n+2)/2), or None
         Positive weights; None for a polynomial batch. Read-only.
     channels : tuple of Channel
@@ -259,9 +260,10 @@ class TrianglePatches(_Batch):
         return self.points[:, rows], None if self.weights is None else self.weights[:, rows]
 
     def to_tensor(self) -> TensorPatches:
-        """These patches as tensor-product patches of degree (n, n); the side v = 1 is one point.
+        """These triangles as tensor-product patches of degree (n, n), whose side v = 1 is a point.
 
-        s = u (1 − v) and t = v, also for channels. Exact up to the rounding of degree elevation.
+        Points and channels are functions of s = u (1 − v) and t = v. The conversion is exact, up to
+        the rounding of degree elevation.
         """
         n = self.degree
         channels = tuple(
@@ -270,7 +272,8 @@ class TrianglePatches(_Batch):
         points, weights = tensor_net(to_homogeneous(self.points, self.weights)), None
         if self.weights is not None:
             points, weights = points[..., :3] / points[..., 3:], points[..., 3]
-        # The row that is not elevated keeps its bits.
+        # Row t = 0 already has degree n, and the ends of the other rows are not changed by
+        # elevation: copy these points, so that rounding of homogeneous coordinates does not matter.
         for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):
             ends = slice(None) if number == 2 else slice(None, None, n)
             side[:, ends] = self.side(number)[0][:, ends]

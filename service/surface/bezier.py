@@ -66,11 +66,11 @@ class BezierSurface(SurfaceKind):
         return self.control_net.shape[0] - 1, self.control_net.shape[1] - 1
 
     def size(self) -> SurfaceSize:
-        """One grid."""
+        """The size of one tensor-product patch."""
         return tensor_size(1, self.degree, self.weights, self.channels, name=self.name)
 
     def lower(self) -> PatchModel:
-        """A batch of one patch."""
+        """The surface as a batch of one patch."""
         weights = None if self.weights is None else self.weights[np.newaxis]
         channels: tuple[Channel, ...] = ()
         if self.channels is not NO_CHANNELS:

@@ -24,11 +24,12 @@ from service.surface.lowered import Domain, Part, PatchModel
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, tensor_size
 
 BLOCK_POINTS = 1 << 16
-"""Control points of one block, which is lowered along v in the processor's cache."""
+"""A net is lowered along v in blocks of about this number of control points, so that a block stays
+in the processor's cache."""
 
 BLOCKS = 40 << 20
-"""Memory of the blocks while larger nets are lowered: five blocks of 8 MiB
-(`service.bases.extraction`)."""
+"""The most temporary memory of lowering, in bytes, for nets that need several blocks: five times
+8 MiB."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,9 +47,10 @@ class BsplineSurface(SurfaceKind):
     knots : a name or an ndarray of float64 for u, and one for v
         n + p + 2 numbers that never decrease, with multiplicities up to p + 1: at a knot of
         multiplicity p the surface has a crease, at p + 1 a discontinuity. The first and the last
-        may be omitted. Or "clamped": the surface reaches its first and last points; "uniform": it
-        does not; "periodic": it closes with continuity C^{p−1}, and the control points are not
-        repeated. Spans of named knots have length 1, and the first begins at 0.
+        knot may both be omitted. Or a name. With "clamped" the surface reaches its first and last
+        control points, with "uniform" it does not. With "periodic" the surface closes with
+        continuity C^{p−1}; its control points are not repeated. Spans of named knots have length
+        1, and the first span begins at 0.
     weights : ndarray of float64, shape (n+1, m+1), or None
         Positive weights. Equal weights have no effect.
     up : "y" or "z"
@@ -102,7 +104,7 @@ class BsplineSurface(SurfaceKind):
 
     @property
     def knot_vectors(self) -> tuple[FloatArray, FloatArray]:
-        """The knots as numbers; those of a periodic direction fit the wrapped control points."""
+        """The knots as numbers; for a periodic direction they fit the result of `wrap_points`."""
         u, v = (
             build_knot_vector(self.knots[k], self.control_net.shape[k], self.degree[k])
             for k in range(2)
@@ -110,11 +112,11 @@ class BsplineSurface(SurfaceKind):
         return u, v
 
     def size(self) -> SurfaceSize:
-        """One patch for each pair of spans; nets are lowered along u, then along v."""
+        """The size of one patch for each pair of spans; nets are lowered along u, then along v."""
         (p, q), (rows, columns), channels = self.degree, self._spans, self.channels
         weights, patches = self.weights, rows * columns
         size = tensor_size(patches, (p, q), weights, channels, name=self.name)
-        # A periodic net repeats its first lines at its end.
+        # The first p rows and q columns may be repeated: always count them, for an upper bound.
         height, width = self.control_net.shape[0] + p, self.control_net.shape[1] + q
         numbers = 3 + (weights is not None) + size.width
         others = [net for *_, net in channels.each() if not self._is_spline_net(net)]
@@ -123,7 +125,7 @@ class BsplineSurface(SurfaceKind):
         extracting = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
         kept = (size.control_points * numbers + restricting) * NUMBER
         lines = (rows * (p + 1) + height) * width * numbers * NUMBER
-        # A block has at least one span of all columns, or of all rows.
+        # A block has at least one span along u with all columns, or one span along v with all rows.
         block = (p + 1) * (width + columns * (q + 1)) + (q + 1) * height
         working = min(5 * max(kept, lines), BLOCKS + 5 * block * numbers * NUMBER)
         net = height * width
@@ -144,7 +146,7 @@ class BsplineSurface(SurfaceKind):
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
         domain = Domain(knot.breaks(knots_u, p), knot.breaks(knots_v, q))
         weights = None
-        # Equal weights cancel.
+        # If all weights are equal, they cancel, and the surface is polynomial.
         if self.weights is not None and self.weights.min() < self.weights.max():
             weights = self.weights
         points, bezier_weights = self._lower_net(self.control_net, weights)
@@ -173,7 +175,7 @@ class BsplineSurface(SurfaceKind):
     def _lower_net(
         self, net: FloatArray, weights: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray | None]:
-        """Bézier nets (P, p+1, q+1, d), and weights, of a net in the surface's degree and knots."""
+        """Bézier nets (P, p+1, q+1, d) and weights of a spline net with the surface's knots."""
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
         net = self._wrap(net)
         weights = None if weights is None else self._wrap(weights)
@@ -193,7 +195,7 @@ class BsplineSurface(SurfaceKind):
                 np.ascontiguousarray(lines[:, used]),
                 None if line_weights is None else line_weights[:, used],
             )
-            # Numbers of the patches' control points among these, in rows of one value of v.
+            # For each control point of the patches, its position in `values`.
             count = values.shape[1]
             index = along_v.point_numbers[:, np.newaxis] * count
             index = index + (places - places[0, 0])[:, np.newaxis, :, np.newaxis]
@@ -210,9 +212,10 @@ class BsplineSurface(SurfaceKind):
         return net.shape[:2] == self.control_net.shape[:2]
 
     def _wrap(self, net: FloatArray, lines: int | None = None) -> FloatArray:
-        """A net over the control points, with its first lines repeated along periodic directions.
+        """A net, with its first rows or columns repeated at the end of each periodic direction.
 
-        `lines` is the number of repeated lines, by default the degree; one line closes the net.
+        `lines` is the number of repeated rows or columns, by default the degree. One repeated line
+        closes the net for drawing.
         """
         for axis, (knots, degree) in enumerate(zip(self.knots, self.degree, strict=True)):
             if isinstance(knots, str) and knots == "periodic":

@@ -1,9 +1,7 @@
-"""Values of channels as arrays: finite, within float32, with colours and names that formats allow.
+"""Checks of the values and names of channels.
 
-Raises
-------
-InvalidRequest
-    With pointers relative to the surface.
+Values must be finite and within float32; colours and names must be those that formats can store.
+All functions raise `InvalidRequest` with pointers relative to the surface.
 """
 
 import re
@@ -21,7 +19,18 @@ ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}
 def validate_values(
     values: FloatArray, path: tuple[str, ...], least: int, most: int, needed: str
 ) -> FloatArray:
-    """Values as a read-only array, each of `least` to `most` numbers, finite, within float32."""
+    """The values of a channel as a read-only array (…, d) of finite numbers within float32.
+
+    Parameters
+    ----------
+    values : array_like
+    path : tuple of str
+        The field of the surface, for pointers.
+    least, most : int
+        The allowed numbers d of one value.
+    needed : str
+        Text for the client: the value that is expected.
+    """
     where = pointer(path)
     net = np.array(values, dtype=np.float64, order="C")
     if net.ndim < 2 or net.size == 0 or not least <= net.shape[-1] <= most:
@@ -43,7 +52,7 @@ def validate_values(
 
 
 def check_colors(colors: FloatArray) -> None:
-    """Refuse numbers of colours outside [0, 1], such as 255 for white."""
+    """Refuse colours with numbers outside [0, 1], for example 255 for white."""
     outside = (colors < 0) | (colors > 1)
     if outside.any():
         places = np.argwhere(outside)[:MAX_ISSUES]
@@ -62,7 +71,7 @@ def check_colors(colors: FloatArray) -> None:
 
 
 def check_names(names: list[str]) -> None:
-    """Refuse names that some format could not distinguish."""
+    """Refuse too many attributes, and names that a format cannot write or cannot distinguish."""
     if len(names) > MAX_ATTRIBUTES:
         raise InvalidRequest(
             Issue(
@@ -73,7 +82,7 @@ def check_names(names: list[str]) -> None:
                 f"at most {MAX_ATTRIBUTES}",
             )
         )
-    owner: dict[str, str] = {}
+    seen: set[str] = set()
     for name in names:
         if not ATTRIBUTE_NAME.fullmatch(name):
             raise InvalidRequest(
@@ -85,12 +94,12 @@ def check_names(names: list[str]) -> None:
                     f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all",
                 )
             )
-        if name.upper() in owner:
+        if name.upper() in seen:
             raise InvalidRequest(_name_clash(name, "a name that differs from another in case only"))
-        owner[name.upper()] = name
+        seen.add(name.upper())
     for name in names:
         base = re.sub(r"_[0-9]+\Z", "", name)
-        if base != name and base.upper() in owner:
+        if base != name and base.upper() in seen:
             raise InvalidRequest(_name_clash(name, "the name of another attribute and a number"))
 
 
@@ -100,6 +109,7 @@ def shorten_name(name: str) -> str:
 
 
 def _name_clash(name: str, got: str) -> Issue:
+    """The issue for an attribute whose name is equal to another in glTF."""
     return Issue(
         "name_clash",
         "glTF writes the names of attributes in upper case, and numbers the pieces of long ones.",

@@ -1,10 +1,11 @@
 """Channels of a surface: colours, texture coordinates and named attributes.
 
-Each is a polynomial function of the surface's parameters with its own control net,
+A channel is a polynomial function of the surface's parameters with a control net of its own,
 
     C(u, v) = Σ_ij B_i^a(u) B_j^b(v) C_ij,
 
-and its own degree (0 is a constant). The weights of a rational surface apply to its points alone.
+and a degree of its own (degree 0 is a constant). On a rational surface channels are polynomial,
+too: the weights apply to the points alone.
 """
 
 from collections.abc import Callable, Iterator
@@ -31,7 +32,10 @@ Attributes: TypeAlias = tuple[tuple[str, FloatArray], ...]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Channels:
-    """Control nets of the channels; the kind of surface decides what their first axes mean.
+    """Control nets of the channels of a surface.
+
+    The last axis of a net has the numbers of one value. Which axes are before it depends on the
+    kind of surface: rows and columns, one run of a triangle, or one value for each vertex.
 
     Attributes
     ----------
@@ -40,7 +44,7 @@ class Channels:
     uvs : ndarray of float64, shape (…, 2), or None
         Texture coordinates.
     attributes : tuple of (name, ndarray of float64, shape (…, d))
-        Other functions of the parameters, sorted by name; names differ also in upper case.
+        Other functions of the parameters, sorted by name. Two names must differ in more than case.
 
     Raises
     ------
@@ -66,7 +70,7 @@ class Channels:
         needed = f"1 to {MAX_DIMENSION} numbers"
         attributes = tuple(
             (name, validate_values(net, ("attributes", name), 1, MAX_DIMENSION, needed))
-            # The objects of JSON have no order.
+            # Sorted, because JSON objects have no order: equal channels must be equal arrays.
             for name, net in sorted(self.attributes, key=itemgetter(0))
         )
         object.__setattr__(self, "attributes", attributes)
@@ -89,9 +93,20 @@ class Channels:
     def check_spans(
         self, counts: tuple[int, ...], degree: tuple[int, int], spans: tuple[int, int]
     ) -> None:
-        """Refuse nets that are not grids, have too high a degree, or lower to too many numbers.
+        """Refuse channels of a B-spline that the service cannot lower to its Bézier patches.
 
-        A net of `counts` rows and columns is a spline of this degree, and may be larger.
+        These are nets that are not grids, that have too high a degree, or that would have too many
+        numbers after lowering.
+
+        Parameters
+        ----------
+        counts : (int, int)
+            Rows and columns of the control net. A channel whose net has the same counts is a
+            B-spline with the surface's degree and knots; any other net is one Bézier net.
+        degree : (int, int)
+            Degree of the surface.
+        spans : (int, int)
+            Number of spans along u and v.
         """
         patches = spans[0] * spans[1]
         for _, _, where, net in self.each():
@@ -101,12 +116,12 @@ class Channels:
                 _check_numbers(where, patches * size)
                 continue
             _check_degree(where, net)
-            # The nets of all patches, and those after lowering along u.
+            # The nets of all patches, and the matrices that restrict the net to each span.
             operators = (n * rows**2 for n, rows in zip(spans, net.shape[:2], strict=True))
             _check_numbers(where, max(patches * net.size, *operators))
 
     def check_triangles(self) -> None:
-        """Refuse nets that are not rows of a triangle, or whose degree is too high."""
+        """Refuse nets that do not have the shape of a triangle, or whose degree is too high."""
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one run of the values of all rows"))
@@ -124,7 +139,10 @@ class Channels:
                 )
 
     def check_per_vertex(self, vertices: int, indices: int) -> None:
-        """Refuse nets without exactly one value for each vertex; `indices` counts all patches."""
+        """Refuse nets without exactly one value for each vertex, and nets that become too large.
+
+        `indices` is the number of vertex indices in all patches, each of which gets a value.
+        """
         for _, _, where, net in self.each():
             if net.ndim != 2:
                 raise InvalidRequest(_wrong_axes(where, net, "one value a vertex"))
@@ -141,12 +159,15 @@ class Channels:
             _check_numbers(where, indices * net.shape[-1])
 
     def lower(self, nets: Callable[[FloatArray], FloatArray]) -> tuple[Channel, ...]:
-        """The channels of a batch; `nets` returns (P, a+1, b+1, d) for a net of the surface."""
+        """The channels of a batch of patches.
+
+        `nets` converts the net of a channel of the surface to nets (P, a+1, b+1, d) of its patches.
+        """
         return tuple(Channel(name, kind, nets(net)) for name, kind, _, net in self.each())
 
 
 def keep_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchModel:
-    """The model without its channels of other kinds."""
+    """The model with only those channels whose kind is in `kinds`."""
     if all(channel.kind in kinds for batch in model.batches for channel in batch.channels):
         return model
     batches = tuple(

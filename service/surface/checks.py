@@ -1,7 +1,7 @@
-"""Checks that every kind of surface makes when it is created: values of points and weights.
+"""Checks of points, weights and degrees, which all kinds of surface make on creation.
 
-`service.schemas` has checked the shapes of nested lists: the arrays here are rectangular. Later
-code relies on these checks and does not repeat them.
+The arrays here are rectangular, because `service.schemas` has already checked the nested lists of
+the request. Later code relies on these checks and does not repeat them.
 """
 
 from collections.abc import Callable
@@ -21,31 +21,32 @@ Up: TypeAlias = Literal["y", "z"]
 _UPS = get_args(Up)
 
 MAX_DEGREE = 64
-"""Highest degree. At higher degrees a control point hardly moves a Bézier patch; a B-spline of low
-degree is better."""
+"""Highest degree. At higher degrees a control point has hardly any effect on a Bézier patch; a
+B-spline of low degree is better."""
 
 MAX_COORDINATE = float(np.finfo(np.float32).max)
 """Largest coordinate that glTF, STL and PLY can store."""
 
 MAX_WEIGHT_RATIO = 1e8
-"""Largest quotient of two weights of one surface. Float64 then keeps half of its digits for the
-lightest control points, and for normals near them."""
+"""Largest quotient of two weights of one surface. Up to this quotient, float64 keeps half of its
+digits near the control points with the least weight, also in normals."""
 
 USUAL_EXPONENT = 64
-"""Weights are scaled unless the largest is between 2^-64 and 2^64, so that their powers and
-quotients stay in the range of float64. Only their quotients matter."""
+"""Weights are scaled unless the largest is between 2^-64 and 2^64, so that powers and quotients of
+weights stay in the range of float64. Scaling does not change the surface, which depends only on the
+quotients of weights."""
 
 
 def validate_points(
     values: ArrayLike, name: str, axes: int, dimensions: tuple[int, ...] = (3,)
 ) -> FloatArray:
-    """`values` as a read-only array of points, every coordinate finite and within float32.
+    """Check points: returns `values` as a read-only array of finite coordinates within float32.
 
     Parameters
     ----------
     values : array_like, shape (…, d)
     name : str
-        The field, for the pointers.
+        The field, for JSON pointers.
     axes : int
         Number of axes, including the axis of coordinates: 2 for a list of points, 3 for a net.
     dimensions : tuple of int
@@ -58,7 +59,8 @@ def validate_points(
     Raises
     ------
     InvalidRequest
-        `wrong_dimension`, `not_finite` or `coordinate_too_large`, one issue for each coordinate.
+        `wrong_dimension`, or one issue `not_finite` or `coordinate_too_large` for each invalid
+        coordinate, at most `MAX_ISSUES`.
     """
     # −0 becomes 0, so that equal surfaces have equal bytes.
     points = np.add(np.asarray(values, np.float64), 0.0, order="C")
@@ -74,7 +76,7 @@ def validate_points(
                 + (", or two" if 2 in dimensions else ""),
             )
         )
-    # One reduction suffices for valid points; NaN fails the comparison as well.
+    # Valid points need only this one reduction. The comparison is false for NaN, too.
     if not np.maximum.reduce(np.abs(points), axis=None, initial=0.0) <= MAX_COORDINATE:
         _refuse(points, name, ~np.isfinite(points), _not_finite)
         _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
@@ -83,12 +85,13 @@ def validate_points(
 
 
 def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    """`values` as a read-only array of weights of the given shape, finite and positive.
+    """Check weights: returns `values` as a read-only array of finite, positive weights.
 
     Returns
     -------
-    ndarray of float64, a copy; multiplied by a power of two, which is exact, if powers of the
-    weights would leave the range of float64
+    ndarray of float64, a copy
+        Multiplied by a power of two, without rounding, if the largest weight is very large or very
+        small (`USUAL_EXPONENT`).
 
     Raises
     ------
@@ -127,12 +130,12 @@ def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 
 def check_finite(values: FloatArray, where: str) -> None:
-    """Refuse NaN and infinities; `where` points to the array."""
+    """Refuse NaN and infinities; `where` is the JSON pointer to the array."""
     _refuse(values, where[1:], ~np.isfinite(values), _not_finite)
 
 
 def check_stored(values: FloatArray, where: str) -> None:
-    """Refuse numbers that single precision cannot store; `where` points to the array."""
+    """Refuse numbers that single precision cannot store; `where` is the pointer to the array."""
     _refuse(values, where[1:], np.abs(values) > MAX_COORDINATE, _too_large)
 
 
@@ -162,7 +165,10 @@ def check_grid(rows: int, columns: int, name: str) -> None:
 
 
 def check_triangle(count: int, name: str) -> int:
-    """The degree of a triangle of `count` control points; refuses other counts and high degrees."""
+    """The degree of a triangle with `count` control points.
+
+    Refuses a count that no triangle has, and a degree above `MAX_DEGREE`.
+    """
     degree = triangle.degree_or_none(count)
     if degree is None or degree < 1:
         raise InvalidRequest(

@@ -1,7 +1,8 @@
-"""Example surfaces with channels: one coloured by its height, one with a temperature.
+"""Example surfaces with channels: one has colours by its height, one has a temperature.
 
-Colours that are an affine function of the control points are the same function of every point of
-the surface, since the basis adds up to one: the ramp below is exact, not sampled.
+If the colours of the control points are an affine function of their positions, then the colour of
+every point of the surface is the same function of its position, because the basis functions add up
+to one. So the colours by height are exact, not sampled.
 """
 
 from dataclasses import replace
@@ -13,7 +14,7 @@ from service.surface.bezier import BezierSurface
 from service.surface.channels import Channels
 
 COLD, HOT = (0.08, 0.25, 0.55), (1.0, 0.82, 0.35)
-"""Ends of a ramp from blue to yellow, sRGB."""
+"""The colours of the least and the greatest value: blue and yellow, sRGB."""
 
 
 def color_ramp(values: FloatArray) -> FloatArray:
@@ -24,7 +25,7 @@ def color_ramp(values: FloatArray) -> FloatArray:
 
 
 def color_by_height(surface: BezierSurface, name: str) -> BezierSurface:
-    """The surface with the colour of every control point's z: a net in the surface's degree."""
+    """The surface with a new name, and with colours that are a linear function of z."""
     colors = color_ramp(surface.control_net[..., 2])
     return replace(surface, name=name, channels=Channels(colors))
 

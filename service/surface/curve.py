@@ -1,4 +1,4 @@
-"""Curves, Bézier and B-spline, polynomial or rational, in the plane or in space."""
+"""Bézier and B-spline curves, polynomial or rational, in the plane or in space."""
 
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -84,10 +84,11 @@ class BsplineCurve:
     degree : int
         p, 1 to 64.
     knots : ndarray of float64, shape (n+p+2,), or a name
-        Numbers that never decrease; multiplicities inside the domain are at most p, and the curve
-        has a corner at a knot of multiplicity p. Or "clamped": the curve reaches its first and last
-        points; "uniform": it does not; "periodic": it closes with continuity C^{p−1}, and the
-        control points are not repeated.
+        Numbers that never decrease. Multiplicities inside the domain are at most p; at a knot of
+        multiplicity p the curve has a corner. The first and the last knot may both be omitted. Or
+        a name. With "clamped" the curve reaches its first and last control points, with "uniform"
+        it does not. With "periodic" the curve closes with continuity C^{p−1}; its control points
+        are not repeated.
     weights : ndarray of float64, shape (n+1,), or None
         Positive weights.
     up : "y" or "z"
@@ -119,7 +120,7 @@ class BsplineCurve:
         check_degree(self.degree, "/degree")
         knots = validate_knots(self.knots, len(points), self.degree, "/knots", "/control_points")
         object.__setattr__(self, "knots", knots)
-        _check_whole(self.knot_vector, self.degree)
+        _check_continuous(self.knot_vector, self.degree)
         check_bezier_points((self.knot_vector,), (self.degree,), "/control_points")
         if self.weights is not None:
             object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
@@ -133,26 +134,27 @@ class BsplineCurve:
 
     @property
     def knot_vector(self) -> FloatArray:
-        """The knots as numbers; those of a periodic curve fit the wrapped control points."""
+        """The knots as numbers; those of a periodic curve fit the result of `wrap_points`."""
         return build_knot_vector(self.knots, len(self.control_points), self.degree)
 
     def lower(self) -> CurvePieces:
-        """One Bézier piece for each span."""
+        """The curve as one Bézier piece for each span."""
         return self._pieces
 
     def _lower(self) -> CurvePieces:
+        """Compute the result of `lower`, once, on creation."""
         points = polygon = self.control_points
         weights = self.weights
         if weights is not None and weights.min() == weights.max():
-            weights = None  # equal weights cancel
+            weights = None  # equal weights cancel: the curve is polynomial
         if self.periodic:
             points = knot.wrap_points(points, self.degree)
             weights = None if weights is None else knot.wrap_points(weights, self.degree)
             polygon = knot.wrap_points(polygon, 1)
         knots = self.knot_vector
-        pieces, loads = extract_bezier_points(points, knots, self.degree, weights)
+        pieces, piece_weights = extract_bezier_points(points, knots, self.degree, weights)
         breaks = knot.breaks(knots, self.degree)
-        return CurvePieces(pieces, loads, breaks, polygon, self.name, self.up)
+        return CurvePieces(pieces, piece_weights, breaks, polygon, self.name, self.up)
 
 
 Curve: TypeAlias = BezierCurve | BsplineCurve
@@ -160,7 +162,7 @@ Curve: TypeAlias = BezierCurve | BsplineCurve
 
 
 def _check_count(count: int) -> None:
-    """Refuse too few control points for a curve, and too high a degree."""
+    """Refuse a Bézier curve with fewer than two control points, or with too high a degree."""
     if count < 2:
         raise InvalidRequest(
             Issue(
@@ -184,13 +186,13 @@ def _check_count(count: int) -> None:
         )
 
 
-def _check_whole(knots: FloatArray, degree: int) -> None:
+def _check_continuous(knots: FloatArray, degree: int) -> None:
     """Refuse knots at which the curve would be discontinuous."""
     low, high = knot.domain(knots, degree)
     distinct, counts = knot.multiplicities(knots)
-    parted = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
-    if len(parted):
-        where = int(np.searchsorted(knots, parted[0]))
+    jumps = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
+    if len(jumps):
+        where = int(np.searchsorted(knots, jumps[0]))
         raise InvalidRequest(
             Issue(
                 "knot_multiplicity",

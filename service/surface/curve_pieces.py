@@ -1,4 +1,4 @@
-"""Curves as sequences of Bézier pieces: every kind of curve lowers to these."""
+"""The lowered form of all kinds of curve: a sequence of Bézier pieces."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ from service.surface.checks import Up
 
 @dataclass(frozen=True, eq=False)
 class CurvePieces:
-    """A curve as S Bézier pieces of one degree n, each beginning where the last one ends.
+    """A curve as S Bézier pieces of one degree n; each piece begins where the one before ends.
 
         C(u) = Σ_i B_i^n(t) w_i P_i / Σ_i B_i^n(t) w_i,  t = (u − u_k) / (u_{k+1} − u_k)
 
@@ -25,8 +25,8 @@ class CurvePieces:
     breaks : ndarray of float64, shape (S+1,)
         Strictly increasing; piece k covers the parameters [u_k, u_{k+1}].
     polygon : ndarray of float64, shape (K, d)
-        The control polygon of the request, for drawing; that of a periodic curve repeats its first
-        point.
+        The control polygon of the request, for drawing. For a periodic curve the first point is
+        repeated at the end.
     name : str
     up : "y" or "z"
 
@@ -71,7 +71,7 @@ class CurvePieces:
 
     @property
     def dimension(self) -> int:
-        """Coordinates of a point, 2 or 3."""
+        """Number of coordinates of a point, 2 or 3."""
         return int(self.points.shape[2])
 
     @cached_property
@@ -81,24 +81,24 @@ class CurvePieces:
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates of the Bézier points: they enclose the curve."""
+        """Least and greatest coordinates of the Bézier points: a box that contains the curve."""
         flat = self.points.reshape(-1, self.dimension)
         return flat.min(axis=0), flat.max(axis=0)
 
     @cached_property
     def middle(self) -> FloatArray:
-        """Middle of the bounds, shape (d,)."""
+        """The middle of the box `bounds`, shape (d,)."""
         low, high = self.bounds
         return low + (high - low) / 2
 
     @cached_property
     def space_points(self) -> FloatArray:
-        """The points with three coordinates, z = 0 where there are two: (S, n+1, 3)."""
+        """The Bézier points in space, shape (S, n+1, 3); points of a plane curve get z = 0."""
         return to_space(self.points)
 
 
 def to_space(points: FloatArray) -> FloatArray:
-    """Points (…, 2) or (…, 3) with three coordinates, z = 0 where there are two."""
+    """Points (…, 2) or (…, 3) as points (…, 3): those with two coordinates get z = 0."""
     if points.shape[-1] == 3:
         return points
     widths = [(0, 0)] * (points.ndim - 1) + [(0, 1)]

@@ -31,7 +31,7 @@ from service.surface.triangle import TriangleSurface
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A built-in surface. `surface()` builds it once, by `build`."""
+    """A built-in surface; the first call of `surface()` builds it by `build`."""
 
     id: str
     title: str
@@ -39,7 +39,7 @@ class Example:
     build: Callable[[], Surface]
 
     def surface(self) -> Surface:
-        """The surface, which the first call builds."""
+        """The surface; the first call builds it, and later calls return the same object."""
         return _build(self.id)
 
 
@@ -49,7 +49,7 @@ def find(surface_id: str) -> Example:
     Raises
     ------
     UnknownSurface
-        If there is none.
+        No example has this id.
     """
     example = EXAMPLES.get(surface_id)
     if example is None:
@@ -103,7 +103,7 @@ def _monkey_saddle() -> TriangleSurface:
     rows = ["000 001 011 111", "002 012 112", "022 122", "222"]
     roots = np.array([[corners[int(c)] for c in word] for row in rows for word in row.split()])
     middles, products = roots.mean(axis=1), roots.prod(axis=1)
-    # Cosines of thirds of a turn are ones and halves.
+    # The exact heights are multiples of 1/2: cosines of multiples of 120°.
     heights = np.round(2 * products.real) / 2
     net = np.stack([middles.real, middles.imag, heights], axis=1)
     return TriangleSurface(net, up="z", name="monkey-saddle")

@@ -1,7 +1,8 @@
-"""Grids of vertex indices, one for each patch.
+"""Grids of vertex indices, one grid for each patch.
 
-A list of patches is an array (P, p+1, q+1) if all have one degree (p, q), else a tuple of arrays
-(p+1, q+1), one for each patch. Computations go degree by degree (`group_by_degree`).
+A list of P grids is an array (P, p+1, q+1) if all patches have one degree (p, q). Otherwise it is a
+tuple of P arrays (p+1, q+1). Other modules compute the grids of one degree at a time
+(`group_by_degree`).
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +22,7 @@ NO_GRIDS: IndexGrid = np.empty((0, 2, 2), dtype=np.int64)
 
 
 def validate_grids(values: IndexGrid | Sequence[IndexGrid]) -> Grids:
-    """The list of patches as read-only copies, in one array if all degrees are equal.
+    """A list of grids as read-only copies: one array if all degrees are equal, else a tuple.
 
     Raises
     ------
@@ -39,9 +40,13 @@ def validate_grids(values: IndexGrid | Sequence[IndexGrid]) -> Grids:
 
 
 def group_by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
-    """For each degree, in the order of the first patch that has it: patch numbers (K,) and grids.
+    """Group grids by their degree.
 
-    The grids of K patches of degree (p, q) are an array (K, p+1, q+1).
+    Returns
+    -------
+    tuple of (numbers, grids), one for each degree, in the order in which degrees first occur
+        For K patches of degree (p, q): their numbers, shape (K,), and their grids, shape (K, p+1,
+        q+1).
     """
     if isinstance(grids, np.ndarray):
         return ((np.arange(len(grids)), grids),) if len(grids) else ()
@@ -54,14 +59,14 @@ def group_by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
 
 
 def map_grids(grids: Grids, change: Callable[[IndexGrid], IndexGrid]) -> Grids:
-    """The list after `change`, a function of arrays (K, rows, columns), of each degree."""
+    """Apply a function of arrays (K, rows, columns) to a list of grids."""
     if isinstance(grids, np.ndarray):
         return change(grids)
     return tuple(change(grid[np.newaxis])[0] for grid in grids)
 
 
 def check_indices(grids: Grids, count: int, name: str) -> None:
-    """Refuse indices outside 0 … count − 1; −1 is an error, not the last vertex."""
+    """Refuse indices outside 0 … count − 1. So −1 is refused, although NumPy allows −1."""
     if not isinstance(grids, np.ndarray):
         for number, grid in enumerate(grids):
             check_indices(grid, count, f"{name}/{number}")
@@ -85,7 +90,7 @@ def check_indices(grids: Grids, count: int, name: str) -> None:
 
 
 def _validate(values: IndexGrid, name: str, axes: int) -> IndexGrid:
-    """One array of indices with `axes` axes, the last two being rows and columns of a grid."""
+    """Check an array of indices with `axes` axes; the last two are rows and columns of a grid."""
     grids = np.array(values, dtype=np.int64, order="C")
     if grids.ndim != axes:
         raise InvalidRequest(

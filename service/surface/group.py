@@ -32,16 +32,17 @@ small."""
 class Member:
     """One surface of a group.
 
-    Values without effect become None: the surface's own name, an identity, an opacity of 1.
+    A name that equals the surface's name becomes None, and so does a matrix that is the identity.
+    An opacity of 1 is removed from the colour. So equal members have equal values.
 
     Attributes
     ----------
     surface : Surface
-        Any kind but a group.
+        A surface of any kind except a group.
     name : str or None
         Name of its glTF node; None stands for the name of the surface.
     color : tuple of three or four floats, or None
-        Base colour: red, green, blue and, if it is not opaque, a fourth, opacity; sRGB, 0 … 1.
+        Base colour: red, green, blue and, unless it is 1, the opacity. sRGB, from 0 to 1.
     matrix : ndarray of float64, shape (4, 4), or None
         Placement in the group: affine, acts on columns. None stands for the identity.
 
@@ -77,8 +78,8 @@ class GroupSurface(SurfaceKind):
     """Several surfaces in one model.
 
     If the vertical axes of a member and of the group differ, the member is rotated by a quarter
-    turn about x before it is placed. Surfaces that differ only in name and `up` share one model: it
-    is computed once, and stored once if the format allows it.
+    turn about x before it is placed. Surfaces that differ only in name and `up` share one lowered
+    model, which is computed only once, and stored only once if the format allows it.
 
     Attributes
     ----------
@@ -127,11 +128,11 @@ class GroupSurface(SurfaceKind):
         object.__setattr__(self, "_sizes", sizes)
 
     def size(self) -> SurfaceSize:
-        """The size of all members; every copy counts."""
+        """The size of all members; if members are equal, each of them counts."""
         return self._sizes[0]
 
     def stored_size(self) -> SurfaceSize:
-        """The size of the distinct members."""
+        """The size of the distinct members; members that are equal count once."""
         return self._sizes[1]
 
     def lower(self) -> GroupModel:
@@ -141,7 +142,8 @@ class GroupSurface(SurfaceKind):
         for surface in surfaces:
             model = surface.lower()
             if isinstance(model, GroupModel):
-                raise InvalidRequest(nested_issue(""))  # members refuse groups on creation
+                # Never reached, because `Member` refuses groups; for mypy.
+                raise InvalidRequest(nested_issue(""))
             models.append(model)
         placed = tuple(
             PlacedModel(
@@ -167,9 +169,12 @@ def nested_issue(where: str) -> Issue:
 
 
 def content_key(value: Any) -> Hashable:
-    """A key of types, numbers and shapes of arrays, equal for equal values only."""
+    """A key that is equal for two values if and only if they have equal content.
+
+    Two surfaces are compared field by field, and arrays by shape and numbers.
+    """
     if isinstance(value, np.ndarray):
-        # −0 becomes 0.
+        # Adding 0 turns −0 into 0, so that equal numbers have equal bytes.
         content = np.ascontiguousarray(value + 0)
         return value.shape, value.dtype.str, sha256(content.data).digest()
     if is_dataclass(value):
@@ -183,7 +188,7 @@ def content_key(value: Any) -> Hashable:
 
 
 def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], list[int]]:
-    """The distinct surfaces, and the number of each member's surface among them."""
+    """The distinct surfaces of the members, and for each member the number of its surface."""
     number_of: dict[Hashable, int] = {}
     surfaces: list[Surface] = []
     numbers = []
@@ -197,7 +202,7 @@ def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], lis
 
 
 def _check_place(member: Member, up: Up, index: int) -> None:
-    """Refuses a member whose placed control points would exceed float32."""
+    """Refuse a member whose control points, after placement, float32 could not store."""
     matrix = turn_upright(member.matrix, member.surface.up, up)
     low, high = place_bounds(_bounds(member.surface), matrix)
     furthest = float(max(-low.min(), high.max()))
@@ -225,7 +230,8 @@ def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
     else:
         model = surface.lower()
         if isinstance(model, GroupModel):
-            raise InvalidRequest(nested_issue(""))  # members refuse groups on creation
+            # Never reached, because `Member` refuses groups; for mypy.
+            raise InvalidRequest(nested_issue(""))
         return model.bounds
     return points.min(axis=0), points.max(axis=0)
 
@@ -238,13 +244,13 @@ def _with_opacity(color: tuple[float, ...] | None) -> Color | None:
 
 
 def _content_of(surface: "Surface") -> tuple[Hashable, ...]:
-    """The fields by which surfaces differ: all except name and vertical axis."""
+    """A key of all fields of a surface except its name and vertical axis."""
     names = (f.name for f in fields(surface) if f.name not in ("name", "up"))
     return tuple(content_key(getattr(surface, name)) for name in names)
 
 
 def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:
-    """The colour, without an opacity of 1."""
+    """Check a colour; an opacity of 1 is removed."""
     if len(color) not in (3, 4):
         raise InvalidRequest(
             Issue(
@@ -266,6 +272,6 @@ def _validate_color(color: tuple[float, ...]) -> tuple[float, ...]:
                     "0 to 1",
                 )
             )
-    # −0 and 0 are one number.
-    shares = tuple(float(value) + 0.0 for value in color)
-    return shares[:3] if shares[3:] == (1.0,) else shares
+    # Adding 0 turns −0 into 0, so that equal colours have equal bytes.
+    numbers = tuple(float(value) + 0.0 for value in color)
+    return numbers[:3] if numbers[3:] == (1.0,) else numbers

@@ -1,8 +1,9 @@
-"""An example: the hull of a ship, of several B-splines that meet in edges.
+"""An example: the hull of a ship, made of several B-splines that share their borders.
 
-Control points run from the transom to the stem and from the keel to the rail. The port side is the
-mirror image of the starboard side. Deck, keel and transom have the border points of the sides. All
-normals point outwards, so that the hull has a volume.
+The control points of a side run from the transom (the flat stern) to the stem (the front edge), and
+from the keel (the bottom) to the rail (the edge of the deck). The port side is the mirror image of
+the starboard side. Along their borders, deck, keel and transom have the control points of the
+sides. All normals point outwards, so that the hull has a volume.
 """
 
 from math import cos, pi, sin
@@ -15,10 +16,11 @@ from service.surface.channels import Channels
 from service.surface.multipatch import MultipatchSurface
 
 LENGTH, BREADTH, DRAUGHT, KEEL = 30.0, 7.6, 2.6, 0.3
-"""Metres; `KEEL` is half the breadth of the flat keel."""
+"""In metres. `KEEL` is half the breadth of the flat keel."""
 
 ARCH = 0.16
-"""Height of the middle control points of the deck, as a fraction of its half breadth."""
+"""The middle of the deck is higher than its borders: its control points are raised by this fraction
+of half the breadth."""
 
 STATIONS = 15
 """Rows of control points from the transom to the stem; the middle one separates aft from fore."""
@@ -27,7 +29,7 @@ NAVY, OAK, WHITE = (0.1, 0.17, 0.3), (0.72, 0.55, 0.35), (0.9, 0.9, 0.88)
 
 
 def hull() -> MultipatchSurface:
-    """The sides of degree (3, 3), aft and fore, deck and keel (3, 2), transom (2, 3); z up."""
+    """The whole ship: sides of degree (3, 3), deck and keel (3, 2), transom (2, 3); z is up."""
     side = _side()
     middle = STATIONS // 2
     surfaces = []
@@ -62,7 +64,11 @@ def _side() -> FloatArray:
 
 
 def _point(along: float, up: float) -> tuple[float, float, float]:
-    """A control point at fractions of the length from the transom and the girth from the keel."""
+    """A control point of the starboard side.
+
+    `along` is the fraction of the length from the transom, `up` the fraction of the girth from the
+    keel to the rail.
+    """
     fore, aft = max((along - 0.4) / 0.6, 0.0), max((0.4 - along) / 0.4, 0.0)
     half = BREADTH / 2 * (1 - fore**2.6) * (1 - 0.18 * aft**2)
     keel = -DRAUGHT * (1 - 0.75 * aft**1.8)
@@ -79,7 +85,11 @@ def _point(along: float, up: float) -> tuple[float, float, float]:
 
 
 def _across(border: FloatArray, arch: float) -> FloatArray:
-    """Control points (stations, 3, 3) of an arch between a border and its mirror image."""
+    """Control points (stations, 3, 3) from the mirror image of a border, over an arch, to it.
+
+    `border` has shape (stations, 3). `arch` is the rise of the middle as a fraction of half the
+    breadth.
+    """
     middle = border * (1, 0, 1)
     middle[:, 2] += np.round(np.abs(border[:, 1]) * arch, 3)
     return np.stack([border * (1, -1, 1), middle, border], axis=1)

@@ -1,4 +1,4 @@
-"""Checks the degrees and knot vectors of a request, and builds the knots of named vectors."""
+"""Checks the degrees and knot vectors of a request, and builds the knot vectors that have names."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -21,26 +21,28 @@ Knots: TypeAlias = KnotName | FloatArray
 NAMED: Mapping[str, Callable[[int, int], FloatArray]] = MappingProxyType(
     {"uniform": knot.uniform_knots, "clamped": knot.clamped_knots, "periodic": knot.periodic_knots}
 )
-"""The function for each named vector, of the number of control points and the degree."""
+"""For each name, the function that builds the knots from the number of control points and the
+degree."""
 
 MIN_PERIODIC = 3
-"""Fewest control points of a periodic spline: fewer do not form a loop."""
+"""The fewest control points of a periodic spline: two points cannot form a loop."""
 
 MIN_SPAN, MIN_RATIO = 2.0**-40, 2.0**-49
-"""Least length of a span, as a share of the domain's length, and as a share of the largest knot:
-knots that are closer differ by rounding alone, and are made equal."""
+"""Least length of a span as a fraction of the domain's length, and as a fraction of the largest
+absolute value of a knot. Knots that are closer differ by rounding alone, and are made equal."""
 
 SHORTEST = float(np.finfo(np.float32).tiny)
-"""Least length of any span. Single precision rounds shorter spans to 0, and derivatives along them
-leave the range of float64."""
+"""Least length of any span. Single precision rounds shorter spans to 0, and derivatives over
+shorter spans may exceed the range of float64."""
 
 MAX_BEZIER_POINTS = 4_000_000
-"""Most control points of all Bézier patches together, and most entries of the extraction operators:
-about 100 MB each."""
+"""The most control points of all Bézier patches together, and the most entries of the extraction
+operators along one direction. Each of these takes at most about 100 MB."""
 
 
 MAX_PIECES = 500_000
-"""Most Bézier patches, or pieces of a curve: at low degrees a patch costs more than its points."""
+"""The most Bézier patches of a surface, or pieces of a curve. Patches of low degree have few
+control points, but each patch takes time, too."""
 
 
 def check_degree(degree: int, where: str) -> None:
@@ -53,7 +55,7 @@ def check_degree(degree: int, where: str) -> None:
 
 
 def validate_knots(knots: Knots, count: int, degree: int, where: str, points: str) -> Knots:
-    """`knots` as a known name or a checked read-only array.
+    """Check knots: returns the name of a knot vector, or the knots as a read-only array.
 
     Parameters
     ----------
@@ -61,9 +63,9 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
     count : int
         Control points in this direction, n + 1.
     degree : int
-        p, checked already.
+        p; the caller has checked it.
     where, points : str
-        Pointers to the knots and to the control points.
+        JSON pointers to the knots and to the control points.
 
     Raises
     ------
@@ -111,11 +113,11 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
 
 
 def build_knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
-    """The n + p + 2 knots that a spline is computed with.
+    """The n + p + 2 knots with which a spline is computed.
 
-    Those of "periodic" fit control points after `wrap_points`. If the first and the last knot are
-    left out, they equal their neighbours: neither matters inside the domain. Knots that differ by
-    rounding alone are made equal.
+    The knots of "periodic" fit the control points that `wrap_points` returns. If a request omits
+    the first and the last knot, they become equal to their neighbours, because they have no effect
+    inside the domain. Knots that differ by rounding alone are made equal.
     """
     if not isinstance(knots, str):
         knots = _complete(knots, count + degree + 1)
@@ -133,7 +135,7 @@ def count_merged(knots: Knots, count: int, degree: int) -> int:
 
 
 def _complete(knots: FloatArray, length: int) -> FloatArray:
-    """The knots with their first and last one added, if these were left out."""
+    """The knots with the first and the last repeated, unless they already have this length."""
     return knots if len(knots) == length else np.pad(knots, 1, mode="edge")
 
 
@@ -174,6 +176,7 @@ def find_least_span(low: float, high: float) -> float:
 
 
 def _check_values(vector: FloatArray, where: str) -> None:
+    """Refuse knots that are not finite, or that single precision cannot store."""
     _refuse(
         np.flatnonzero(~np.isfinite(vector)),
         where,
@@ -197,9 +200,9 @@ def _check_values(vector: FloatArray, where: str) -> None:
 
 
 def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) -> None:
-    """Refuse knots that decrease, that are equal too often, and a domain without length.
+    """Refuse knots that decrease, too high multiplicities, and a domain without length.
 
-    The first and the last of the `full_length` knots may have been left out.
+    If `vector` has two knots fewer than `full_length`, the first and the last were omitted.
     """
     _refuse(
         np.flatnonzero(vector[1:] < vector[:-1]) + 1,
@@ -211,9 +214,10 @@ def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) 
             needed="at least the knot before",
         ),
     )
+    # The pointers of issues count the knots of the request.
     left_out = len(vector) < full_length
     knots = _complete(vector, full_length)
-    # A knot that equals the one p + 1 positions before is one too many.
+    # Refuse each knot that equals the knot p + 1 positions before.
     _refuse(
         np.flatnonzero(knots[degree + 1 :] == knots[: -degree - 1]) + degree + 1 - left_out,
         where,

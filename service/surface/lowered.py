@@ -1,7 +1,8 @@
-"""Lowered models: every kind of surface becomes batches of Bézier patches.
+"""Lowered models: what every kind of surface becomes before it is computed.
 
-The engine and the encoders know these models alone, with the batches
-(`service.surface.batches`) and the sweeps (`service.surface.sweep_model`), no kind of surface.
+A model is batches of Bézier patches (`service.surface.batches`), a sweep
+(`service.surface.sweep_model`), or a group of these. The engine and the encoders use only models,
+and not the kinds of surface.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,8 @@ from service.surface.sweep_model import SweepModel
 class Part:
     """A named range of patches, [first, last).
 
-    Patches are numbered over all batches of a model, or by its `sequence` if it has one.
+    `first` and `last` count patches in the order of the parts: `PatchModel.sequence` has the patch
+    numbers in this order. If it is None, they are the patch numbers themselves.
     """
 
     name: str
@@ -32,7 +34,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Domain:
-    """The rectangle of parameters of a surface, which its patches divide.
+    """The rectangle of parameters of a surface, divided into one cell for each of its patches.
 
     Patch (k, l) covers [u_k, u_{k+1}] × [v_l, v_{l+1}] and has number `first` + k M_v + l.
 
@@ -62,28 +64,30 @@ class PatchModel:
     ----------
     name : str
     batches : tuple of TensorPatches and TrianglePatches
-        Patches are numbered across them.
+        Patch numbers continue from one batch to the next.
     parts : tuple of Part
         Named ranges that cover all patches in order, without gap or overlap. A surface without
         parts is one part with the surface's name.
     up : "y" or "z"
         The model's vertical axis.
     domains : tuple of Domain
-        The domains of the parametric surfaces whose pieces the patches are, in the order of the
-        request. Without them every patch has its own parameters in [0, 1].
+        If the patches are pieces of parametric surfaces, the domains of these surfaces, in the
+        order of the request. If there are no domains, every patch has its own parameters in [0, 1].
     order : ndarray of int, shape (P,), or None
-        Without domains, patch k has number `order[k]` in the request; k itself if None.
+        For models without domains: patch k is number `order[k]` in the request. None if each patch
+        has the same number in the request.
     sequence : ndarray of int, shape (P,), or None
-        Patch numbers in the order of the parts; None if it is 0, 1, 2 and so on.
+        Patch numbers in the order of the parts; None stands for 0, 1, 2, ….
     control_nets : tuple of TensorPatches and TrianglePatches
-        The nets of the request, if they are not the nets of the patches.
+        The control nets of the request; empty if they are the nets of the patches.
     stretch : ndarray of float64, shape (4, 4), or None
-        Affine: the linear part of its placement up to a rotation. Curvatures are those of the
-        stretched surface.
+        An affine matrix: the linear part of the model's placement, up to a rotation. Curvatures are
+        computed on the surface after this matrix.
     merged_knots : int
         Number of knots that differed from the knot before by rounding alone and were made equal.
     moved : float
-        The largest distance by which joining moved a point of a patch. Model units.
+        The largest distance by which a point of a patch was moved, so that borders could be joined.
+        Model units.
     """
 
     name: str
@@ -100,12 +104,12 @@ class PatchModel:
 
     @property
     def nets(self) -> tuple[Patches, ...]:
-        """The control nets of the request: `control_nets`, or those of the patches."""
+        """The control nets of the request: `control_nets`, or the nets of the patches."""
         return self.control_nets or self.batches
 
     @property
     def domain(self) -> Domain | None:
-        """The domain if all patches are pieces of one parametric surface, else None."""
+        """The only domain if all patches are pieces of one parametric surface, else None."""
         return self.domains[0] if len(self.domains) == 1 else None
 
     @property
@@ -123,7 +127,7 @@ class PatchModel:
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest coordinates of the control points: they enclose the surface."""
+        """Least and greatest coordinates of the control points: a box that contains the surface."""
         if len(self.batches) == 1:
             return self.batches[0].bounds
         lows, highs = zip(*(batch.bounds for batch in self.batches), strict=True)
@@ -152,11 +156,18 @@ Color: TypeAlias = tuple[float, float, float, float]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlacedModel:
-    """One placed copy of a model.
+    """One placed copy of a model of a group.
 
-    `model` is its number in `GroupModel.models`. `matrix` is affine, float64 of shape (4, 4), and
-    acts on columns (x, y, z, 1); None stands for the identity. Colours of the model are multiplied
-    by `color`.
+    Attributes
+    ----------
+    name : str
+        Name of the member.
+    model : int
+        The number of the model in `GroupModel.models`.
+    color : tuple of four floats, or None
+        The colours of the model are multiplied by this colour.
+    matrix : ndarray of float64, shape (4, 4), or None
+        Affine placement, which acts on columns (x, y, z, 1). None stands for the identity.
     """
 
     name: str
@@ -167,7 +178,11 @@ class PlacedModel:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GroupModel:
-    """A lowered group: placed copies of distinct models, turned to the group's `up`."""
+    """A lowered group: placed copies of distinct models.
+
+    The matrices of the copies include the turn from a model's vertical axis to the group's axis
+    `up`.
+    """
 
     name: str
     models: tuple[PatchModel | SweepModel, ...]

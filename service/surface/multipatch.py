@@ -1,7 +1,7 @@
 """A multipatch: one surface of several patches and splines, as isogeometric analysis uses them.
 
-Each of its surfaces keeps its degrees, knots and parameters. Surfaces with equal borders are
-joined there like the patches of one surface.
+Each surface keeps its own degrees, knots and parameters. Where two surfaces have equal borders,
+they are joined like the patches of one surface.
 """
 
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ from service.surface.triangle import TriangleSurface
 Single: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
 
 MAX_SURFACES = 4096
-"""The most surfaces of a multipatch. Each takes at least a few tenths of a millisecond."""
+"""The most surfaces of a multipatch: even a small surface takes a few tenths of a millisecond."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MultipatchSurface(SurfaceKind):
-    """Bézier patches, B-splines and triangles as one surface; each is a part with its name.
+    """Bézier patches, B-splines and triangles that form one surface; each is a part of its name.
 
     Attributes
     ----------
@@ -64,13 +64,14 @@ class MultipatchSurface(SurfaceKind):
                         "channel_shape",
                         "All surfaces of a multipatch must have the same channels.",
                         pointer(("surfaces", number)),
-                        "other colours, texture coordinates or attributes than the first",
-                        "those of the first, with as many numbers each",
+                        "channels that differ from those of the first surface",
+                        "the channels of the first surface, with the same numbers of values",
                     )
                 )
-        # Equal surfaces must have equal content.
-        alike = (s if s.up == self.up else replace(s, up=self.up) for s in self.surfaces)
-        object.__setattr__(self, "surfaces", tuple(alike))
+        # The vertical axes of the surfaces have no effect. All become the same, so that equal
+        # multipatches have equal bytes, hence equal hashes.
+        upright = (s if s.up == self.up else replace(s, up=self.up) for s in self.surfaces)
+        object.__setattr__(self, "surfaces", tuple(upright))
 
     def size(self) -> SurfaceSize:
         """The size of all surfaces together; each is lowered before they are joined."""
@@ -118,13 +119,13 @@ def _describe_channels(surface: Single) -> list[tuple[str, int]]:
 
 
 def _form(batch: Patches) -> tuple[object, ...]:
-    """The key of patches that can be in one batch."""
+    """A key that is equal for two batches if they can be joined to one."""
     nets = tuple(channel.nets.shape[1:] for channel in batch.channels)
     return type(batch), batch.degree, batch.weights is None, nets
 
 
 def join_batches(batches: Sequence[Patches]) -> Patches:
-    """Batches of one form, degree and rationality joined to one."""
+    """Join batches of one form and degree, all rational or all polynomial, to one batch."""
     first = batches[0]
     if len(batches) == 1:
         return first
@@ -143,6 +144,6 @@ def join_batches(batches: Sequence[Patches]) -> Patches:
 
 
 def _list_patches(first: Ints, counts: Ints) -> Ints:
-    """Numbers of the patches, surface by surface."""
+    """Numbers of the patches in the order of the surfaces, whose patches begin at `first`."""
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.asarray(np.repeat(first, counts) + within)

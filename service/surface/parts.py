@@ -14,7 +14,10 @@ PartMembers: TypeAlias = tuple[tuple[str, tuple[int, ...]], ...]
 
 
 def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str]:
-    """The sort key of parts, since JSON objects have no order."""
+    """The key by which parts are sorted: the first patch, then the name.
+
+    The order of parts in a request means nothing, because JSON objects have no order.
+    """
     name, members = part
     return members[:1], name
 
@@ -22,18 +25,24 @@ def first_patch(part: tuple[str, tuple[int, ...]]) -> tuple[tuple[int, ...], str
 def order_parts(
     parts: PartMembers, count: int, name: str
 ) -> tuple[NDArray[np.intp] | None, tuple[Part, ...]]:
-    """An order of the patches in which each part is one range, and these ranges.
+    """Order the patches so that the patches of each part are consecutive.
 
-    The order is None if there are no parts: then one range covers all patches. Patches without a
-    part come last, in a range with the name of the surface.
+    Patches without a part come last, as a part with the name of the surface.
+
+    Returns
+    -------
+    order : ndarray of int, shape (count,), or None
+        Patch numbers in the new order; None if the order does not change, since `parts` is empty.
+    ranges : tuple of Part
+        The range of each part in the new order.
     """
     if not parts:
         return None, (Part(name, 0, count),)
     order = np.fromiter(chain.from_iterable(members for _, members in parts), np.intp)
     if len(order) < count:
-        is_left = np.ones(count, bool)
-        is_left[order] = False
-        order = np.concatenate([order, is_left.nonzero()[0]])
+        has_part = np.zeros(count, bool)
+        has_part[order] = True
+        order = np.concatenate([order, np.flatnonzero(~has_part)])
     runs: list[Part] = []
     first = 0
     for title, members in parts:
@@ -46,12 +55,12 @@ def order_parts(
 
 
 def check_parts(parts: PartMembers, count: int) -> None:
-    """Refuse parts with a patch that does not exist, or with one patch twice."""
-    named = [member for _, members in parts for member in members]
-    if not named or (min(named) >= 0 and max(named) < count and len(set(named)) == len(named)):
+    """Refuse patch numbers that are not 0 … count − 1, and a patch that is listed twice."""
+    listed = [member for _, members in parts for member in members]
+    if not listed or (min(listed) >= 0 and max(listed) < count and len(set(listed)) == len(listed)):
         return
     issues: list[Issue] = []
-    owner: set[int] = set()
+    seen: set[int] = set()
     for title, members in parts:
         for position, member in enumerate(members):
             where = pointer(("parts", title, position))
@@ -65,7 +74,7 @@ def check_parts(parts: PartMembers, count: int) -> None:
                         f"0 to {count - 1}",
                     )
                 )
-            elif member in owner:
+            elif member in seen:
                 issues.append(
                     Issue(
                         "repeated_patch",
@@ -75,7 +84,7 @@ def check_parts(parts: PartMembers, count: int) -> None:
                         "each patch once",
                     )
                 )
-            owner.add(member)
+            seen.add(member)
             if len(issues) == MAX_ISSUES:
                 raise InvalidRequest(*issues)
     if issues:

@@ -1,4 +1,4 @@
-"""A surface of many Bézier patches, grids and triangles, over one list of vertices."""
+"""A surface of many Bézier patches, four-sided or triangular, over one list of vertices."""
 
 from dataclasses import dataclass, field, replace
 
@@ -34,24 +34,25 @@ NO_TRIANGLES: NDArray[np.int64] = np.empty((0, 3), dtype=np.int64)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchSurface(SurfaceKind):
-    """Patches as indices into one list of vertices: grids, triangles, or both.
+    """Bézier patches that are given by indices into one list of vertices.
 
-    Grids may have several degrees (p, q); all triangles have one degree n. Patches with the same
-    vertices along a side share this edge.
+    A patch is a grid of indices (tensor-product) or a triangle. Grids may have different degrees
+    (p, q); all triangles have one degree n. If two patches have the same vertices along a side,
+    they share this edge.
 
     Attributes
     ----------
     vertices : ndarray of float64, shape (V, 3)
         Control points that the patches share. Model units.
     patches : ndarray of int64, shape (P, p+1, q+1), or P arrays (p+1, q+1) of several degrees
-        Rows of `vertices`, from 0; the last axis runs along v, the axis before it along u. P may be
-        0.
+        Indices into `vertices`, from 0. The last axis runs along v, the axis before it along u. P
+        may be 0.
     weights : ndarray of float64, shape (V,), or None
         One positive weight for each vertex.
     parts : tuple of (name, patch numbers)
-        Named groups of patches; numbers count the grids first, then the triangles. A patch belongs
-        to at most one part; the others form a last part with the surface's name. Parts are sorted
-        by the first patch that each lists.
+        Named groups of patches. Patch numbers count the grids first, then the triangles. A patch
+        belongs to at most one part. The patches without a part form a last part with the surface's
+        name. Parts are sorted by the first patch number in their lists.
     up : "y" or "z"
         The model's vertical axis.
     name : str
@@ -59,7 +60,7 @@ class PatchSurface(SurfaceKind):
     channels : Channels
         Colours, texture coordinates and attributes: one value for each vertex.
     triangles : ndarray of int64, shape (T, (n+1)(n+2)/2)
-        Rows of `vertices` in the order of `service.bases.triangle`. T may be 0.
+        Indices into `vertices`, in the order of `service.bases.triangle`. T may be 0.
 
     Raises
     ------
@@ -101,12 +102,12 @@ class PatchSurface(SurfaceKind):
 
     @property
     def by_degree(self) -> tuple[tuple[Ints, IndexGrid], ...]:
-        """Numbers (K,) and grids (K, p+1, q+1) of the patches of each degree."""
+        """For each degree, the numbers (K,) and the grids (K, p+1, q+1) of its patches."""
         return self._by_degree
 
     @property
     def degree(self) -> tuple[int, int]:
-        """Highest degree (p, q) of any grid; (1, 1) if there is none."""
+        """Highest p and highest q of the grids; (1, 1) for a surface without grids."""
         if isinstance(self.patches, np.ndarray):
             _, rows, columns = self.patches.shape
             return rows - 1, columns - 1
@@ -134,7 +135,7 @@ class PatchSurface(SurfaceKind):
         rows, triangular = self.indices, self.triangles.size
         numbers = 3 + (weights is not None) + size.width
         kept = (rows * numbers + 2 * size.patches + 2 * triangles) * NUMBER
-        # Indices in the order of the parts, and the sorting.
+        # Temporary arrays: the indices in the order of the parts, and those of the sorting.
         beside = (rows + 8 * (size.grids + triangles)) * NUMBER
         return replace(
             size,
@@ -157,21 +158,22 @@ class PatchSurface(SurfaceKind):
     def lower(self) -> PatchModel:
         """A batch for each degree of the grids and one of the triangles, ordered part by part."""
         count = len(self.patches) + len(self.triangles)
-        listed, parts = order_parts(self.parts, count, self.name)
+        by_part, parts = order_parts(self.parts, count, self.name)
         forms = self._by_degree
         if len(self.triangles):
             forms += ((np.arange(len(self.patches), count), self.triangles),)
         order = sequence = None
         if len(forms) == 1:
-            order = listed
-        elif listed is not None or len(forms[0][0]) < len(self.patches):
-            # A batch holds all patches of one form, of all parts.
+            order = by_part
+        elif by_part is not None or len(forms[0][0]) < len(self.patches):
+            # Each form (a degree of grids, or the triangles) becomes one batch, with patches of all
+            # parts; so `order` sorts by form, and `sequence` leads back to the order of the parts.
             form = np.empty(count, np.intp)
             for number, (members, _) in enumerate(forms):
                 form[members] = number
-            asked = np.arange(count) if listed is None else listed
-            order = asked[np.argsort(form[asked], kind="stable")]
-            sequence = np.argsort(order)[asked]
+            listed = np.arange(count) if by_part is None else by_part
+            order = listed[np.argsort(form[listed], kind="stable")]
+            sequence = np.argsort(order)[listed]
         batches: list[Patches] = []
         first = 0
         for members, indices in forms:
@@ -187,7 +189,7 @@ class PatchSurface(SurfaceKind):
     def _gather(
         self, indices: NDArray[np.int64]
     ) -> tuple[FloatArray, FloatArray | None, tuple[Channel, ...]]:
-        """Points, weights and channels of some patches."""
+        """Points, weights and channels of the patches with these vertex indices."""
         weights = None if self.weights is None else self.weights[indices]
         channels: tuple[Channel, ...] = ()
         if self.channels is not NO_CHANNELS:
@@ -196,7 +198,7 @@ class PatchSurface(SurfaceKind):
 
 
 def _check_triangles(triangles: NDArray[np.int64], grids: int) -> None:
-    """Refuse arrays that are not triangles of one degree, and a surface without patches."""
+    """Refuse an array that cannot be triangles of one degree, and a surface without patches."""
     if triangles.ndim != 2:
         raise InvalidRequest(
             Issue(

@@ -1,6 +1,6 @@
-"""Placements of surfaces: affine matrices, checked, and exact quarter turns.
+"""Placements of surfaces by affine matrices (4, 4): their checks, and exact quarter turns.
 
-A matrix acts on columns: x' = L x + t, with L its upper left 3 × 3 and t its last column.
+A matrix acts on columns, x' = L x + t: L is its upper left 3 × 3 matrix, and t is its last column.
 """
 
 from types import MappingProxyType
@@ -13,11 +13,12 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_COORDINATE, Up
 
 LEAST_SCALING = float(np.finfo(np.float32).tiny)
-"""Least scaling: viewers compute in float32, which rounds smaller ones to 0."""
+"""The least scaling of a placement: viewers compute in float32, which rounds smaller numbers to
+0."""
 
 MAX_SCALING_RATIO = 1e6
-"""Largest quotient of two scalings of one placement. Beyond it float32 could not separate the two
-sides of a body."""
+"""A placement may scale one direction at most this factor more than another. Flatter bodies would
+lose their thickness in float32."""
 
 _TURNS = MappingProxyType(
     {
@@ -29,7 +30,7 @@ _TURNS = MappingProxyType(
 
 
 def validate_matrix(values: ArrayLike) -> FloatArray:
-    """`values` as a read-only invertible affine matrix.
+    """Check a placement: returns `values` as a read-only invertible affine matrix (4, 4).
 
     Raises
     ------
@@ -41,7 +42,7 @@ def validate_matrix(values: ArrayLike) -> FloatArray:
     if matrix.shape != (4, 4):
         raise _refusal("wrong_dimension", "A placement is four rows of four numbers.",
                        f"an array of shape {matrix.shape}", "shape (4, 4)")  # fmt: skip
-    # NaN fails this comparison as well.
+    # The comparison is false for NaN, too.
     wrong = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
     if len(wrong):
         place = wrong[0]
@@ -68,9 +69,10 @@ def validate_matrix(values: ArrayLike) -> FloatArray:
 
 
 def turn_upright(matrix: FloatArray | None, up: Up, target: Up) -> FloatArray | None:
-    """A placement that first turns a model's vertical axis `up` to `target`.
+    """A placement after a quarter turn that moves a model's vertical axis `up` to `target`.
 
-    A quarter turn exchanges coordinates, so nothing is rounded. None stands for the identity.
+    A quarter turn exchanges coordinates, so nothing is rounded. None stands for the identity, as
+    argument and as result.
     """
     if up != target:
         turn = np.eye(4)
@@ -84,7 +86,7 @@ def turn_upright(matrix: FloatArray | None, up: Up, target: Up) -> FloatArray | 
 def place_bounds(
     bounds: tuple[FloatArray, FloatArray], matrix: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates of a placed box with these bounds."""
+    """Least and greatest coordinates of a box, given by its `bounds`, after a placement."""
     if matrix is None:
         return bounds
     half = (bounds[1] - bounds[0]) / 2

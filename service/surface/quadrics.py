@@ -1,9 +1,9 @@
 """Exact cylinder, cone, sphere and torus as rational Bézier patches.
 
-No polynomial patch is a piece of a circle, but a rational quadratic is: the quarter arc has the
-control points (1, 0), (1, 1), (0, 1) and the weights 1, √½, 1 (Piegl and Tiller, The NURBS Book,
-2nd ed., section 7.3; surfaces of revolution: section 8.5). All surfaces here are closed, turned
-about the z axis, and have outward normals du × dv.
+A polynomial curve cannot be an arc of a circle, but a rational quadratic curve can: a quarter of
+the unit circle has the control points (1, 0), (1, 1), (0, 1) and the weights 1, √½, 1 (Piegl and
+Tiller, The NURBS Book, 2nd ed., section 7.3; surfaces of revolution: section 8.5). All surfaces
+here are closed surfaces of revolution about the z axis, and their normals du × dv point outwards.
 """
 
 from math import sqrt
@@ -31,7 +31,10 @@ def sphere(radius: float = 1.0) -> PatchSurface:
 
 
 def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
-    """Ring torus, radius of its centre line and of its tube: 4 × 4 patches of degree (2, 2)."""
+    """Torus of 4 × 4 patches of degree (2, 2); `radius` is that of the centre line of the tube.
+
+    `tube` is the radius of the tube.
+    """
     patches: list[Patch] = []
     for quarter in range(4):
         turned = [turn(x, y, w, quarter) for x, y, w in ARC]
@@ -57,14 +60,17 @@ def cone(radius: float = 1.0, height: float = 2.0) -> PatchSurface:
 
 
 def turn(x: float, y: float, w: float, quarter: int) -> tuple[float, float, float]:
-    """(x, y) rotated by a number of quarter turns, exactly."""
+    """(x, y) rotated by `quarter` quarter turns, without rounding; and w, unchanged."""
     for _ in range(quarter):
         x, y = -y, x
     return x, y, w
 
 
 def revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
-    """Four patches: the profile (distance from the axis, z, weight) along v, turned along u."""
+    """Four patches of revolution: each has the profile along v, and a quarter turn along u.
+
+    `profile` has a distance from the axis, z and a weight for each control point.
+    """
     patches = []
     for quarter in range(4):
         turned = [turn(x, y, w, quarter) for x, y, w in ARC]
@@ -73,13 +79,13 @@ def revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
 
 
 def assemble(name: str, parts: list[tuple[str, list[Patch]]]) -> PatchSurface:
-    """One surface of named parts over shared vertices."""
+    """One surface of named parts, in which equal points are one vertex."""
     number: dict[Point, int] = {}
     grids: list[list[list[int]]] = []
     members: list[tuple[str, tuple[int, ...]]] = []
     for title, patches in parts:
         first = len(grids)
-        # −0 and 0 are equal as keys, so points that patches share get one number.
+        # A dictionary treats −0 and 0 as equal keys, so that they are one vertex.
         grids += [
             [[number.setdefault(point, len(number)) for point in row] for row in patch]
             for patch in patches

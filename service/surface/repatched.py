@@ -1,4 +1,4 @@
-"""Models with other patches: pieces of the patches of a model, or some of its patches."""
+"""Replaces the patches of a model by pieces of them, or by some of them."""
 
 from dataclasses import replace
 
@@ -14,7 +14,10 @@ UNIT.flags.writeable = False
 
 
 def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
-    """The parametric surfaces of a model, in the order of their patches."""
+    """The domains of the parametric surfaces of a model, in the order of their patches.
+
+    If the model has no domains, each patch is such a surface, over [0, 1]².
+    """
     domains = model.domains or tuple(Domain(UNIT, UNIT, k) for k in range(model.patch_count))
     return tuple(sorted(domains, key=lambda domain: domain.first))
 
@@ -22,10 +25,18 @@ def surfaces_of(model: PatchModel) -> tuple[Domain, ...]:
 def rebuild(
     model: PatchModel, pieces: list[list[Patches]], owner: Ints, domains: tuple[Domain, ...]
 ) -> PatchModel:
-    """The model with other patches, the pieces of each batch.
+    """A model whose patches are replaced by pieces of them.
 
-    Patch k is a piece of patch `owner[k]` of the model, or is this patch; `owner` has shape (P',).
-    The patches of one part must be consecutive, and the parts in the order of the model.
+    Parameters
+    ----------
+    model : PatchModel
+    pieces : list of list of TensorPatches or TrianglePatches
+        The new patches; each inner list becomes one batch.
+    owner : ndarray of int, shape (P',)
+        New patch k is a piece of patch `owner[k]` of `model`, or is that whole patch. New patches
+        of one part must be consecutive, and the parts must have the same order as in `model`.
+    domains : tuple of Domain
+        The domains of the new model.
     """
     batches = tuple(join_batches(group) for group in pieces if group)
     listed = np.arange(model.patch_count) if model.sequence is None else model.sequence

@@ -1,9 +1,9 @@
-"""Exact spheres of triangular patches: a sphere of eight octants, and a box with round corners.
+"""Examples with exact octants of a sphere: a sphere of eight triangles, and a box with round edges.
 
-An octant of the unit sphere is a rational triangle of degree 4. Stereographic projection from the
-point opposite to its middle maps it to a plane triangle between three arcs of 30° and radius √3,
-which is rational of degree 2; the inverse projection doubles the degree. The control points and
-weights below follow from this.
+An octant of the unit sphere is a rational triangular patch of degree 4. Stereographic projection
+from the point opposite to the middle of the octant maps the octant to a plane triangle, whose sides
+are three arcs of 30° and radius √3. This plane triangle is a rational patch of degree 2, and the
+inverse projection doubles the degree. The control points and weights below follow from this.
 
 References
 ----------
@@ -45,11 +45,11 @@ OCTANT: Patch = [
     [(ALPHA, 0, 1, NEXT), (0, ALPHA, 1, NEXT)],
     [(0, 0, 1, CORNER)],
 ]
-"""Rows of the octant x, y, z ≥ 0: x, y, z, weight. Its normal points outwards."""
+"""Rows of control points (x, y, z, weight) of the octant x, y, z ≥ 0; the normal is outwards."""
 
 
 def octahedral_sphere(radius: float = 1.0) -> PatchSurface:
-    """Sphere about the origin: eight triangles of degree 4 that meet like those of an octahedron.
+    """Sphere about the origin: eight triangles of degree 4, arranged as the faces of an octahedron.
 
     Unlike four-sided patches, these triangles have no pole.
     """
@@ -61,8 +61,8 @@ def rounded_box(
 ) -> PatchSurface:
     """Box with round edges: 6 flat faces, 12 quarter cylinders, and octants of a sphere as corners.
 
-    `half` are half the lengths of the flat faces. Grids have degree (4, 4), triangles degree 4; the
-    tangent plane is continuous everywhere.
+    `half` is half the length of the flat faces along x, y and z. The faces and cylinders have
+    degree (4, 4), the octants degree 4. The tangent plane is continuous everywhere.
     """
     h = np.array(half)
     steps = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # a straight line, of degree 4 like the arcs
@@ -85,7 +85,7 @@ def rounded_box(
 
 
 def _corners(half: tuple[float, float, float], radius: float) -> list[list[Point]]:
-    """The eight octants, each moved to its corner of a box; normals outwards."""
+    """Eight octants as the corners of a box; all normals point outwards."""
     triangles = []
     for signs in product((1.0, -1.0), repeat=3):
         # Mirroring a triangle flips its normal; reversing its rows flips it back.
@@ -106,7 +106,7 @@ def _corners(half: tuple[float, float, float], radius: float) -> list[list[Point
 
 
 def _turn_outwards(grid: FloatArray) -> Patch:
-    """The rows of a grid about the origin, in the order in which its normal points away from it."""
+    """The rows of a grid, reversed if its normal would point towards the origin."""
     du, dv = grid[-1, 2, :3] - grid[0, 2, :3], grid[2, -1, :3] - grid[2, 0, :3]
     if np.cross(du, dv) @ grid[2, 2, :3] < 0:
         grid = grid[::-1]
@@ -114,9 +114,9 @@ def _turn_outwards(grid: FloatArray) -> Patch:
 
 
 def _assemble(name: str, grids: list[Patch], triangles: list[list[Point]]) -> PatchSurface:
-    """One surface over shared vertices."""
+    """One surface of these patches, in which equal points are one vertex."""
     number: dict[Point, int] = {}
-    # −0 and 0 are equal as keys, so points that patches share get one number.
+    # A dictionary treats −0 and 0 as equal keys, so that they are one vertex.
     patches = [
         [[number.setdefault(point, len(number)) for point in row] for row in grid] for grid in grids
     ]

@@ -1,6 +1,7 @@
-"""The size of a surface, and of its lowered model, from the shapes of its arrays alone.
+"""The size of a surface and of its lowered model, computed from the shapes of its arrays alone.
 
-Every kind of surface has its own `size`, so that costs are known before anything is allocated.
+Every kind of surface has a method `size`, so that the service can estimate the cost of a request
+before it allocates memory.
 """
 
 from abc import ABC, abstractmethod
@@ -20,7 +21,7 @@ NUMBER = 8
 """Bytes of a number in double precision, and of an index."""
 
 Attributes: TypeAlias = tuple[tuple[str, int], ...]
-"""Names of attributes, each with its numbers at a point."""
+"""Names of attributes, each with the number of its values at a point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,27 +33,30 @@ class SurfaceSize:
     degree : (int, int)
         Highest degree along u and v of any patch, or of a swept curve.
     grids, triangles : int
-        Bézier patches of both forms.
+        Number of tensor-product patches, and number of triangular patches.
     control_points : int
-        Control points of all patches; those of grids where triangles become grids.
+        Upper bound of the control points of all patches. Those of triangles count twice, because
+        some computations convert triangles to grids.
     net_points, net_segments, net_cells : int
         Upper bounds of the points, lines and cells of the drawn control net.
     parts, name_bytes : int
-        Named parts, and bytes of all names in UTF-8.
+        Number of named parts, and bytes of all names in UTF-8.
     members, label_bytes : int
-        Surfaces of a group, and bytes of the names of all members together; 1 and 0 for other
-        kinds.
+        Number of surfaces in a group, and bytes of the names of all members together; 1 and 0 for
+        other kinds.
     colors, uvs : int
-        Numbers of a color and of texture coordinates; 0 without them.
+        How many numbers a color has, and the texture coordinates of a point have; 0 for surfaces
+        without them.
     attributes : tuple of (name, int)
+        The name of each attribute, and the number of its values at a point.
     surface_bytes, arrays, peak : int
-        Bytes of the arrays of the surface; of the additional arrays of its lowered model; and of
-        all memory in use while it is lowered.
+        Bytes of the arrays of the surface; bytes of the additional arrays of its lowered model; and
+        the most bytes in use while the surface is lowered.
     sides : int
         Bytes of the control points on the sides of all patches.
     curves, stations, rings : int
-        For sweeps: the Bézier pieces of their curves; the vertices of one division of every piece;
-        and the most additional vertices of caps and bends.
+        For sweeps: the number of Bézier pieces of the curves; the number of vertices if every piece
+        has one division; and an upper bound of the additional vertices of caps and bends.
     """
 
     degree: tuple[int, int]
@@ -79,12 +83,12 @@ class SurfaceSize:
 
     @property
     def patches(self) -> int:
-        """Bézier patches."""
+        """Number of Bézier patches."""
         return self.grids + self.triangles
 
     @property
     def width(self) -> int:
-        """Numbers of all channels at a point."""
+        """How many numbers all channels together have at a point."""
         return self.colors + self.uvs + sum(dimension for _, dimension in self.attributes)
 
 
@@ -100,10 +104,10 @@ class SurfaceKind(ABC):
 
     @abstractmethod
     def size(self) -> SurfaceSize:
-        """Counts and bytes from the shapes alone, in some microseconds; every copy counts."""
+        """The size, computed from shapes in a few microseconds; each member of a group counts."""
 
     def stored_size(self) -> SurfaceSize:
-        """The size with equal members of a group counted once."""
+        """The size if equal members of a group are counted once."""
         return self.size()
 
 
@@ -116,12 +120,21 @@ def tensor_size(
     name: str,
     triangular: bool = False,
 ) -> SurfaceSize:
-    """The size of patches of one degree that are views of the arrays of the surface.
+    """The size of a surface whose patches have one degree and are views of its own arrays.
 
     Parameters
     ----------
+    patches : int
+        Number of patches.
+    degree : (int, int)
+        Their degree (p, q); (n, n) for triangles of degree n.
+    weights : ndarray or None
+        Not None if the patches are rational.
+    channels : Channels
+    name : str
+        Name of the surface.
     triangular : bool
-        Whether they are triangles, of degree (n, n).
+        Whether the patches are triangles.
     """
     numbers = 3 + (weights is not None)
     size = _plain_size(patches, degree, numbers, 2 * len(name.encode()), triangular)
@@ -141,7 +154,10 @@ def tensor_size(
 def _plain_size(
     patches: int, degree: tuple[int, int], numbers: int, name_bytes: int, triangular: bool
 ) -> SurfaceSize:
-    """The size of patches without channels, with 3 or 4 `numbers` for each control point."""
+    """The size of patches without channels.
+
+    A control point has 3 `numbers`, or 4 with its weight.
+    """
     p, q = degree
     points = patches * ((p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1))
     return SurfaceSize(
@@ -166,7 +182,7 @@ _ADDED = (
 
 
 def add_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
-    """The size of surfaces with the same channels as parts of one surface."""
+    """The size of one surface whose parts are surfaces of these sizes, with the same channels."""
     sums = {field: sum(getattr(size, field) for size in sizes) for field in _ADDED}
     sums["name_bytes"] += 2 * len(name.encode())
     degree = max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)
@@ -181,7 +197,7 @@ def group_sizes(
     name: str,
     colored: bool,
 ) -> tuple[SurfaceSize, SurfaceSize]:
-    """The size of a group, and its size with equal members counted once.
+    """The size of a group if each member counts, and its size if equal members count once.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ HEIGHTS = (
     (-1, -3, -2, 0, 4, 7, 3, 1),
     (0, -1, -1, 0, 1, 3, 1, 0),
 )
-"""Heights of the hills over whole numbers x and y, in quarters."""
+"""Control points of the hills: z in quarters of a unit, at integer x (rows) and y (columns)."""
 
 PROFILE = (
     # The underside, from the middle to the edge of the foot.
@@ -41,19 +41,19 @@ PROFILE = (
     (0.25, 1.32, 1.0),
     (0.0, 1.32, 1.0),
 )
-"""The goblet's section: distance from the axis, height, weight."""
+"""Control points of the goblet's profile: distance from the axis, height, weight."""
 
 PROFILE_KNOTS = (0, 0, 0, 0, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 8, 8, 9, 10, 11, 11, 11, 11)
-"""Triple knots: the edge of the foot and the rim are sharp."""
+"""Knots of the profile. Triple knots make sharp edges, for example at the foot and the rim."""
 
 CIRCLE = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0))
-"""Control points of the unit circle; those at the corners weigh √½."""
+"""Control points of the unit circle; the four at the corners of the square have the weight √½."""
 
 CIRCLE_KNOTS = (0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4)
 
 
 def hills() -> BsplineSurface:
-    """Uniform bicubic over 7 × 8 control points: 4 × 5 patches, smooth to second order."""
+    """A uniform bicubic B-spline of 7 × 8 control points, with continuous curvature."""
     rows, columns = np.shape(HEIGHTS)
     x, y = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     net = np.stack([x, y, np.array(HEIGHTS) / 4], axis=-1)
@@ -85,6 +85,7 @@ def ring() -> BsplineSurface:
 
 
 def _on_ring(around: float, across: float, radius: float) -> tuple[float, float, float]:
+    """The point on a torus about z with radii 1 and `radius`, at two angles in radians."""
     distance = 1.0 + radius * cos(across)
     return distance * cos(around), distance * sin(around), radius * sin(across)
 

@@ -12,7 +12,7 @@ from service.surface.checks import Up
 from service.surface.curve_pieces import CurvePieces, to_space
 
 WIDEST = 2**0.5
-"""A mitred corner is at most this many times as wide as the profile."""
+"""At a corner of the curve the profile is mitred, and becomes at most this factor wider."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,7 +25,7 @@ class Tube:
 
     @property
     def spread(self) -> FloatArray:
-        """The coefficients that vary along the curve."""
+        """The Bernstein coefficients of the radius."""
         return self.radii
 
     @property
@@ -36,7 +36,10 @@ class Tube:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ribbon:
-    """A flat stripe: widths as Bernstein coefficients, and a direction or a point that it faces."""
+    """A flat stripe that faces a direction `facing` or a point `camera`.
+
+    `widths` are Bernstein coefficients over the domain of the curve, shape (k+1,).
+    """
 
     widths: FloatArray
     facing: FloatArray | None
@@ -44,7 +47,7 @@ class Ribbon:
 
     @property
     def spread(self) -> FloatArray:
-        """The coefficients that vary along the curve."""
+        """The Bernstein coefficients of the width."""
         return self.widths
 
     @property
@@ -75,7 +78,7 @@ class SweepModel:
 
     @property
     def closed(self) -> bool:
-        """Whether the end meets the beginning."""
+        """Whether the last profile of the sweep is joined to the first."""
         spread = self.profile.spread
         return self.pieces.closed and bool(spread[0] == spread[-1])
 

@@ -15,7 +15,7 @@ from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 MIN_SIDES, MAX_SIDES = 3, 1024
 
 TURNS = 8
-"""Most additional rings at a bend: a half circle in steps of 22.5°."""
+"""The most additional rings at a bend: a bend turns by at most 180°, in steps of 22.5°."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,7 +32,8 @@ class TubeSurface(SurfaceKind):
     sides : int
         Sides of the regular polygon that approximates the circle.
     caps : bool
-        Whether the ends of an open tube get flat discs; an end of radius 0 is a point.
+        Whether the ends of an open tube are closed by flat discs. An end of radius 0 is a point and
+        gets no disc.
     up : "y" or "z"
     name : str
 
@@ -66,11 +67,11 @@ class TubeSurface(SurfaceKind):
 
     @property
     def degree(self) -> tuple[int, int]:
-        """Degree of the curve, and 1 across it."""
+        """(n, 0): the degree n of the curve. The profile across the curve counts as 0."""
         return self.curve.degree, 0
 
     def size(self) -> SurfaceSize:
-        """The size of a circle at every station, and of two at each end for a cap."""
+        """The size of a tube: a ring at every station, and two more rings at each end for a cap."""
         return _size(self.curve, self.sides + 1, ends=5, spread=self.radius, name=self.name)
 
     def lower(self) -> SweepModel:
@@ -143,15 +144,15 @@ class RibbonSurface(SurfaceKind):
 
     @property
     def degree(self) -> tuple[int, int]:
-        """Degree of the curve, and 1 across it."""
+        """(n, 0): the degree n of the curve. The profile across the curve counts as 0."""
         return self.curve.degree, 0
 
     def size(self) -> SurfaceSize:
-        """The size of a crossbar at every station."""
+        """The size of a ribbon: a line of two vertices at every station."""
         return _size(self.curve, 2, ends=1, spread=self.width, name=self.name)
 
     def lower(self) -> SweepModel:
-        """The curve's pieces and the crossbar swept along them."""
+        """The curve's pieces and the line that is swept along them."""
         ribbon = Ribbon(self.width, self.facing, self.camera)
         return _sweep_along(self.curve, ribbon, self.up, self.name)
 
@@ -161,18 +162,23 @@ def _sweep_along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepMode
 
 
 def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
-    """The size of a sweep along a curve, which is already lowered.
+    """The size of a sweep along a curve.
 
     Parameters
     ----------
+    curve : Curve
     row : int
-        Vertices at a station.
+        Number of vertices at a station.
     ends : int
-        Additional stations at the ends.
+        Number of additional stations at the ends.
+    spread : ndarray of float64
+        The coefficients of the radius or width.
+    name : str
+        Name of the surface.
     """
     pieces = curve.lower()
     net = len(pieces.polygon)
-    # A curve may bend at each joint, and inside a piece at a cusp.
+    # A curve may bend at each end of a piece, and at cusps inside a piece.
     bends = pieces.count * pieces.degree + 1
     return SurfaceSize(
         (pieces.degree, 0),
@@ -188,7 +194,10 @@ def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -
 
 
 def _spread(values: ArrayLike, name: str) -> FloatArray:
-    """Radii or widths as a read-only array; refuses negative ones, and only zeros."""
+    """Coefficients of radii or widths as a read-only array.
+
+    Refuses negative coefficients, and coefficients that are all 0.
+    """
     spread = np.atleast_1d(np.array(values, dtype=np.float64))
     if spread.ndim != 1 or not 1 <= len(spread) <= MAX_DEGREE + 1:
         raise InvalidRequest(
@@ -221,7 +230,7 @@ def _spread(values: ArrayLike, name: str) -> FloatArray:
 
 
 def _vector(values: ArrayLike, name: str) -> FloatArray:
-    """Three finite numbers as a read-only array."""
+    """A vector of three finite numbers as a read-only array."""
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (3,) or not (np.abs(vector) <= MAX_COORDINATE).all():
         raise InvalidRequest(
@@ -239,7 +248,7 @@ def _vector(values: ArrayLike, name: str) -> FloatArray:
 
 
 def _check_within(model: SweepModel, where: str) -> None:
-    """Refuse a sweep that exceeds float32 although its curve does not."""
+    """Refuse a sweep with coordinates that float32 cannot store, although its curve has none."""
     low, high = model.bounds
     furthest = float(max(-low.min(), high.max()))
     if furthest > MAX_COORDINATE:

@@ -1,4 +1,4 @@
-"""Example sweeps: a knot, a streamer and a curl."""
+"""Example surfaces that are swept along curves: a trefoil knot, a ribbon and a hair."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from service.surface.sweeps import RibbonSurface, TubeSurface
 
 
 def trefoil(points: int = 24) -> BsplineCurve:
-    """The trefoil knot as a closed cubic B-spline, its control points on a smooth one.
+    """A trefoil knot: a closed cubic B-spline whose control points lie on this smooth curve.
 
     (sin t + 2 sin 2t, cos t − 2 cos 2t, −sin 3t), t from 0 to 2π
     """

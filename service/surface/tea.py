@@ -1,4 +1,4 @@
-"""An example group: a tea service for four, of the teapot and pieces turned on a lathe."""
+"""An example group: a tea service of the teapot, four cups, four saucers and a tray."""
 
 from math import cos, pi, sin
 
@@ -13,9 +13,10 @@ CREAM, RUST, SAGE, OAK = (0.93, 0.89, 0.8), (0.72, 0.35, 0.23), (0.52, 0.6, 0.48
 
 
 def tea_service(pot: PatchSurface) -> GroupSurface:
-    """The pot in the middle, cups and saucers at the corners of a square, a tray below; z up.
+    """The group: the pot in the middle, a cup and saucer at each corner of a square, a tray below.
 
-    Two of the cups are mirrored, so that their handles point the other way around the pot.
+    z is up. Two of the cups are mirrored, so that their handles point in the opposite direction
+    around the pot.
     """
     tray = np.diag([6.2, 6.2, 0.08, 1.0])
     tray[2, 3] = -0.08
@@ -39,14 +40,14 @@ def tea_service(pot: PatchSurface) -> GroupSurface:
 
 
 def cup() -> PatchSurface:
-    """A cup of radius and height 1 with a handle at y > 0: patches of degree (2, 2)."""
+    """A cup of radius 1 and height 1, with a handle at y > 0."""
     outside = revolve([(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 1.0)])
     inside = revolve([(1.0, 1.0, 1.0), (0.94, 0.07, 1.0), (0.0, 0.07, 1.0)])
     return assemble("cup", [("cup", outside + inside), ("handle", _handle(0.25, 0.05))])
 
 
 def _handle(radius: float, thickness: float) -> list[Patch]:
-    """Half a torus in a vertical plane, with both ends inside the wall of the cup."""
+    """The handle: half a torus in a vertical plane, whose ends are inside the wall of the cup."""
     patches: list[Patch] = []
     for quarter in range(4):
         turned = [turn(x, y, w, quarter) for x, y, w in ARC]
@@ -63,7 +64,7 @@ def _handle(radius: float, thickness: float) -> list[Patch]:
 
 
 def _build_rotation(angle: float) -> FloatArray:
-    """Rotation about z."""
+    """The rotation about z by an angle in radians, as a matrix (4, 4)."""
     place = np.eye(4)
     place[:2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]
     return place

@@ -22,7 +22,8 @@ class TriangleSurface(SurfaceKind):
     Attributes
     ----------
     control_net : ndarray of float64, shape ((n+1)(n+2)/2, 3)
-        Control points in rows of constant k, j rising (`service.bases.triangle`). Model units.
+        Control points in rows of constant k, in each of which j ascends (`service.bases.triangle`).
+        Model units.
     weights : ndarray of float64, shape ((n+1)(n+2)/2,), or None
         Positive weights.
     up : "y" or "z"
@@ -64,7 +65,7 @@ class TriangleSurface(SurfaceKind):
         return triangle.degree_of(len(self.control_net))
 
     def size(self) -> SurfaceSize:
-        """One triangle."""
+        """The size of one triangular patch."""
         n, name = self.degree, self.name
         return tensor_size(1, (n, n), self.weights, self.channels, name=name, triangular=True)
 

@@ -1,7 +1,8 @@
 """An example: the swept wing of an airliner, with many knots close to the leading edge.
 
-Upper and lower skin begin at the leading edge and end at the trailing edge, over the same knots.
-Ruled caps close the root and the tip, with the border control points of the skins.
+The upper and the lower skin run from the leading edge (front) to the trailing edge (back), and have
+the same knots. Two ruled caps close the wing at the root and at the tip; their control points are
+those on the borders of the skins.
 """
 
 from math import cos, radians, sin
@@ -13,24 +14,27 @@ from service.surface.bspline import BsplineSurface
 from service.surface.multipatch import MultipatchSurface
 
 CHORDWISE = (0, 0, 0, 0, 1e-8, 8e-7, 2e-5, 3e-4, 2e-3, 8e-3, 0.03, 0.1, 0.3, 0.65, 1, 1, 1, 1)
-"""Knots from the leading edge: squares of shares of the chord."""
+"""Knots from the leading to the trailing edge. The square root of a knot is the fraction of the
+chord there."""
 
 SPANWISE = (0, 0, 0, 0, 3, 5.5, 8, 11, 13.5, 15, 15.5, 16, 16.5, 17, 17.5, 18.5, 18.5, 18.5, 18.5)
 """Knots along the leading edge, in metres: close where the tip turns up."""
 
 CHORDS = ((0.0, 5.5, 15.0, 16.8, 18.5), (6.4, 3.9, 1.9, 1.35, 0.6))
-"""Metres along the leading edge, and the chord there."""
+"""Positions along the leading edge, and the chord (the length from front to back) at each of them;
+both in metres."""
 
 THICKNESS, CAMBER, SUMMIT = 0.12, 0.02, 0.4
-"""Thickness, camber, and place of the largest camber of the aerofoil NACA 2412, as shares of its
-chord."""
+"""Thickness, camber, and position of the largest camber of the aerofoil NACA 2412, as fractions of
+its chord."""
 
 BEND, TURN, CANT = 15.2, 1.6, radians(72)
-"""The tip turns up: where the bend begins, its length (both in metres), and its last angle."""
+"""The tip turns up: the position where the bend begins and the length of the bend, in metres along
+the leading edge, and the angle after the bend."""
 
 
 def wing() -> MultipatchSurface:
-    """The right wing of degree (3, 3), a closed body of four B-splines; x aft, y right, z up."""
+    """The right wing: a closed body of four B-splines. x points backwards, y right, z up."""
     upper, lower = (_skin(side) for side in (1.0, -1.0))
     chordwise, spanwise = np.array(CHORDWISE), np.array(SPANWISE)
     # The lower skin and the root are reversed, so that all normals point outwards.
@@ -49,10 +53,10 @@ def wing() -> MultipatchSurface:
 
 
 def _skin(side: float) -> FloatArray:
-    """Control points (chordwise, spanwise, 3) of the upper skin, side = 1, or the lower, −1.
+    """Control points (chordwise, spanwise, 3) of the upper skin (side = 1) or lower skin (−1).
 
-    Control points are the points of the wing at their Greville abscissae: Schoenberg's
-    approximation.
+    Each control point is the point of the wing at its Greville abscissae (Schoenberg's
+    approximation).
     """
     along, out = (
         np.convolve(knots[1:-1], np.full(3, 1 / 3), "valid") for knots in (CHORDWISE, SPANWISE)
@@ -63,10 +67,10 @@ def _skin(side: float) -> FloatArray:
 
 
 def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
-    """The point at √u of the chord, t metres along the leading edge.
+    """The point of a skin at the fraction √u of the chord, t metres along the leading edge.
 
-    Abbott and von Doenhoff, Theory of Wing Sections, section 6.4: thickness and mean line of the
-    sections of four digits, with a trailing edge that closes.
+    The section is a four-digit NACA section with a closed trailing edge: Abbott and von Doenhoff,
+    Theory of Wing Sections, section 6.4.
     """
     s = u**0.25
     x = s * s
@@ -83,7 +87,8 @@ def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
     share = min(max((t - BEND) / TURN, 0.0), 1.0)
     angle = first + (CANT - first) * share
     y, z = _along(t, first)
-    # Washout turns the nose down towards the tip, about a quarter of the chord.
+    # Washout: towards the tip, sections are rotated nose down, about the quarter point of the
+    # chord.
     twist = radians(2 - 0.3 * t)
     aft, up = chord * x - chord / 4, height
     aft, up = aft * cos(twist) + up * sin(twist), up * cos(twist) - aft * sin(twist)
@@ -92,7 +97,11 @@ def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
 
 
 def _along(t: float, first: float) -> tuple[float, float]:
-    """The leading edge in front view: a line, an arc from angle `first` to the cant, a line."""
+    """The point (y, z) of the leading edge, t metres from the root, seen from the front.
+
+    From the front the edge is a line at the angle `first`, then an arc, then a line at the angle
+    `CANT`.
+    """
     radius = TURN / (CANT - first)
     straight, turned, beyond = min(t, BEND), min(max(t - BEND, 0), TURN), max(t - BEND - TURN, 0)
     last = first + turned / radius

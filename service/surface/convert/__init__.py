@@ -1,1 +1,4 @@
-"""Conversions of surfaces that keep their points: degrees, pieces, directions, kinds."""
+"""Conversions of surfaces: to higher degrees, pieces, other directions of u and v, other kinds.
+
+No conversion changes the shape of a surface.
+"""

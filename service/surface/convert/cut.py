@@ -33,10 +33,11 @@ from service.surface.triangle import TriangleSurface
 def split_patch(
     surface: BezierSurface | PatchSurface, operation: Split, allowed: SizeLimits
 ) -> PatchSurface:
-    """Split a patch into two or four: piece (k, l) has number k · (pieces along v) + l.
+    """Split a patch into two or four, which form a surface of patches.
 
-    A surface of several patches has its channels in their degree, so the degrees of points and
-    channels are all raised to the highest of them.
+    Piece k along u and l along v has the number k · (number of pieces along v) + l. In a surface of
+    patches, points and channels have the same degree, so all are elevated to the highest degree
+    among them.
     """
     patch = require_patch(surface)
     if operation.at is not None:
@@ -60,7 +61,7 @@ def split_patch(
 def restrict_bezier(
     surface: BezierSurface, operation: Restrict, _allowed: SizeLimits
 ) -> BezierSurface:
-    """Restrict a patch to a piece, which becomes a patch of the same degree over [0, 1]²."""
+    """Restrict a patch to a piece of its domain; the piece is a patch of the same degree."""
     for name, piece in (("u", operation.u), ("v", operation.v)):
         if piece is not None:
             check_within(name, piece, (0.0, 1.0))
@@ -74,7 +75,7 @@ def restrict_bezier(
 def restrict_patches(
     surface: PatchSurface, operation: Restrict, allowed: SizeLimits
 ) -> PatchSurface:
-    """Restrict a surface of one patch to a piece."""
+    """Restrict a surface of one patch to a piece of its domain."""
     patch = restrict_bezier(require_patch(surface), operation, allowed)
     batch = Batch((patch.control_net, patch.weights), patch.channels).apply(_add_batch_axis)
     return share_vertices(batch, None, surface.parts, surface.up, surface.name)
@@ -83,7 +84,10 @@ def restrict_patches(
 def split_triangle(
     surface: TriangleSurface | PatchSurface, operation: Split, allowed: SizeLimits
 ) -> PatchSurface:
-    """Split a triangle into three over shared vertices, all nets in the highest degree."""
+    """Split a triangle into three, which form a surface of patches over shared vertices.
+
+    Points and channels are elevated to the highest degree among them.
+    """
     patch = require_triangle(surface)
     if operation.at is None:
         raise InvalidRequest(
@@ -116,7 +120,7 @@ def split_patches(surface: PatchSurface, operation: Split, allowed: SizeLimits) 
 def triangle_of_patch(
     surface: BezierSurface | PatchSurface, operation: ToTriangle, allowed: SizeLimits
 ) -> TriangleSurface:
-    """Half of a patch of degree (p, q) as a triangle of degree p + q."""
+    """The lower or upper half of a patch of degree (p, q) as a triangle of degree p + q."""
     patch = require_patch(surface)
     for net in (patch.control_net, *(net for _, _, _, net in patch.channels.each())):
         check_degree(sum(net.shape[:2]) - 2, allowed)
@@ -158,7 +162,7 @@ def check_within(name: str, piece: Interval, domain: Interval) -> None:
 
 
 def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[int, int]) -> Net:
-    """The pieces after one or two cuts, along a new first axis, raised to a degree."""
+    """The nets of the pieces after one or two cuts, elevated, stacked along a new first axis."""
     nets = [net]
     for axis, t in enumerate(cuts):
         if t is not None:
@@ -173,12 +177,15 @@ def _add_batch_axis(net: Net) -> Net:
 
 
 def _cut_triangle(net: Net, at: tuple[float, float, float], degree: int) -> Net:
-    """The three triangles around a point, along a new first axis, raised to a degree."""
+    """The nets of the three triangles around a point, elevated, stacked along a new first axis."""
     return elevate_triangle_nets(_stack_nets(triangle_polynomials.split(net, at)), degree)
 
 
 def _take_half(net: Net, *, upper: bool) -> Net:
-    """Half of a net; the upper half is the lower half of the net turned by 180°."""
+    """Half of a tensor-product net as the net of a triangle.
+
+    The upper half is the lower half of the net after u and v are both reversed.
+    """
     points, weights = net
     if upper:
         points, weights = points[::-1, ::-1], None if weights is None else weights[::-1, ::-1]
@@ -186,19 +193,19 @@ def _take_half(net: Net, *, upper: bool) -> Net:
 
 
 def _stack_nets(nets: Sequence[Net]) -> Net:
-    """Nets along a new first axis."""
+    """Stack nets along a new first axis."""
     weights = [weights for _, weights in nets if weights is not None]
     return np.stack([points for points, _ in nets]), np.stack(weights) if weights else None
 
 
 def _split_along(net: Net, axis: int, t: float) -> tuple[Net, Net]:
-    """Both sides of a cut across one axis."""
+    """Split a net at the parameter t of one axis: the nets below and above t."""
     first, last = polynomials.split(move_axis(net, 0, axis), t)
     return move_axis(first, axis, 0), move_axis(last, axis, 0)
 
 
 def _restrict_net(net: Net, operation: Restrict) -> Net:
-    """The net over the piece, a rectangle of [0, 1]²."""
+    """Restrict a net to the rectangle of an operation, a part of [0, 1]²."""
     for axis, piece in enumerate((operation.u, operation.v)):
         if piece is not None:
             net = apply_along(

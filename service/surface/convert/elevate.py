@@ -39,7 +39,7 @@ def elevate_bezier(
 
 
 def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimits) -> PatchSurface:
-    """Elevate all patches; an edge that two patches share gets the same points in both."""
+    """Elevate all patches; on an edge that two patches share, both get equal control points."""
     degree = operation.degree
     grids = [Batch.from_surface(surface, indices) for _, indices in surface.by_degree]
     triangles = Batch.from_surface(surface, surface.triangles) if len(surface.triangles) else None
@@ -84,14 +84,14 @@ def elevate_triangle(
 
 
 def elevate_nets(net: Net, degree: tuple[int, int], first_axis: int = 0) -> Net:
-    """A net or a batch of nets in a higher degree (p, q)."""
+    """Elevate a net, or a batch of nets, to the degree (p, q); u is the axis `first_axis`."""
     for axis, n in enumerate(degree, first_axis):
         net = apply_along(net, axis, partial(polynomials.elevate, degree=n))
     return net
 
 
 def elevate_triangle_nets(net: Net, degree: int) -> Net:
-    """A batch of nets of triangles in a higher degree."""
+    """Elevate a batch of nets of triangles."""
     return apply_along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
 
 
@@ -126,20 +126,23 @@ def check_degrees(present: tuple[int, int], degree: tuple[int, int]) -> None:
 
 
 def _check_seams(nets: Sequence[FloatArray]) -> None:
-    """Refuse degrees that open a seam: where a side along u meets one along v, they must agree."""
+    """Refuse different degrees p and q if a side along u is the same edge as a side along v.
+
+    The two patches at this edge would have different control points there, and could have a gap.
+    """
     for rows in {points.shape[1] for points in nets} & {points.shape[2] for points in nets}:
         along_v, along_u = (
-            np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == rows for s in two])
-            for axis, two in ((2, (0, 1)), (1, (2, 3)))
+            np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == rows for s in sides])
+            for axis, sides in ((2, (0, 1)), (1, (2, 3)))
         )
         _check_sides(along_v, along_u)
 
 
 def _check_sides(along_v: FloatArray, along_u: FloatArray) -> None:
-    """Refuse if one of the sides (N, n+1, 3) along v is also a side along u."""
+    """Refuse a side along v that is also a side along u; both arrays have shape (N, n+1, 3)."""
     sides = np.concatenate([along_v, along_v[:, ::-1], along_u])
     _, number = unique_rows(sides.reshape(len(sides), -1))
-    # A side that is one point cannot open.
+    # Without the sides that are a single point: no gap can appear there.
     number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
     first_numbers, second_numbers = number[: 2 * len(along_v)], number[2 * len(along_v) :]
     if np.isin(second_numbers[second_numbers >= 0], first_numbers).any():

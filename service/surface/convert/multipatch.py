@@ -1,4 +1,4 @@
-"""Conversions of a multipatch: of each surface separately, or of all to Bézier patches."""
+"""Conversions of a multipatch: converts each surface by itself, or all to Bézier patches."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -44,9 +44,10 @@ def convert_each(
 def bezier_of_multipatch(
     surface: MultipatchSurface, operation: ToBezier, allowed: SizeLimits
 ) -> PatchSurface:
-    """The Bézier patches of all surfaces, part by part; triangles take the highest degree.
+    """All surfaces as one surface of Bézier patches; each becomes a part with its name.
 
-    Parts have the names of the surfaces; a repeated name gets a number at its end.
+    All triangles are elevated to the highest degree among them. If several surfaces have one name,
+    their parts get this name and a number.
     """
     triangles = [s for s in surface.surfaces if isinstance(s, TriangleSurface)]
     degree = max(map(_triangle_degree, triangles), default=1)
@@ -68,11 +69,16 @@ def _triangle_degree(single: TriangleSurface) -> int:
 
 
 def _nets(single: Single) -> list[FloatArray]:
+    """The control net and the nets of the channels."""
     return [single.control_net, *(net for *_, net in single.channels.each())]
 
 
 def _to_patches(single: Single, degree: int) -> PatchSurface:
-    """One surface as patches over vertices; triangles get this degree, channels that of patches."""
+    """One surface as Bézier patches over shared vertices.
+
+    A triangle and its channels are elevated to `degree`; the nets of a four-sided patch are
+    elevated to the highest degree among them.
+    """
     batch = Batch((single.control_net, single.weights), single.channels).apply(_add_batch_axis)
     if isinstance(single, TriangleSurface):
         batch = batch.apply(partial(elevate_triangle_nets, degree=degree))
@@ -84,12 +90,13 @@ def _to_patches(single: Single, degree: int) -> PatchSurface:
 
 
 def _add_batch_axis(net: Net) -> Net:
+    """The net as a batch of one net."""
     points, weights = net
     return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
 def _join_pieces(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> PatchSurface:
-    """Surfaces of patches, all with the same channels, joined to one."""
+    """Join surfaces of patches, all with the same channels, to one; `pieces` become its parts."""
     first = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
     grids = [
         grid + start

@@ -1,4 +1,4 @@
-"""Helpers of the conversions: functions along an axis, surfaces of one patch, limits of size."""
+"""Helpers of the conversions: nets along an axis, surfaces of one patch, limits of size."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,14 +21,14 @@ NetChange: TypeAlias = Callable[[Net], Net]
 
 @dataclass(frozen=True, slots=True)
 class SizeLimits:
-    """Limits of the surface at every step of a conversion."""
+    """The most control points, and the highest degree, after every operation of a conversion."""
 
     control_points: int = 1_000_000
     degree: int = MAX_DEGREE
 
 
 def apply_along(net: Net, axis: int, change: NetChange) -> Net:
-    """Apply a function that works along the first axis to a net along another axis."""
+    """Apply a function of nets, which works along the first axis, along another axis of a net."""
     return move_axis(change(move_axis(net, 0, axis)), axis, 0)
 
 
@@ -42,7 +42,7 @@ def move_axis(net: Net, to: int, axis: int) -> Net:
 
 
 def map_channels(channels: Channels, change: Callable[[FloatArray], FloatArray]) -> Channels:
-    """The channels with a function applied to each net."""
+    """The channels after `change` was applied to the net of each."""
     return Channels(
         None if channels.colors is None else change(channels.colors),
         None if channels.uvs is None else change(channels.uvs),
@@ -94,19 +94,25 @@ def require_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface
 
 
 def count_channel_numbers(channels: Channels) -> int:
-    """Numbers of all channels at one parameter."""
+    """How many numbers all channels together have at one point of the surface."""
     return sum(net.shape[-1] for _, _, _, net in channels.each())
 
 
 def check_size(degree: tuple[int, int], patches: int, allowed: SizeLimits, beside: int = 0) -> None:
-    """Refuse grids whose degree or number of control points is above the limits."""
+    """Refuse grids whose degree or number of control points is above the limits.
+
+    `beside` is the number of numbers that all channels have at each control point.
+    """
     for axis, n in enumerate(degree):
         check_degree(n, allowed, degree_pointer(degree, axis))
     check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, beside)
 
 
 def check_count(count: int, allowed: SizeLimits, beside: int = 0) -> None:
-    """Refuse too many control points; `beside` counts the numbers of channels at each."""
+    """Refuse too many control points.
+
+    `beside` is the number of numbers that all channels have at each control point.
+    """
     most = min(allowed.control_points, MAX_NUMBERS // (4 + beside))
     if count > most:
         raise TooLarge(

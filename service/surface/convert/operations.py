@@ -14,11 +14,16 @@ MAX_OPERATIONS = 20
 """Most operations of one conversion: each may cost as much as a mesh."""
 
 UNIT = 1e-9
-"""Largest difference of the sum of barycentric coordinates from 1."""
+"""The sum of three barycentric coordinates may differ from 1 by at most this, as decimal numbers in
+requests are rounded."""
 
 
 def degree_pointer(degree: tuple[int, int], axis: int) -> str:
-    """Pointer to one of two degrees, or to both if they are equal, as one number may give both."""
+    """JSON pointer to the degree of axis 0 or 1.
+
+    If both degrees are equal, the pointer leads to the whole field, as a request may give one
+    number for both.
+    """
     return "/degree" if degree[0] == degree[1] else f"/degree/{axis}"
 
 
@@ -45,7 +50,7 @@ class Elevate:
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Cut at u, at v or at both; a triangle at the barycentric coordinates (r, s, t)."""
+    """Split a patch at u, at v or at both; split a triangle at a point (r, s, t), `at`."""
 
     u: float | None = None
     v: float | None = None
@@ -77,7 +82,7 @@ class Split:
 
 @dataclass(frozen=True, slots=True)
 class Restrict:
-    """Take the piece over [u₀, u₁] × [v₀, v₁]; None keeps a direction unchanged."""
+    """Take the piece over [u₀, u₁] × [v₀, v₁]; None keeps the whole interval of that direction."""
 
     u: Interval | None = None
     v: Interval | None = None
@@ -125,7 +130,7 @@ class ToBezier:
 
 @dataclass(frozen=True, slots=True)
 class ToTriangle:
-    """Take the half of a patch on one side of its diagonal (1, 0)–(0, 1) as a triangular patch."""
+    """Convert half of a patch, on one side of the diagonal (1, 0)–(0, 1), to a triangular patch."""
 
     half: Half
 

@@ -1,7 +1,7 @@
-"""A B-spline over a piece of its domain, in another degree.
+"""Computes a B-spline over a piece of its domain and in a higher degree.
 
-The multiplicities of knots are raised, and control points are combined. Elevating, restricting and
-splitting are each one such change along one axis.
+To elevate, restrict or split a B-spline is one such change along one axis: multiplicities of knots
+increase, and the new control points are weighted means of the old ones.
 """
 
 from dataclasses import replace
@@ -25,7 +25,8 @@ from service.surface.convert.operations import Interval
 from service.surface.knots import Knots, check_bezier_points, find_least_span
 
 MAX_WORK = 1 << 26
-"""Most work along one direction, in control points × both degrees: about ten seconds."""
+"""The most work along one direction, which takes about ten seconds: the number of new control
+points × the old degree × the new degree."""
 
 
 def snap_to_knot(surface: BsplineSurface, axis: int, parameter: float) -> float:
@@ -42,7 +43,10 @@ def find_domain(surface: BsplineSurface, axis: int) -> Interval:
 
 
 class Change(NamedTuple):
-    """A new degree and a piece of the domain along one axis; `where` points to its field."""
+    """A new degree and a piece of the domain along one axis.
+
+    `where` is the JSON pointer to the field of the operation that asks for this change.
+    """
 
     axis: int
     degree: int
@@ -51,7 +55,10 @@ class Change(NamedTuple):
 
 
 def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) -> BsplineSurface:
-    """The spline over a piece of its domain along one axis, clamped, in the new degree."""
+    """Restrict a spline to a piece of its domain along one axis, and elevate it there.
+
+    The new knot vector of this axis is clamped.
+    """
     axis, degree, piece, where = change
     knots, old = surface.knot_vectors[axis], surface.degree[axis]
     target = raise_knots(knots, old, degree, *piece)
@@ -83,7 +90,7 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     low, high = find_domain(surface, axis)
     ends = tuple((t - low) / (high - low) for t in piece)
 
-    def carry(net: FloatArray) -> FloatArray:
+    def change_channel(net: FloatArray) -> FloatArray:
         if net.shape[:2] == counts:
             return apply_along((net, None), axis, refine)[0]
         cut = partial(polynomials.restrict, first=ends[0], last=ends[1])
@@ -97,22 +104,23 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
         degree=(degrees[0], degrees[1]),
         knots=(new_vectors[0], new_vectors[1]),
         weights=weights,
-        channels=map_channels(surface.channels, carry),
+        channels=map_channels(surface.channels, change_channel),
     )
 
 
 def _close_rows(closed_net: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
-    """Copy the first row to the last if both are equal means of equal points.
+    """Copy the first row of `closed_net` to its last if both are equal but for rounding.
 
-    The ends of a periodic spline are equal in exact arithmetic, and must be equal after rounding,
-    too.
+    The ends of a periodic spline are equal in exact arithmetic, and must stay equal after rounding.
+    Both rows are weighted means of rows of `net`, by `index` and `shares`: they are equal if the
+    rows are equal and the shares differ by rounding alone.
     """
     first, last = (np.flatnonzero(shares[:, end]) for end in (0, -1))
-    same = len(first) == len(last) and bool(
+    has_same_shares = len(first) == len(last) and bool(
         (np.abs(shares[first, 0] - shares[last, -1]) <= SAME_SHARE).all()
     )
-    one, other = index[first, 0], index[last, -1]
-    if same and all(np.array_equal(v[one], v[other]) for v in net if v is not None):
+    begin, end = index[first, 0], index[last, -1]
+    if has_same_shares and all(np.array_equal(v[begin], v[end]) for v in net if v is not None):
         for values in closed_net:
             if values is not None:
                 values[-1] = values[0]
@@ -120,7 +128,11 @@ def _close_rows(closed_net: Net, net: Net, index: Ints, shares: FloatArray) -> N
 
 
 def _elevate_ambiguous(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
-    """A Bézier net of a channel, elevated if its shape would be that of a spline net."""
+    """The Bézier net of a channel, elevated as long as it has `counts` rows and columns.
+
+    A channel whose net has the shape of the control net would count as a spline
+    (`BsplineSurface.channels`).
+    """
     axis = 0 if len(net) <= MAX_DEGREE else 1
     while net.shape[:2] == counts:
         net = apply_along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[
@@ -130,7 +142,7 @@ def _elevate_ambiguous(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
 
 
 def _check_work(work: int, where: str) -> None:
-    """Refuse conversions that would take minutes; both degrees and the knots determine the time."""
+    """Refuse a conversion that would take much longer than ten seconds."""
     if work > MAX_WORK:
         raise TooLarge(
             Issue(
@@ -144,7 +156,7 @@ def _check_work(work: int, where: str) -> None:
 
 
 def check_length(shortest: float, least: float, where: str) -> None:
-    """Refuse a piece so short that rounding would make its parameters equal."""
+    """Refuse a piece that is shorter than `least`: rounding could make its parameters equal."""
     if shortest < least:
         raise InvalidRequest(
             Issue(

@@ -1,7 +1,8 @@
-"""Equal points for edges that patches share, also if their weights differ by a common factor.
+"""Keeps edges shared when patches are elevated, also if their weights differ by a common factor.
 
-Such weights give the same curve, but results may differ in their last digits; patches share an edge
-only if the digits are equal.
+On such an edge both patches have the same curve, but after elevation their control points may
+differ in the last digits. Patches share an edge only if all digits are equal, so the points of one
+patch are copied to the other.
 """
 
 from collections.abc import Iterator
@@ -16,26 +17,38 @@ from service.bases.unique_rows import unique_rows
 from service.surface.sides import take_side
 
 SAME_WEIGHT = 2.0**-44
-"""Largest difference of the weights of one edge in two patches, scaled to a largest weight of 1."""
+"""Weights of an edge in two patches count as equal up to a factor if they differ by at most this,
+after both are scaled to a largest weight of 1."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Side:
-    """One side of some patches: points and weights before the change, and the new nets."""
+    """One side of all patches of a batch.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (P, m+1, 3)
+        Points of the side before elevation.
+    weights : ndarray of float64, shape (P, m+1)
+        Weights of the side before elevation.
+    raised : ndarray of float64
+        Points after elevation: of the side (P, n+1, 3) for grids, of the whole net for triangles.
+    rows : ndarray of int, shape (n+1,), or None
+        For triangles, the rows of the net on this side.
+    """
 
     points: FloatArray
     weights: FloatArray
     raised: FloatArray
     rows: Ints | None = None
-    """Rows of the triangular nets on this side; None for grids."""
 
     @property
     def new_points(self) -> FloatArray:
-        """The new points, shape (P, n+1, 3)."""
+        """The points of the side after elevation, shape (P, n+1, 3)."""
         return self.raised if self.rows is None else self.raised[:, self.rows]
 
     def write(self, values: FloatArray) -> None:
-        """Replace the new points of the side."""
+        """Replace the points of the side after elevation."""
         if self.rows is None:
             self.raised[...] = values
         else:
@@ -43,19 +56,19 @@ class _Side:
 
 
 def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
-    """Give every edge that patches share the same points in each of them.
+    """Make the elevated points of every edge equal in all patches that share the edge.
 
     Parameters
     ----------
     pairs : list of (net, points)
-        Batches of grids or of triangles before the change, and their points in a higher degree,
-        of which those on shared edges are overwritten.
+        For each batch of grids or of triangles its nets before elevation, and its points after
+        elevation. The points on shared edges are overwritten.
     """
     groups: dict[tuple[int, int], list[_Side]] = {}
     for (points, weights), raised in pairs:
         if weights is not None:
-            make = _sides_of_grids if points.ndim == 4 else _sides_of_triangles
-            for side in make(points, weights, raised):
+            list_sides = _sides_of_grids if points.ndim == 4 else _sides_of_triangles
+            for side in list_sides(points, weights, raised):
                 degrees = side.points.shape[1], side.new_points.shape[1]
                 groups.setdefault(degrees, []).append(side)
     for sides in groups.values():
@@ -76,38 +89,43 @@ def _sides_of_triangles(
 
 
 def _match_sides(sides: list[_Side]) -> None:
-    """Give equal sides of one degree the same points."""
+    """Where sides of one degree had equal points and weights, make their elevated points equal."""
     before = np.concatenate([side.points for side in sides])
-    loads = np.concatenate([side.weights for side in sides])
+    weights = np.concatenate([side.weights for side in sides])
     after = np.concatenate([side.new_points for side in sides])
-    turned = _find_reversed(before)
-    for values in (before, loads, after):
-        _reverse_rows(values, turned)
+    # An edge may run in opposite directions in two patches: give all sides a common direction.
+    is_reversed = _find_reversed(before)
+    for values in (before, weights, after):
+        _reverse_rows(values, is_reversed)
     first = _find_first_equal(before)
-    loads /= loads.max(axis=1, keepdims=True)
-    same = np.abs(loads - loads[first]).max(axis=1) <= SAME_WEIGHT
-    after[same] = after[first[same]]
-    _reverse_rows(after, turned)
+    weights /= weights.max(axis=1, keepdims=True)
+    is_same = np.abs(weights - weights[first]).max(axis=1) <= SAME_WEIGHT
+    after[is_same] = after[first[is_same]]
+    _reverse_rows(after, is_reversed)
     ends = np.cumsum([len(side.points) for side in sides])
     for side, values in zip(sides, np.split(after, ends[:-1]), strict=True):
         side.write(values)
 
 
 def _find_first_equal(rows: FloatArray) -> Ints:
-    """Number of the first side with the same points, for each side."""
+    """For each side, the number of the first side with the same points: shape (N,)."""
     first, number = unique_rows(rows.reshape(len(rows), -1))
-    leader: Ints = first[number]
-    return leader
+    first_equal: Ints = first[number]
+    return first_equal
 
 
 def _find_reversed(sides: FloatArray) -> Bools:
-    """Which sides are reversed: their numbers in reverse order come first in lexical order."""
-    forth = sides.reshape(len(sides), -1)
-    back = sides[:, ::-1].reshape(forth.shape)
-    at = np.arange(len(sides)), (forth != back).argmax(axis=1)
-    turned: Bools = forth[at] > back[at]
-    return turned
+    """Which sides must be reversed to get a common direction, shape (N,).
+
+    Of both directions of a side, the common one has the numbers that come first in lexical order.
+    """
+    forwards = sides.reshape(len(sides), -1)
+    backwards = sides[:, ::-1].reshape(forwards.shape)
+    at = np.arange(len(sides)), (forwards != backwards).argmax(axis=1)
+    is_reversed: Bools = forwards[at] > backwards[at]
+    return is_reversed
 
 
-def _reverse_rows(sides: FloatArray, which: Bools) -> None:
-    sides[which] = sides[which, ::-1]
+def _reverse_rows(sides: FloatArray, is_reversed: Bools) -> None:
+    """Reverse some of the sides, in place."""
+    sides[is_reversed] = sides[is_reversed, ::-1]

@@ -1,4 +1,4 @@
-"""Surfaces of patches over shared vertices from nets: equal control points become one vertex."""
+"""Makes a surface of patches from control nets: equal control points become one vertex."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray, Ints
 from service.bases.polynomials import Net
-from service.bases.unique_rows import unique_rows
+from service.bases.unique_rows import find_first_rows
 from service.surface.channels import NO_CHANNELS, Channels
 from service.surface.checks import Up
 from service.surface.convert.nets import NetChange, map_channels
@@ -18,10 +18,11 @@ from service.surface.patches import NO_TRIANGLES, PatchSurface
 
 
 class Batch(NamedTuple):
-    """Nets of some patches, and nets of their channels in the same degree.
+    """The nets of P patches of one degree, and the nets of their channels in the same degree.
 
-    Points (P, p+1, q+1, 3) of grids, or (P, (n+1)(n+2)/2, 3) of triangles; weights without the
-    last axis, or None; channels with the same first axes.
+    `net` has points of shape (P, p+1, q+1, 3) for grids, or (P, (n+1)(n+2)/2, 3) for triangles.
+    Its weights, or None, have the same shape without the last axis. The nets of channels differ
+    from the points only in the last axis.
     """
 
     net: Net
@@ -29,14 +30,17 @@ class Batch(NamedTuple):
 
     @staticmethod
     def from_surface(surface: PatchSurface, indices: NDArray[np.int64]) -> "Batch":
-        """The nets of the grids of one degree, or of the triangles, of a surface."""
+        """The nets of some patches of a surface: of grids of one degree, or of triangles.
+
+        `indices` are the vertex indices of these patches, with the patches along axis 0.
+        """
         weights = None if surface.weights is None else surface.weights[indices]
         channels = map_channels(surface.channels, lambda values: values[indices])
         return Batch((surface.vertices[indices], weights), channels)
 
     @staticmethod
     def join(batches: Sequence["Batch"], members: Sequence[Ints]) -> "Batch":
-        """Join batches of one degree; `members` are the numbers of their patches in the result."""
+        """Join batches of one degree; `members` has their patch numbers in the joined batch."""
         if len(batches) == 1:
             return batches[0]
         place = np.argsort(np.concatenate(members))
@@ -53,14 +57,14 @@ class Batch(NamedTuple):
         return Batch((join(batch.net[0] for batch in batches), weights), channels)
 
     def apply(self, change: NetChange) -> "Batch":
-        """The batch with a function applied to all nets."""
+        """The batch after `change` was applied to its nets and to the nets of its channels."""
         return Batch(
             change(self.net), map_channels(self.channels, lambda values: change((values, None))[0])
         )
 
     @property
     def columns(self) -> list[FloatArray]:
-        """Position, weight and channels of the control points, one row for each point."""
+        """Positions, channels and weights, each as an array of one row for each control point."""
         points, weights = self.net
         count = points.size // 3
         values = [points, *(net for _, _, _, net in self.channels.each())]
@@ -75,19 +79,16 @@ def share_vertices(
     up: Up = "y",
     name: str = "surface",
 ) -> PatchSurface:
-    """A surface of patches; vertices are numbered as they first occur, grids before triangles.
+    """A surface of patches in which equal control points are one vertex.
 
-    Control points with equal position, weight and channels are one vertex.
+    Control points are equal if their position, weight and channels are equal. Vertices are numbered
+    in the order in which they first occur, those of grids before those of triangles.
     """
     batches = [batch for batch in (grids, triangles) if batch is not None]
     columns = [np.concatenate(same) for same in zip(*(b.columns for b in batches), strict=True)]
     rows = np.concatenate(columns, axis=1) + 0.0  # −0 becomes 0
-    first, number = unique_rows(rows)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    vertices = iter([column[first[order]] for column in columns])
-    indices = rank[number]
+    first, indices = find_first_rows(rows)
+    vertices = iter([column[first] for column in columns])
     count = 0 if grids is None else grids.net[0].size // 3
     return PatchSurface(
         vertices=next(vertices),

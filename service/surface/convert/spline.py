@@ -43,7 +43,7 @@ from service.surface.patches import PatchSurface
 def elevate_spline(
     surface: BsplineSurface, operation: Elevate, allowed: SizeLimits
 ) -> BsplineSurface:
-    """Raise the degree, and the multiplicity of each knot by the same number."""
+    """Elevate a B-spline; the multiplicity of each knot increases by the same number."""
     check_degrees(surface.degree, operation.degree)
     for axis, degree in enumerate(operation.degree):
         if degree > surface.degree[axis]:
@@ -57,9 +57,10 @@ def elevate_spline(
 def restrict_spline(
     surface: BsplineSurface, operation: Restrict, allowed: SizeLimits
 ) -> BsplineSurface:
-    """Take a piece, which keeps its parameters and knots; directions that are cut become clamped.
+    """Restrict a B-spline to a piece of its domain, which keeps its parameters and knots.
 
-    A parameter that differs from a knot by rounding alone counts as this knot.
+    A direction that is cut becomes clamped. A parameter that differs from a knot by rounding alone
+    counts as this knot.
     """
     pieces: list[tuple[str, Interval | None]] = []
     for axis, interval in enumerate((operation.u, operation.v)):
@@ -83,7 +84,10 @@ def restrict_spline(
 
 
 def split_spline(surface: BsplineSurface, operation: Split, allowed: SizeLimits) -> GroupSurface:
-    """Split into a group of two or four B-splines: (k, l) has number k · (pieces along v) + l."""
+    """Split a B-spline into a group of two or four.
+
+    Piece k along u and l along v has the number k · (number of pieces along v) + l.
+    """
     if operation.at is not None:
         raise InvalidRequest(barycentric_issue())
     cuts = [
@@ -108,7 +112,7 @@ def split_spline(surface: BsplineSurface, operation: Split, allowed: SizeLimits)
 def transpose_spline(
     surface: BsplineSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> BsplineSurface:
-    """S'(u, v) = S(v, u)."""
+    """Exchange u and v of a B-spline: S'(u, v) = S(v, u)."""
     weights = None if surface.weights is None else surface.weights.swapaxes(0, 1)
     return replace(
         surface,
@@ -123,7 +127,11 @@ def transpose_spline(
 def reverse_spline(
     surface: BsplineSurface, operation: Reverse, _allowed: SizeLimits
 ) -> BsplineSurface:
-    """S'(−u, v) = S(u, v), since negating knots is exact; named knots keep their domain."""
+    """Reverse u or v of a B-spline.
+
+    Given knots become negative: S'(−u, v) = S(u, v), which needs no rounding. Named knots keep
+    their domain [0, b]: S'(b − u, v) = S(u, v).
+    """
     axis = "uv".index(operation.direction)
     knots = list(surface.knots)
     vector = knots[axis]
@@ -152,7 +160,10 @@ def reverse_spline(
 def bezier_of_spline(
     surface: BsplineSurface, _operation: ToBezier, allowed: SizeLimits
 ) -> PatchSurface:
-    """The Bézier patches of the spans over shared vertices, points and channels in one degree."""
+    """The Bézier patches of the spans of a B-spline, over shared vertices.
+
+    Points and channels are elevated to the highest degree among them.
+    """
     counts = surface.control_net.shape[:2]
     degrees = [surface.degree]
     degrees += [
@@ -168,22 +179,25 @@ def bezier_of_spline(
     (batch,) = surface.lower().batches
     nets = iter(batch.channels)
 
-    def carry(net: FloatArray) -> FloatArray:
+    def lower_channel(net: FloatArray) -> FloatArray:
         values = next(nets).nets
         if net.shape[:2] != counts:
             values = _join_nets(values.reshape(rows, columns, *values.shape[1:]).copy())
             values = values.reshape(rows * columns, *values.shape[2:])
-        # Means are limited to the values of the net, since colours must not exceed 1.
+        # Rounding must not move values out of the range of the net: colours must not exceed 1.
         values = np.clip(values, net.min(axis=(0, 1)), net.max(axis=(0, 1)))
         return elevate_nets((values, None), degree, 1)[0]
 
-    channels = map_channels(surface.channels, carry)
+    channels = map_channels(surface.channels, lower_channel)
     net = elevate_nets((batch.points, batch.weights), degree, 1)
     return share_vertices(Batch(net, channels), None, (), surface.up, surface.name)
 
 
 def _join_nets(nets: FloatArray) -> FloatArray:
-    """Nets (rows, columns, a+1, b+1, d) of one polynomial, equal bit for bit where they meet."""
+    """Make the nets of one polynomial on neighbouring cells equal, bit for bit, where they meet.
+
+    `nets` has shape (rows, columns, a+1, b+1, d), is overwritten and returned.
+    """
     nets[1:, :, 0] = nets[:-1, :, -1]
     nets[:, 1:, :, 0] = nets[:, :-1, :, -1]
     return nets

@@ -1,4 +1,4 @@
-"""The table of conversions by operation and kind of surface, and running several in sequence."""
+"""Which function converts which kind of surface, and conversions by several operations."""
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -53,7 +53,7 @@ Conversion: TypeAlias = Callable[[Any, Any, SizeLimits], Surface]
 """A function of a surface, an operation and the limits of the result."""
 
 
-ANY = SizeLimits()
+DEFAULT_LIMITS = SizeLimits()
 
 
 def keep_surface(surface: Surface, _operation: ToBezier, _allowed: SizeLimits) -> Surface:
@@ -74,7 +74,7 @@ NAMES: Mapping[type[Surface], str] = MappingProxyType(
         TriangleSurface: "triangle",
     }
 )
-"""Names in requests of the kinds of surface that have parameters."""
+"""The names, in requests, of the kinds of surface that can be converted."""
 
 CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = MappingProxyType(
     {
@@ -120,18 +120,19 @@ CONVERSIONS: Mapping[type[Operation], Mapping[type[Surface], Conversion]] = Mapp
         ToTriangle: {BezierSurface: triangle_of_patch, PatchSurface: triangle_of_patch},
     }
 )
-"""The function for each operation and kind of surface; other pairs are refused."""
+"""For each operation, the function for each kind of surface. Kinds that are missing are refused."""
 
 
 def convert(
-    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits = ANY
+    surface: Surface, operations: Sequence[Operation], allowed: SizeLimits = DEFAULT_LIMITS
 ) -> Surface:
     """The surface after all operations in sequence.
 
     Raises
     ------
     InvalidRequest, TooLarge
-        With pointers `/operations/k`; too large results are refused by their shapes alone.
+        With pointers `/operations/k`. A result that would be too large is refused before it is
+        computed.
     """
     for number, operation in enumerate(operations):
         try:
@@ -149,7 +150,7 @@ def _apply(surface: Surface, operation: Operation, allowed: SizeLimits) -> Surfa
 
 
 def _refusal(surface: Surface, operation: Operation) -> Issue:
-    """The issue of an operation that this kind of surface does not have."""
+    """The issue for an operation that this kind of surface does not support."""
     kinds = CONVERSIONS[type(operation)]
     needed = "one of " + ", ".join(name for kind, name in NAMES.items() if kind in kinds)
     if type(surface) not in NAMES:

@@ -1,4 +1,4 @@
-"""Parameters exchanged or reversed: only the order of the numbers changes."""
+"""Exchanging u and v, and reversing u or v: only the order of the control points changes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -18,13 +18,14 @@ from service.surface.triangle import TriangleSurface
 _AXIS: Mapping[Direction, int] = MappingProxyType({"u": 0, "v": 1})
 
 _EXCHANGED: Mapping[str, tuple[int, int]] = MappingProxyType({"": (1, 2), "u": (0, 1), "v": (0, 2)})
-"""Numbers of the two coordinates among r, s, t to exchange; u = s, v = t and r = 1 − u − v."""
+"""On triangles u = s, v = t and r = 1 − u − v. To exchange u and v (key ""), or to reverse u or v,
+two of r, s, t (numbers 0, 1, 2) are exchanged."""
 
 
 def transpose_bezier(
     surface: BezierSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> BezierSurface:
-    """S'(u, v) = S(v, u)."""
+    """Exchange u and v of a patch: S'(u, v) = S(v, u)."""
     return _rearrange(surface, lambda net: net.swapaxes(0, 1))
 
 
@@ -43,7 +44,7 @@ def transpose_patches(
 def reverse_bezier(
     surface: BezierSurface, operation: Reverse, _allowed: SizeLimits
 ) -> BezierSurface:
-    """S'(u, v) = S(1 − u, v), or S(u, 1 − v)."""
+    """Reverse u or v of a patch: S'(u, v) = S(1 − u, v), or S(u, 1 − v)."""
     return _rearrange(surface, lambda net: np.flip(net, axis=_AXIS[operation.direction]))
 
 
@@ -65,19 +66,19 @@ def reverse_patches(
 def transpose_triangle(
     surface: TriangleSurface, _operation: Transpose, _allowed: SizeLimits
 ) -> TriangleSurface:
-    """S'(r, s, t) = S(r, t, s)."""
+    """Exchange u and v of a triangle: S'(r, s, t) = S(r, t, s)."""
     return _exchange(surface, *_EXCHANGED[""])
 
 
 def reverse_triangle(
     surface: TriangleSurface, operation: Reverse, _allowed: SizeLimits
 ) -> TriangleSurface:
-    """S'(r, s, t) = S(s, r, t), or S(t, s, r)."""
+    """Reverse u or v of a triangle: S'(r, s, t) = S(s, r, t), or S(t, s, r)."""
     return _exchange(surface, *_EXCHANGED[operation.direction])
 
 
 def _rearrange(surface: BezierSurface, change: Callable[[FloatArray], FloatArray]) -> BezierSurface:
-    """The surface with its nets in another order."""
+    """The surface after `change` reordered its control net, weights and channels."""
     weights = None if surface.weights is None else change(surface.weights)
     return replace(
         surface,
