@@ -1,4 +1,4 @@
-"""The cache of plans: bounded in bytes, read-only, safe between threads."""
+"""The cache of arrays: bounded in bytes, read-only, safe between threads."""
 
 from collections.abc import Callable
 from threading import Barrier, Thread
@@ -12,68 +12,68 @@ from service.bases.cache import ArrayCache
 KIB = 1024
 
 
-def array_builder(size: int, value: float = 0.0) -> Callable[[], NDArray[np.float64]]:
-    """A builder of an array of `size` bytes."""
+def make_builder(size: int, value: float = 0.0) -> Callable[[], NDArray[np.float64]]:
+    """A function that builds an array of `size` bytes, every element equal to `value`."""
     return lambda: np.full(size // 8, value)
 
 
 def fail_to_build() -> NDArray[np.float64]:
-    """A builder that must not be called."""
-    raise AssertionError("built again although it was held")
+    """A function for calls that must find their array in the cache."""
+    raise AssertionError("built again although it was cached")
 
 
-def test_builds_once_and_returns_the_same_read_only_array() -> None:
+def test_an_array_is_built_once_and_is_read_only() -> None:
     """The second call returns the array of the first."""
     cache = ArrayCache(64 * KIB)
-    first = cache.array("key", array_builder(KIB))
+    first = cache.array("key", make_builder(KIB))
     assert cache.array("key", fail_to_build) is first
     assert not first.flags.writeable
 
 
-def test_the_least_recently_used_goes_first() -> None:
+def test_the_least_recently_used_array_is_evicted_first() -> None:
     """Getting an array makes it the most recently used."""
     cache = ArrayCache(8 * KIB)
     for name in range(8):
-        cache.array(name, array_builder(KIB, name))
+        cache.array(name, make_builder(KIB, name))
     cache.array(0, fail_to_build)
-    cache.array(8, array_builder(KIB))
+    cache.array(8, make_builder(KIB))
     cache.array(0, fail_to_build)
     with pytest.raises(AssertionError, match="built again"):
         cache.array(1, fail_to_build)
 
 
-def test_never_holds_more_than_its_capacity() -> None:
-    """The cache counts its bytes correctly, too."""
+def test_arrays_never_take_more_than_the_capacity() -> None:
+    """`nbytes` is the sum of the sizes of the arrays that are still cached."""
     cache = ArrayCache(10 * KIB)
     for name in range(100):
-        cache.array(name, array_builder(8 * (1 + name % 128)))
+        cache.array(name, make_builder(8 * (1 + name % 128)))
         assert cache.nbytes <= cache.capacity
     assert cache.nbytes == sum(8 * (1 + name % 128) for name in range(100)[-len(cache) :])
 
 
-def test_a_builder_that_fails_leaves_nothing_behind() -> None:
+def test_nothing_is_cached_if_the_builder_raises() -> None:
     """The next call builds again."""
     cache = ArrayCache(8 * KIB)
     with pytest.raises(AssertionError):
         cache.array("key", fail_to_build)
     assert (len(cache), cache.nbytes) == (0, 0)
-    assert cache.array("key", array_builder(KIB, 5))[0] == 5
+    assert cache.array("key", make_builder(KIB, 5))[0] == 5
 
 
 def test_threads_get_the_right_arrays_while_others_evict() -> None:
-    """Four threads use more keys than the cache can hold; each gets the array of its key."""
+    """Four threads use more keys than the cache has room for; each gets the array of its key."""
     cache = ArrayCache(16 * KIB)
     start, wrong = Barrier(4), []
 
-    def hammer(offset: int) -> None:
+    def request_arrays(offset: int) -> None:
         start.wait()
         for step in range(2000):
             name = (step * 7 + offset) % 40
-            array = cache.array(name, array_builder(KIB, name))
+            array = cache.array(name, make_builder(KIB, name))
             if array[0] != name or array[-1] != name or array.flags.writeable:
                 wrong.append(name)
 
-    threads = [Thread(target=hammer, args=(11 * k,)) for k in range(4)]
+    threads = [Thread(target=request_arrays, args=(11 * k,)) for k in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:

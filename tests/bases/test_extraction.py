@@ -1,5 +1,5 @@
-"""Bézier points of the spans of a B-spline: exact, equal for the reversed curve, shared by
-spans."""
+"""Bézier points of the spans of a B-spline: they are accurate, the reversed curve has the same
+bits, and neighbouring spans share a point."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -26,11 +26,13 @@ def to_exact_points(rows: np.ndarray) -> list[tuple[Fraction, ...]]:
 
 
 @given(knot_vectors(parted=True), seeds)
-def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> None:
+def test_bezier_points_of_every_span_give_the_same_polynomial(
+    vector: KnotVector, seed: int
+) -> None:
     """de Casteljau on the Bézier points agrees with Cox and de Boor on the control points."""
     points = random_points(vector.points, seed)
-    lowered, none = extract_bezier_points(points, *vector)
-    assert none is None
+    lowered, lowered_weights = extract_bezier_points(points, *vector)
+    assert lowered_weights is None
     exact, breaks = to_fractions(vector.knots), to_fractions(knots.breaks(*vector))
     for k, (a, b) in enumerate(pairwise(breaks)):
         for t in (Fraction(0), Fraction(1, 3), Fraction(5, 8)):
@@ -42,42 +44,46 @@ def test_every_span_is_the_same_polynomial(vector: KnotVector, seed: int) -> Non
 
 
 @given(knot_vectors(st.integers(1, 8), parted=True), seeds, st.booleans())
-def test_reversed_curves_have_the_same_bits(vector: KnotVector, seed: int, rational: bool) -> None:
-    """Knots 3 − U and points from the last to the first."""
+def test_reversed_curves_have_bezier_points_with_the_same_bits(
+    vector: KnotVector, seed: int, rational: bool
+) -> None:
+    """The reversed curve has knots 3 − U, and its points run from the last to the first."""
     points = random_points(vector.points, seed)
     weights = random_weights(vector.points, seed) if rational else None
-    turned = 3 - vector.knots[::-1]
-    there, weighted = extract_bezier_points(points, *vector, weights)
-    back, heavy_back = extract_bezier_points(
-        points[::-1], turned, vector.degree, None if weights is None else weights[::-1]
+    reversed_knots = 3 - vector.knots[::-1]
+    lowered, lowered_weights = extract_bezier_points(points, *vector, weights)
+    reversed_points, back_weights = extract_bezier_points(
+        points[::-1], reversed_knots, vector.degree, None if weights is None else weights[::-1]
     )
-    np.testing.assert_array_equal(back[::-1, ::-1], there)
-    if weighted is not None and heavy_back is not None:
-        np.testing.assert_array_equal(heavy_back[::-1, ::-1], weighted)
+    np.testing.assert_array_equal(reversed_points[::-1, ::-1], lowered)
+    if lowered_weights is not None and back_weights is not None:
+        np.testing.assert_array_equal(back_weights[::-1, ::-1], lowered_weights)
     np.testing.assert_array_equal(
-        build_operators(turned, vector.degree)[::-1, ::-1, ::-1], build_operators(*vector)
+        build_operators(reversed_knots, vector.degree)[::-1, ::-1, ::-1], build_operators(*vector)
     )
 
 
 @given(knot_vectors(parted=True), seeds, st.booleans())
-def test_spans_meet_or_are_discontinuous(vector: KnotVector, seed: int, rational: bool) -> None:
-    """Up to multiplicity p, spans share one point, bit for bit; at p + 1 there are two points."""
+def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
+    vector: KnotVector, seed: int, rational: bool
+) -> None:
+    """At a knot of multiplicity p the curve is at a control point; at p + 1 it jumps to the next."""
     p = vector.degree
     points = random_points(vector.points, seed)
     weights = random_weights(vector.points, seed) if rational else None
     lowered, _ = extract_bezier_points(points, *vector, weights)
-    at = knots.spans(*vector)
-    for k, gap in enumerate(np.diff(at)):
-        if gap <= p:
+    spans = knots.spans(*vector)
+    for k, multiplicity in enumerate(np.diff(spans)):
+        if multiplicity <= p:
             np.testing.assert_array_equal(lowered[k, -1], lowered[k + 1, 0])
-        if gap >= p:
-            np.testing.assert_array_equal(lowered[k, -1], points[at[k]])
-            np.testing.assert_array_equal(lowered[k + 1, 0], points[at[k + 1] - p])
+        if multiplicity >= p:
+            np.testing.assert_array_equal(lowered[k, -1], points[spans[k]])
+            np.testing.assert_array_equal(lowered[k + 1, 0], points[spans[k + 1] - p])
 
 
 @pytest.mark.parametrize("rational", [False, True])
-def test_equal_control_points_stay_that_point(rational: bool) -> None:
-    """Equal control points with any weights stay that point, bit for bit; so poles stay poles."""
+def test_equal_control_points_give_equal_bezier_points(rational: bool) -> None:
+    """The points are equal bit for bit, with any weights, so that poles stay poles."""
     vector = np.array([0, 0.1, 0.1, 0.27, 0.5, 0.61, 0.9, 1, 1.3, 1.7])
     points = np.broadcast_to([0.1, -1e6 / 3, 7e30 / 11], (6, 3)).copy()
     weights = random_weights(6, 3) if rational else None
@@ -86,20 +92,19 @@ def test_equal_control_points_stay_that_point(rational: bool) -> None:
 
 
 @pytest.mark.parametrize("rational", [False, True])
-def test_a_curve_given_with_its_first_points_repeated_closes(rational: bool) -> None:
-    """It also closes over knots like k/7, whose differences are unequal in floating point."""
+def test_a_curve_that_repeats_its_first_points_at_the_end_closes(rational: bool) -> None:
+    """The curve closes bit for bit, also over knots k/7, whose differences differ by rounding."""
     points = knots.wrap_points(random_points(7, 1), 3)
     weights = knots.wrap_points(random_weights(7, 1), 3) if rational else None
     vector = knots.periodic_knots(7, 3) / 7
     assert len(set(np.diff(vector))) > 1
-    lowered, weighted = extract_bezier_points(points, vector, 3, weights)
+    lowered, lowered_weights = extract_bezier_points(points, vector, 3, weights)
     np.testing.assert_array_equal(lowered[0, 0], lowered[-1, -1])
-    if weighted is not None:
-        assert weighted[0, 0] == weighted[-1, -1]
+    if lowered_weights is not None:
+        assert lowered_weights[0, 0] == lowered_weights[-1, -1]
 
 
-def test_other_ends_stay_apart() -> None:
-    """Repeated points over knots that are not periodic do not close the curve."""
+def test_repeated_points_over_knots_that_are_not_periodic_do_not_close() -> None:
     points = knots.wrap_points(random_points(7, 1), 3)
     vector = knots.periodic_knots(7, 3)
     vector[-1] += 1e-6
@@ -109,24 +114,26 @@ def test_other_ends_stay_apart() -> None:
 
 
 @pytest.mark.parametrize("degree", [3, 40])
-def test_chunks_give_the_same_points(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The points are equal bit for bit, and little memory is used at a time."""
+def test_extraction_in_small_chunks_gives_the_same_points(
+    degree: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The points are equal bit for bit, whether one chunk or many chunks of spans are computed."""
     rng = np.random.default_rng(3)
     vector = np.sort(rng.uniform(0, 1, 60 + 2 * degree))
     vector[degree + 5 : degree + 8] = vector[degree + 5]
     count = len(vector) - degree - 1
     points, weights = random_points(count, 2, 3), random_weights(count, 2, 3)
-    at_once, weighted = extract_bezier_points(points, vector, degree, weights)
+    in_one_chunk, lowered_weights = extract_bezier_points(points, vector, degree, weights)
     monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
     MESH_PLANS.clear()
-    in_turn, other = extract_bezier_points(points, vector, degree, weights)
-    np.testing.assert_array_equal(in_turn, at_once)
-    np.testing.assert_array_equal(other, weighted)
+    in_chunks, chunk_weights = extract_bezier_points(points, vector, degree, weights)
+    np.testing.assert_array_equal(in_chunks, in_one_chunk)
+    np.testing.assert_array_equal(chunk_weights, lowered_weights)
 
 
 def test_extractions_are_cached_by_knots_and_closure() -> None:
-    """Curves with equal knots share an extraction; closed curves have another one."""
+    """Curves with equal knots share a plan; a closed curve over these knots needs another plan."""
     vector, points = knots.periodic_knots(7, 3), random_points(7, 1)
-    kept = plan_extraction(vector, 3, random_points(10, 2))
-    assert plan_extraction(vector.copy(), 3, random_points(10, 3)) is kept
-    assert plan_extraction(vector, 3, knots.wrap_points(points, 3)) is not kept
+    plan = plan_extraction(vector, 3, random_points(10, 2))
+    assert plan_extraction(vector.copy(), 3, random_points(10, 3)) is plan
+    assert plan_extraction(vector, 3, knots.wrap_points(points, 3)) is not plan

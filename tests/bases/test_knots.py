@@ -1,4 +1,4 @@
-"""Knot vectors, spans and the B-spline basis, against the recursion in exact arithmetic."""
+"""Knot vectors and their spans, and the B-spline basis compared with exact arithmetic."""
 
 import numpy as np
 import pytest
@@ -9,17 +9,17 @@ from service.bases import knots as knot
 from tests.oracles.splines import basis_values, find_span, to_fractions
 from tests.spline_strategies import KnotVector, knot_vectors
 
-fraction_of = st.floats(0, 1)
+shares_of_the_domain = st.floats(0, 1)
 
 
 def choose_parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
-    """Parameters in the domain, its breaks among them."""
+    """All breaks, and the parameters at these shares of the domain."""
     low, high = knot.domain(*vector)
     inside = low + (high - low) * np.array(shares)
     return np.concatenate([knot.breaks(*vector), np.clip(inside, low, high)])
 
 
-def test_the_three_named_vectors() -> None:
+def test_uniform_clamped_and_periodic_knots() -> None:
     """Knots are integers, every span has length one, and the domain begins at zero."""
     np.testing.assert_array_equal(knot.uniform_knots(5, 3), [-3, -2, -1, 0, 1, 2, 3, 4, 5])
     np.testing.assert_array_equal(knot.clamped_knots(5, 3), [0, 0, 0, 0, 1, 2, 2, 2, 2])
@@ -29,10 +29,13 @@ def test_the_three_named_vectors() -> None:
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 64])
-def test_the_named_vectors_have_the_length_they_need(degree: int) -> None:
-    """n + p + 1 knots, with the largest possible number of spans."""
-    for make in (knot.uniform_knots, knot.clamped_knots):
-        vector = make(degree + 4, degree)
+def test_knots_of_each_name_have_length_n_plus_p_plus_1(degree: int) -> None:
+    """Uniform and clamped knots have one span of length 1 for each control point beyond p.
+
+    The first p of n control points are repeated at the end of a periodic curve, which has n spans.
+    """
+    for make_knots in (knot.uniform_knots, knot.clamped_knots):
+        vector = make_knots(degree + 4, degree)
         assert len(vector) == 2 * degree + 5
         np.testing.assert_array_equal(knot.breaks(vector, degree), np.arange(5))
     vector = knot.periodic_knots(7, degree)
@@ -49,16 +52,18 @@ def test_spans_are_right_continuous() -> None:
     np.testing.assert_array_equal(result, [2, 2, 4, 4, 5, 5, 5])
 
 
-@given(knot_vectors(parted=True), st.lists(fraction_of, max_size=4))
-def test_the_basis_is_that_of_cox_and_de_boor(vector: KnotVector, shares: list[float]) -> None:
-    """Checks all functions at all parameters, breaks included; all others vanish there."""
+@given(knot_vectors(parted=True), st.lists(shares_of_the_domain, max_size=4))
+def test_basis_values_are_those_of_the_recursion_of_cox_and_de_boor(
+    vector: KnotVector, shares: list[float]
+) -> None:
+    """The service returns p + 1 values at each parameter; all other basis functions are 0 there."""
     t = choose_parameters(vector, shares)
     span, values = knot.evaluate_basis(*vector, t)
-    exact = to_fractions(vector.knots)
+    exact_knots = to_fractions(vector.knots)
     for row, parameter in enumerate(t):
-        (at,) = to_fractions([parameter])
-        expected = [float(x) for x in basis_values(exact, vector.degree, at)]
-        assert span[row] == find_span(exact, vector.degree, at)
+        (exact_t,) = to_fractions([parameter])
+        expected = [float(x) for x in basis_values(exact_knots, vector.degree, exact_t)]
+        assert span[row] == find_span(exact_knots, vector.degree, exact_t)
         actual = np.zeros(vector.points)
         actual[span[row] - vector.degree : span[row] + 1] = values[row]
         np.testing.assert_allclose(actual, expected, atol=1e-15)

@@ -1,4 +1,7 @@
-"""Elevation, split and restriction of nets: the same points in exact arithmetic, and their bits."""
+"""Elevation, split and restriction keep the points of a curve, compared in exact arithmetic.
+
+Operations on the reversed net give the same bits.
+"""
 
 from fractions import Fraction
 
@@ -15,33 +18,33 @@ Array = np.ndarray
 PARAMETERS = (Fraction(0), Fraction(1, 3), Fraction(5, 8), Fraction(1))
 numbers = st.floats(-8, 8, allow_subnormal=False).map(lambda x: x + 0.0)
 """Coordinates; as in all surfaces, without -0."""
-inner = st.floats(0.01, 0.99)
+inner_parameters = st.floats(0.01, 0.99)
 
 
 @st.composite
-def curves(draw: st.DrawFn, most: int = 6) -> Net:
-    """Control points of a curve, with weights or, as often, without."""
-    count = draw(st.integers(2, most + 1))
+def curves(draw: st.DrawFn, max_degree: int = 6) -> Net:
+    """Control points (n + 1, 3) of a curve, and its weights (n + 1,) or None."""
+    count = draw(st.integers(2, max_degree + 1))
     points = draw(arrays.arrays(np.float64, (count, 3), elements=numbers))
     weight = arrays.arrays(np.float64, count, elements=st.floats(0.2, 5))
     return points, draw(st.none() | weight)
 
 
 def evaluate_exactly(net: Net, t: Fraction) -> Vector:
-    """The curve at t, exactly."""
+    """The point of the curve at t, as fractions."""
     points, weights = net
-    ws = np.ones(len(points)) if weights is None else weights
-    rows = [
+    point_weights = np.ones(len(points)) if weights is None else weights
+    homogeneous = [
         (*(Fraction(w) * Fraction(x) for x in point), Fraction(w))
-        for point, w in zip(points.tolist(), ws.tolist(), strict=True)
+        for point, w in zip(points.tolist(), point_weights.tolist(), strict=True)
     ]
-    *spatial, w = curve_point(rows, t)
+    *spatial, w = curve_point(homogeneous, t)
     return tuple(x / w for x in spatial)
 
 
-def assert_near(got: Vector, expected: Vector) -> None:
-    """Equal up to 1e-12 of the nets, which have size 8."""
-    assert max(abs(a - b) for a, b in zip(got, expected, strict=True)) < 1e-12 * 8
+def assert_near(point: Vector, expected: Vector) -> None:
+    """The points differ by less than 1e-12 times the largest coordinate of the nets, 8."""
+    assert max(abs(a - b) for a, b in zip(point, expected, strict=True)) < 1e-12 * 8
 
 
 def read_bits(net: Net) -> tuple[bytes, bytes | None]:
@@ -71,7 +74,7 @@ def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) ->
     )
 
 
-def test_the_highest_degree_loses_nothing() -> None:
+def test_elevation_to_the_highest_degree_keeps_the_curve() -> None:
     points = np.random.default_rng(3).uniform(-1, 1, (4, 3))
     weights = np.random.default_rng(4).uniform(0.2, 5, 4)
     higher = elevate((points, weights), 64)
@@ -79,7 +82,7 @@ def test_the_highest_degree_loses_nothing() -> None:
         assert_near(evaluate_exactly(higher, t), evaluate_exactly((points, weights), t))
 
 
-@given(curves(), inner)
+@given(curves(), inner_parameters)
 def test_split_keeps_the_curve_on_both_sides(net: Net, t: float) -> None:
     left, right = split(net, t)
     cut = Fraction(t)
@@ -100,30 +103,30 @@ def test_restrict_keeps_the_curve(net: Net, ends: list[float]) -> None:
         assert_near(evaluate_exactly(piece, s), evaluate_exactly(net, at))
 
 
-@given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner)
-def test_equal_points_stay_one_point(count: int, x: float, weight: float, t: float) -> None:
-    """Equal points stay equal bit for bit with any weights, because poles are found by equality."""
+@given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner_parameters)
+def test_equal_points_stay_equal(count: int, x: float, weight: float, t: float) -> None:
+    """Points stay equal bit for bit, with any weights: the service finds poles by equality."""
     points = np.full((count, 3), x)
     weights = np.linspace(1, weight, count)
     for point_weights in (None, weights):
         net = (points, point_weights)
-        for built in (elevate(net, count + 9), *split(net, t), restrict(net, t / 2, t)):
-            assert (built[0] == x).all()
+        for result in (elevate(net, count + 9), *split(net, t), restrict(net, t / 2, t)):
+            assert (result[0] == x).all()
 
 
-def test_other_axes_are_kept() -> None:
+def test_many_curves_are_elevated_at_once() -> None:
     rng = np.random.default_rng(5)
     points, weights = rng.uniform(-1, 1, (4, 5, 2, 3)), rng.uniform(1, 2, (4, 5, 2))
     together = elevate((points, weights), 6)
-    one = elevate((points[:, 3, 1], weights[:, 3, 1]), 6)
+    single = elevate((points[:, 3, 1], weights[:, 3, 1]), 6)
     assert together[1] is not None
-    assert one[1] is not None
-    np.testing.assert_array_equal(together[0][:, 3, 1], one[0])
-    np.testing.assert_array_equal(together[1][:, 3, 1], one[1])
+    assert single[1] is not None
+    np.testing.assert_array_equal(together[0][:, 3, 1], single[0])
+    np.testing.assert_array_equal(together[1][:, 3, 1], single[1])
 
 
-def test_points_with_share_0_have_no_effect() -> None:
-    """A point with share 0 changes neither the mean nor its bounds."""
+def test_points_with_weight_0_in_a_mean_have_no_effect() -> None:
+    """The mean of 0.1, 0.1 and 0 times 9.0 is exactly 0.1."""
     points = np.array([[0.1], [0.1], [9.0]])
     index = np.array([[0], [2], [1]])
     mean, _ = combine(points, None, index, np.array([[1 / 3], [0.0], [2 / 3]]))

@@ -1,4 +1,7 @@
-"""B-splines over other knots: the same points in exact arithmetic, and no negative share."""
+"""B-splines over refined knots have the same points, compared in exact arithmetic.
+
+Each new control point is a mean of old ones; the service computes their shares, never negative.
+"""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -14,7 +17,7 @@ from tests.oracles.splines import spline_point, to_fractions
 from tests.spline_strategies import KnotVector, knot_vectors, random_points, random_weights
 
 seeds = st.integers(0, 10**6)
-shares = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
+intervals = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
 
 
 def to_homogeneous(points: np.ndarray, weights: np.ndarray) -> list[tuple[Fraction, ...]]:
@@ -27,79 +30,84 @@ def to_homogeneous(points: np.ndarray, weights: np.ndarray) -> list[tuple[Fracti
 def evaluate_exactly(
     points: np.ndarray, weights: np.ndarray, knots: np.ndarray, degree: int, t: Fraction
 ) -> list[float]:
-    """The rational curve at t."""
+    """The point of the rational curve at t, computed in fractions and rounded once."""
     *x, w = spline_point(to_homogeneous(points, weights), to_fractions(knots), degree, t)
     return [float(c / w) for c in x]
 
 
-@given(knot_vectors(parted=True), seeds, st.integers(0, 3), shares, st.booleans())
-def test_other_knots_give_the_same_curve(
-    vector: KnotVector, seed: int, more: int, ends: list[float], whole: bool
+@given(knot_vectors(parted=True), seeds, st.integers(0, 3), intervals, st.booleans())
+def test_refined_knots_give_the_same_curve(
+    vector: KnotVector, seed: int, more: int, ends: list[float], is_whole_domain: bool
 ) -> None:
-    """The new knots elevate, clamp and restrict at once; shares are not negative and add up to
-    one."""
+    """The new knots raise the degree, clamp the ends and restrict the domain at once.
+
+    Shares are not negative, and those of each new control point add up to 1.
+    """
     (knots, degree), count = vector, vector.points
     low, high = domain(knots, degree)
-    first, last = (low, high) if whole else ((1 - s) * low + s * high for s in ends)
+    first, last = (low, high) if is_whole_domain else ((1 - s) * low + s * high for s in ends)
     if not first < last:
         return
     raised = degree + more
     target = raise_knots(knots, degree, raised, first, last)
-    index, parts = find_refinement(knots, degree, target, raised)
+    index, shares = find_refinement(knots, degree, target, raised)
     assert index.shape[1] == len(target) - raised - 1
     assert index.min() >= 0
     assert index.max() < count
-    assert parts.min() >= 0
-    np.testing.assert_allclose(parts.sum(axis=0), 1, rtol=1e-14)
+    assert shares.min() >= 0
+    np.testing.assert_allclose(shares.sum(axis=0), 1, rtol=1e-14)
     points, weights = random_points(count, seed), random_weights(count, seed)
-    built, point_weights = combine(points, weights, index, parts)
-    assert point_weights is not None
+    new_points, new_weights = combine(points, weights, index, shares)
+    assert new_weights is not None
     for a, b in pairwise(to_fractions(breaks(target, raised))):
         for t in (a, a + (b - a) * Fraction(3, 8)):
             np.testing.assert_allclose(
-                evaluate_exactly(built, point_weights, target, raised, t),
+                evaluate_exactly(new_points, new_weights, target, raised, t),
                 evaluate_exactly(points, weights, knots, degree, t),
                 atol=4e-12,
             )
 
 
 @given(knot_vectors(parted=True), seeds)
-def test_control_points_that_stay_keep_their_bits(vector: KnotVector, seed: int) -> None:
-    """A clamped spline over its own knots keeps its control points, with knots of any
-    multiplicity."""
+def test_a_clamped_spline_over_its_own_knots_keeps_its_control_points(
+    vector: KnotVector, seed: int
+) -> None:
+    """Points and weights keep their bits, with knots of any multiplicity."""
     knots, degree = vector
     low, high = domain(knots, degree)
     raised = raise_knots(knots, degree, degree, low, high)
     count = len(raised) - degree - 1
     points, weights = random_points(count, seed), random_weights(count, seed)
-    built, point_weights = combine(
+    new_points, new_weights = combine(
         points, weights, *find_refinement(raised, degree, raised, degree)
     )
-    np.testing.assert_array_equal(built, points)
-    np.testing.assert_array_equal(point_weights, weights)
+    np.testing.assert_array_equal(new_points, points)
+    np.testing.assert_array_equal(new_weights, weights)
 
 
 @given(knot_vectors(), seeds, st.integers(1, 4))
-def test_elevation_keeps_the_bits_of_the_ends(vector: KnotVector, seed: int, more: int) -> None:
+def test_elevation_keeps_the_bits_of_the_first_and_last_point(
+    vector: KnotVector, seed: int, more: int
+) -> None:
     knots, degree = vector
     low, high = domain(knots, degree)
     raised = raise_knots(knots, degree, degree, low, high)
     points = random_points(len(raised) - degree - 1, seed)
     target = raise_knots(raised, degree, degree + more, low, high)
-    built, _ = combine(points, None, *find_refinement(raised, degree, target, degree + more))
-    np.testing.assert_array_equal(built[[0, -1]], points[[0, -1]])
+    new_points, _ = combine(points, None, *find_refinement(raised, degree, target, degree + more))
+    np.testing.assert_array_equal(new_points[[0, -1]], points[[0, -1]])
 
 
-def test_the_highest_degree_loses_nothing() -> None:
+def test_elevation_to_the_highest_degree_keeps_the_curve() -> None:
     knots = np.array([0.0, 0, 0, 0, 1, 2, 2, 3.5, 4, 4, 4, 4])
     points, weights = random_points(8, 2), random_weights(8, 2)
     target = raise_knots(knots, 3, 64, 0.0, 4.0)
-    index, parts = find_refinement(knots, 3, target, 64)
-    built, point_weights = combine(points, weights, index, parts)
-    assert point_weights is not None
+    index, shares = find_refinement(knots, 3, target, 64)
+    new_points, new_weights = combine(points, weights, index, shares)
+    assert new_weights is not None
     for t in (Fraction(1, 3), Fraction(2), Fraction(15, 4)):
         np.testing.assert_allclose(
-            evaluate_exactly(built, point_weights, target, 64, t),
+            evaluate_exactly(new_points, new_weights, target, 64, t),
             evaluate_exactly(points, weights, knots, 3, t),
             atol=4e-12,
         )

@@ -1,4 +1,4 @@
-"""Rows of a triangle and the bivariate Bernstein basis, beside exact arithmetic."""
+"""Rows of a triangle and the bivariate Bernstein basis, compared with exact arithmetic."""
 
 from fractions import Fraction
 from math import factorial
@@ -14,7 +14,7 @@ from tests.oracles import triangles
 
 
 def compute_exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fraction]:
-    """n!/(i! j! k!) r^i s^j t^k in the order of the service."""
+    """n!/(i! j! k!) rⁱ sʲ tᵏ for all (i, j, k), in the order in which the service stores them."""
     r, s, t = place
     return [
         factorial(degree) // (factorial(i) * factorial(j) * factorial(k)) * r**i * s**j * t**k
@@ -22,7 +22,7 @@ def compute_exact_basis(degree: int, place: tuple[Fraction, ...]) -> list[Fracti
     ]
 
 
-def test_sizes_and_degrees_are_each_others_inverse() -> None:
+def test_degree_and_number_of_points_determine_each_other() -> None:
     sizes = {triangle.count_points(n): n for n in range(70)}
     assert list(sizes)[:5] == [1, 3, 6, 10, 15]
     for count in range(max(sizes)):
@@ -32,8 +32,11 @@ def test_sizes_and_degrees_are_each_others_inverse() -> None:
 
 
 @pytest.mark.parametrize("degree", range(6))
-def test_order_is_that_of_the_conventions(degree: int) -> None:
-    """Rows of constant k, j rising; sides s = 0, r = 0 and t = 0, each upwards."""
+def test_points_are_stored_row_by_row(degree: int) -> None:
+    """k is constant in a row, in which j rises.
+
+    `side_rows` returns the points of the sides s = 0 and r = 0, k rising, and t = 0, j rising.
+    """
     keys = triangles.keys(degree)
     starts = triangle.row_starts(degree)
     assert [keys[first][1:] for first in starts[:-1]] == [(0, k) for k in range(degree + 1)]
@@ -47,15 +50,15 @@ def test_order_is_that_of_the_conventions(degree: int) -> None:
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 7, 49])
-def test_samples_are_correctly_rounded(divisions: int) -> None:
+def test_barycentric_samples_are_correctly_rounded(divisions: int) -> None:
     truth = [[float(x) for x in place] for place in triangles.places(divisions)]
     assert triangle.barycentric(divisions).tolist() == truth
     assert triangle.barycentric(divisions, 1, 3).tolist() == truth[1:3]
 
 
 @given(st.integers(0, 12), st.integers(1, 4))
-def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
-    """Each value has an error of a few units in its last place, also the smallest."""
+def test_basis_values_are_accurate(degree: int, divisions: int) -> None:
+    """Each value, also the smallest, has an error of a few units in its last place."""
     places = triangles.places(divisions)
     result = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions))
     truth = np.array([compute_exact_basis(degree, place) for place in places]).astype(float).T
@@ -65,10 +68,10 @@ def test_basis_is_the_exact_one(degree: int, divisions: int) -> None:
 @pytest.mark.parametrize("degree", [1, 3, 20, 64])
 def test_basis_is_a_partition_of_unity(degree: int) -> None:
     """The sum is 1 also close to the corners, where s / (r + s) has few digits."""
-    near = 2.0 ** -np.arange(1, 50)
+    small = 2.0 ** -np.arange(1, 50)
     places = np.concatenate(
         [triangle.barycentric(9)]
-        + [np.roll([1 - 3 * x, x, 2 * x], k)[None] for x in near for k in range(3)]
+        + [np.roll([1 - 3 * x, x, 2 * x], k)[None] for x in small for k in range(3)]
     )
     places = np.abs(places)
     places /= places.sum(axis=1, keepdims=True)
@@ -79,8 +82,11 @@ def test_basis_is_a_partition_of_unity(degree: int) -> None:
     assert np.abs(basis.T @ triangle.barycentric(degree) - places).max() < 1e-14
 
 
-def test_corners_and_sides_need_no_rounding() -> None:
-    """At a corner one value is 1; along t = 0 the values are the basis of one variable."""
+def test_basis_at_corners_is_exact_and_on_a_side_univariate() -> None:
+    """At a corner one value is exactly 1 and the others 0.
+
+    On the side t = 0 the values are those of the univariate basis.
+    """
     corners = triangle_basis.triangle_bernstein(5, np.eye(3))
     assert (corners == 1).sum() == 3
     assert (corners == 0).sum() == 3 * 21 - 3
@@ -102,8 +108,9 @@ def test_sampled_basis_is_cached_and_read_only(dtype: type[np.floating]) -> None
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 5, 17, 40, 64])
 @pytest.mark.parametrize("divisions", [1, 2, 33])
-def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
-    """Evaluation in blocks of rows equals that by the whole basis."""
+def test_evaluation_in_blocks_of_rows_agrees_with_the_whole_basis(
+    degree: int, divisions: int
+) -> None:
     rng = np.random.default_rng(degree)
     nets = rng.uniform(-1, 1, (triangle.count_points(degree), 4))
     truth = triangle_basis.triangle_bernstein(degree, triangle.barycentric(divisions)).T @ nets
@@ -118,9 +125,9 @@ def test_rows_are_the_same_polynomials(degree: int, divisions: int) -> None:
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 0), (0, 3), (1, 2), (2, 5), (3, 3), (20, 64)])
-def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
-    """The columns are the Bernstein polynomials of the lower degree in the basis of the higher
-    one."""
+def test_elevation_matrix_expresses_lower_bernstein_polynomials(low: int, high: int) -> None:
+    """Column i has the coefficients of polynomial i of degree `low` in the basis of degree
+    `high`."""
     matrix = elevation_matrix(low, high)
     t = np.arange(12) / 11
     np.testing.assert_allclose(bernstein(high, t) @ matrix, bernstein(low, t), atol=1e-15)
@@ -131,7 +138,7 @@ def test_elevation_is_the_known_matrix(low: int, high: int) -> None:
 
 
 @given(st.integers(1, 6), st.integers(0, 5), st.integers(0, 5))
-def test_the_tensor_net_is_the_same_polynomial(degree: int, i: int, j: int) -> None:
+def test_the_tensor_net_of_a_triangle_is_the_same_polynomial(degree: int, i: int, j: int) -> None:
     """The tensor net at (u, v) equals the triangle at s = u (1 − v), t = v."""
     net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.count_points(degree), 2))
     u, v = i / 5, j / 5

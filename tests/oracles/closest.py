@@ -1,8 +1,8 @@
 """Closest points by exhaustive search, without the engine's code.
 
-Upper bounds: samples of every sheet, and from the nearest ones a search that moves only to nearer
-points, with decreasing steps. Interval bounds: rectangles of parameters over which the control
-points of a net, restricted by exact fractions, enclose the patch in a box.
+`find_nearest` returns upper bounds. It samples every sheet; from the nearest samples, a search with
+decreasing steps moves only to nearer points. `least_distance` returns an interval. It divides
+polynomial nets in exact fractions; the bounding box of the control points encloses each part.
 """
 
 from collections.abc import Sequence
@@ -17,63 +17,65 @@ from scipy.spatial import cKDTree
 from tests.oracles.exact import Net
 from tests.oracles.sheets import Array, Sheet
 
-NEIGHBOURS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np.float64)
+DIRECTIONS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np.float64)
 
 
 def find_nearest(
     sheets: Sequence[Sheet], points: Array, samples: int = 20_000, starts: int = 3, steps: int = 60
 ) -> Array:
-    """Distances (m,) of `points` (m, 3) to the sheets; upper bounds, near the least distances.
+    """Upper bounds (m,), close to the least distances, of `points` (m, 3) to the sheets.
 
-    The search begins at the nearest samples of every sheet, unless another sheet is nearer by four
-    times the greatest gap between its samples.
+    For each sheet the search begins at the `starts` nearest samples. A sheet is left out if its
+    nearest sample is further away than the nearest of all samples by more than four times the
+    greatest gap between the samples of this sheet.
     """
-    each = max(200, samples // len(sheets))
+    samples_each = max(200, samples // len(sheets))
     result, gaps = [], []
     for sheet in sheets:
-        places = sheet.samples(each)
-        at = sheet.at(places)
-        tree = cKDTree(at)
-        gaps.append(float(tree.query(np.unique(at, axis=0), 2)[0][:, 1].max()))
+        places = sheet.samples(samples_each)
+        sample_points = sheet.at(places)
+        tree = cKDTree(sample_points)
+        gaps.append(float(tree.query(np.unique(sample_points, axis=0), 2)[0][:, 1].max()))
         result.append((places, *tree.query(points - sheet.origin, starts)))
     best = np.min([distance[:, 0] for _, distance, _ in result], axis=0)
-    likely = best.copy()
+    nearest_sample = best.copy()
     for sheet, gap, (places, distance, rows) in zip(sheets, gaps, result, strict=True):
-        which = np.flatnonzero(distance[:, 0] <= likely + 4 * gap)
-        if len(which):
-            x, begin = points[which] - sheet.origin, places[rows[which]]
-            least = _zoom_in(sheet, x, begin, sheet.step(each), steps)
-            best[which] = np.minimum(best[which], least)
-    least_of_all: Array = best
-    return least_of_all
+        near = np.flatnonzero(distance[:, 0] <= nearest_sample + 4 * gap)
+        if len(near):
+            x, begin = points[near] - sheet.origin, places[rows[near]]
+            least = _search_from(sheet, x, begin, sheet.step(samples_each), steps)
+            best[near] = np.minimum(best[near], least)
+    distances: Array = best
+    return distances
 
 
-def _zoom_in(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
-    """The least distance that a search from the places (m, k, 2) finds.
+def _search_from(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
+    """The least distances (m,) to x (m, 3) that a search from the places (m, k, 2) finds.
 
-    After a quarter of the steps, only the best of the k places continues.
+    Each step tries the eight neighbours of a place. Steps become longer if a neighbour is nearer to
+    x, and shorter if not. After a quarter of the steps, only the best of the k places continues.
     """
     m, k, _ = places.shape
     distance = np.linalg.norm(sheet.at(places.reshape(-1, 2)).reshape(m, k, 3) - x[:, None], axis=2)
-    steps_left = np.full((m, k), 2.0)
+    lengths = np.full((m, k), 2.0)
     for number in range(steps):
         if number == steps // 4:
             chosen = distance.argmin(axis=1)[:, None]
             places = np.take_along_axis(places, chosen[..., None], axis=1)
-            distance, steps_left = (
-                np.take_along_axis(each, chosen, axis=1) for each in (distance, steps_left)
+            distance, lengths = (
+                np.take_along_axis(each, chosen, axis=1) for each in (distance, lengths)
             )
-        around = places[:, :, None] + steps_left[..., None, None] * step * NEIGHBOURS
+        around = places[:, :, None] + lengths[..., None, None] * step * DIRECTIONS
         around = sheet.inside(around.reshape(-1, 2))
-        there = sheet.at(around).reshape(*distance.shape, 9, 3) - x[:, None, None]
-        far = np.sqrt((there * there).sum(axis=3))
-        nearest_one = far.argmin(axis=2)[..., None]
-        least = np.take_along_axis(far, nearest_one, axis=2)[..., 0]
-        better = least < distance
-        steps_left = np.where(better, 1.2 * steps_left, 0.45 * steps_left)
+        offsets = sheet.at(around).reshape(*distance.shape, 9, 3) - x[:, None, None]
+        tried = np.sqrt((offsets * offsets).sum(axis=3))
+        nearest = tried.argmin(axis=2)[..., None]
+        least = np.take_along_axis(tried, nearest, axis=2)[..., 0]
+        is_nearer = least < distance
+        lengths = np.where(is_nearer, 1.2 * lengths, 0.45 * lengths)
         around = around.reshape(*distance.shape, 9, 2)
-        moved = np.take_along_axis(around, nearest_one[..., None], axis=2)[:, :, 0]
-        places = np.where(better[..., None], moved, places)
+        best_around = np.take_along_axis(around, nearest[..., None], axis=2)[:, :, 0]
+        places = np.where(is_nearer[..., None], best_around, places)
         distance = np.minimum(distance, least)
     result: Array = distance.min(axis=1)
     return result
@@ -82,21 +84,22 @@ def _zoom_in(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> 
 def least_distance(
     nets: Sequence[Net], point: Sequence[float], width: float
 ) -> tuple[float, float]:
-    """An interval, `width` wide, that holds the least distance of a point to polynomial nets.
+    """An interval, at most `width` wide, that contains the least distance of a point to nets.
 
-    The nearest boxes are halved first. In exact fractions; only roots are rounded, by 1e-15.
+    `nets` are polynomial patches. The part of a patch whose box is nearest is divided first. All
+    numbers are exact fractions except square roots, which are widened by 1e-15.
     """
     x = [Fraction(value) for value in point]
     heap: list[tuple[float, int, Net]] = []
     high, number = float("inf"), 0
 
-    def enter(net: Net) -> None:
+    def push(net: Net) -> None:
         nonlocal number, high
         number += 1
         flat = [p for row in net for p in row]
         for corner in (net[0][0], net[0][-1], net[-1][0], net[-1][-1]):
-            there = sqrt(sum((a - b) ** 2 for a, b in zip(corner, x, strict=True)))
-            high = min(high, there * (1 + 1e-15))
+            distance = sqrt(sum((a - b) ** 2 for a, b in zip(corner, x, strict=True)))
+            high = min(high, distance * (1 + 1e-15))
         square = Fraction(0)
         for axis in range(3):
             values = [p[axis] for p in flat]
@@ -104,13 +107,13 @@ def least_distance(
         heappush(heap, (sqrt(square) * (1 - 1e-15), number, net))
 
     for net in nets:
-        enter(net)
+        push(net)
     while True:
         low, _, net = heappop(heap)
         if high - low <= width:
             return min(low, high), high
-        for half in _split_quarters(net):
-            enter(half)
+        for quarter in _split_quarters(net):
+            push(quarter)
 
 
 def _split_quarters(net: Net) -> list[Net]:
@@ -123,14 +126,15 @@ def _transpose(net: Net) -> Net:
 
 
 def _halve(net: Net) -> list[Net]:
+    """The nets of the two halves along axis 0, by de Casteljau."""
     low, high, rows = [net[0]], [net[-1]], net
     while len(rows) > 1:
         rows = [
             [
                 tuple((a + b) / 2 for a, b in zip(p, q, strict=True))
-                for p, q in zip(*two, strict=True)
+                for p, q in zip(*pair, strict=True)
             ]
-            for two in pairwise(rows)
+            for pair in pairwise(rows)
         ]
         low.append(rows[0])
         high.append(rows[-1])

@@ -1,6 +1,6 @@
-"""Curves in exact arithmetic, and their lengths with many digits.
+"""Points of curves in exact arithmetic, and lengths of curves to 20 digits.
 
-A B-spline is evaluated by its own recurrence (Cox–de Boor) in fractions, never by Bézier pieces.
+A B-spline is evaluated in fractions by the recurrence of Cox and de Boor, without Bézier pieces.
 """
 
 import math
@@ -16,7 +16,7 @@ from tests.oracles.splines import spline_point, to_fractions
 
 
 def exact_points(points: Any, weights: Any = None) -> list[Vector]:
-    """The control points as fractions; homogeneous, (wx, wy, w), with weights."""
+    """The control points as fractions; with weights as homogeneous points, (wx, wy, w)."""
     rows = [tuple(Fraction(float(x)) for x in point) for point in points]
     if weights is None:
         return rows
@@ -24,25 +24,26 @@ def exact_points(points: Any, weights: Any = None) -> list[Vector]:
     return [(*(w * x for x in row), w) for row, w in zip(rows, point_weights, strict=True)]
 
 
-def projected(value: Vector, dimension: int) -> Vector:
-    """The point of a value that may be homogeneous."""
+def project(value: Vector, dimension: int) -> Vector:
+    """A point of this dimension, divided by its weight if it has one coordinate more."""
     if len(value) == dimension:
         return value
     return tuple(x / value[-1] for x in value[:-1])
 
 
 def bezier_point(points: Any, weights: Any, t: Fraction) -> Vector:
-    """C(t) by de Casteljau."""
-    return projected(curve_point(exact_points(points, weights), t), len(points[0]))
+    """C(t) by de Casteljau, as fractions."""
+    return project(curve_point(exact_points(points, weights), t), len(points[0]))
 
 
 def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False) -> list[float]:
-    """The limit of the unit tangent at t from the left or the right, by the Taylor polynomial.
+    """The limit of the unit tangent at t, from the left if `before`, else from the right.
 
-    With C(t) as the origin, w (C − C(t)) is a polynomial in h; its lowest term is the direction.
+    w(t + h) (C(t + h) − C(t)) is a polynomial in h. Its lowest term that does not vanish has the
+    direction of the tangent, which is reversed from the left if the power of h is even.
     """
     homogeneous = exact_points(points, [1] * len(points) if weights is None else weights)
-    point = projected(curve_point(homogeneous, t), len(points[0]))
+    point = project(curve_point(homogeneous, t), len(points[0]))
     local = [tuple(x - q[-1] * c for x, c in zip(q[:-1], point, strict=True)) for q in homogeneous]
     for order in range(1, len(points)):
         local = [tuple(b - a for a, b in zip(*pair, strict=True)) for pair in pairwise(local)]
@@ -59,13 +60,13 @@ def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False)
 def bspline_point(
     points: Any, weights: Any, knots: Sequence[float], degree: int, t: Fraction
 ) -> Vector:
-    """C(t) = Σ N_i(t) P_i, right-continuous, left at the end."""
+    """C(t) = Σ N_i(t) P_i as fractions, the limit from the right; at the end from the left."""
     homogeneous = exact_points(points, weights)
-    return projected(spline_point(homogeneous, to_fractions(knots), degree, t), len(points[0]))
+    return project(spline_point(homogeneous, to_fractions(knots), degree, t), len(points[0]))
 
 
 def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> float:
-    """∫ |C′|, by mpmath with 20 digits; `breaks` are parameters at which C′ vanishes."""
+    """∫ |C′| over [0, 1] to 20 digits; `breaks` are the parameters at which C′ vanishes."""
     count, dimension = len(points), len(points[0])
     with mpmath.workdps(20):
         w = [mpmath.mpf(1)] * count if weights is None else [mpmath.mpf(float(x)) for x in weights]
@@ -77,12 +78,13 @@ def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> fl
             return [math.comb(n, i) * t**i * (1 - t) ** (n - i) for i in range(n + 1)]
 
         def speed(t: Any) -> Any:
-            all_, fewer = bernstein(count - 1, t), bernstein(count - 2, t)
-            weight, *values = (mpmath.fdot(all_, column) for column in columns)
-            slope, *firsts = (mpmath.fdot(fewer, step) for step in steps)
-            result = (
-                (d - x / weight * slope) / weight for x, d in zip(values, firsts, strict=True)
+            basis, lower_basis = bernstein(count - 1, t), bernstein(count - 2, t)
+            weight, *values = (mpmath.fdot(basis, column) for column in columns)
+            weight_slope, *slopes = (mpmath.fdot(lower_basis, step) for step in steps)
+            derivative = (
+                (d - x / weight * weight_slope) / weight
+                for x, d in zip(values, slopes, strict=True)
             )
-            return mpmath.sqrt(mpmath.fsum(result, squared=True))
+            return mpmath.sqrt(mpmath.fsum(derivative, squared=True))
 
         return float(mpmath.quad(speed, [0, *breaks, 1]))

@@ -1,4 +1,4 @@
-"""Distances of a surface from a mesh, and of a mesh from a surface, found by sampling.
+"""Distances of a surface from a mesh, and of a mesh from a surface, measured by sampling.
 
 Except for rounding, a sampled distance is never larger than the true one, so a bound below it is
 wrong. Samples are dense on the whole surface, denser on its borders, and denser still around the
@@ -19,16 +19,18 @@ from tests.oracles.sheets import Sheet
 
 Array: TypeAlias = NDArray[np.float64]
 
-WORST = 12
-"""Number of the worst samples, around which more samples are taken."""
+WORST_COUNT = 12
+"""Number of samples with the largest distances, around which more samples are taken."""
 
 ROUNDS = 4
+"""How often more samples are taken around the worst; each time within a quarter of the distance."""
 
-MULTITUDE = 1_000_000
-"""Number of samples among which the nearest is searched in doubtful cases."""
+DOUBTFUL_SAMPLES = 1_000_000
+"""Number of samples of a sheet from which the search for the nearest point begins in doubtful
+cases."""
 
-AGAIN = 128
-"""Number of points whose distance to the surface is searched again at a time."""
+REPEATED_POINTS = 128
+"""Number of points whose distance to the surface is computed again at a time."""
 
 ROUNDING = 64 * 2.0**-53
 """An upper bound of the rounding error of an evaluated point, relative to the size of the
@@ -36,8 +38,12 @@ surface."""
 
 
 @dataclass(frozen=True)
-class Found:
-    """The largest deviation found, its place, and the part of it that may be rounding."""
+class Deviation:
+    """The largest sampled distance, and where it is.
+
+    `sheet` is the number of the sheet, and `place` the parameters (u, v). `noise` is the part of
+    the distance that may be an error of rounding.
+    """
 
     distance: float
     sheet: int
@@ -45,20 +51,24 @@ class Found:
     noise: float
 
 
-def measure_surface_to_mesh(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> Found:
-    """Largest distance found from a point of the surface to the triangles (T, 3, 3).
+def measure_surface_to_mesh(
+    sheets: Sequence[Sheet], corners: Array, count: int = 4000
+) -> Deviation:
+    """Largest sampled distance from a point of the surface to the triangles (T, 3, 3).
 
-    Each sheet has `count` samples, without those on borders and around the worst.
+    Each sheet has `count` samples in its domain, and more on its border and around the worst.
     """
-    return max(measure_each_sheet(sheets, corners, count), key=lambda found: found.distance)
+    return max(measure_each_sheet(sheets, corners, count), key=lambda deviation: deviation.distance)
 
 
-def measure_each_sheet(sheets: Sequence[Sheet], corners: Array, count: int = 4000) -> list[Found]:
-    """The distance from each sheet to all triangles."""
+def measure_each_sheet(
+    sheets: Sequence[Sheet], corners: Array, count: int = 4000
+) -> list[Deviation]:
+    """The largest sampled distance from each sheet to the triangles (T, 3, 3)."""
     return [_measure_sheet(number, sheet, corners, count) for number, sheet in enumerate(sheets)]
 
 
-def _measure_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Found:
+def _measure_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Deviation:
     # The difference of two nearly equal doubles is exact.
     local = corners - sheet.origin
     soup = Soup(local)
@@ -66,81 +76,84 @@ def _measure_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Fou
     points = sheet.at(places)
     distances, largest = soup.farthest(points)
     noise = ROUNDING * float(np.abs(points).max())
-    rows = np.argsort(-distances, kind="stable")[:WORST]
-    tops, heights = places[rows], distances[rows]
-    reach = sheet.step(count)
+    rows = np.argsort(-distances, kind="stable")[:WORST_COUNT]
+    worst_places, worst_distances = places[rows], distances[rows]
+    spread = sheet.step(count)
     offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2), axis=-1).reshape(-1, 2)
     for _ in range(ROUNDS):
-        around = sheet.inside((tops[:, np.newaxis] + offsets * reach).reshape(-1, 2))
-        result = soup.distances(sheet.at(around)).reshape(len(tops), -1)
-        best = result.argmax(axis=1)
-        tops = around.reshape(len(tops), -1, 2)[np.arange(len(tops)), best]
-        heights = result[np.arange(len(tops)), best]
-        reach = reach / 4
-    top = int(heights.argmax())
-    return Found(
-        max(largest, float(heights[top])), number, (float(tops[top, 0]), float(tops[top, 1])), noise
-    )
+        around = sheet.inside((worst_places[:, np.newaxis] + offsets * spread).reshape(-1, 2))
+        around_distances = soup.distances(sheet.at(around)).reshape(len(worst_places), -1)
+        best = around_distances.argmax(axis=1)
+        worst_places = around.reshape(len(worst_places), -1, 2)[np.arange(len(worst_places)), best]
+        worst_distances = around_distances[np.arange(len(worst_places)), best]
+        spread = spread / 4
+    worst = int(worst_distances.argmax())
+    u, v = worst_places[worst].tolist()
+    return Deviation(max(largest, float(worst_distances[worst])), number, (u, v), noise)
 
 
 def measure_seen_deviation(
     sheets: Sequence[Sheet], corners: Array, eye: Array, near: float, count: int = 4000
 ) -> float:
-    """Largest distance from a sample to the triangles in units of its distance from an eye.
+    """Largest quotient of a sample's distance to the triangles and its distance from the eye.
 
-    A sample nearer to the eye than `near` counts with the distance `near`.
+    If a sample is nearer to the eye than `near`, its distance is divided by `near`.
     """
     largest = 0.0
     for sheet in sheets:
         points = sheet.at(sheet.samples(count))
-        away = np.linalg.norm(points - (eye - sheet.origin), axis=1)
-        result = Soup(corners - sheet.origin).distances(points)
-        largest = max(largest, float((result / np.maximum(away, near)).max()))
+        eye_distances = np.linalg.norm(points - (eye - sheet.origin), axis=1)
+        distances = Soup(corners - sheet.origin).distances(points)
+        largest = max(largest, float((distances / np.maximum(eye_distances, near)).max()))
     return largest
 
 
 def measure_mesh_to_surface(
     sheets: Sequence[Sheet], corners: Array, count: int = 4000, inner: int = 4, doubt: float = inf
 ) -> float:
-    """Largest distance found from a point of the triangles (T, 3, 3) to the surface.
+    """Largest distance from a sampled point of the triangles (T, 3, 3) to the surface.
 
-    Points of the triangles stand at their barycentric multiples of 1/`inner`. The search descends
-    from the nearest sample of every sheet to the nearest point. Its distances may be too large. So
-    the search for the largest distance is repeated from the nearest of many more samples, until the
-    largest distance of all was computed twice; above `doubt`, it is repeated once more, from
-    `MULTITUDE` samples.
+    The sampled points have barycentric coordinates that are multiples of 1/`inner`. For each point,
+    a search descends from the nearest sample of every sheet to the nearest point of the surface.
+    A distance may be too large, because the search may end at a local minimum. So the largest
+    distances are computed again, from the nearest of many more samples, until the largest of all
+    was computed twice. Distances above `doubt` are computed once more, from `DOUBTFUL_SAMPLES`
+    samples.
     """
     steps = [(i, j) for i in range(inner + 1) for j in range(inner + 1 - i)]
     weights = np.array([(inner - i - j, i, j) for i, j in steps]) / inner
     points = np.einsum("wk,tki->twi", weights, corners).reshape(-1, 3)
     best = np.full(len(points), np.inf)
     for sheet in sheets:
-        result = _descend(sheet, *_sample_sheet(sheet, count), points - sheet.origin, starts=1)
-        np.minimum(best, result, out=best)
+        distances = _descend(sheet, *_sample_sheet(sheet, count), points - sheet.origin, starts=1)
+        np.minimum(best, distances, out=best)
     order = np.argsort(-best, kind="stable")
     many = [(sheet, *_sample_sheet(sheet, 16 * count)) for sheet in sheets]
     largest = 0.0
-    for start in range(0, len(order), AGAIN):
-        rows = order[start : start + AGAIN]
+    for start in range(0, len(order), REPEATED_POINTS):
+        rows = order[start : start + REPEATED_POINTS]
         if best[rows[0]] <= largest:
             break
         for sheet, places, tree in many:
-            result = _descend(sheet, places, tree, points[rows] - sheet.origin, starts=4)
-            best[rows] = np.minimum(best[rows], result)
+            distances = _descend(sheet, places, tree, points[rows] - sheet.origin, starts=4)
+            best[rows] = np.minimum(best[rows], distances)
         largest = max(largest, float(best[rows].max()))
     rows = np.flatnonzero(best > doubt)
     if len(rows):
         for sheet in sheets:
-            result = _descend(
-                sheet, *_sample_sheet(sheet, MULTITUDE), points[rows] - sheet.origin, starts=8
+            distances = _descend(
+                sheet,
+                *_sample_sheet(sheet, DOUBTFUL_SAMPLES),
+                points[rows] - sheet.origin,
+                starts=8,
             )
-            best[rows] = np.minimum(best[rows], result)
+            best[rows] = np.minimum(best[rows], distances)
         largest = float(best.max())
     return largest
 
 
 def _sample_sheet(sheet: Sheet, count: int) -> tuple[Array, cKDTree]:
-    """Samples, and their parameters."""
+    """Parameters (m, 2) of samples of a sheet, and a tree of their points."""
     places = sheet.samples(count)
     return places, cKDTree(sheet.at(places))
 
@@ -148,56 +161,67 @@ def _sample_sheet(sheet: Sheet, count: int) -> tuple[Array, cKDTree]:
 def _descend(
     sheet: Sheet, places: Array, tree: cKDTree, points: Array, *, starts: int, steps: int = 8
 ) -> Array:
-    """Distances (m,) to a sheet, by steps of Gauss and Newton from the nearest samples.
+    """Distances (m,) of points to a sheet, by the method of Gauss and Newton.
 
-    Slopes are differences. Steps along u, along v and along the third side of a triangle are tried,
-    too, because the nearest point may be on the border. A step that leads further away is
-    shortened.
+    The method begins at each of the `starts` nearest samples, and the least distance counts.
+    Partials are computed from differences of points. The search also tries steps along u, along v
+    and along the third side of a triangle, because the nearest point may be on the border. If no
+    step leads to a nearer point, the next steps are half as long.
     """
     _, rows = tree.query(points, k=list(range(1, starts + 1)))
-    at = places[rows.T.ravel()]
+    current = places[rows.T.ravel()]
     points = np.tile(points, (starts, 1))
-    size = 1e-6 * sheet.step(len(places))
-    apart = sheet.at(at) - points
-    best = (apart * apart).sum(axis=1)
+    difference = 1e-6 * sheet.step(len(places))
+    offset = sheet.at(current) - points
+    best = (offset * offset).sum(axis=1)
     scale = np.ones((len(points), 1))
     for _ in range(steps):
-        a, b = (_estimate_partial(sheet, at, apart + points, size, axis) for axis in range(2))
-        for step in _solve_steps(a, b, apart):
-            new = sheet.inside(at - scale * step)
+        a, b = (
+            _estimate_partial(sheet, current, offset + points, difference, axis)
+            for axis in range(2)
+        )
+        for step in _solve_steps(a, b, offset):
+            new = sheet.inside(current - scale * step)
             moved = sheet.at(new) - points
             square = (moved * moved).sum(axis=1)
             nearer = square < best
             best = np.where(nearer, square, best)
-            at = np.where(nearer[:, np.newaxis], new, at)
-            apart = np.where(nearer[:, np.newaxis], moved, apart)
+            current = np.where(nearer[:, np.newaxis], new, current)
+            offset = np.where(nearer[:, np.newaxis], moved, offset)
         scale = np.where(nearer[:, np.newaxis], 1.0, scale / 2)
     distances: Array = np.sqrt(best).reshape(starts, -1).min(axis=0)
     return distances
 
 
-def _estimate_partial(sheet: Sheet, at: Array, point: Array, size: Array, axis: int) -> Array:
-    """The partial along one parameter, from a difference into the domain."""
-    small = np.where(np.arange(2) == axis, size, 0.0)
-    there = sheet.inside(at + small)
-    stayed = np.abs(there - at)[:, axis, np.newaxis] < size[axis] / 2
-    there = sheet.inside(np.where(stayed, at - small, there))
-    length = (there - at)[:, axis, np.newaxis]
-    return (sheet.at(there) - point) / np.where(length == 0, 1.0, length)
+def _estimate_partial(
+    sheet: Sheet, current: Array, point: Array, difference: Array, axis: int
+) -> Array:
+    """The partial derivatives (m, 3) along one parameter, from differences inside the domain."""
+    move = np.where(np.arange(2) == axis, difference, 0.0)
+    moved = sheet.inside(current + move)
+    # At the upper end of the domain the parameter cannot increase, so it is decreased.
+    is_at_end = np.abs(moved - current)[:, axis, np.newaxis] < difference[axis] / 2
+    moved = sheet.inside(np.where(is_at_end, current - move, moved))
+    length = (moved - current)[:, axis, np.newaxis]
+    return (sheet.at(moved) - point) / np.where(length == 0, 1.0, length)
 
 
-def _solve_steps(a: Array, b: Array, apart: Array) -> list[Array]:
-    """Steps (m, 2) that reduce the differences, to first order: freely and along three lines."""
+def _solve_steps(a: Array, b: Array, offset: Array) -> list[Array]:
+    """Four arrays (m, 2) of steps that minimise the distance to first order.
+
+    The first steps are free; the others run along u, along v, and along the third side of a
+    triangle. `a` and `b` are the partials, `offset` (m, 3) is the vector from the point.
+    """
     e, f, g = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b)))
-    p, q = ((x * apart).sum(axis=1) for x in (a, b))
-    # The diagonal is a little larger, for partials that vanish or are parallel.
+    p, q = ((x * offset).sum(axis=1) for x in (a, b))
+    # A slightly larger diagonal avoids a division by zero if partials vanish or are parallel.
     e, g = e * (1 + 1e-9) + 1e-300, g * (1 + 1e-9) + 1e-300
     zero = np.zeros_like(p)
-    area, across = e * g - f * f, e + g - 2 * f + 1e-300
-    result = [
-        ((g * p - f * q) / area, (e * q - f * p) / area),
+    determinant, diagonal = e * g - f * f, e + g - 2 * f + 1e-300
+    steps = [
+        ((g * p - f * q) / determinant, (e * q - f * p) / determinant),
         (p / e, zero),
         (zero, q / g),
-        ((p - q) / across, (q - p) / across),
+        ((p - q) / diagonal, (q - p) / diagonal),
     ]
-    return [np.stack(step, axis=1) for step in result]
+    return [np.stack(step, axis=1) for step in steps]

@@ -1,8 +1,9 @@
 """Distances of points to the nearest of many triangles: first upper bounds, then true distances.
 
-The guess uses a few triangles near each point. It is never too small, so a small guess needs no
-check. The largest guesses are replaced by true distances, to all triangles in balls that are no
-further away than the guess. This ends when the largest true distance exceeds every remaining guess.
+The upper bound of a point is its distance to a few triangles near it. The largest upper bounds are
+replaced by true distances, until the largest true distance exceeds every remaining upper bound. The
+true distance is the least distance to all triangles whose enclosing ball is no further away than
+the upper bound.
 """
 
 from dataclasses import dataclass, field
@@ -15,11 +16,11 @@ from scipy.spatial import cKDTree
 Array: TypeAlias = NDArray[np.float64]
 Index: TypeAlias = NDArray[np.intp]
 
-NEAREST = 3
-"""Number of triangles that a guess uses."""
+NEAR_POINTS = 3
+"""Number of nearest points on triangles whose triangles give an upper bound."""
 
 FLAT = 1e-10
-"""A triangle whose height is a smaller share of its length is replaced by its three sides."""
+"""A triangle whose height divided by its length is smaller is replaced by its three sides."""
 
 
 def measure_distances(points: Array, corners: Array) -> Array:
@@ -27,28 +28,34 @@ def measure_distances(points: Array, corners: Array) -> Array:
     point = np.ascontiguousarray(points.T)
     a, b, c = np.ascontiguousarray(corners.transpose(1, 2, 0))
     sides = [(end - start, point - start, point - end) for start, end in ((a, b), (b, c), (c, a))]
-    squares = [_dot(along, along) for along, _, _ in sides]
-    square = np.minimum.reduce(
-        [_measure_to_segments(*side, length) for side, length in zip(sides, squares, strict=True)]
+    side_squares = [_dot(side, side) for side, _, _ in sides]
+    to_sides = np.minimum.reduce(
+        [
+            _measure_to_segments(*side, square)
+            for side, square in zip(sides, side_squares, strict=True)
+        ]
     )
     normal = _cross(sides[0][0], -sides[2][0])
     area = _dot(normal, normal)
-    over = area > (FLAT * np.maximum.reduce(squares)) ** 2
-    for along, start, _ in sides:
-        over &= _dot(_cross(normal, along), start) >= 0
-    height = _dot(sides[0][1], normal) ** 2 / np.where(area > 0, area, 1.0)
-    return np.sqrt(np.where(over, np.minimum(height, square), square))
+    # Whether the foot of the perpendicular from the point is inside the triangle.
+    is_over = area > (FLAT * np.maximum.reduce(side_squares)) ** 2
+    for side, start, _ in sides:
+        is_over &= _dot(_cross(normal, side), start) >= 0
+    to_plane = _dot(sides[0][1], normal) ** 2 / np.where(area > 0, area, 1.0)
+    return np.sqrt(np.where(is_over, np.minimum(to_plane, to_sides), to_sides))
 
 
-def _measure_to_segments(along: Array, start: Array, end: Array, square: Array) -> Array:
-    """Square of the distance to a segment: its vector, the point seen from its ends, (3, m), and
-    the square of its length.
+def _measure_to_segments(side: Array, start: Array, end: Array, square: Array) -> Array:
+    """Squares (m,) of the distances of points to segments.
+
+    `side` is the vector of a segment, `start` and `end` are the vectors from its ends to the point,
+    all (3, m); `square` (m,) is the square of the length of the segment.
     """
-    t = np.clip(_dot(start, along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    # Measured from the nearer end, so that no digits are lost near it.
-    first = t < 0.5
-    rest = np.where(first, start, end) - np.where(first, t, t - 1.0) * along
-    return _dot(rest, rest)
+    t = np.clip(_dot(start, side) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    # Computed from the nearer end, so that no digits are lost near it.
+    is_nearer_start = t < 0.5
+    offset = np.where(is_nearer_start, start, end) - np.where(is_nearer_start, t, t - 1.0) * side
+    return _dot(offset, offset)
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -65,7 +72,12 @@ def _cross(a: Array, b: Array) -> Array:
 
 @dataclass(eq=False)
 class Soup:
-    """Triangles without order, (T, 3, 3)."""
+    """Triangles (T, 3, 3) without connectivity, in search trees.
+
+    `tree` has points on the triangles, and `owner` the triangle of each of these points. `balls`
+    are enclosing balls of triangles of about equal size: the tree of their centres, the numbers of
+    their triangles, and the largest radius.
+    """
 
     corners: Array
     tree: cKDTree = field(init=False)
@@ -73,44 +85,44 @@ class Soup:
     balls: list[tuple[cKDTree, Index, float]] = field(init=False)
 
     def __post_init__(self) -> None:
-        places, self.owner = _spread_points(self.corners)
-        self.tree = cKDTree(places)
+        points_on_triangles, self.owner = _spread_points(self.corners)
+        self.tree = cKDTree(points_on_triangles)
         self.balls = _enclose_triangles(self.corners)
 
-    def guess(self, points: Array) -> Array:
-        """Distances (m,) that may be too large, never too small."""
-        _, rows = self.tree.query(points, k=min(NEAREST, len(self.owner)))
-        result = self.owner[np.asarray(rows).reshape(len(points), -1)]
-        pairs = measure_distances(
-            np.repeat(points, result.shape[1], axis=0), self.corners[result.ravel()]
+    def bound_above(self, points: Array) -> Array:
+        """Upper bounds (m,) of the distances of points (m, 3)."""
+        _, rows = self.tree.query(points, k=min(NEAR_POINTS, len(self.owner)))
+        near = self.owner[np.asarray(rows).reshape(len(points), -1)]
+        distances = measure_distances(
+            np.repeat(points, near.shape[1], axis=0), self.corners[near.ravel()]
         )
-        nearest: Array = pairs.reshape(result.shape).min(axis=1)
-        return nearest
+        bounds: Array = distances.reshape(near.shape).min(axis=1)
+        return bounds
 
     def distances(self, points: Array) -> Array:
-        """True distances (m,)."""
-        return self._true(points, self.guess(points))
+        """True distances (m,) of points (m, 3)."""
+        return self._measure_exactly(points, self.bound_above(points))
 
     def farthest(self, points: Array) -> tuple[Array, float]:
-        """Distances (m,), never too small, and the largest true distance.
+        """Upper bounds (m,) of the distances of points (m, 3), and the largest true distance.
 
-        A distance up to the largest may be a guess.
+        The upper bounds above the largest true distance are replaced by true distances.
         """
-        result = self.guess(points)
+        result = self.bound_above(points)
         order = np.argsort(-result, kind="stable")
         largest, done, block = 0.0, 0, 32
         while done < len(order) and result[order[done]] > largest:
             rows = order[done : done + block]
-            result[rows] = self._true(points[rows], result[rows])
+            result[rows] = self._measure_exactly(points[rows], result[rows])
             largest = max(largest, float(result[rows].max()))
             done, block = done + block, 2 * block
         return result, largest
 
-    def _true(self, points: Array, guesses: Array) -> Array:
-        """The least of the distances to all triangles in balls that are within the guess."""
-        result = guesses.copy()
+    def _measure_exactly(self, points: Array, bounds: Array) -> Array:
+        """True distances (m,): the least to all triangles whose ball is within the upper bound."""
+        result = bounds.copy()
         for tree, triangles, radius in self.balls:
-            reach = guesses * (1 + 1e-9) + radius
+            reach = bounds * (1 + 1e-9) + radius
             near = tree.query_ball_point(points, reach, return_sorted=False)
             counts = np.array([len(rows) for rows in near])
             if counts.any():
@@ -121,7 +133,10 @@ class Soup:
 
 
 def _enclose_triangles(corners: Array) -> list[tuple[cKDTree, Index, float]]:
-    """Middles of the triangles' boxes, by size: a tree, the triangles in it, the largest radius."""
+    """Balls around the bounding boxes of triangles, grouped by size; see `Soup.balls`.
+
+    The radii of a group differ at most by a factor of 2.
+    """
     low, high = corners.min(axis=1), corners.max(axis=1)
     middles, radii = (low + high) / 2, np.sqrt(_dot((high - low).T, (high - low).T)) / 2
     size = np.frexp(radii)[1]
@@ -130,25 +145,28 @@ def _enclose_triangles(corners: Array) -> list[tuple[cKDTree, Index, float]]:
 
 
 def _spread_points(corners: Array) -> tuple[Array, Index]:
-    """Points inside the triangles, more of them the longer a triangle is, and their owners."""
+    """Points (m, 3) inside the triangles, and the number (m,) of the triangle of each point.
+
+    The longer a triangle is in comparison with its height, the more points it has.
+    """
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     longest = np.max([_dot((q - p).T, (q - p).T) for p, q in ((a, b), (b, c), (c, a))], axis=0)
     normal = _cross((b - a).T, (c - a).T)
     area = np.sqrt(_dot(normal, normal))
-    shape = longest / np.maximum(area, longest / 64 + (longest == 0))
-    places: list[Array] = []
+    slenderness = longest / np.maximum(area, longest / 64 + (longest == 0))
+    points_on_triangles: list[Array] = []
     owners: list[Index] = []
     for divisions, least, most in ((1, 0, 1.7), (2, 1.7, 5), (4, 5, 12), (8, 12, 25), (16, 25, 99)):
-        rows = np.flatnonzero((shape >= least) & (shape < most))
-        weights = _list_middles(divisions)
-        places.append((weights @ corners[rows]).reshape(-1, 3))
+        rows = np.flatnonzero((slenderness >= least) & (slenderness < most))
+        weights = _list_centres(divisions)
+        points_on_triangles.append((weights @ corners[rows]).reshape(-1, 3))
         owners.append(np.repeat(rows, len(weights)))
-    return np.concatenate(places), np.concatenate(owners)
+    return np.concatenate(points_on_triangles), np.concatenate(owners)
 
 
-def _list_middles(divisions: int) -> Array:
-    """Barycentric middles of the n² triangles that a triangle is divided into, (n², 3)."""
+def _list_centres(divisions: int) -> Array:
+    """Barycentric centres (n², 3) of the n² triangles into which a triangle is divided."""
     upright = [(i + 1 / 3, j + 1 / 3) for i in range(divisions) for j in range(divisions - i)]
-    turned = [(i + 2 / 3, j + 2 / 3) for i in range(divisions) for j in range(divisions - 1 - i)]
-    at = np.array(upright + turned) / divisions
-    return np.column_stack([1 - at.sum(axis=1), at])
+    inverted = [(i + 2 / 3, j + 2 / 3) for i in range(divisions) for j in range(divisions - 1 - i)]
+    s_t = np.array(upright + inverted) / divisions
+    return np.column_stack([1 - s_t.sum(axis=1), s_t])

@@ -1,8 +1,8 @@
 """Bézier surfaces in exact rational arithmetic, by de Casteljau's algorithm alone.
 
-A float is a rational number, so the points and partials of a net of floats at a rational parameter
-are rational numbers too, and are computed here without any rounding. Only the length of a normal
-is not rational: it is taken with 50 digits.
+A float is a rational number. So the points and partials of a net of floats at a rational parameter
+are rational numbers too, and this module computes them without rounding. The length of a normal is
+not rational; it is computed with 50 digits.
 
 Farin, Curves and Surfaces for CAGD, 5th ed., chapters 4 (de Casteljau), 13 (rational curves) and
 14 (tensor products).
@@ -34,25 +34,30 @@ class Jet(NamedTuple):
 
 
 def to_exact_net(points: Any, weights: Any = None) -> Net:
-    """The net as fractions; homogeneous, (wx, wy, wz, w), with weights."""
-    net = _to_fractions(*_key(points))
+    """The net as fractions; with weights as homogeneous points, (wx, wy, wz, w)."""
+    net = _to_fractions(*_to_cache_key(points))
     if weights is None:
         return [[*row] for row in net]
-    point_weights = _to_fractions(*_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis]))
+    point_weights = _to_fractions(
+        *_to_cache_key(np.asarray(weights, dtype=np.float64)[..., np.newaxis])
+    )
     return [
         [_to_homogeneous(point, w) for point, (w,) in zip(row, ws, strict=True)]
         for row, ws in zip(net, point_weights, strict=True)
     ]
 
 
-def _key(values: Any) -> tuple[bytes, tuple[int, ...]]:
+def _to_cache_key(values: Any) -> tuple[bytes, tuple[int, ...]]:
     array = np.ascontiguousarray(values, dtype=np.float64)
     return array.tobytes(), array.shape
 
 
 @lru_cache(maxsize=256)
 def _to_fractions(content: bytes, shape: tuple[int, ...]) -> Net:
-    """Cached, because a net is evaluated at many parameters, one after the other."""
+    """An array (n, m, k), given by its bytes and shape, as fractions.
+
+    Cached, because tests evaluate the same net at many parameters.
+    """
     rows = np.frombuffer(content).reshape(shape).tolist()
     return [[tuple(map(Fraction, point)) for point in row] for row in rows]
 
@@ -62,14 +67,15 @@ def _to_homogeneous(point: Vector, weight: Fraction) -> Vector:
 
 
 def list_parameters(resolution: int) -> list[Fraction]:
-    """The parameters i/R, i = 0 … R."""
+    """The parameters i/resolution, i = 0 … resolution."""
     return [Fraction(i, resolution) for i in range(resolution + 1)]
 
 
 def curve_point(points: Sequence[Vector], t: Fraction) -> Vector:
-    """de Casteljau: b ← (1 − t) b_i + t b_{i+1} until one point is left.
+    """de Casteljau: b_i ← (1 − t) b_i + t b_{i+1} until one point is left.
 
-    Worked in integers over one common denominator, which is the same as in fractions and faster.
+    The computation uses integers over one common denominator, which is faster than fractions and
+    gives the same result.
     """
     scale = math.lcm(*(x.denominator for point in points for x in point))
     rows = [[x.numerator * (scale // x.denominator) for x in point] for point in points]
@@ -81,15 +87,18 @@ def curve_point(points: Sequence[Vector], t: Fraction) -> Vector:
 
 
 def surface_point(net: Net, u: Fraction, v: Fraction) -> Vector:
-    """The rows along v first, then the curve of their points along u."""
+    """S(u, v): each row evaluated at v, then the curve through the results evaluated at u."""
     return curve_point([curve_point(row, v) for row in net], u)
 
 
 def bilinear_point(net: Net, u: Fraction, v: Fraction) -> Vector:
-    """Bilinear interpolation of 2 × 2 blocks, then linear interpolation in one direction."""
+    """S(u, v) by another order of de Casteljau: u and v together as long as both degrees last."""
     while len(net) > 1 and len(net[0]) > 1:
         net = [
-            [_mix(_mix(a[j], a[j + 1], v), _mix(b[j], b[j + 1], v), u) for j in range(len(a) - 1)]
+            [
+                _interpolate(_interpolate(a[j], a[j + 1], v), _interpolate(b[j], b[j + 1], v), u)
+                for j in range(len(a) - 1)
+            ]
             for a, b in pairwise(net)
         ]
     if len(net) > 1:
@@ -97,7 +106,7 @@ def bilinear_point(net: Net, u: Fraction, v: Fraction) -> Vector:
     return curve_point(net[0], v)
 
 
-def _mix(a: Vector, b: Vector, t: Fraction) -> Vector:
+def _interpolate(a: Vector, b: Vector, t: Fraction) -> Vector:
     return tuple((1 - t) * x + t * y for x, y in zip(a, b, strict=True))
 
 
@@ -107,7 +116,7 @@ def transpose(net: Net) -> Net:
 
 
 def hodograph(net: Net) -> Net:
-    """Net of the partial along axis 0: p (P_{i+1,j} − P_ij)."""
+    """Net of the partial along u: p (P_{i+1,j} − P_ij), p the degree."""
     degree = len(net) - 1
     return [
         [
@@ -119,19 +128,20 @@ def hodograph(net: Net) -> Net:
 
 
 def jets(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> list[list[Jet]]:
-    """Points and partials on the grid us × vs, projected where the net is homogeneous."""
-    sides = [
+    """Points and first partials on the grid us × vs; those of a homogeneous net are projected."""
+    grids = [
         _grid(net, us, vs),
         _grid(hodograph(net), us, vs),
         transpose(_grid(hodograph(transpose(net)), vs, us)),
     ]
     return [
-        [project(*three) for three in zip(*rows, strict=True)] for rows in zip(*sides, strict=True)
+        [project(*values) for values in zip(*rows, strict=True)]
+        for rows in zip(*grids, strict=True)
     ]
 
 
 def _grid(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> Net:
-    """Values of a tensor-product polynomial: each u gives a curve in v."""
+    """Values of a tensor-product polynomial on the grid us × vs, not projected."""
     grid = []
     for u in us:
         curve = [curve_point(column, u) for column in transpose(net)]
@@ -140,7 +150,10 @@ def _grid(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> Net:
 
 
 def project(value: Vector, du: Vector, dv: Vector) -> Jet:
-    """Quotient rule: S = X/w, S_u = (X_u − w_u S)/w."""
+    """The point and the partials of S = X/w, from those of the homogeneous X.
+
+    Quotient rule: S_u = (X_u − w_u S)/w. Values of three coordinates are returned unchanged.
+    """
     if len(value) == 3:
         return Jet(value, du, dv)
     *spatial, w = value
@@ -152,19 +165,20 @@ def project(value: Vector, du: Vector, dv: Vector) -> Jet:
 
 
 def second_jet(net: Net, u: Fraction, v: Fraction) -> list[Vector]:
-    """S, S_u, S_v, S_uu, S_uv, S_vv at one place, projected where the net is homogeneous.
-
-    The hodographs of degree below zero are zero.
-    """
+    """S, S_u, S_v, S_uu, S_uv, S_vv at (u, v); those of a homogeneous net are projected."""
     return project_partials(
-        [_value(net, i, j, u, v) for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))]
+        [
+            _evaluate_partial(net, i, j, u, v)
+            for i, j in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        ]
     )
 
 
 def project_partials(x: list[Vector]) -> list[Vector]:
-    """The six partials of a surface; for four coordinates, from those of the homogeneous form.
+    """S, S_u, S_v, S_uu, S_uv, S_vv from the same partials of the homogeneous form X = w S.
 
-    Quotient rule from the product rule: X = w S gives X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
+    They follow from the product rule, for example X_uv = w S_uv + w_u S_v + w_v S_u + w_uv S.
+    Values of three coordinates are returned unchanged.
     """
     if len(x[0]) == 3:
         return x
@@ -178,12 +192,12 @@ def project_partials(x: list[Vector]) -> list[Vector]:
 
 
 def _divide_by_weight(x: Vector, w: Fraction, terms: list[tuple[Fraction, Vector]]) -> Vector:
-    """(x − Σ factor · vector) / w."""
+    """(x − Σ factor · vector) / w, in three coordinates; `terms` are pairs (factor, vector)."""
     return tuple((x[k] - sum(f * vector[k] for f, vector in terms)) / w for k in range(3))
 
 
-def _value(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
-    """The value of ∂^{i+j}/∂u^i ∂v^j."""
+def _evaluate_partial(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
+    """∂^{i+j}/∂u^i ∂v^j of the polynomial at (u, v), not projected."""
     if i >= len(net) or j >= len(net[0]):
         return (Fraction(0),) * len(net[0][0])
     for _ in range(i):
@@ -195,25 +209,28 @@ def _value(net: Net, i: int, j: int, u: Fraction, v: Fraction) -> Vector:
 
 
 def curvatures(net: Net, u: Fraction, v: Fraction) -> tuple[mpmath.mpf, ...]:
-    """K, H, k_1 ≥ k_2 at a regular point, with 50 digits."""
+    """Curvatures at a regular point: Gaussian, mean, larger and smaller principal; 50 digits."""
     return compute_curvatures(second_jet(net, u, v))
 
 
 def compute_curvatures(jet: Sequence[Vector]) -> tuple[mpmath.mpf, ...]:
-    """K and H from S, S_u, S_v, S_uu, S_uv, S_vv: by the two fundamental forms."""
+    """Gaussian, mean, larger and smaller principal curvature, by the two fundamental forms.
+
+    `jet` is S, S_u, S_v, S_uu, S_uv, S_vv.
+    """
     _, du, dv, duu, duv, dvv = jet
     n = cross(du, dv)
     square = dot(n, n)
     e, f, g = (dot(second, n) for second in (duu, duv, dvv))
     gauss = (e * g - f * f) / square**2
-    twice = (e * dot(dv, dv) - 2 * f * dot(du, dv) + g * dot(du, du)) / square
+    trace = (e * dot(dv, dv) - 2 * f * dot(du, dv) + g * dot(du, du)) / square
     with mpmath.workdps(DIGITS):
-        k, h = _real(gauss), _real(twice) / (2 * mpmath.sqrt(_real(square)))
+        k, h = _to_mpf(gauss), _to_mpf(trace) / (2 * mpmath.sqrt(_to_mpf(square)))
         spread = mpmath.sqrt(max(h * h - k, mpmath.mpf(0)))
         return k, h, h + spread, h - spread
 
 
-def _real(x: Fraction) -> mpmath.mpf:
+def _to_mpf(x: Fraction) -> mpmath.mpf:
     return mpmath.mpf(x.numerator) / x.denominator
 
 
@@ -228,16 +245,16 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 def is_flat(triangle: Any) -> bool:
-    """Whether a triangle has no area: three corners of floats."""
+    """Whether the area of a triangle, three corners of floats, is exactly zero."""
     a, b, c = ([Fraction(x) for x in corner] for corner in np.asarray(triangle).tolist())
     edges = [tuple(y - x for x, y in zip(a, p, strict=True)) for p in (b, c)]
     return not any(cross(edges[0], edges[1]))
 
 
 def normalize(vector: Vector) -> tuple[float, float, float]:
-    """The vector over its length, rounded once, from 50 digits."""
+    """The unit vector of this direction, computed with 50 digits and rounded once."""
     with mpmath.workdps(DIGITS):
-        x, y, z = (mpmath.mpf(c.numerator) / c.denominator for c in vector)
+        x, y, z = map(_to_mpf, vector)
         length = mpmath.sqrt(x * x + y * y + z * z)
         return float(x / length), float(y / length), float(z / length)
 
@@ -253,16 +270,16 @@ def normals(points: Any, weights: Any, resolution: tuple[int, int]) -> np.ndarra
     """Unit normals at the samples, NaN where du × dv is exactly zero; shape (Ru+1, Rv+1, 3)."""
     net = to_exact_net(points, weights)
     grid = jets(net, list_parameters(resolution[0]), list_parameters(resolution[1]))
-    nowhere = (math.nan,) * 3
+    undefined = (math.nan,) * 3
     directions = [[cross(jet.du, jet.dv) for jet in row] for row in grid]
-    return np.array([[normalize(n) if any(n) else nowhere for n in row] for row in directions])
+    return np.array([[normalize(n) if any(n) else undefined for n in row] for row in directions])
 
 
 def split(points: Any, t: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
-    """The two halves of a net along axis 0, by de Casteljau; exact for nets of few bits.
+    """The nets of the two parts of a patch, below and above u = t, by de Casteljau.
 
-    Plain floating point on purpose: the halves must share their common row bit for bit, which
-    they do because it is computed once.
+    The parts share their common row bit for bit, because it is computed only once. The computation
+    is in floating point; with t = 1/2 and coordinates of few bits it is exact.
     """
     left, right = [], []
     rows = np.asarray(points, dtype=float)

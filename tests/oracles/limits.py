@@ -1,8 +1,8 @@
 """Limits of normals where du × dv vanishes: poles, cusps, folded corners.
 
-Along a line into the domain du × dv is a polynomial in the distance s. Where it begins with
-c sᵏ, the unit normal tends to c/|c|. The coefficient is found exactly: while the polynomial
-vanishes at 0 divide by s, each time extrapolating through as many points as it has coefficients.
+On a line into the domain, du × dv is a polynomial in the distance s. If its lowest term is c sᵏ,
+the unit normal tends to c/|c|. This module computes c exactly. It divides the values at some s > 0
+by s until the polynomial through them does not vanish at 0; its value at 0 is c.
 """
 
 from collections.abc import Sequence
@@ -21,27 +21,32 @@ from tests.oracles.exact import (
 
 
 def find_limit_normal(
-    points: Any, weights: Any, at: tuple[Fraction, Fraction], into: tuple[int, int]
+    points: Any, weights: Any, place: tuple[Fraction, Fraction], towards: tuple[int, int]
 ) -> tuple[float, float, float] | None:
-    """Unit normal at `at`, reached from the side `into` = (du, dv); None if du × dv ≡ 0 there."""
+    """The limit of the unit normal at `place` (u, v), from the direction `towards` in parameters.
+
+    Returns None if du × dv vanishes on the whole line.
+    """
     net = to_exact_net(points, weights)
-    # Along the line S has degree n at most, the product of two partials 2n; numerators of
-    # rational partials are themselves products of two.
-    n = (len(net) - 1) * abs(into[0]) + (len(net[0]) - 1) * abs(into[1])
+    # On the line the degree of S is at most n, and that of a product of two partials at most 2n.
+    # The numerator of a rational partial is itself a product of two polynomials of degree n.
+    n = (len(net) - 1) * abs(towards[0]) + (len(net[0]) - 1) * abs(towards[1])
     count = (2 if weights is None else 4) * n + 1
     steps = [Fraction(k, 2 * count) for k in range(1, count + 1)]
-    values = [_direction(net, at[0] + s * into[0], at[1] + s * into[1]) for s in steps]
+    values = [
+        _scaled_normal(net, place[0] + s * towards[0], place[1] + s * towards[1]) for s in steps
+    ]
     if not any(any(value) for value in values):
         return None
     while True:
-        first = _extrapolate(steps, values)
-        if any(first):
-            return normalize(first)
+        lowest = _extrapolate(steps, values)
+        if any(lowest):
+            return normalize(lowest)
         values = [tuple(x / s for x in value) for s, value in zip(steps, values, strict=True)]
 
 
-def _direction(net: list[list[Vector]], u: Fraction, v: Fraction) -> Vector:
-    """A positive multiple of du × dv that is a polynomial in u and v, rational surface or not."""
+def _scaled_normal(net: list[list[Vector]], u: Fraction, v: Fraction) -> Vector:
+    """A positive multiple of du × dv that is a polynomial in u and v, also for rational nets."""
     value = surface_point(net, u, v)
     du = surface_point(hodograph(net), u, v)
     dv = surface_point(transpose(hodograph(transpose(net))), u, v)
@@ -55,12 +60,12 @@ def _direction(net: list[list[Vector]], u: Fraction, v: Fraction) -> Vector:
 
 
 def _extrapolate(steps: Sequence[Fraction], values: Sequence[Vector]) -> Vector:
-    """Value at 0 of the polynomial through (s, value): Lagrange's formula."""
+    """The value at 0 of the polynomial through all pairs (step, value), by Lagrange's formula."""
     total: list[Fraction] = [Fraction(0)] * len(values[0])
     for i, (s, value) in enumerate(zip(steps, values, strict=True)):
-        share = Fraction(1)
+        factor = Fraction(1)
         for j, other in enumerate(steps):
             if j != i:
-                share *= other / (other - s)
-        total = [t + share * x for t, x in zip(total, value, strict=True)]
+                factor *= other / (other - s)
+        total = [t + factor * x for t, x in zip(total, value, strict=True)]
     return tuple(total)

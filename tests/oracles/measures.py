@@ -1,9 +1,10 @@
-"""Areas, volumes and lengths of inscribed polyhedra and polygons, extrapolated; and closed forms.
+"""Areas and volumes of surfaces and lengths of curves, extrapolated; and closed forms.
 
-A surface is sampled at n × n places between its knots, for n = n₀, 2 n₀, 4 n₀, …, by its own
-definition (`tests.oracles.sheets`). The area, the volume and the length of inscribed polyhedra and
-polygons differ from the truth by a series in 1/n², of which Romberg's scheme removes one power
-after the other. The engine is not used: no normals, no quadrature, no bounds.
+A surface is sampled at n × n places between neighbouring knots, for n = n₀, 2 n₀, 4 n₀, …, by its
+own definition (`tests.oracles.sheets`). The area and the volume of the inscribed polyhedron, and
+the length of an inscribed polygon, differ from the truth by a series in 1/n². Romberg's scheme
+removes one power of 1/n² after the other. The code shares no normals, no quadrature and no bounds
+with the engine.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +20,10 @@ from tests.oracles.sheets import Array, Sheet, TensorSheet
 
 
 def romberg(inscribed: Callable[[int], float], first: int, levels: int) -> tuple[float, float]:
-    """The limit of a function whose error is a series in 1/n², and an estimate of the error."""
+    """The limit of a function of n whose error is a series in 1/n², and an estimate of its error.
+
+    The function is called with `first`, 2 `first`, 4 `first`, …, `levels` values in all.
+    """
     rows: list[list[float]] = []
     for level in range(levels):
         row = [inscribed(first * 2**level)]
@@ -39,7 +43,10 @@ def measure_area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tu
 
 
 def measure_flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
-    """Σ ∫∫ S · N of all sheets, three times the enclosed volume, and an estimate of its error."""
+    """Σ ∫∫ S · N over all sheets, and an estimate of its error.
+
+    For sheets that enclose a volume, this is three times the volume.
+    """
 
     def inscribed(n: int) -> float:
         total = 0.0
@@ -61,7 +68,11 @@ def measure_length(points: Callable[[Array], Array], first: int = 4) -> tuple[fl
 
 
 def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
-    """Corners (T, 3) of the triangles of a grid: n × n cells between neighbouring knots."""
+    """First, second and third corners (T, 3) of the triangles of a grid.
+
+    The grid has n × n cells between neighbouring knots. Each cell is divided into two triangles by
+    one diagonal, and again by the other; so the triangles cover the surface twice.
+    """
     if isinstance(sheet, TensorSheet):
         u, v = (_divide(breaks, n) for breaks in sheet.breaks)
     else:
@@ -69,12 +80,14 @@ def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
     s, t = (axis.ravel() for axis in np.meshgrid(u, v, indexing="ij"))
     places = np.stack([s, t], axis=1)
     if not isinstance(sheet, TensorSheet):
-        places = np.stack([s * (1 - t), t], axis=1)  # the square mapped to the triangle
+        places = np.stack([s * (1 - t), t], axis=1)  # maps the square to the triangle
     grid = (sheet.at(places) + sheet.origin).reshape(len(u), len(v), 3)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    # Both diagonals, each for one half of the area: odd powers of 1/n cancel.
+    # With both diagonals the odd powers of 1/n cancel.
     corners = [(a, b, c), (a, c, d), (a, b, d), (b, c, d)]
-    x, y, z = (np.concatenate([three[k].reshape(-1, 3) for three in corners]) for k in range(3))
+    x, y, z = (
+        np.concatenate([triangle[k].reshape(-1, 3) for triangle in corners]) for k in range(3)
+    )
     return x, y, z
 
 
@@ -84,7 +97,7 @@ def _divide(breaks: Array, n: int) -> Array:
 
 
 def _crosses(a: Array, b: Array, c: Array) -> Array:
-    """Half the normals of triangles: each cell occurs twice, with either diagonal."""
+    """Half of (b − a) × (c − a), because the triangles cover the surface twice."""
     return np.asarray(np.cross(b - a, c - a) / 2)
 
 
@@ -93,9 +106,11 @@ def _norms(vectors: Array) -> Array:
 
 
 def exact_flux(nets: Sequence[Net]) -> Fraction:
-    """Σ ∫∫ S · (S_u × S_v) of polynomial nets, without any rounding.
+    """Σ ∫∫ S · (S_u × S_v) of polynomial nets, exactly.
 
-    ∫∫ det(S, S_u, S_v) = Σ det(P_ij, p (P_k+1,l − P_kl), q (P_m,n+1 − P_mn)) ∫∫ B B B
+    The integral of a net is the sum over all indices of
+    det(P_rs, p (P_{k+1,m} − P_km), q (P_{i,n+1} − P_in)) times ∫∫ of the product of the three
+    basis functions.
     """
     return sum((_exact_flux(net) for net in nets), Fraction(0))
 
@@ -115,17 +130,19 @@ def _exact_flux(net: Net) -> Fraction:
         normal = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
         for r, s in product(range(p + 1), range(q + 1)):
             dot = sum((x * y for x, y in zip(net[r][s], normal, strict=True)), Fraction(0))
-            total += dot * _share((p - 1, k), (p, i), (p, r)) * _share((q, m), (q - 1, n), (q, s))
+            u_integral = _integrate_product((p - 1, k), (p, i), (p, r))
+            v_integral = _integrate_product((q, m), (q - 1, n), (q, s))
+            total += dot * u_integral * v_integral
     return total
 
 
-def _share(*of: tuple[int, int]) -> Fraction:
-    """∫ of a product of Bernstein polynomials B_i^n, each given as (n, i)."""
-    n, i = sum(degree for degree, _ in of), sum(number for _, number in of)
-    top = Fraction(1)
-    for degree, number in of:
-        top *= comb(degree, number)
-    return top / (comb(n, i) * (n + 1))
+def _integrate_product(*factors: tuple[int, int]) -> Fraction:
+    """The integral over [0, 1] of a product of Bernstein polynomials B_i^n; `factors` are (n, i)."""
+    n, i = sum(degree for degree, _ in factors), sum(number for _, number in factors)
+    numerator = Fraction(1)
+    for degree, number in factors:
+        numerator *= comb(degree, number)
+    return numerator / (comb(n, i) * (n + 1))
 
 
 def ellipsoid_area(a: float, b: float, c: float) -> mpmath.mpf:
@@ -135,5 +152,5 @@ def ellipsoid_area(a: float, b: float, c: float) -> mpmath.mpf:
         phi = mpmath.acos(z / x)
         m = x**2 * (y**2 - z**2) / (y**2 * (x**2 - z**2))
         sine = mpmath.sin(phi)
-        both = mpmath.ellipe(phi, m) * sine**2 + mpmath.ellipf(phi, m) * mpmath.cos(phi) ** 2
-        return 2 * mpmath.pi * (z**2 + x * y / sine * both)
+        integrals = mpmath.ellipe(phi, m) * sine**2 + mpmath.ellipf(phi, m) * mpmath.cos(phi) ** 2
+        return 2 * mpmath.pi * (z**2 + x * y / sine * integrals)

@@ -1,9 +1,9 @@
 """Hits of rays by exhaustive search, without the engine's code.
 
-Every sheet is cut into many cells of parameters. Newton's method, with differences for partials,
-starts in each cell whose projection along the ray may contain the ray. A point that it finds on the
-ray is a hit. The search may miss one of two hits that are very near each other, but every hit is
-true.
+Every sheet is divided into many cells of parameters. Newton's method, with differences for
+partials, starts in each cell whose projection along the ray may contain the ray. If Newton's method
+ends at a point on the ray, this point is a hit. The search may miss one of two hits that are very
+near each other, but every hit is true.
 """
 
 from collections.abc import Sequence
@@ -24,11 +24,11 @@ STEP = 1e-6
 def find_crossings(
     sheets: Sequence[Sheet], origins: Array, directions: Array, samples: int = 4000
 ) -> tuple[Ints, Array, Array]:
-    """The rays (n,) of crossings, their t (n,), and the errors of t."""
+    """All hits found: the number of the ray (n,), its parameter t (n,), and the error of t (n,)."""
     result: list[tuple[Ints, Array, Array]] = [(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))]
-    each = max(100, samples // len(sheets))
+    cells_each = max(100, samples // len(sheets))
     for sheet in sheets:
-        cells, low, high = _cells(sheet, each)
+        cells, low, high = _divide_domain(sheet, cells_each)
         corners = sheet.at(cells.reshape(-1, 2)).reshape(-1, 4, 3)
         for first in range(0, len(origins), 200):
             rows = slice(first, first + 200)
@@ -42,40 +42,43 @@ def find_crossings(
     return ray, t, error
 
 
-def _cells(sheet: Sheet, count: int) -> tuple[Array, Array, Array]:
-    """Corners (K, 4, 2) of cells of parameters, and the domain."""
+def _divide_domain(sheet: Sheet, count: int) -> tuple[Array, Array, Array]:
+    """Corners (K, 4, 2) of about `count` cells of parameters, and the ends (2,) of the domain."""
     breaks = sheet.breaks if isinstance(sheet, TensorSheet) else (np.array([0.0, 1]),) * 2
-    each = max(3, round((count / (len(breaks[0]) - 1) / (len(breaks[1]) - 1)) ** 0.5))
+    per_span = max(3, round((count / (len(breaks[0]) - 1) / (len(breaks[1]) - 1)) ** 0.5))
     lines = [
-        np.interp(np.linspace(0, len(b) - 1, each * (len(b) - 1) + 1), range(len(b)), b)
+        np.interp(np.linspace(0, len(b) - 1, per_span * (len(b) - 1) + 1), range(len(b)), b)
         for b in breaks
     ]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     if not isinstance(sheet, TensorSheet):
         grid[..., 0] *= 1 - grid[..., 1]
-    four = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    cells = np.stack([corner.reshape(-1, 2) for corner in four], axis=1)
+    corners_of_cells = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+    cells = np.stack([corner.reshape(-1, 2) for corner in corners_of_cells], axis=1)
     return cells, np.array([b[0] for b in breaks]), np.array([b[-1] for b in breaks])
 
 
 def _build_frame(d: Array) -> tuple[Array, Array]:
-    """Two vectors across each direction (m, 3)."""
+    """Two unit vectors (m, 3) for each direction (m, 3), orthogonal to it and to each other."""
     axis = np.eye(3)[np.abs(d).argmin(axis=1)]
-    one = np.cross(d, axis)
-    one /= np.linalg.norm(one, axis=1, keepdims=True)
-    two = np.cross(d, one)
-    return one, two / np.linalg.norm(two, axis=1, keepdims=True)
+    first = np.cross(d, axis)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(d, first)
+    return first, second / np.linalg.norm(second, axis=1, keepdims=True)
 
 
 def _find_near_pairs(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
-    """Pairs of a ray and a cell whose enlarged projection may contain the ray."""
+    """Pairs of a ray and a cell: the bounding box of the projected cell, doubled, contains the ray.
+
+    Returns the numbers (n,) of the rays and those (n,) of the cells.
+    """
     inside = np.ones((len(o), len(corners)), bool)
     for axis in _build_frame(d):
-        at = corners.reshape(-1, 3) @ axis.T - (o * axis).sum(axis=1)
-        at = at.reshape(len(corners), 4, len(o))
-        low, high = at.min(axis=1), at.max(axis=1)
-        more = 0.5 * (high - low)
-        inside &= ((low - more <= 0) & (high + more >= 0)).T
+        offsets = corners.reshape(-1, 3) @ axis.T - (o * axis).sum(axis=1)
+        offsets = offsets.reshape(len(corners), 4, len(o))
+        low, high = offsets.min(axis=1), offsets.max(axis=1)
+        margin = 0.5 * (high - low)
+        inside &= ((low - margin <= 0) & (high + margin >= 0)).T
     ray, cell = np.nonzero(inside)
     return ray, cell
 
@@ -83,45 +86,49 @@ def _find_near_pairs(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
 def _iterate_newton(
     sheet: Sheet, places: Array, o: Array, d: Array, domain: tuple[Array, Array]
 ) -> tuple[Ints, Array, Array]:
-    """Whether each start leads to a crossing within the domain, its t, and the error of t.
+    """The starts (n,) from which Newton's method reaches a hit, their t (n,), and its error (n,).
 
-    Rounding a place moves its point by 2⁻⁵³ times the partials, which grow with the weights. The
-    error of t is this move plus the distance from the ray, divided by the sine of the angle between
-    ray and surface.
+    `places` (m, 2) are the starts, `o` and `d` (m, 3) are the origins and directions of their rays.
+    Rounding the parameters moves a point by 2⁻⁵³ times the partials, which grow with the weights.
+    The error of t is this distance plus the distance from the ray, divided by the sine of the angle
+    between ray and surface.
     """
     low, high = domain
-    one, two = _build_frame(d)
+    first, second = _build_frame(d)
     step = STEP * (high - low)
     for _ in range(12):
-        at = sheet.at(places) - o
+        offset = sheet.at(places) - o
         du, dv = (
             (sheet.at(places + move) - sheet.at(places - move)) / (2 * move.sum())
             for move in np.diag(step)
         )
-        f, g = (at * one).sum(axis=1), (at * two).sum(axis=1)
-        fu, fv, gu, gv = ((p * w).sum(axis=1) for w in (one, two) for p in (du, dv))
+        # f and g are the distances from the ray along the two vectors of the frame.
+        f, g = (offset * first).sum(axis=1), (offset * second).sum(axis=1)
+        fu, fv, gu, gv = ((p * w).sum(axis=1) for w in (first, second) for p in (du, dv))
         with np.errstate(all="ignore"):
-            size = fu * gv - fv * gu
-            move = np.stack([(fv * g - gv * f) / size, (gu * f - fu * g) / size], axis=1)
+            determinant = fu * gv - fv * gu
+            move = np.stack(
+                [(fv * g - gv * f) / determinant, (gu * f - fu * g) / determinant], axis=1
+            )
         move = np.where(np.isfinite(move), move, 0.0)
         places = np.clip(places + move, low - 0.05 * (high - low), high + 0.05 * (high - low))
-    at = sheet.at(places)
-    length = np.abs(at).max(axis=1) + np.abs(o).max(axis=1)
-    there = np.linalg.norm(np.cross(at - o, d), axis=1) / np.linalg.norm(d, axis=1)
-    t = ((at - o) * d).sum(axis=1) / (d * d).sum(axis=1)
-    inner = (np.abs(sheet.inside(places) - places) <= 0).all(axis=1)
-    wide = np.linalg.norm(d, axis=1)
-    off = 1e-13 * length + 2.0**-52 * sum(np.linalg.norm(x, axis=1) for x in (du, dv))
+    points = sheet.at(places)
+    scale = np.abs(points).max(axis=1) + np.abs(o).max(axis=1)
+    speed = np.linalg.norm(d, axis=1)
+    ray_distance = np.linalg.norm(np.cross(points - o, d), axis=1) / speed
+    t = ((points - o) * d).sum(axis=1) / (d * d).sum(axis=1)
+    is_inside = (np.abs(sheet.inside(places) - places) <= 0).all(axis=1)
+    point_error = 1e-13 * scale + 2.0**-52 * sum(np.linalg.norm(x, axis=1) for x in (du, dv))
     with np.errstate(all="ignore"):
         normal = np.cross(du, dv)
-        sine = np.abs((normal * d).sum(axis=1)) / (np.linalg.norm(normal, axis=1) * wide)
-        error = 4 * off / (sine * wide)
-    hit = np.flatnonzero((there <= 1e-13 * length) & inner & (t >= 0) & (sine > 1e-6))
+        sine = np.abs((normal * d).sum(axis=1)) / (np.linalg.norm(normal, axis=1) * speed)
+        error = 4 * point_error / (sine * speed)
+    hit = np.flatnonzero((ray_distance <= 1e-13 * scale) & is_inside & (t >= 0) & (sine > 1e-6))
     return hit, t[hit], error[hit]
 
 
 def sphere_roots(origin: Sequence[float], direction: Sequence[float]) -> list[float]:
-    """All t ≥ 0 at which a ray meets the unit sphere about 0, of 50 digits."""
+    """All t ≥ 0 at which a ray meets the unit sphere about 0, computed with 50 digits."""
     with mp.workdps(50):
         o, d = [mpf(x) for x in origin], [mpf(x) for x in direction]
         dd, od, oo = (
@@ -138,9 +145,10 @@ def sphere_roots(origin: Sequence[float], direction: Sequence[float]) -> list[fl
 def torus_roots(
     origin: Sequence[float], direction: Sequence[float], radius: float, tube: float
 ) -> list[float]:
-    """All t ≥ 0 at which a ray meets the torus about the z axis, of 50 digits: real roots of
+    """All t ≥ 0 at which a ray meets the torus about the z axis, computed with 50 digits.
 
-    (|p|² + R² − r²)² = 4 R² (x² + y²),  p = origin + t direction
+    They are the real roots of (|P|² + R² − r²)² = 4 R² (x² + y²), where P = (x, y, z) is
+    origin + t direction, R = `radius` and r = `tube`.
     """
     with mp.workdps(50):
         o, d = [mpf(x) for x in origin], [mpf(x) for x in direction]
@@ -153,10 +161,10 @@ def torus_roots(
             sum(x * y for x, y in zip(a[:2], b[:2], strict=True))
             for a, b in ((d, d), (o, d), (o, o))
         ]
-        four = 4 * big**2
+        corners_of_cells = 4 * big**2
         quartic = [
-            k**2 - four * flat[2], 4 * od * k - 2 * four * flat[1],
-            4 * od**2 + 2 * dd * k - four * flat[0], 4 * dd * od, dd**2,
+            k**2 - corners_of_cells * flat[2], 4 * od * k - 2 * corners_of_cells * flat[1],
+            4 * od**2 + 2 * dd * k - corners_of_cells * flat[0], 4 * dd * od, dd**2,
         ]  # fmt: skip
         roots = mp.polyroots(quartic, maxsteps=500, extraprec=400, asc=True)
         real = [root.real for root in roots if abs(root.imag) < mpf(10) ** -25]

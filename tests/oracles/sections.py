@@ -1,6 +1,7 @@
-"""Points of a surface in a plane, by a search along many lines of parameters.
+"""Points of a surface in a plane, by a search on many isoparametric curves.
 
-Bisection finds a point in the plane between two neighbours of a grid on different sides.
+If two neighbouring samples of a curve are on different sides of the plane, bisection computes a
+point between them in the plane.
 """
 
 from collections.abc import Sequence
@@ -11,10 +12,14 @@ from service.engine.sections.values import Section
 from tests.oracles.sheets import Array, Sheet, TriangleSheet
 
 HALVINGS = 50
+"""Steps of bisection: 2⁻⁵⁰ of the distance between two samples is near the rounding of a float."""
 
 
 def find_crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count: int = 60) -> Array:
-    """Points (m, 3) of all sheets in the plane, on count + 1 lines in both directions of each."""
+    """Points (m, 3) of all sheets in the plane {x: normal · x = offset}.
+
+    Each sheet is searched on `count` + 1 isoparametric curves in each of its two directions.
+    """
     result = [_find_sheet_crossings(sheet, normal, offset, count) for sheet in sheets]
     return np.concatenate(result)
 
@@ -29,28 +34,28 @@ def _find_sheet_crossings(sheet: Sheet, normal: Array, offset: float, count: int
         v = (1 - u) * v
     places = np.stack([low[0] + u * (high - low)[0], low[1] + v * (high - low)[1]], axis=-1)
 
-    def height(at: Array) -> Array:
-        return (sheet.at(at) + sheet.origin) @ normal - offset
+    def measure_height(places: Array) -> Array:
+        return (sheet.at(places) + sheet.origin) @ normal - offset
 
-    above = height(places.reshape(-1, 2)).reshape(u.shape) >= 0
+    above = measure_height(places.reshape(-1, 2)).reshape(u.shape) >= 0
     pairs = []
-    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        differ = above[one] != above[other]
-        begin, end = places[one][differ], places[other][differ]
-        swap = above[one][differ]
+    for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        differ = above[first] != above[second]
+        begin, end = places[first][differ], places[second][differ]
+        swap = above[first][differ]
         pairs.append((np.where(swap[:, None], end, begin), np.where(swap[:, None], begin, end)))
     below, over = (np.concatenate(each) for each in zip(*pairs, strict=True))
     if not len(below):
         return np.zeros((0, 3))
     for _ in range(HALVINGS):
         middle = (below + over) / 2
-        is_over = (height(middle) >= 0)[:, np.newaxis]
+        is_over = (measure_height(middle) >= 0)[:, np.newaxis]
         below, over = np.where(is_over, below, middle), np.where(is_over, middle, over)
     return np.asarray(sheet.at(over) + sheet.origin)
 
 
 def measure_distances(section: Section, points: Array) -> Array:
-    """Distances (m,) of points to the polylines of a section, infinite if there are none."""
+    """Distances (m,) of points to the polylines of a section; infinite if it has no polylines."""
     best = np.full(len(points), np.inf)
     for line in section.polylines:
         for a, b in zip(line.points[:-1], line.points[1:], strict=True):

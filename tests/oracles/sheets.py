@@ -1,8 +1,11 @@
 """Surfaces for sampling, evaluated by their own definitions, without lowering.
 
-Bases are built by the recursions that define them, B_i^n = (1 − t) B_i^{n−1} + t B_{i−1}^{n−1},
-its like over triangles, and that of Cox and de Boor. Points are evaluated about an origin near the
-surface, so that a place far from zero costs no digits.
+A sheet is one tensor-product or triangular surface. Bases are computed by the recursions that
+define them: B_i^n = (1 − t) B_i^{n−1} + t B_{i−1}^{n−1}, the corresponding recursion over
+triangles, and that of Cox and de Boor. Points are relative to an origin near the surface, so that a
+surface far from zero loses no digits.
+
+A place is a pair of parameters (u, v).
 """
 
 from collections.abc import Callable, Sequence
@@ -25,7 +28,7 @@ Array: TypeAlias = NDArray[np.float64]
 Basis: TypeAlias = Callable[[Array], Array]
 
 CHUNK = 1 << 20
-"""The approximate size of a basis that is evaluated at a time."""
+"""The approximate number of floats of the bases that are computed at a time."""
 
 
 class Sheet(Protocol):
@@ -33,7 +36,7 @@ class Sheet(Protocol):
 
     @property
     def origin(self) -> Array:
-        """The origin of the points."""
+        """The point (3,) from which points of the sheet are measured."""
         ...
 
     def at(self, places: Array) -> Array:
@@ -43,23 +46,23 @@ class Sheet(Protocol):
     def samples(self, count: int) -> Array:
         """At least `count` places (m, 2).
 
-        They have equal distances in the domain, on the border and on knot lines, too. A quarter of
-        this number follows, at about equal distances in space.
+        They are equally spaced in the domain, and denser on its border; knots are among them.
+        `count`/4 more places have about equal distances of their points in space.
         """
         ...
 
     def inside(self, places: Array) -> Array:
-        """The places; those outside of the domain are moved into it."""
+        """The places (m, 2); those outside of the domain are moved to its border."""
         ...
 
     def step(self, count: int) -> Array:
-        """Distances (2,) of neighbours among this number of samples."""
+        """Distances (2,) in u and in v of neighbours among `samples(count)`."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class TensorSheet:
-    """Σ_ij M_i(u) N_j(v) H_ij, projected; H (n, m, 4) homogeneous about the origin."""
+    """Σ_ij M_i(u) N_j(v) H_ij, projected; `net` (n, m, 4) is H, homogeneous about the origin."""
 
     net: Array
     bases: tuple[Basis, Basis]
@@ -81,16 +84,16 @@ class TensorSheet:
         return points[:, :3] / points[:, 3:]
 
     def samples(self, count: int) -> Array:
-        each = self._each(count)
-        lines = [_divide(breaks, each) for breaks in self.breaks]
-        fine = [_divide(breaks, 4 * each) for breaks in self.breaks]
+        per_span = self._divisions_per_span(count)
+        lines = [_divide(breaks, per_span) for breaks in self.breaks]
+        fine = [_divide(breaks, 4 * per_span) for breaks in self.breaks]
         ends = [breaks[[0, -1]] for breaks in self.breaks]
         grids = [lines, [fine[0], ends[1]], [ends[0], fine[1]]]
-        coarse = [_divide(breaks, max(1, each // 6)) for breaks in self.breaks]
+        coarse = [_divide(breaks, max(1, per_span // 6)) for breaks in self.breaks]
         even = _choose_even_places(self, _split_cells(coarse[0], coarse[1]), count // 4)
         return np.concatenate([*(_grid(u, v) for u, v in grids), even])
 
-    def _each(self, count: int) -> int:
+    def _divisions_per_span(self, count: int) -> int:
         spans = (len(self.breaks[0]) - 1) * (len(self.breaks[1]) - 1)
         return max(4, int(np.sqrt(count / spans)))
 
@@ -100,12 +103,12 @@ class TensorSheet:
         )
 
     def step(self, count: int) -> Array:
-        return np.array([np.diff(b).max() / self._each(count) for b in self.breaks])
+        return np.array([np.diff(b).max() / self._divisions_per_span(count) for b in self.breaks])
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleSheet:
-    """Σ B_ijk(s, t) H_ijk, projected; H ((n+1)(n+2)/2, 4) homogeneous about the origin."""
+    """Σ B_ijk(s, t) H_ijk, projected; `net` (points, 4) is H, homogeneous about the origin."""
 
     net: Array
     origin: Array
@@ -139,15 +142,15 @@ class TriangleSheet:
 
 @dataclass(frozen=True, eq=False)
 class PlacedSheet:
-    """x ↦ L x + t of another sheet; `matrix` (4, 4) acts on columns."""
+    """Another sheet after an affine map; `matrix` (4, 4) acts on columns (x, y, z, 1)."""
 
     sheet: Sheet
     matrix: Array
 
     @property
     def origin(self) -> Array:
-        place: Array = self.matrix[:3, :3] @ self.sheet.origin + self.matrix[:3, 3]
-        return place
+        origin: Array = self.matrix[:3, :3] @ self.sheet.origin + self.matrix[:3, 3]
+        return origin
 
     def at(self, places: Array) -> Array:
         points: Array = self.sheet.at(places) @ self.matrix[:3, :3].T
@@ -163,9 +166,9 @@ class PlacedSheet:
         return self.sheet.step(count)
 
 
-def _divide(breaks: Array, each: int) -> Array:
-    """Every interval cut into `each` parts, its ends exact."""
-    t = np.arange(each) / each
+def _divide(breaks: Array, per_span: int) -> Array:
+    """Parameters that divide every span into `per_span` equal parts; the breaks are exact."""
+    t = np.arange(per_span) / per_span
     starts = breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * t
     return np.append(starts.ravel(), breaks[-1])
 
@@ -175,18 +178,18 @@ def _grid(u: Array, v: Array) -> Array:
 
 
 def _split_cells(u: Array, v: Array) -> Array:
-    """Every cell of a grid as two triangles of places, (T, 3, 2)."""
+    """Two triangles of places for each cell of a grid, (T, 3, 2)."""
     cells = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
     a, b, c, d = cells[:-1, :-1], cells[1:, :-1], cells[1:, 1:], cells[:-1, 1:]
-    both = [np.stack(three, axis=2).reshape(-1, 3, 2) for three in ((a, b, c), (a, c, d))]
+    both = [np.stack(corners, axis=2).reshape(-1, 3, 2) for corners in ((a, b, c), (a, c, d))]
     return np.concatenate(both)
 
 
 def _choose_even_places(sheet: Sheet, cells: Array, count: int) -> Array:
-    """Centres of a number of triangles of places (T, 3, 2) that are about equally large in space.
+    """Centres (m, 2) of triangles of places that are about equally large in space; m ≥ `count`.
 
-    Triangles at least half as large as the largest are halved across their longest side. The length
-    of a side is measured through its middle, so that bulges count, too.
+    `cells` (T, 3, 2) are divided: triangles at least half as large as the largest are halved at the
+    middle of their longest side, until `count` triangles exist.
     """
     sizes, sides = _measure_cells(sheet, cells)
     while len(cells) < count:
@@ -199,16 +202,20 @@ def _choose_even_places(sheet: Sheet, cells: Array, count: int) -> Array:
         middle = (halves[0][rows, begin] + halves[0][rows, end]) / 2
         halves[0][rows, end] = halves[1][rows, begin] = middle
         new = np.concatenate(halves)
-        more_sizes, more_sides = _measure_cells(sheet, new)
+        new_sizes, new_sides = _measure_cells(sheet, new)
         cells = np.concatenate([cells[~large], new])
-        sizes = np.concatenate([sizes[~large], more_sizes])
-        sides = np.concatenate([sides[~large], more_sides])
+        sizes = np.concatenate([sizes[~large], new_sizes])
+        sides = np.concatenate([sides[~large], new_sides])
     centres: Array = cells.mean(axis=1)
     return centres
 
 
 def _measure_cells(sheet: Sheet, cells: Array) -> tuple[Array, NDArray[np.intp]]:
-    """The sizes in space of triangles of places, and the number of their longest side."""
+    """The sizes (T,) in space of triangles of places, and the numbers (T,) of their longest sides.
+
+    The length of a side is that of two chords through its middle, so that bulges count. The size is
+    the length of the longest side, or twice the largest distance from the centre to a middle.
+    """
     following = cells[:, [1, 2, 0]]
     middles = (cells + following) / 2
     places = np.concatenate([cells, middles, cells.mean(axis=1, keepdims=True)], axis=1)
@@ -227,7 +234,7 @@ def _norm(vectors: Array) -> Array:
 
 
 def bernstein(degree: int) -> Basis:
-    """Values (m, n+1) of all Bernstein polynomials of a degree."""
+    """A function that computes all Bernstein polynomials of a degree n, (m, n+1), at t (m,)."""
 
     def values(t: Array) -> Array:
         row = np.ones((len(t), 1))
@@ -242,7 +249,7 @@ def bernstein(degree: int) -> Basis:
 
 
 def triangle_bernstein(degree: int, places: Array) -> Array:
-    """Values (m, (n+1)(n+2)/2) of the polynomials over the triangle, k outermost, j next."""
+    """Values (m, (n+1)(n+2)/2) of the Bernstein polynomials over a triangle, by k, then by j."""
     s, t = places[:, 0], places[:, 1]
     weights = {(1, 0, 0): 1 - s - t, (0, 1, 0): s, (0, 0, 1): t}
     values = {(0, 0, 0): np.ones(len(places))}
@@ -256,7 +263,7 @@ def triangle_bernstein(degree: int, places: Array) -> Array:
 
 
 def spline_basis(knots: Array, degree: int) -> Basis:
-    """Values (m, n+1) of all B-splines of a knot vector; The NURBS Book, equation 2.5."""
+    """A function that computes all B-splines of a knot vector at t (m,); The NURBS Book, 2.5."""
     last = len(knots) - degree - 2
     spans = np.array([s for s in range(degree, last + 1) if knots[s] < knots[s + 1]])
 
@@ -267,16 +274,16 @@ def spline_basis(knots: Array, degree: int) -> Basis:
         for p in range(1, degree + 1):
             n = row.shape[1] - 1
             low, high = knots[p : p + n] - knots[:n], knots[p + 1 : p + 1 + n] - knots[1 : 1 + n]
-            rise = (t[:, np.newaxis] - knots[:n]) * _inverse(low)
-            fall = (knots[p + 1 : p + 1 + n] - t[:, np.newaxis]) * _inverse(high)
+            rise = (t[:, np.newaxis] - knots[:n]) * _invert(low)
+            fall = (knots[p + 1 : p + 1 + n] - t[:, np.newaxis]) * _invert(high)
             row = rise * row[:, :-1] + fall * row[:, 1:]
         return row
 
     return values
 
 
-def _inverse(length: Array) -> Array:
-    """1/x, and 0 for x = 0."""
+def _invert(length: Array) -> Array:
+    """1/x, and 0 where x = 0."""
     return np.where(length > 0, 1 / np.where(length > 0, length, 1.0), 0.0)
 
 
@@ -315,32 +322,36 @@ def _build_spline_sheet(surface: BsplineSurface) -> TensorSheet:
     net, origin = _to_homogeneous(surface.control_net, surface.weights)
     bases: list[Basis] = []
     breaks: list[Array] = []
-    for axis, (named, degree) in enumerate(zip(surface.knots, surface.degree, strict=True)):
-        if isinstance(named, str) and named == "periodic":
+    for axis, (knots_or_name, degree) in enumerate(zip(surface.knots, surface.degree, strict=True)):
+        if isinstance(knots_or_name, str) and knots_or_name == "periodic":
             head = np.take(net, range(degree), axis=axis)
             net = np.concatenate([net, head], axis=axis)
-        knots = _build_knots(named, net.shape[axis], degree)
+        knots = _build_knots(knots_or_name, net.shape[axis], degree)
         bases.append(spline_basis(knots, degree))
         breaks.append(np.unique(knots[degree : len(knots) - degree]))
     return TensorSheet(net, (bases[0], bases[1]), (breaks[0], breaks[1]), origin)
 
 
-def _build_knots(named: str | Array, count: int, degree: int) -> Array:
-    """Numbers for names: spans of length one, the domain begins at 0."""
-    if not isinstance(named, str):
-        return np.asarray(named)
+def _build_knots(knots_or_name: str | Array, count: int, degree: int) -> Array:
+    """The knots; those with a name have spans of length 1 and a domain that begins at 0."""
+    if not isinstance(knots_or_name, str):
+        return np.asarray(knots_or_name)
     steps = np.arange(-degree, count + 1.0)
-    return np.clip(steps, 0, count - degree) if named == "clamped" else steps
+    return np.clip(steps, 0, count - degree) if knots_or_name == "clamped" else steps
 
 
 def _build_patch_sheets(surface: PatchSurface) -> list[Sheet]:
     points, weights = surface.vertices, surface.weights
 
-    def loads(rows: NDArray[np.int64]) -> Array | None:
+    def select_weights(rows: NDArray[np.int64]) -> Array | None:
         return None if weights is None else weights[rows]
 
-    grids: list[Sheet] = [build_bezier_sheet(points[rows], loads(rows)) for rows in surface.patches]
-    return grids + [build_triangle_sheet(points[rows], loads(rows)) for rows in surface.triangles]
+    patches: list[Sheet] = [
+        build_bezier_sheet(points[rows], select_weights(rows)) for rows in surface.patches
+    ]
+    return patches + [
+        build_triangle_sheet(points[rows], select_weights(rows)) for rows in surface.triangles
+    ]
 
 
 def _build_model_sheets(model: PatchModel) -> list[Sheet]:
@@ -349,16 +360,15 @@ def _build_model_sheets(model: PatchModel) -> list[Sheet]:
         point_weights: Sequence[Array | None] = (
             [None] * batch.count if batch.weights is None else list(batch.weights)
         )
-        make = build_bezier_sheet if isinstance(batch, TensorPatches) else build_triangle_sheet
-        result += [make(net, w) for net, w in zip(batch.points, point_weights, strict=True)]
+        build = build_bezier_sheet if isinstance(batch, TensorPatches) else build_triangle_sheet
+        result += [build(net, w) for net, w in zip(batch.points, point_weights, strict=True)]
     return result
 
 
 def _to_homogeneous(net: Array, weights: Array | None) -> tuple[Array, Array]:
-    """(wx, wy, wz, w) about the middle of the net's bounds, and that middle."""
+    """The net as (wx, wy, wz, w), relative to the middle of its bounding box, and that middle."""
     flat = net.reshape(-1, 3)
     origin = flat.min(axis=0) + (flat.max(axis=0) - flat.min(axis=0)) / 2
     point_weights = np.ones(net.shape[:-1]) if weights is None else weights / weights.max()
-    return np.concatenate(
-        [(net - origin) * point_weights[..., np.newaxis], point_weights[..., np.newaxis]], -1
-    ), (origin)
+    factors = point_weights[..., np.newaxis]
+    return np.concatenate([(net - origin) * factors, factors], -1), origin

@@ -1,4 +1,4 @@
-"""Tests of the oracles: sheets against exact arithmetic, distances against trimesh."""
+"""Tests of the oracles: sheets are compared with exact arithmetic, distances with trimesh."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -30,27 +30,28 @@ from tools.certify.surfaces import FAMILIES, bicubic
 PLACES = [(0.0, 0.0), (1.0, 1.0), (1 / 3, 5 / 7), (0.125, 0.875)]
 
 
-def close(points: Array, truth: Array) -> None:
+def assert_close(points: Array, truth: Array) -> None:
+    """Coordinates differ by at most 1e-14 times the largest true coordinate."""
     np.testing.assert_allclose(points, truth, rtol=0, atol=1e-14 * np.abs(truth).max())
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_tensor_sheets_are_exact_de_casteljau(seed: int) -> None:
+def test_tensor_sheets_agree_with_exact_de_casteljau(seed: int) -> None:
     net: Array = bicubic(seed, 0.3)[: seed + 2] + 10 ** (2 * seed)
     weights = np.random.default_rng(seed).uniform(0.2, 5, net.shape[:2]) if seed % 2 else None
     sheet = build_bezier_sheet(net, weights)
     points = sheet.at(np.array(PLACES))
-    exactly = exact.to_exact_net(net, weights)
-    truth = [exact.jets(exactly, [Fraction(u)], [Fraction(v)])[0][0] for u, v in PLACES]
+    exact_net = exact.to_exact_net(net, weights)
+    truth = [exact.jets(exact_net, [Fraction(u)], [Fraction(v)])[0][0] for u, v in PLACES]
     origin = [Fraction(float(x)) for x in sheet.origin]
-    close(
+    assert_close(
         points,
         np.array([[float(x - o) for x, o in zip(t.point, origin, strict=True)] for t in truth]),
     )
 
 
 @pytest.mark.parametrize("degree", [1, 2, 5])
-def test_triangle_sheets_are_exact_de_casteljau(degree: int) -> None:
+def test_triangle_sheets_agree_with_exact_de_casteljau(degree: int) -> None:
     rng = np.random.default_rng(degree)
     net = rng.uniform(-1, 1, ((degree + 1) * (degree + 2) // 2, 3))
     weights = rng.uniform(0.2, 5, len(net))
@@ -61,10 +62,10 @@ def test_triangle_sheets_are_exact_de_casteljau(degree: int) -> None:
         for s, t in [(Fraction(s), Fraction(t)) for s, t in places]
     ]
     points = sheet.at(np.array(places)) + sheet.origin
-    close(points, np.array([[float(x) for x in point] for point in truth]))
+    assert_close(points, np.array([[float(x) for x in point] for point in truth]))
 
 
-def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
+def test_spline_sheets_agree_with_exact_de_boor_and_with_scipy() -> None:
     for seed in range(12):
         surface = FAMILIES["creases" if seed % 2 else "NURBS"].surface(seed)
         assert isinstance(surface, BsplineSurface)
@@ -78,7 +79,7 @@ def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
             [surface.control_net * weights[..., None], weights[..., None]], axis=-1
         )
         peer = NdBSpline(surface.knot_vectors, net, surface.degree)(places)
-        close(points, peer[:, :3] / peer[:, 3:])
+        assert_close(points, peer[:, :3] / peer[:, 3:])
         u, v = places[7].tolist()
         knots = (
             splines.to_fractions(surface.knot_vectors[0]),
@@ -90,11 +91,11 @@ def test_spline_sheets_are_exact_de_boor_and_scipy() -> None:
             surface.degree,
             (Fraction(u), Fraction(v)),
         )
-        close(points[7], np.array([float(x) for x in truth]))
+        assert_close(points[7], np.array([float(x) for x in truth]))
 
 
 def random_triangles(rng: np.random.Generator, count: int) -> Array:
-    """Triangles of any shape: some thin, some lines, some points."""
+    """Triangles (count, 3, 3): the first third is thin, the last two are a line and a point."""
     corners = rng.uniform(-1, 1, (count, 3, 3))
     corners[: count // 3, 2] = corners[: count // 3, 0] + 1e-3 * corners[: count // 3, 1]
     corners[-2, 2] = (corners[-2, 0] + corners[-2, 1]) / 2
@@ -102,7 +103,7 @@ def random_triangles(rng: np.random.Generator, count: int) -> Array:
     return corners
 
 
-def test_distances_are_those_of_trimesh() -> None:
+def test_distances_to_triangles_agree_with_trimesh() -> None:
     rng = np.random.default_rng(1)
     corners = random_triangles(rng, 60)
     points = rng.uniform(-2, 2, (200, 3))
@@ -117,8 +118,10 @@ def test_distances_are_those_of_trimesh() -> None:
 
 
 def test_deviation_of_a_parabola() -> None:
-    """(u, v, 4u(1 − u)) is up to 1 from its chord plane, and up to 1/(4√5) from two planes that
-    meet at its top."""
+    """The parabolic cylinder (u, v, 4u(1 − u)) has distance 1 from the plane through its ends.
+
+    From the two planes that meet at its top it has distance 1/(4√5).
+    """
     net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
     sheets = [build_bezier_sheet(net)]
     a, b, c, d = (np.array(p, dtype=float) for p in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
@@ -126,8 +129,8 @@ def test_deviation_of_a_parabola() -> None:
     result = measure_surface_to_mesh(sheets, corners)
     assert result.distance == pytest.approx(1, abs=1e-12)
     assert result.place[0] == pytest.approx(0.5, abs=1e-6)
-    # The plane is nowhere further away than its middle is from the nearest point of the parabola:
-    # (u, 4u(1−u)) nearest to (½, 0) solves (u − ½) + 16 u (1 − u)(1 − 2u) = 0.
+    # The middle (½, 0) of the chord has the largest distance from the parabola. The nearest point
+    # (u, 4u(1 − u)) of the parabola solves (u − ½) + 16 u (1 − u)(1 − 2u) = 0.
     u = (1 - sqrt(1 - 1 / 8)) / 2
     truth = np.hypot(0.5 - u, 4 * u * (1 - u))
     assert measure_mesh_to_surface(sheets, corners) == pytest.approx(truth, abs=1e-3)
@@ -136,8 +139,8 @@ def test_deviation_of_a_parabola() -> None:
     assert measure_surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
 
 
-def test_deviation_of_a_placed_parabola_and_of_one_seen_by_an_eye() -> None:
-    """A surface that is stretched threefold across its plane, and an eye 2 above its top."""
+def test_deviation_after_a_map_and_relative_to_the_distance_from_an_eye() -> None:
+    """The map stretches the height of the parabolic cylinder to 3; the eye is 2 above its top."""
     net = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 2], [0.5, 1, 2]], [[1, 0, 0], [1, 1, 0]]])
     matrix = np.diag([1.0, 1, 3, 1])
     matrix[:3, 3] = 5, -7, 9
@@ -150,7 +153,7 @@ def test_deviation_of_a_placed_parabola_and_of_one_seen_by_an_eye() -> None:
 
 
 def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
-    """The distances are equal far from zero and near it."""
+    """The deviation near zero equals that far from zero."""
     arc, weights = np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, sqrt(0.5), 1])
     net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in arc])
     for away in (0.0, 2.0**20):

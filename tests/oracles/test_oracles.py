@@ -1,4 +1,4 @@
-"""Tests of the oracles: against numbers that can be checked by hand, and against each other."""
+"""Tests of the oracles: comparison with numbers computed by hand, and with each other."""
 
 import math
 from collections.abc import Callable
@@ -18,7 +18,7 @@ CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 @given(nets())
 def test_two_ways_of_de_casteljau_agree_exactly(points: np.ndarray) -> None:
-    """Rows first, or 2 × 2 blocks first: the same fractions."""
+    """Evaluation of rows, then of the curve, and evaluation by 2 × 2 blocks give equal fractions."""
     net = exact.to_exact_net(points)
     for u, v in (
         (Fraction(1, 3), Fraction(2, 7)),
@@ -29,7 +29,7 @@ def test_two_ways_of_de_casteljau_agree_exactly(points: np.ndarray) -> None:
 
 
 def test_quotient_rule_on_a_quarter_circle() -> None:
-    """Weights 1, 1, 2 parametrise the circle as (1 − t², 2t)/(1 + t²)."""
+    """With weights 1, 1, 2 the quarter circle is (1 − t², 2t)/(1 + t²)."""
     weights = [[1, 1], [1, 1], [2, 2]]
     net = exact.to_exact_net([[[x, y, 0], [x, y, 1]] for x, y in ((1, 0), (1, 1), (0, 1))], weights)
     t, zero = Fraction(2, 5), Fraction(0)
@@ -40,8 +40,8 @@ def test_quotient_rule_on_a_quarter_circle() -> None:
     assert jet.dv == (zero, zero, Fraction(1))
 
 
-def test_split_halves_are_the_surface() -> None:
-    """The left half at u is the whole at u/2, exactly for coordinates of few bits."""
+def test_halves_of_a_split_net_are_parts_of_the_surface() -> None:
+    """The left half at u equals the whole at u/2, exactly because coordinates have few bits."""
     net = np.arange(36.0).reshape(4, 3, 3) ** 2
     left, right = exact.split(net)
     whole, first, second = (exact.to_exact_net(n) for n in (net, left, right))
@@ -51,23 +51,23 @@ def test_split_halves_are_the_surface() -> None:
     np.testing.assert_array_equal(left[-1], right[0])
 
 
-def test_limit_normal_at_an_apex_depends_on_the_ruling() -> None:
-    """A bilinear patch with its edge v = 1 in one point: every ruling keeps its plane's normal."""
-    cone = [[[1, 0, 0], [0, 0, 1]], [[0, 1, 0], [0, 0, 1]]]
-    side = 1 / math.sqrt(3)
+def test_limit_normal_at_the_apex_of_a_plane_patch() -> None:
+    """A bilinear patch with one collapsed edge is a plane triangle; its normal is constant."""
+    triangle = [[[1, 0, 0], [0, 0, 1]], [[0, 1, 0], [0, 0, 1]]]
+    component = 1 / math.sqrt(3)
     for u in (Fraction(0), Fraction(1, 2), Fraction(1)):
-        result = limits.find_limit_normal(cone, None, (u, Fraction(1)), (0, -1))
-        assert result == pytest.approx((side, side, side), abs=1e-15)
+        result = limits.find_limit_normal(triangle, None, (u, Fraction(1)), (0, -1))
+        assert result == pytest.approx((component,) * 3, abs=1e-15)
 
 
-def test_limit_normal_divides_twice() -> None:
-    """S = (u, v³, u v⁴ …): with two repeated rows the first term of du × dv is of order s²."""
+def test_limit_normal_where_du_cross_dv_begins_with_a_square() -> None:
+    """S = (u, v³, 0): du × dv is (0, 0, 3v²), which is of order s² at v = 0."""
     net = [[[i, 0, 0], [i, 0, 0], [i, 0, 0], [i, 1, 0]] for i in (0, 1)]
     assert limits.find_limit_normal(net, None, (Fraction(1, 2), Fraction(0)), (0, 1)) == (0, 0, 1)
 
 
 def test_topology_of_a_tetrahedron() -> None:
-    """Closed, one piece, Euler characteristic 2, volume 1/6."""
+    """The tetrahedron is closed and connected, with Euler characteristic 2 and volume 1/6."""
     result = count_topology(TETRAHEDRON)
     assert (result.vertices, result.edges, result.faces, result.euler) == (4, 6, 4, 2)
     assert result.watertight
@@ -75,8 +75,8 @@ def test_topology_of_a_tetrahedron() -> None:
     assert volume(CORNERS, np.array(TETRAHEDRON)) == pytest.approx(1 / 6)
 
 
-def test_topology_finds_each_fault() -> None:
-    """A missing face, a face turned over, a third face at an edge, a face of no area."""
+def test_topology_counts_each_fault() -> None:
+    """Faults: a missing face, a reversed face, a third face at an edge, a repeated vertex."""
     assert count_topology(TETRAHEDRON[:3]).boundary == 3
     assert count_topology([*TETRAHEDRON[:3], TETRAHEDRON[3][::-1]]).misoriented == 3
     assert count_topology([*TETRAHEDRON, (0, 1, 9)]).non_manifold == 1
@@ -85,7 +85,7 @@ def test_topology_finds_each_fault() -> None:
 
 
 def test_topology_of_a_cube_of_squares() -> None:
-    """Polygons of any length; the vertices welded by their position."""
+    """The faces may be quads, and vertices with equal positions count as one vertex."""
     corners = np.concatenate([face.reshape(4, 3) for face in build_cube()])
     squares = np.array([[4 * k, 4 * k + 2, 4 * k + 3, 4 * k + 1] for k in range(6)])
     result = count_topology(weld_by_position(corners, squares))
@@ -93,8 +93,8 @@ def test_topology_of_a_cube_of_squares() -> None:
     assert (result.vertices, result.edges, result.faces) == (8, 12, 6)
 
 
-def test_winding_agreement_has_a_sign() -> None:
-    """A triangle in the plane seen from above and from below."""
+def test_winding_agreement_is_negative_for_reversed_triangles() -> None:
+    """The triangle lies in the plane z = 0; its normals point up."""
     up = np.array([[0.0, 0, 1]] * 3)
     assert winding_agreement(CORNERS[:3], up, np.array([[0, 1, 2]]))[0] == pytest.approx(3)
     assert winding_agreement(CORNERS[:3], up, np.array([[0, 2, 1]]))[0] == pytest.approx(-3)
@@ -109,12 +109,12 @@ def test_winding_agreement_has_a_sign() -> None:
         (quadrics.torus, (1.24, 0, 0.32), (0.6, 0, 0.8)),
     ],
 )
-def test_quadrics_at_a_known_point(
+def test_quadrics_at_a_point_of_the_surface(
     quadric: Callable[[Array], tuple[Array, Array]],
     point: tuple[float, float, float],
     normal: tuple[float, float, float],
 ) -> None:
-    """A point on the surface, its residual zero and its normal known by hand."""
-    off, result = quadric(np.array([point]))
-    assert off[0] == pytest.approx(0, abs=1e-15)
-    assert result[0] == pytest.approx(normal, abs=1e-15)
+    """The residual is zero, and the normal is that computed by hand."""
+    residuals, normals = quadric(np.array([point]))
+    assert residuals[0] == pytest.approx(0, abs=1e-15)
+    assert normals[0] == pytest.approx(normal, abs=1e-15)

@@ -1,4 +1,4 @@
-"""The topology of the faces of a mesh, found by counting their edges."""
+"""The topology of a mesh, computed by counting the edges of its faces."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ class Topology:
     """Counts of a polygon mesh.
 
     `boundary` edges belong to one face, `non_manifold` edges to three or more; `misoriented` edges
-    have the same direction in two faces. `degenerate` faces name a vertex twice. A component is
-    connected by edges; a common point is not enough. `euler` is V − E + F over the vertices in use.
+    have the same direction in two faces. `degenerate` faces have a vertex twice. The faces of a
+    component are connected by common edges; a common vertex is not enough. Vertices that no face
+    uses are not counted.
     """
 
     vertices: int
@@ -35,12 +36,12 @@ class Topology:
 
     @property
     def watertight(self) -> bool:
-        """Every edge belongs to exactly two faces, which run it in opposite directions."""
+        """Whether every edge belongs to exactly two faces, and has opposite directions in them."""
         return not (self.boundary or self.non_manifold or self.misoriented)
 
 
 def count_topology(faces: Iterable[Sequence[int]]) -> Topology:
-    """Count everything; the faces are polygons given by their vertices in order."""
+    """All counts; each face is a polygon, given by the indices of its vertices in order."""
     loops = [faces] if isinstance(faces, np.ndarray) else _group_faces(faces)
     ends = np.concatenate(
         [_list_edge_ends(each) for each in loops] or [np.empty((0, 2), dtype=np.int64)]
@@ -49,7 +50,7 @@ def count_topology(faces: Iterable[Sequence[int]]) -> Topology:
     _, edge, uses = np.unique(
         _number_edges(np.sort(ends, axis=1)), return_inverse=True, return_counts=True
     )
-    # Faces with a common edge are connected: a graph of faces and edges.
+    # A graph whose nodes are faces and edges; each face is joined to its edges.
     corners = np.repeat([each.shape[1] for each in loops], [len(each) for each in loops])
     count = len(corners)
     owner = np.repeat(np.arange(count), corners.astype(np.int64))
@@ -106,10 +107,14 @@ def volume(positions: np.ndarray, triangles: np.ndarray) -> float:
 def winding_agreement(
     positions: np.ndarray, normals: np.ndarray, triangles: np.ndarray
 ) -> np.ndarray:
-    """For each triangle, (b − a) × (c − a) · (sum of its normals), in units of its size."""
+    """Σ n · (vertex normal) over the three corners of each triangle with unit normal n: (T,).
+
+    The value is 3 if all normals agree, and negative if the winding is wrong.
+    """
     a, b, c = (positions[triangles[:, k]].astype(float) for k in range(3))
-    facing = np.cross(b - a, c - a)
-    size = np.linalg.norm(facing, axis=1)
-    towards = normals[triangles].astype(float).sum(axis=1)
-    agreement: np.ndarray = (facing / np.where(size > 0, size, 1.0)[:, None] * towards).sum(axis=1)
+    face_normals = np.cross(b - a, c - a)
+    size = np.linalg.norm(face_normals, axis=1)
+    unit_normals = face_normals / np.where(size > 0, size, 1.0)[:, None]
+    vertex_normals = normals[triangles].astype(float).sum(axis=1)
+    agreement: np.ndarray = (unit_normals * vertex_normals).sum(axis=1)
     return agreement

@@ -1,7 +1,7 @@
-"""Triangular Bézier surfaces in exact rational arithmetic: de Casteljau over {(i, j, k): point}.
+"""Triangular Bézier surfaces in exact rational arithmetic, by de Casteljau's algorithm.
 
-Farin, Curves and Surfaces for CAGD, 5th ed., chapters 17 and 18. Only `keys` depends on the order
-in which the service stores a net.
+A net is a dictionary {(i, j, k): point}. Farin, Curves and Surfaces for CAGD, 5th ed., chapters 17
+and 18. Only `keys` depends on the order in which the service stores a net.
 """
 
 import math
@@ -27,7 +27,7 @@ def find_degree(count: int) -> int:
 
 
 def to_exact_triangle(points: Any, weights: Any = None) -> Triangle:
-    """The net as fractions; homogeneous, (wx, wy, wz, w), with weights."""
+    """The net as fractions; with weights as homogeneous points, (wx, wy, wz, w)."""
     rows = [tuple(Fraction(float(x)) for x in point) for point in points]
     if weights is not None:
         ws = [Fraction(float(w)) for w in weights]
@@ -36,14 +36,15 @@ def to_exact_triangle(points: Any, weights: Any = None) -> Triangle:
 
 
 def value(net: Triangle, place: Vector) -> Vector:
-    """de Casteljau: every upright triangle of neighbours becomes its barycentric combination.
+    """The value of the polynomial at barycentric coordinates `place`, by de Casteljau.
 
-    Worked in integers over common denominators, which is the same as in fractions and faster.
+    The computation uses integers over common denominators, which is faster than fractions and gives
+    the same result.
     """
     degree = sum(next(iter(net)))
     scale = math.lcm(*(x.denominator for point in net.values() for x in point))
-    unit_ = math.lcm(*(x.denominator for x in place))
-    r, s, t = (x.numerator * (unit_ // x.denominator) for x in place)
+    place_scale = math.lcm(*(x.denominator for x in place))
+    r, s, t = (x.numerator * (place_scale // x.denominator) for x in place)
     rows = {
         key: [x.numerator * (scale // x.denominator) for x in point] for key, point in net.items()
     }
@@ -57,11 +58,14 @@ def value(net: Triangle, place: Vector) -> Vector:
             ]
             for i, j, k in keys(n)
         }
-    return tuple(Fraction(x, scale * unit_**degree) for x in rows[0, 0, 0])
+    return tuple(Fraction(x, scale * place_scale**degree) for x in rows[0, 0, 0])
 
 
 def partial(net: Triangle, towards: int) -> Triangle:
-    """Net of the derivative along s (1) or t (2), where r decreases: n (b_{+e} − b_{i+1,j,k})."""
+    """Net of the partial along s (`towards` = 1) or t (2), r = 1 − s − t.
+
+    For s it is n (b_{i,j+1,k} − b_{i+1,j,k}), n the degree.
+    """
     n = sum(next(iter(net)))
     step = (0, 1, 0) if towards == 1 else (0, 0, 1)
     return {
@@ -76,15 +80,15 @@ def partial(net: Triangle, towards: int) -> Triangle:
 
 
 def jet(net: Triangle, place: Vector) -> Jet:
-    """Point and partials along s and t, by the quotient rule where the net is homogeneous."""
+    """Point and partials along s and t; those of a homogeneous net are projected."""
     return project(value(net, place), *(value(partial(net, n), place) for n in (1, 2)))
 
 
 def second_jet(net: Triangle, place: Vector) -> list[Vector]:
-    """Point, first and second partials along s and t: S, S_s, S_t, S_ss, S_st, S_tt."""
-    nothing = (Fraction(0),) * len(value(net, place))
+    """S, S_s, S_t, S_ss, S_st, S_tt at one place; those of a homogeneous net are projected."""
+    zero = (Fraction(0),) * len(value(net, place))
     first = [partial(net, towards) for towards in (1, 2)]
-    second = [nothing] * 3
+    second = [zero] * 3
     if sum(next(iter(net))) > 1:
         pairs = ((0, 1), (0, 2), (1, 2))
         second = [value(partial(first[i], towards), place) for i, towards in pairs]
@@ -92,36 +96,37 @@ def second_jet(net: Triangle, place: Vector) -> list[Vector]:
 
 
 def places(divisions: int) -> list[Vector]:
-    """Barycentric samples at R divisions, in the order of the service."""
+    """Barycentric coordinates of all samples of a triangle, in the order of the service."""
     return [tuple(Fraction(x, divisions) for x in key) for key in keys(divisions)]
 
 
 def jets(points: Any, weights: Any, divisions: int) -> list[Jet]:
-    """Jets at all samples."""
+    """Points and first partials at all samples."""
     net = to_exact_triangle(points, weights)
     return [jet(net, place) for place in places(divisions)]
 
 
 def positions(all_jets: list[Jet]) -> np.ndarray:
-    """Points, each coordinate rounded once: (S, 3)."""
+    """The points (S, 3) of the jets, each coordinate rounded once."""
     return np.array([[float(x) for x in each.point] for each in all_jets])
 
 
 def normals(all_jets: list[Jet]) -> np.ndarray:
-    """Unit normals ∂s × ∂t, NaN where that is exactly zero: (S, 3)."""
+    """The unit normals (S, 3) of the jets, NaN where ∂s × ∂t is exactly zero."""
     vectors = [cross(each.du, each.dv) for each in all_jets]
     return np.array([normalize(n) if any(n) else (math.nan,) * 3 for n in vectors])
 
 
 def apply_symmetry(net: np.ndarray, symmetry: int) -> np.ndarray:
-    """One of the six symmetries: rotated `symmetry % 3` times, reflected from 3 on.
+    """The net after one of the six symmetries of a triangle; axis 0 of the net is the points.
 
-    Axis 0 of the net holds the control points. A rotation takes corner r to s, s to t, t to r.
+    Numbers 0 to 5: the net is rotated `symmetry % 3` times, and then reflected if `symmetry` ≥ 3. A
+    rotation moves corner r to s, s to t and t to r.
     """
     order = keys(find_degree(len(net)))
     row = {key: number for number, key in enumerate(order)}
 
-    def origin(key: Key) -> Key:
+    def find_source(key: Key) -> Key:
         i, j, k = key
         if symmetry >= 3:
             i, j = j, i
@@ -129,4 +134,4 @@ def apply_symmetry(net: np.ndarray, symmetry: int) -> np.ndarray:
             i, j, k = j, k, i
         return i, j, k
 
-    return net[[row[origin(key)] for key in order]]
+    return net[[row[find_source(key)] for key in order]]
