@@ -67,7 +67,7 @@ def test_reversed_curves_have_bezier_points_with_the_same_bits(
 def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
     vector: KnotVector, seed: int, rational: bool
 ) -> None:
-    """At a knot of multiplicity p the curve is at a control point; at p + 1 it jumps to the next."""
+    """A knot of multiplicity p is at a control point; at multiplicity p + 1 two points differ."""
     p = vector.degree
     points = random_points(vector.points, seed)
     weights = random_weights(vector.points, seed) if rational else None

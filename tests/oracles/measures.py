@@ -137,7 +137,7 @@ def _exact_flux(net: Net) -> Fraction:
 
 
 def _integrate_product(*factors: tuple[int, int]) -> Fraction:
-    """The integral over [0, 1] of a product of Bernstein polynomials B_i^n; `factors` are (n, i)."""
+    """The integral over [0, 1] of a product of Bernstein polynomials B_i^n, given as (n, i)."""
     n, i = sum(degree for degree, _ in factors), sum(number for _, number in factors)
     numerator = Fraction(1)
     for degree, number in factors:

@@ -18,7 +18,7 @@ CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 @given(nets())
 def test_two_ways_of_de_casteljau_agree_exactly(points: np.ndarray) -> None:
-    """Evaluation of rows, then of the curve, and evaluation by 2 × 2 blocks give equal fractions."""
+    """Evaluation row by row, and evaluation by 2 × 2 blocks, give equal fractions."""
     net = exact.to_exact_net(points)
     for u, v in (
         (Fraction(1, 3), Fraction(2, 7)),

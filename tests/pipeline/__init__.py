@@ -1,1 +1,1 @@
-"""Tests of the products, step by step."""
+"""Tests of `service.pipeline`, which makes the bytes of responses from requests."""

@@ -1,4 +1,4 @@
-"""Meshes by tolerance from request to file: in every format, in groups, and within limits."""
+"""Meshes by tolerance, from the surface to the file: in all formats, in groups, within limits."""
 
 import json
 from dataclasses import replace
@@ -43,21 +43,21 @@ def mesh_options(**accuracy: Any) -> MeshOptions:
 
 
 def build_mesh(work: MeshWork) -> Mesh | Scene:
-    """The mesh of the file."""
+    """The mesh or the scene of the file, before it is encoded."""
     return work.build(*work.lower())
 
 
 def list_issues(
-    surface: Surface, options: MeshOptions, name: str = "json", **more: Any
+    surface: Surface, options: MeshOptions, name: str = "json", **arguments: Any
 ) -> list[tuple[str, str]]:
-    """Codes and pointers of the issues."""
+    """Codes and pointers of the issues with which the service refuses to render the surface."""
     with pytest.raises(SurfaceError) as refused:
-        render(surface, options, BY_NAME[name], **more)
+        render(surface, options, BY_NAME[name], **arguments)
     return [(issue.code, issue.pointer) for issue in refused.value.issues]
 
 
 def read_corners(content: bytes, name: str) -> Array:
-    """Corners (T, 3, 3) of the triangles of a file, read by another library; copies placed."""
+    """Corners (T, 3, 3) of all triangles of a file, read by trimesh, copies at their places."""
     loaded = trimesh.load_scene(BytesIO(content), file_type=name, process=False).to_mesh()
     corners: Array = np.asarray(loaded.triangles, dtype=np.float64)
     return corners
@@ -76,7 +76,7 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
     assert len(document["faces"]) == report.triangles > 0
     corners = points[np.array(document["faces"])]
     sheets = [] if isinstance(surface, GroupSurface) else build_sheets(surface)
-    if 0 < len(sheets) <= 8:  # other examples take seconds
+    if 0 < len(sheets) <= 8:  # sampling the other examples takes seconds
         result = measure_surface_to_mesh(sheets, corners, 400)
         assert result.distance <= report.deviation_bound + result.noise
     low, high = report.bounds_min, report.bounds_max
@@ -84,16 +84,16 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
 
 
 @each_format
-def test_every_format_has_the_mesh(fmt: Format) -> None:
-    """Equal bytes twice, within the bound of the plan, with all triangles."""
+def test_every_format_stores_all_triangles(fmt: Format) -> None:
+    """A second rendering gives the same bytes, not more than the upper bound of the format."""
     surface, options = STRETCHED, mesh_options(relative_tolerance=0.05)
     work = plan_mesh(surface, options, fmt)
     response = work.run()
     assert bytes(response.content) == render(surface, options, fmt)
     assert response.report is not None
-    built = build_mesh(work)
+    mesh = build_mesh(work)
     assert len(bytes(response.content)) <= fmt.byte_bound(
-        count_once(built, work.stored), EncodeOptions()
+        count_once(mesh, work.stored), EncodeOptions()
     )
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
         assert len(read_corners(bytes(response.content), fmt.name)) == response.report.triangles
@@ -105,8 +105,11 @@ def measure_deviation(surface: Surface, corners: Array) -> float:
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "json"])
 @pytest.mark.parametrize("far", [0.0, 3e4])
-def test_the_written_positions_are_certified(name: str, far: float) -> None:
-    """Also for STL far from zero: STL has no local origin, and float32 is coarse there."""
+def test_the_deviation_bound_holds_for_the_positions_in_the_file(name: str, far: float) -> None:
+    """The bound includes rounding to float32, which is coarse far from zero in STL.
+
+    STL has no local origin.
+    """
     surface = BezierSurface(WAVES + far)
     tolerance = 0.02
     response = plan_mesh(surface, mesh_options(tolerance=tolerance), BY_NAME[name]).run()
@@ -136,7 +139,7 @@ STRETCHED = build_group(
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off"])
-def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
+def test_the_deviation_bound_holds_for_placed_copies(name: str) -> None:
     response = plan_mesh(STRETCHED, mesh_options(tolerance=0.05), BY_NAME[name]).run()
     assert response.report is not None
     bound = response.report.deviation_bound
@@ -151,72 +154,72 @@ def test_copies_are_as_near_as_their_placement_leaves_them(name: str) -> None:
     assert bound / 4 < worst <= bound
 
 
-def test_the_plain_copy_is_as_fine_as_the_stretched_one_needs() -> None:
-    """Equal members share a mesh, and each has the bound of its own place."""
+def test_equal_members_share_a_mesh_fine_enough_for_the_most_stretched() -> None:
+    """Equal members share a mesh. The bound of a part includes the stretching of its matrix."""
     work = plan_mesh(STRETCHED, mesh_options(tolerance=0.05), BY_NAME["glb"])
-    built = build_mesh(work)
-    assert isinstance(built, Scene)
-    assert len(built.meshes) == 2
-    plain, sheared, mirrored = (part.deviation_bound for part in scene_parts(built))
+    mesh = build_mesh(work)
+    assert isinstance(mesh, Scene)
+    assert len(mesh.meshes) == 2
+    plain, sheared, mirrored = (part.deviation_bound for part in scene_parts(mesh))
     assert plain is not None
     assert sheared is not None
     assert mirrored is not None
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert sheared == pytest.approx(plain * stretch, rel=1e-6)
-    assert max(sheared, mirrored) == built.report.deviation_bound
+    assert max(sheared, mirrored) == mesh.report.deviation_bound
     alone = build_mesh(
         plan_mesh(build_group(STRETCHED.members[0]), mesh_options(tolerance=0.05), BY_NAME["glb"])
     )
     assert isinstance(alone, Scene)
-    assert len(alone.meshes[0].triangles) < len(built.meshes[0].triangles)
+    assert len(alone.meshes[0].triangles) < len(mesh.meshes[0].triangles)
 
 
 def camera_options(
-    position: tuple[float, float, float], pixels: float = 1.0, **more: Any
+    position: tuple[float, float, float], pixels: float = 1.0, **accuracy: Any
 ) -> MeshOptions:
     camera = Camera(position, 0.8, 600)
-    return mesh_options(camera=camera, pixel_tolerance=pixels, **more)
+    return mesh_options(camera=camera, pixel_tolerance=pixels, **accuracy)
 
 
-def test_parts_far_from_the_camera_are_divided_less() -> None:
+def test_parts_far_from_the_camera_have_fewer_triangles() -> None:
     near, far = np.eye(4), np.eye(4)
     far[:3, 3] = 0, 0, -200
     group = build_group(
         Member(BezierSurface(WAVES), matrix=near), Member(BezierSurface(WAVES), matrix=far)
     )
-    built = build_mesh(plan_mesh(group, camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"]))
-    assert isinstance(built, Scene)
-    first, second = (len(built.meshes[node.model].triangles) for node in built.nodes)
+    mesh = build_mesh(plan_mesh(group, camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"]))
+    assert isinstance(mesh, Scene)
+    first, second = (len(mesh.meshes[node.model].triangles) for node in mesh.nodes)
     assert second < first / 4
-    one = build_mesh(
+    near_alone = build_mesh(
         plan_mesh(BezierSurface(WAVES), camera_options((1.5, 1.5, 8.0)), BY_NAME["glb"])
     )
-    assert isinstance(one, Mesh)
-    assert abs(len(one.triangles) - first) <= first / 50
+    assert isinstance(near_alone, Mesh)
+    assert abs(len(near_alone.triangles) - first) <= first / 50
 
 
-def test_a_tolerance_holds_beside_a_camera() -> None:
-    built = build_mesh(
+def test_a_tolerance_also_holds_if_a_camera_is_given() -> None:
+    mesh = build_mesh(
         plan_mesh(
             BezierSurface(WAVES), camera_options((0, 0, 500.0), tolerance=0.01), BY_NAME["json"]
         )
     )
-    assert built.report.deviation_bound is not None
-    assert built.report.deviation_bound <= 0.01
+    assert mesh.report.deviation_bound is not None
+    assert mesh.report.deviation_bound <= 0.01
 
 
-def test_both_distances_are_bounded_if_requested() -> None:
-    built = build_mesh(
+def test_the_deviation_is_bounded_in_both_directions_if_requested() -> None:
+    mesh = build_mesh(
         plan_mesh(STRETCHED, mesh_options(tolerance=0.05, two_sided=True), BY_NAME["stl"])
     )
-    both = built.report.mesh_deviation_bound
-    assert both is not None
-    assert built.report.deviation_bound is not None
-    assert both <= 0.1
-    assert built.report.deviation_bound <= 0.05
+    mesh_bound = mesh.report.mesh_deviation_bound
+    assert mesh_bound is not None
+    assert mesh.report.deviation_bound is not None
+    assert mesh_bound <= 0.1
+    assert mesh.report.deviation_bound <= 0.05
 
 
-def test_angles_are_measured_if_requested() -> None:
+def test_normal_angles_are_within_an_angle_tolerance() -> None:
     sphere = find("sphere").surface()
     coarse, fine = (
         build_mesh(plan_mesh(sphere, mesh_options(angle_tolerance=angle), BY_NAME["json"])).report
@@ -229,32 +232,34 @@ def test_angles_are_measured_if_requested() -> None:
     assert fine.deviation_bound is not None
 
 
-def test_lines_alone_are_those_of_the_faces() -> None:
+def test_overlays_without_faces_equal_those_with_faces() -> None:
     options = replace(
         mesh_options(tolerance=0.05), has_faces=False, overlays=("boundary", "control_net")
     )
-    built = build_mesh(plan_mesh(BezierSurface(WAVES), options, BY_NAME["glb"]))
-    assert isinstance(built, Mesh)
-    assert not len(built.triangles)
-    assert built.report.deviation_bound is None
-    whole = build_mesh(
+    mesh = build_mesh(plan_mesh(BezierSurface(WAVES), options, BY_NAME["glb"]))
+    assert isinstance(mesh, Mesh)
+    assert not len(mesh.triangles)
+    assert mesh.report.deviation_bound is None
+    with_faces = build_mesh(
         plan_mesh(BezierSurface(WAVES), replace(options, has_faces=True), BY_NAME["glb"])
     )
-    assert isinstance(whole, Mesh)
-    for line, same in zip(built.overlays, whole.overlays, strict=True):
-        np.testing.assert_array_equal(line.positions, same.positions)
-    assert len(built.overlays[0].segments) == whole.report.boundary_edges
+    assert isinstance(with_faces, Mesh)
+    for overlay, expected in zip(mesh.overlays, with_faces.overlays, strict=True):
+        np.testing.assert_array_equal(overlay.positions, expected.positions)
+    assert len(mesh.overlays[0].segments) == with_faces.report.boundary_edges
 
 
 @pytest.mark.parametrize("example", sorted(TUBES))
-@pytest.mark.parametrize("how", ["tolerance", "relative_tolerance", "angle_tolerance", "max_bytes"])
-def test_sweeps_are_refused(example: str, how: str) -> None:
-    result = list_issues(find(example).surface(), mesh_options(**{how: 1}))
-    assert result == [("not_parametric", f"/{how}")]
+@pytest.mark.parametrize(
+    "option", ["tolerance", "relative_tolerance", "angle_tolerance", "max_bytes"]
+)
+def test_accuracy_options_for_sweeps_are_refused(example: str, option: str) -> None:
+    result = list_issues(find(example).surface(), mesh_options(**{option: 1}))
+    assert result == [("not_parametric", f"/{option}")]
 
 
 @pytest.mark.parametrize(
-    ("more", "oogl", "where"),
+    ("excluded", "oogl", "pointer"),
     [
         ({"faces": "quads"}, None, "/faces"),
         ({"method": "de_casteljau"}, None, "/method"),
@@ -264,14 +269,14 @@ def test_sweeps_are_refused(example: str, how: str) -> None:
     ],
 )
 def test_options_that_a_tolerance_excludes_are_refused(
-    more: dict[str, Any], oogl: OoglForm | None, where: str
+    excluded: dict[str, Any], oogl: OoglForm | None, pointer: str
 ) -> None:
-    options = replace(mesh_options(relative_tolerance=0.1), **more)
+    options = replace(mesh_options(relative_tolerance=0.1), **excluded)
     result = list_issues(find("saddle").surface(), options, "oogl", encode=EncodeOptions(oogl))
-    assert result == [("conflicting_options", where)]
+    assert result == [("conflicting_options", pointer)]
 
 
-def test_formats_do_not_mind_the_form_of_another() -> None:
+def test_an_oogl_form_that_a_mesh_by_tolerance_excludes_is_ignored_by_other_formats() -> None:
     surface, options = find("saddle").surface(), mesh_options(relative_tolerance=0.1)
     assert render(surface, options, BY_NAME["obj"], EncodeOptions("cquad"))
     assert b"OFF" in render(surface, options, BY_NAME["oogl"], EncodeOptions("off"))
@@ -303,16 +308,17 @@ def test_too_many_bytes_are_refused_with_the_pointer_of_the_option() -> None:
 
 
 @pytest.mark.parametrize("name", ["json", "glb", "stl"])
-def test_a_tolerance_below_rounding_is_refused_where_it_was_stated(name: str) -> None:
-    least = {"json": 1e-16, "glb": 1e-9, "stl": 1e-9}[name]
+def test_a_tolerance_below_rounding_is_refused_with_the_pointer_of_the_option(name: str) -> None:
+    too_small = {"json": 1e-16, "glb": 1e-9, "stl": 1e-9}[name]
     for surface in (find("saddle").surface(), STRETCHED):
-        result = list_issues(surface, mesh_options(relative_tolerance=least), name)
+        result = list_issues(surface, mesh_options(relative_tolerance=too_small), name)
         assert result == [("tolerance_too_small", "/relative_tolerance")]
 
 
 @pytest.mark.parametrize("name", ["json", "glb", "stl"])
-def test_a_share_of_a_surface_without_size_is_refused_at_once(name: str) -> None:
-    # A tolerance of 0 allows no rounding, so that only the limit of work would end the search.
+def test_a_relative_tolerance_of_a_surface_without_size_is_refused(name: str) -> None:
+    # 1 % of the size 0 is a tolerance of 0. If it were not refused before the work, only the limit
+    # of work would end the search, because no mesh has a deviation of 0 after rounding.
     point = TriangleSurface(np.zeros((3, 3)))
     result = list_issues(
         point, mesh_options(relative_tolerance=0.01), name, limits=Limits(max_multiplications=0)
@@ -331,7 +337,9 @@ def test_a_surface_smaller_than_all_rounding_is_within_a_large_tolerance(
         assert 0 <= json.loads(content)["report"]["deviation_bound"] <= max(20 * size, 1e-12)
 
 
-def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
+def test_the_bound_of_a_copy_far_from_zero_in_stl_includes_rounding_of_its_placed_vertices() -> (
+    None
+):
     far = np.eye(4)
     far[:3, 3] = 1e5
     group = build_group(Member(BezierSurface(WAVES), matrix=far))
@@ -345,29 +353,29 @@ def test_a_far_copy_in_stl_is_rounded_after_it_was_placed() -> None:
     assert response.report is not None
     assert response.report.deviation_bound is not None
     assert result <= response.report.deviation_bound <= 0.05
-    # In glTF the place is in the node, apart from the shape.
+    # In glTF the matrix of the node places the copy, so vertices are rounded near zero.
     assert render(group, mesh_options(tolerance=0.001), BY_NAME["glb"])
 
 
-def test_without_welding_every_patch_has_its_own_vertices() -> None:
+def test_without_welding_patches_share_no_vertices() -> None:
     surface, options = find("utah-teapot").surface(), mesh_options(relative_tolerance=0.02)
-    joined, apart = (
+    welded, unwelded = (
         build_mesh(plan_mesh(surface, replace(options, weld=weld), BY_NAME["json"])).report
         for weld in (True, False)
     )
-    assert joined.triangles == apart.triangles
-    assert joined.deviation_bound == apart.deviation_bound
-    assert apart.vertices > joined.vertices
-    assert apart.boundary_edges > joined.boundary_edges
+    assert welded.triangles == unwelded.triangles
+    assert welded.deviation_bound == unwelded.deviation_bound
+    assert unwelded.vertices > welded.vertices
+    assert unwelded.boundary_edges > welded.boundary_edges
 
 
 def test_a_camera_far_away_needs_few_triangles() -> None:
-    """Near the camera the tolerance is almost zero, but no part of the surface is there."""
+    """At the camera the tolerance is almost 0, but the surface is far from the camera."""
     camera = Camera((1e5, 0.0, 0.0), 0.8, 1080)
-    built = build_mesh(
+    mesh = build_mesh(
         plan_mesh(
             BezierSurface(WAVES), mesh_options(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"]
         )
     )
-    assert built.report.deviation_bound is not None
-    assert 0.01 < built.report.deviation_bound < 0.1
+    assert mesh.report.deviation_bound is not None
+    assert 0.01 < mesh.report.deviation_bound < 0.1

@@ -1,4 +1,4 @@
-"""Compact glTF from request to file: bounds, refusals and predictions."""
+"""Compact glTF (quantized, compressed) from surface to file: bounds, refusals and predictions."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -42,20 +42,20 @@ def mesh_options(**accuracy: Any) -> MeshOptions:
 
 
 def read_corners(gltf: Gltf) -> Array:
-    """Corners (T, 3, 3) of all triangles as they are stored, in model coordinates."""
+    """Corners (T, 3, 3) of all triangles of a file, in model coordinates."""
     result = []
     for node in gltf.document["nodes"][1:]:
         (primitive,) = gltf.document["meshes"][node["mesh"]]["primitives"]
         if primitive["mode"] != 4:
             continue
         stored = gltf.array(primitive["attributes"]["POSITION"]).astype(np.float64)
-        places = stored * node.get("scale", [1.0] * 3) + node.get("translation", [0.0] * 3)
-        result.append(places[gltf.array(primitive["indices"]).reshape(-1, 3)])
+        points = stored * node.get("scale", [1.0] * 3) + node.get("translation", [0.0] * 3)
+        result.append(points[gltf.array(primitive["indices"]).reshape(-1, 3)])
     return np.concatenate(result)
 
 
 @pytest.mark.parametrize("options", [MeshOptions((5, 5)), mesh_options(relative_tolerance=0.01)])
-def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
+def test_the_deviation_bound_includes_the_quantization_of_vertices(options: MeshOptions) -> None:
     surface = find("bourke-1111").surface()
     plain = plan_mesh(surface, options, GLB).run()
     response = plan_mesh(surface, options, GLB, FORMS["both"]).run()
@@ -72,26 +72,28 @@ def test_the_bound_is_that_of_the_stored_vertices(options: MeshOptions) -> None:
 
 @each_form
 @pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
-def test_a_tolerance_holds_for_the_written_file(encode: EncodeOptions, tolerance: float) -> None:
+def test_the_deviation_bound_of_a_compact_file_is_within_the_tolerance(
+    encode: EncodeOptions, tolerance: float
+) -> None:
     response = plan_mesh(BezierSurface(WAVES), mesh_options(tolerance=tolerance), GLB, encode).run()
     assert response.report is not None
     assert response.report.deviation_bound is not None
     assert response.report.deviation_bound <= tolerance
 
 
-def test_tolerances_near_the_grid_step_hold_or_are_refused() -> None:
+def test_a_tolerance_below_twice_the_quantization_error_is_refused() -> None:
     surface = find("heated-panel").surface()
-    moved = find_grid_error(surface.lower(), MeshOptions())
-    options = mesh_options(tolerance=2.2 * moved)
+    grid_error = find_grid_error(surface.lower(), MeshOptions())
+    options = mesh_options(tolerance=2.2 * grid_error)
     response = plan_mesh(surface, options, GLB, QUANTIZED).run()
     assert response.report is not None
     bound = response.report.deviation_bound
     assert bound is not None
-    assert bound <= 2.2 * moved
+    assert bound <= 2.2 * grid_error
     gltf = read_glb(bytes(response.content))
     result = measure_surface_to_mesh(build_sheets(surface.lower()), read_corners(gltf), 400)
     assert result.distance <= bound
-    for tolerance in (1.9 * moved, 0.5 * moved):
+    for tolerance in (1.9 * grid_error, 0.5 * grid_error):
         with pytest.raises(InvalidRequest) as refused:
             render(surface, mesh_options(tolerance=tolerance), GLB, QUANTIZED)
         assert [(i.code, i.pointer) for i in refused.value.issues] == [
@@ -101,7 +103,7 @@ def test_tolerances_near_the_grid_step_hold_or_are_refused() -> None:
 
 
 @each_form
-def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) -> None:
+def test_a_budget_of_bytes_counts_the_bytes_of_the_compact_file(encode: EncodeOptions) -> None:
     surface, options = BezierSurface(WAVES), mesh_options(max_bytes=9_000)
     plain, small = (
         plan_mesh(surface, options, GLB, form).run() for form in (EncodeOptions(), encode)
@@ -116,7 +118,7 @@ def test_a_budget_counts_the_bytes_of_the_compact_form(encode: EncodeOptions) ->
 @each_form
 @pytest.mark.parametrize("example", ["utah-teapot", "tea-service", "sphere", "trefoil-tube"])
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_files_are_as_long_as_predicted_at_most(
+def test_compact_files_are_at_most_as_long_as_predicted(
     example: str, encode: EncodeOptions, suffix: str
 ) -> None:
     fmt = BY_NAME[suffix]
@@ -126,38 +128,40 @@ def test_files_are_as_long_as_predicted_at_most(
 
 
 @pytest.mark.parametrize("example", ["sphere", "torus"])
-def test_closed_surfaces_stay_closed(example: str) -> None:
+def test_closed_surfaces_stay_closed_after_quantization(example: str) -> None:
     surface = find(example).surface()
     for options in (MeshOptions((12, 12)), mesh_options(relative_tolerance=2e-3)):
         content = render(surface, options, GLB, QUANTIZED)
         report = read_glb(content).document["asset"]["extras"]["report"]
         assert report["watertight"]
-        # trimesh decides by positions alone.
+        # The report counts edges by indices; trimesh compares positions.
         loaded = trimesh.load_scene(BytesIO(content), file_type="glb", process=False).to_mesh()
         loaded.merge_vertices(merge_norm=True, merge_tex=True)
         assert loaded.is_watertight
 
 
 @pytest.mark.parametrize("options", [MeshOptions((7, 7)), mesh_options(tolerance=0.02)])
-def test_neighbours_in_two_files_meet(options: MeshOptions) -> None:
-    """Both grids contain zero, and both have the same step."""
+def test_neighbours_in_two_quantized_files_share_the_vertices_of_their_edge(
+    options: MeshOptions,
+) -> None:
+    """The grids of both files contain zero and have the same step."""
     left = np.array([[[i, j, (i + j * j) % 3] for j in range(4)] for i in range(4)]) / 0.7
     right = left * [1, 1, -0.7]
     right[:, :, 0] += left[-1, 0, 0]
     right[0] = left[-1]
-    rows = []
+    vertices_of_files = []
     for net in (left, right):
-        built = read_corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
-        rows.append({tuple(point) for point in built.reshape(-1, 3).tolist()})
-    # The second begins where the first one ends, which is not a multiple of the step.
-    edge = max(point[0] for point in rows[0])
-    shared = {point for point in rows[0] if point[0] == edge}
+        corners = read_corners(read_glb(render(BezierSurface(net), options, GLB, QUANTIZED)))
+        vertices_of_files.append({tuple(point) for point in corners.reshape(-1, 3).tolist()})
+    # The two surfaces meet in a plane x = constant, which is not a multiple of the step.
+    edge_x = max(point[0] for point in vertices_of_files[0])
+    shared = {point for point in vertices_of_files[0] if point[0] == edge_x}
     assert len(shared) >= 8
-    assert {point for point in rows[1] if point[0] == edge} == shared
+    assert {point for point in vertices_of_files[1] if point[0] == edge_x} == shared
 
 
-def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
-    """A needle: its width is negligible beside its length."""
+def test_triangles_that_collapse_on_the_grid_are_kept_and_the_mesh_is_closed() -> None:
+    """The sphere is stretched to a needle whose width is smaller than the step of the grid."""
     surface = find("sphere").surface()
     assert isinstance(surface, PatchSurface)
     thin = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
@@ -165,14 +169,14 @@ def test_triangles_smaller_than_the_grid_stay_and_the_mesh_is_closed() -> None:
     response = work.run()
     assert response.report is not None
     assert response.report.watertight
-    shapes = read_corners(read_glb(bytes(response.content)))
-    assert len(shapes) == response.report.triangles
-    assert (shapes[:, 0] == shapes[:, 1]).all(axis=1).any()
+    corners = read_corners(read_glb(bytes(response.content)))
+    assert len(corners) == response.report.triangles
+    assert (corners[:, 0] == corners[:, 1]).all(axis=1).any()
 
 
 @each_form
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
-def test_formats_that_have_no_compact_form_refuse_it(fmt: Any, encode: EncodeOptions) -> None:
+def test_formats_without_a_compact_form_refuse_the_option(fmt: Any, encode: EncodeOptions) -> None:
     surface = find("saddle").surface()
     if fmt.compact:
         assert render(surface, MeshOptions((2, 2)), fmt, encode)
@@ -184,9 +188,9 @@ def test_formats_that_have_no_compact_form_refuse_it(fmt: Any, encode: EncodeOpt
     assert (issue.code, issue.pointer) == ("unsupported_by_format", name)
 
 
-def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compression_is_refused_if_the_library_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(meshopt, "available", lambda: False)
-    plan_sizes.cache_clear()  # cached, because an installed library stays installed
+    plan_sizes.cache_clear()  # cached plans assume that the library is installed
     with pytest.raises(UnsupportedByFormat) as refused:
         render(find("saddle").surface(), MeshOptions((2, 2)), GLB, FORMS["compressed"])
     (issue,) = refused.value.issues
@@ -198,25 +202,30 @@ def test_without_the_library_compression_is_refused(monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize(
     "options", [MeshOptions(), mesh_options(relative_tolerance=1e-3), mesh_options(max_bytes=9000)]
 )
-def test_an_estimate_is_an_upper_bound(encode: EncodeOptions, options: MeshOptions) -> None:
+def test_an_estimate_of_a_compact_file_is_an_upper_bound(
+    encode: EncodeOptions, options: MeshOptions
+) -> None:
     surface = find("saddle").surface()
     result = plan_estimate(surface, options, encode).run()
     assert {name for name, _, _ in result.sizes} == {"glb", "gltf"}
     others = [(fmt.name,) for fmt in FORMATS if not fmt.compact]
     assert [refusal.formats for refusal in result.refusals] == others
-    for name, most, _ in result.sizes:
-        assert len(render(surface, options, BY_NAME[name], encode)) <= most
+    for name, upper_bound, _ in result.sizes:
+        assert len(render(surface, options, BY_NAME[name], encode)) <= upper_bound
 
 
-def test_an_estimate_knows_that_a_grid_may_be_too_coarse() -> None:
+def test_an_estimate_is_uncertain_if_quantization_may_exceed_the_tolerance() -> None:
     surface = find("cone").surface()
-    moved = find_grid_error(surface.lower(), MeshOptions())
-    fine, coarse = mesh_options(tolerance=2.5 * moved), mesh_options(tolerance=100 * moved)
+    grid_error = find_grid_error(surface.lower(), MeshOptions())
+    fine, coarse = (
+        mesh_options(tolerance=2.5 * grid_error),
+        mesh_options(tolerance=100 * grid_error),
+    )
     glb = (GLB,)
     assert plan_estimate(surface, fine, EncodeOptions(), formats=glb).run().certain
     assert not plan_estimate(surface, fine, QUANTIZED, formats=glb).run().certain
     assert plan_estimate(surface, coarse, QUANTIZED, formats=glb).run().certain
-    most = plan_estimate(surface, fine, QUANTIZED, formats=glb).run().counts
+    upper_bound = plan_estimate(surface, fine, QUANTIZED, formats=glb).run().counts
     report = plan_mesh(surface, fine, GLB, QUANTIZED).run().report
     assert report is not None
-    assert report.triangles <= most.triangles
+    assert report.triangles <= upper_bound.triangles

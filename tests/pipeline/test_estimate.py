@@ -1,4 +1,4 @@
-"""Estimates equal the mesh or bound it from above; refusals are those of the mesh."""
+"""Estimates are the counts and bytes of a mesh or upper bounds, and have its refusals."""
 
 import json
 from dataclasses import replace
@@ -21,42 +21,46 @@ from service.surface.group import GroupSurface, Member
 from tests.encoders.gltf.reader import read_glb
 from tools.certify.surfaces import FAMILIES
 
-COUNTS = ("vertices", "triangles", "quads")
+COUNT_FIELDS = ("vertices", "triangles", "quads")
 
 INEXACT = {"trefoil-tube", "ribbon", "hair"}
-"""Examples that are swept along curves, or contain such members."""
+"""Examples that are sweeps along curves or have members that are; their counts are bounds."""
 
 
 def select_issues(estimate: Estimate, fmt: Format) -> set[Issue]:
     return {refusal.issue for refusal in estimate.refusals if fmt.name in refusal.formats}
 
 
-def check(
+def assert_estimate_matches_files(
     surface: Any, options: MeshOptions, encode: EncodeOptions = PLAIN, limits: Limits | None = None
 ) -> Estimate:
-    """Compares the estimate with the files of all formats."""
+    """The estimate for a surface, after comparing it with the files of all formats.
+
+    For each format, the refusals are equal. Counts and bytes are equal if the estimate calls them
+    exact, and otherwise not larger than estimated.
+    """
     limits = limits or Limits()
     result = plan_estimate(surface, options, encode, limits).run()
     sizes = {name: (size, exact) for name, size, exact in result.sizes}
-    answered = 0
+    rendered = 0
     for fmt in FORMATS:
         content, issues = try_render(surface, options, fmt, encode, limits)
         assert select_issues(result, fmt) == issues
         if issues:
             continue
-        answered += 1
+        rendered += 1
         size, exact = sizes[fmt.name]
         assert len(content) == size if exact else len(content) <= size
         for report in read_reports(fmt, content):
-            for name in COUNTS:
+            for name in COUNT_FIELDS:
                 expected = getattr(result.counts, name)
                 assert report[name] == expected if result.exact else report[name] <= expected
-    assert result.accepted == (answered > 0)
+    assert result.accepted == (rendered > 0)
     return result
 
 
 def try_render(*request: Any) -> tuple[bytes, set[Issue]]:
-    """The file, or what is wrong with the request."""
+    """The bytes of the file, or no bytes and the issues with which the service refuses."""
     try:
         return render(*request), set()
     except SurfaceError as error:
@@ -64,7 +68,7 @@ def try_render(*request: Any) -> tuple[bytes, set[Issue]]:
 
 
 def read_reports(fmt: Format, content: bytes) -> list[dict[str, Any]]:
-    """The report in a file, where the format has a place for it."""
+    """The report in a file, in a list; the list is empty for formats without a report."""
     if fmt.name == "json":
         return [json.loads(content)["report"]]
     if fmt.name == "glb":
@@ -79,8 +83,10 @@ QUADS = ("saddle", "cone", "octahedral-sphere", "trefoil-tube")
     ("example", "faces"),
     [*((name, "triangles") for name in EXAMPLES), *((name, "quads") for name in QUADS)],
 )
-def test_examples(example: str, faces: Any) -> None:
-    result = check(find(example).surface(), MeshOptions((2, 3), faces=faces))
+def test_estimates_of_the_examples_match_their_files(example: str, faces: Any) -> None:
+    result = assert_estimate_matches_files(
+        find(example).surface(), MeshOptions((2, 3), faces=faces)
+    )
     assert result.exact == (example not in INEXACT)
     exact = [name for name, _, exact in result.sizes if exact]
     assert exact == (["stl"] if result.exact and faces == "triangles" else [])
@@ -98,39 +104,50 @@ def test_examples(example: str, faces: Any) -> None:
         {"curvatures": True},
     ],
 )
-def test_options(options: dict[str, Any]) -> None:
+def test_estimates_with_an_option_match_the_files(options: dict[str, Any]) -> None:
     for example in ("cone", "octahedral-sphere"):
-        assert check(find(example).surface(), MeshOptions((2, 2), **options)).exact
+        assert assert_estimate_matches_files(
+            find(example).surface(), MeshOptions((2, 2), **options)
+        ).exact
 
 
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.05)])
-def test_copies_that_are_bent_in_different_ways_are_stored_apart(accuracy: Any) -> None:
-    """Placed copies with different curvatures are separate meshes in glTF, and seams where
-    curvatures jump have two vertices."""
+def test_copies_stretched_in_different_ways_are_counted_as_separate_meshes(accuracy: Any) -> None:
+    """With curvatures, copies with different stretching are separate meshes in glTF.
+
+    Vertices where the curvature is discontinuous are stored twice.
+    """
     net = np.random.default_rng(2).normal(size=(9, 9, 3) if accuracy is None else (5, 4, 3))
     hills = BsplineSurface(net, (2, 2))
     members = (Member(hills), *(Member(hills, matrix=np.diag([k, 1, 1, 1.0])) for k in (2, 3)))
     options = MeshOptions((2, 2), curvatures=True, accuracy=accuracy)
     result = plan_estimate(GroupSurface(members), options).run()
     plain = plan_estimate(GroupSurface(members), replace(options, curvatures=False)).run()
-    for (name, size, _), (_, before, _) in zip(result.sizes, plain.sizes, strict=True):
+    for (name, size, _), (_, plain_size, _) in zip(result.sizes, plain.sizes, strict=True):
         content, issues = try_render(GroupSurface(members), options, BY_NAME[name])
         assert not issues
         assert len(content) <= size
         if accuracy is None:
-            carried = "attribute" in BY_NAME[name].carries
-            assert size >= 2 * before if name == "glb" else (size > before) == carried
+            stores_curvatures = "attribute" in BY_NAME[name].carries
+            if name == "glb":
+                assert size >= 2 * plain_size
+            else:
+                assert (size > plain_size) == stores_curvatures
 
 
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])
-def test_wires_with_faces_are_bounded(wires: Any) -> None:
-    result = check(find("cone").surface(), MeshOptions((3, 3), isocurves=(1, 2), wires=wires))
+def test_estimates_of_isocurves_as_tubes_or_ribbons_are_upper_bounds(wires: Any) -> None:
+    result = assert_estimate_matches_files(
+        find("cone").surface(), MeshOptions((3, 3), isocurves=(1, 2), wires=wires)
+    )
     assert not result.exact
 
 
 @pytest.mark.parametrize("form", ["cquad", "mesh", "off", "bez"])
-def test_forms_of_oogl(form: Any) -> None:
-    result = check(find("saddle").surface(), MeshOptions((4, 4)), EncodeOptions(form))
+def test_estimates_of_oogl_forms_match_the_files(form: Any) -> None:
+    result = assert_estimate_matches_files(
+        find("saddle").surface(), MeshOptions((4, 4)), EncodeOptions(form)
+    )
     assert result.accepted
 
 
@@ -156,7 +173,7 @@ WIRES: tuple[dict[str, Any], ...] = ({"isocurves": (3, 2)}, {"isocurves": (2, 2)
         *(("torus", each, wires) for each in (TOLERANCES[0], TOLERANCES[4]) for wires in WIRES),
     ],
 )
-def test_tolerances_and_budgets_are_bounded(
+def test_estimates_by_tolerance_or_budget_are_upper_bounds(
     example: str, accuracy: Accuracy, wires: dict[str, Any]
 ) -> None:
     surface, options = find(example).surface(), MeshOptions(accuracy=accuracy, **wires)
@@ -169,12 +186,12 @@ def test_tolerances_and_budgets_are_bounded(
         assert not (issues and result.certain)
         assert len(content) <= sizes[name]
         for report in read_reports(BY_NAME[name], content) if content else ():
-            for count in COUNTS:
+            for count in COUNT_FIELDS:
                 assert report[count] <= getattr(result.counts, count)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
+def test_triangles_by_tolerance_are_at_most_half_of_the_estimate(name: str) -> None:
     surface = FAMILIES[name].surface(1)
     options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.01), normals=False)
     result = plan_estimate(surface, options).run()
@@ -187,7 +204,7 @@ def test_no_family_of_surfaces_needs_more_than_was_foreseen(name: str) -> None:
     assert report["vertices"] <= result.counts.vertices
 
 
-def test_certain_and_uncertain_estimates() -> None:
+def test_an_estimate_is_certain_if_the_mesh_cannot_be_refused() -> None:
     surface = find("sphere").surface()
 
     def estimate(**accuracy: Any) -> Estimate:
@@ -201,7 +218,8 @@ def test_certain_and_uncertain_estimates() -> None:
     assert not estimate(angle_tolerance=0.1).certain
     assert estimate(max_triangles=200).counts.triangles == 200
     assert dict(list_sizes(estimate(max_bytes=5000)))["glb"] == 5000
-    # The number of poles is known only after evaluation: few samples cannot be too many.
+    # Curvatures at poles are costly, and poles are counted only during evaluation. With 16
+    # divisions, the cost is within the limit even if all samples are poles.
     for divisions, certain in ((16, True), (200, False)):
         for curvatures in (True, False):
             options = MeshOptions((divisions, divisions), curvatures=curvatures)
@@ -215,25 +233,27 @@ def list_sizes(estimate: Estimate) -> list[tuple[str, int]]:
 
 def test_options_that_a_mesh_by_tolerance_excludes_are_refused() -> None:
     options = MeshOptions(accuracy=Accuracy(tolerance=0.1), faces="quads")
-    result = check(find("saddle").surface(), options)
+    result = assert_estimate_matches_files(find("saddle").surface(), options)
     assert not result.accepted
     assert {refusal.issue.code for refusal in result.refusals} == {"conflicting_options"}
-    tube = check(find("trefoil-tube").surface(), MeshOptions(accuracy=Accuracy(tolerance=0.1)))
+    tube = assert_estimate_matches_files(
+        find("trefoil-tube").surface(), MeshOptions(accuracy=Accuracy(tolerance=0.1))
+    )
     assert {refusal.issue.code for refusal in tube.refusals} == {"not_parametric"}
 
 
-def test_copies_in_a_group_are_counted_each_and_stored_once() -> None:
+def test_triangles_of_copies_are_counted_each_and_stored_once_in_glb() -> None:
     teapot = find("utah-teapot").surface()
     group = GroupSurface(tuple(Member(teapot, f"{k}", None, None) for k in range(5)))
-    one, five = (plan_estimate(s, MeshOptions((8, 8))).run() for s in (teapot, group))
-    assert five.counts.triangles == 5 * one.counts.triangles
-    sizes = [{name: size for name, size, _ in result.sizes} for result in (one, five)]
+    single, five = (plan_estimate(s, MeshOptions((8, 8))).run() for s in (teapot, group))
+    assert five.counts.triangles == 5 * single.counts.triangles
+    sizes = [{name: size for name, size, _ in result.sizes} for result in (single, five)]
     assert sizes[1]["glb"] < 2 * sizes[0]["glb"]
     assert sizes[1]["ply"] > 4.5 * sizes[0]["ply"]
-    check(group, MeshOptions((2, 2)))
+    assert_estimate_matches_files(group, MeshOptions((2, 2)))
 
 
-def test_limits_are_those_of_the_mesh() -> None:
+def test_estimates_have_the_same_limits_as_meshes() -> None:
     surface = find("utah-teapot").surface()
     for limits in (
         Limits(max_vertices=9248),
@@ -241,10 +261,10 @@ def test_limits_are_those_of_the_mesh() -> None:
         Limits(max_bytes=900_000),
         Limits(max_bytes=1000),
     ):
-        check(surface, MeshOptions(), limits=limits)
+        assert_estimate_matches_files(surface, MeshOptions(), limits=limits)
 
 
-def test_a_mesh_that_is_too_large_is_still_counted() -> None:
+def test_an_estimate_of_a_refused_mesh_has_its_counts() -> None:
     result = plan_estimate(find("saddle").surface(), MeshOptions((60_000, 60_000))).run()
     assert not result.accepted
     assert not result.exact

@@ -1,4 +1,4 @@
-"""Meshes from request to file: results, refusals, and the low cost of a refusal."""
+"""Meshes from surface to file: results, refusals, and how little memory a refusal needs."""
 
 import tracemalloc
 from dataclasses import astuple, replace
@@ -37,26 +37,25 @@ MEBIBYTE = 1 << 20
 
 
 @each_format
-def test_a_format_gets_the_precision_it_stores(fmt: Format) -> None:
-    """float32 where files hold float32, float64 elsewhere."""
-    built = build_mesh(lower_patches("tveit"), MeshOptions(), fmt)
-    assert built.positions.dtype == (np.float32 if fmt.single else np.float64)
+def test_meshes_have_the_precision_that_the_format_stores(fmt: Format) -> None:
+    """Positions are float32 for formats that store float32, and float64 for the others."""
+    expected = build_mesh(lower_patches("tveit"), MeshOptions(), fmt)
+    assert expected.positions.dtype == (np.float32 if fmt.single else np.float64)
 
 
 faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
 
 
 @given(split_models(oriented=False), resolutions, faces, st.booleans())
-def test_predictions_are_upper_bounds(
+def test_predicted_counts_are_upper_bounds(
     pieces: tuple[Array, list[Array]], resolution: tuple[int, int], kind: Faces, weld: bool
 ) -> None:
-    """Bounds follow from the size of a surface alone, also with rotated neighbours; each model is
-    counted."""
+    """The predicted counts need only the size of the surface, not how its patches are joined."""
     options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
-    once, copies = count_models(build_model(pieces[1]), options)
-    assert once == copies
+    stored, with_copies = count_models(build_model(pieces[1]), options)
+    assert stored == with_copies
     predicted = mesh_counts(SurfaceSize((3, 3), grids=len(pieces[1])), options)
-    assert all(a >= b for a, b in zip(astuple(predicted)[:3], astuple(once), strict=True))
+    assert all(a >= b for a, b in zip(astuple(predicted)[:3], astuple(stored), strict=True))
 
 
 @each_format
@@ -64,11 +63,12 @@ def test_predictions_are_upper_bounds(
 def test_meshes_that_a_format_cannot_store_are_refused(
     fmt: Format, option: dict[str, object]
 ) -> None:
-    """Lines are refused with the option's pointer, and written if the format can hold them."""
+    """The issue has the pointer of the option; formats that store quads or lines accept them."""
     surface = find("tveit").surface()
     options = MeshOptions(**option)  # type: ignore[arg-type]
     (name,) = option
-    if fmt.quads if name == "faces" else fmt.overlays:
+    is_supported = fmt.quads if name == "faces" else fmt.overlays
+    if is_supported:
         assert render(surface, options, fmt)
         return
     with pytest.raises(UnsupportedByFormat) as caught:
@@ -79,7 +79,7 @@ def test_meshes_that_a_format_cannot_store_are_refused(
 
 
 def get_refusal(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceError:
-    """The refusal of a teapot, without allocating the requested mesh."""
+    """The refusal of a mesh of the teapot; fails if it allocates 2 MiB, as the mesh would."""
     surface = find("utah-teapot").surface()
     tracemalloc.start()
     try:
@@ -96,7 +96,7 @@ def get_refusal(options: MeshOptions, fmt: Format, limits: Limits) -> SurfaceErr
 def test_too_many_vertices_are_refused_before_anything_is_computed(
     fmt: Format, resolution: tuple[int, int]
 ) -> None:
-    """The shapes alone show that the mesh is too large."""
+    """The mesh is refused because of the shape of the net and the resolution."""
     (issue,) = get_refusal(MeshOptions(resolution=resolution), fmt, Limits()).issues
     assert (issue.code, issue.pointer) == ("too_many_vertices", "/resolution")
     assert "4500000" in issue.needed
@@ -104,7 +104,7 @@ def test_too_many_vertices_are_refused_before_anything_is_computed(
 
 @each_format
 def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> None:
-    """The limit of a response counts the bytes of its format."""
+    """The number of bytes is predicted for the format of the response."""
     options, limits = MeshOptions(resolution=(64, 64)), Limits(max_bytes=50_000)
     (issue,) = get_refusal(options, fmt, limits).issues
     assert issue.code == "too_many_bytes"
@@ -118,7 +118,7 @@ def test_a_cached_plan_equals_a_new_plan(fmt: Format) -> None:
         size, form, limits = surface.size(), (fmt, EncodeOptions()), Limits()
         for _ in range(2):
             plan = plan_mesh(surface, MeshOptions((3, 3)), *form, limits)
-            built = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
+            expected = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
             reported = (
                 plan.size,
                 plan.stored,
@@ -127,28 +127,28 @@ def test_a_cached_plan_equals_a_new_plan(fmt: Format) -> None:
                 plan.alone,
                 plan.cost,
             )
-            assert reported == built
+            assert reported == expected
             assert plan.surface is surface
             with pytest.raises(TooLarge):
                 plan_mesh(surface, MeshOptions((3, 3)), *form, Limits(max_vertices=15))
 
 
-def test_the_limits_themselves_are_allowed() -> None:
-    """Exactly as many vertices and bytes as are permitted."""
+def test_a_mesh_exactly_at_the_limits_is_accepted() -> None:
+    """A limit smaller by one vertex or one byte refuses the mesh."""
     surface, options, fmt = find("tveit").surface(), MeshOptions(resolution=(9, 9)), BY_NAME["stl"]
     size = mesh_size(surface.size(), options, fmt)
     limits = Limits(size.vertices, fmt.byte_bound(size, EncodeOptions()))
     assert render(surface, options, fmt, limits=limits)
-    for less in (
+    for smaller in (
         replace(limits, max_vertices=limits.max_vertices - 1),
         replace(limits, max_bytes=limits.max_bytes - 1),
     ):
         with pytest.raises(TooLarge):
-            render(surface, options, fmt, limits=less)
+            render(surface, options, fmt, limits=smaller)
 
 
-def test_exact_patches_need_no_mesh() -> None:
-    """OOGL's `bez` form does not depend on the resolution."""
+def test_the_bez_form_of_oogl_does_not_depend_on_the_resolution() -> None:
+    """The form `bez` stores the control points of the patches in place of a mesh."""
     surface, oogl = find("utah-teapot").surface(), BY_NAME["oogl"]
     coarse, fine = (
         render(surface, MeshOptions(resolution=(r, r)), oogl, EncodeOptions("bez")) for r in (2, 9)
@@ -156,21 +156,21 @@ def test_exact_patches_need_no_mesh() -> None:
     assert coarse == fine
 
 
-def test_a_high_degree_is_refused_where_the_format_ends() -> None:
-    """Geomview reads degrees up to 12; the service supports higher ones."""
+def test_patches_of_a_degree_above_12_are_refused_in_the_bez_form() -> None:
+    """Geomview, which reads OOGL, supports degrees up to 12; meshes have no such limit."""
     surface = BezierSurface(np.random.default_rng(1).random((14, 3, 3)))
     with pytest.raises(UnsupportedByFormat):
         render(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
     assert render(surface, MeshOptions(), BY_NAME["oogl"])
 
 
-KINDS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
+CHANNELS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
 
 
 @each_format
-@pytest.mark.parametrize("kind", KINDS)
-def test_channels_without_a_place_in_a_format_are_left_out(fmt: Format, kind: ChannelKind) -> None:
-    """Bytes and prediction are then those of a surface without the channel."""
+@pytest.mark.parametrize("kind", CHANNELS)
+def test_channels_that_a_format_cannot_store_are_left_out(fmt: Format, kind: ChannelKind) -> None:
+    """Bytes and predicted size then equal those of the surface without the channel."""
     full = find("heated-panel").surface()
     assert isinstance(full, BezierSurface)
     without = {
@@ -178,22 +178,22 @@ def test_channels_without_a_place_in_a_format_are_left_out(fmt: Format, kind: Ch
         "uvs": replace(full.channels, uvs=None),
         "attribute": replace(full.channels, attributes=()),
     }
-    less = replace(full, channels=without[kind])
+    reduced = replace(full, channels=without[kind])
     options = MeshOptions((3, 3))
-    works = [plan_mesh(surface, options, fmt, EncodeOptions("off")) for surface in (full, less)]
-    alike = works[0].run().content == works[1].run().content
-    assert alike == (kind not in fmt.carries)
-    if alike:
+    works = [plan_mesh(surface, options, fmt, EncodeOptions("off")) for surface in (full, reduced)]
+    is_equal = works[0].run().content == works[1].run().content
+    assert is_equal == (kind not in fmt.carries)
+    if is_equal:
         assert works[0].size == works[1].size
 
 
-def test_forward_differences_end_where_their_digits_do() -> None:
-    """The limit is degree 8 if the format stores float32, and 16 if it stores float64."""
-    for columns, refused in ((9, ()), (10, ("glb",)), (17, ("glb",)), (18, ("glb", "json"))):
+def test_forward_differences_of_high_degree_are_refused() -> None:
+    """Rounding errors limit the degree to 8 for formats with float32, to 16 with float64."""
+    for columns, refusing in ((9, ()), (10, ("glb",)), (17, ("glb",)), (18, ("glb", "json"))):
         surface = BezierSurface(np.random.default_rng(1).random((2, columns, 3)))
         options = MeshOptions((2, 3), method="forward_difference")
         for name in ("glb", "json"):
-            if name in refused:
+            if name in refusing:
                 with pytest.raises(InvalidRequest) as caught:
                     plan_mesh(surface, options, BY_NAME[name])
                 assert caught.value.issues[0].pointer == "/method"
@@ -202,8 +202,8 @@ def test_forward_differences_end_where_their_digits_do() -> None:
                 assert render(surface, options, BY_NAME[name])
 
 
-def test_de_casteljau_is_refused_where_it_would_take_minutes() -> None:
-    """Known from shapes: a bicubic of 4 M vertices is fine, the same of degree 64 is not."""
+def test_de_casteljau_is_refused_if_it_would_take_minutes() -> None:
+    """A mesh of 4 million vertices is accepted for degree 3 and refused for degree 64."""
     options = MeshOptions((2000, 2000), method="de_casteljau")
     cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
     check_model(cubic.lower(), options, Limits())
@@ -218,7 +218,7 @@ def test_de_casteljau_is_refused_where_it_would_take_minutes() -> None:
         assert caught.value.issues[0].pointer == "/method"
 
 
-def test_points_are_refused_where_poles_would_take_minutes() -> None:
+def test_points_are_refused_if_normals_at_poles_would_take_minutes() -> None:
     uv = np.random.default_rng(2).random((200_000, 2))
     cubic, high = (BezierSurface(np.ones((n + 1, n + 1, 3))) for n in (3, 64))
     for surface, order in ((cubic, 0), (cubic, 2), (high, 0)):
@@ -229,26 +229,26 @@ def test_points_are_refused_where_poles_would_take_minutes() -> None:
     assert caught.value.issues[0].pointer == "/uv"
 
 
-def test_points_are_refused_where_series_would_take_minutes() -> None:
-    """Curvatures beside a pole take a hundred times as long as at other points."""
+def test_points_are_refused_if_curvatures_near_poles_would_take_minutes() -> None:
+    """Near a pole curvatures are computed from series, which takes 100 times as long."""
     net = np.random.default_rng(3).random((4, 4, 3))
     net[0] = 0.0
     surface = BezierSurface(net, np.random.default_rng(4).uniform(0.2, 5, (4, 4)))
     uv = np.random.default_rng(2).random((200_000, 2))
-    beside = uv * (1e-4, 1)
-    for places, order in ((uv, 2), (beside, 1), (beside[:10_000], 2)):
+    near_pole = uv * (1e-4, 1)
+    for places, order in ((uv, 2), (near_pole, 1), (near_pole[:10_000], 2)):
         plan_points(surface, PointsQuery(places, None, order))
     triangle = TriangleSurface(np.concatenate([net[k, : 4 - k] for k in range(4)]))
-    within = np.column_stack([uv[:, 0], 1 - uv[:, 0], 0 * uv[:, 0]])
-    plan_points(triangle, PointsQuery(within[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
-    for refused, places in ((surface, beside), (triangle, within)):
+    near_corner = np.column_stack([uv[:, 0], 1 - uv[:, 0], 0 * uv[:, 0]])
+    plan_points(triangle, PointsQuery(near_corner[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
+    for rejected, places in ((surface, near_pole), (triangle, near_corner)):
         with pytest.raises(TooLarge) as caught:
-            plan_points(refused, PointsQuery(places, None, 2)).run()
+            plan_points(rejected, PointsQuery(places, None, 2)).run()
         assert caught.value.issues[0].code == "too_costly"
 
 
-def test_methods_are_for_patches() -> None:
-    """Sweeps are meshed in one way, alone or in a group."""
+def test_evaluation_methods_are_refused_for_sweeps() -> None:
+    """Sweeps have a method of their own; this also holds for sweeps in a group."""
     curve = BezierCurve(np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 1]]))
     tube = TubeSurface(curve, np.array([0.1]))
     for surface in (tube, GroupSurface((Member(find("saddle").surface()), Member(tube)))):
@@ -259,8 +259,8 @@ def test_methods_are_for_patches() -> None:
         assert (issue.code, issue.pointer) == ("not_parametric", "/method")
 
 
-def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
-    # The surface is so far from zero that six digits move vertices further than it bends.
+def test_the_deviation_bound_includes_rounding_to_the_six_digits_of_oogl() -> None:
+    # So far from zero, rounding to six digits moves vertices by more than the mesh deviates.
     net = np.array([[[i, j, i * j % 3] for j in range(3)] for i in range(3)], dtype=float)
     surface = BezierSurface(net * 0.01 + [123.0, -9.9999, 1234.5])
     options = MeshOptions(resolution=(16, 16), faces="quads", normals=False, uvs=False)
@@ -279,7 +279,7 @@ def test_the_bound_of_a_file_of_six_digits_holds_for_the_file() -> None:
     lines = [line.split() for line in files["cquad"].decode("ascii").splitlines()]
     points = np.array([[float(x) for x in line[:3]] for line in lines if len(line) == 7])
     quads = points.reshape(-1, 4, 3)
-    for halves in ([0, 1, 2], [0, 2, 3]), ([1, 2, 3], [1, 3, 0]):
+    for halves in ([0, 1, 2], [0, 2, 3]), ([1, 2, 3], [1, 3, 0]):  # either diagonal
         written = np.concatenate([quads[:, half] for half in halves])
         result = measure_surface_to_mesh(build_sheets(surface), written).distance
         assert bounds["off"] < result <= bounds["cquad"] < 3 * result

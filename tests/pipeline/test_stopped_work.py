@@ -1,4 +1,4 @@
-"""Work that is stopped midway ends soon, and does not affect later work."""
+"""Cancelled work ends at its next checkpoint, and does not affect later work."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import MeshWork, plan_mesh
 from service.surface.examples import find
 
-KINDS = {
+WORKS = {
     "patches": ("utah-teapot", MeshOptions(resolution=(7, 7)), "glb"),
     "unequal": ("utah-teapot", MeshOptions(resolution=(5, 3)), "json"),
     "rational": ("sphere", MeshOptions(resolution=(9, 9), curvatures=True), "ply"),
@@ -25,36 +25,36 @@ KINDS = {
 }
 
 
-class Counted(Cancellation):
-    """Stops at checkpoint number `n`, and counts checkpoints."""
+class CountingCancellation(Cancellation):
+    """Counts the checkpoints of the work, and cancels it at the checkpoint after number `last`."""
 
     def __init__(self, last: float = float("inf")) -> None:
         super().__init__()
-        self.seen = 0
+        self.count = 0
         self._last = last
 
     def check(self) -> None:
-        self.seen += 1
-        if self.seen > self._last:
+        self.count += 1
+        if self.count > self._last:
             self.cancel()
         super().check()
 
 
 def plan_example(kind: str) -> MeshWork:
-    name, options, fmt = KINDS[kind]
+    name, options, fmt = WORKS[kind]
     return plan_mesh(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_work_stops_wherever_it_is_and_comes_out_the_same_afterwards(kind: str) -> None:
+@pytest.mark.parametrize("kind", WORKS)
+def test_cancelled_work_stops_at_the_next_checkpoint_and_can_be_repeated(kind: str) -> None:
     expected = plan_example(kind).run().content
-    whole = Counted()
-    with cancelled_by(whole):
+    counter = CountingCancellation()
+    with cancelled_by(counter):
         assert plan_example(kind).run().content == expected
-    assert whole.seen >= 3
-    for last in sorted({whole.seen * part // 4 for part in range(4)}):
-        stop = Counted(last)
+    assert counter.count >= 3
+    for last in sorted({counter.count * part // 4 for part in range(4)}):
+        stop = CountingCancellation(last)
         with cancelled_by(stop), pytest.raises(Cancelled):
             plan_example(kind).run()
-        assert stop.seen == last + 1, "it went on after the cancellation"
+        assert stop.count == last + 1, "the work continued after the cancellation"
     assert plan_example(kind).run().content == expected

@@ -1,4 +1,4 @@
-"""Tolerances, budgets and cameras, as documents, queries and command lines have them."""
+"""Tolerances, budgets and cameras in documents, in queries and on the command line."""
 
 from dataclasses import fields
 from math import pi
@@ -22,7 +22,7 @@ CAMERA_OPTIONS = {"camera": CAMERA, "pixel_tolerance": 0.5}
 
 
 def read_accuracy(**options: Any) -> Accuracy | None:
-    """The accuracy in a body with these options."""
+    """The accuracy that the engine gets for a body with these options."""
     return validate_document(MeshRequest, {"surface": SURFACE, **options}).mesh_options().accuracy
 
 
@@ -74,7 +74,7 @@ def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
         ),
     ],
 )
-def test_the_engine_reads_the_accuracy_of_a_body(
+def test_options_of_a_body_are_read_as_an_accuracy(
     options: dict[str, Any], expected: Accuracy | None
 ) -> None:
     assert read_accuracy(**options) == expected
@@ -98,15 +98,15 @@ def test_conflicting_and_too_large_options_are_refused(
 
 
 @pytest.mark.parametrize("name", accuracy.NAMES)
-def test_null_is_refused_and_a_resolution_beside_it(name: str) -> None:
+def test_null_and_a_resolution_together_with_an_accuracy_are_refused(name: str) -> None:
     assert list_issues(**{name: None})[0] == ("null_value", f"/{name}")
     values: dict[str, Any] = {"two_sided": True, "relative_tolerance": 0.5, **CAMERA_OPTIONS}
-    given = {name: values.get(name, 1)}
-    assert list_issues(resolution=16, **given) == [("conflicting_options", "/resolution")]
+    option = {name: values.get(name, 1)}
+    assert list_issues(resolution=16, **option) == [("conflicting_options", "/resolution")]
 
 
 @pytest.mark.parametrize("name", accuracy.SEEN)
-def test_queries_have_no_camera_and_name_the_body(name: str) -> None:
+def test_a_camera_in_a_query_is_refused_and_the_issue_names_post(name: str) -> None:
     with pytest.raises(InvalidRequest) as refusal:
         options_from_text([(name, "1"), ("tolerance", "0.1")])
     (issue,) = refusal.value.issues
@@ -115,7 +115,7 @@ def test_queries_have_no_camera_and_name_the_body(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("chosen", "left"),
+    ("flags", "expected"),
     [
         ({}, {"surface", "resolution", "tolerance", "camera", "uvs"}),
         ({"uvs": "true"}, {"surface", "resolution", "tolerance", "camera", "uvs"}),
@@ -124,8 +124,8 @@ def test_queries_have_no_camera_and_name_the_body(name: str) -> None:
         ({"max_bytes": "9"}, {"surface", "tolerance", "camera", "uvs"}),
     ],
 )
-def test_a_rule_of_the_command_line_takes_the_place_of_that_in_the_file(
-    chosen: dict[str, str], left: set[str]
+def test_options_of_the_file_that_conflict_with_flags_are_left_out(
+    flags: dict[str, str], expected: set[str]
 ) -> None:
-    source = {"surface": 1, "resolution": 2, "tolerance": 0.1, "camera": {}, "uvs": True}
-    assert set(command.overridden(source, chosen)) == left
+    document = {"surface": 1, "resolution": 2, "tolerance": 0.1, "camera": {}, "uvs": True}
+    assert set(command.overridden(document, flags)) == expected

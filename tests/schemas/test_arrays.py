@@ -1,4 +1,4 @@
-"""Nested lists to arrays: the fast pass and the slow pass agree."""
+"""Nested lists become arrays exactly if every number is valid for the field."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ SCALARS: st.SearchStrategy[Any] = st.sampled_from(
 
 
 def nested_lists(depth: int) -> st.SearchStrategy[Any]:
-    """Lists of about the right depth, mostly of one length."""
+    """Lists nested to this depth, mostly of equal length, with some invalid lengths and values."""
     if depth == 0:
         return st.sampled_from([0, 1, 2, 0.5]) | SCALARS
     length = st.sampled_from([3, 3, 3, 2, 0])
@@ -30,10 +30,10 @@ def nested_lists(depth: int) -> st.SearchStrategy[Any]:
 
 
 def is_valid(value: Any, grid: NumberGrid) -> bool:
-    """Whether a value is valid for the field, checked one number at a time."""
+    """Whether a value is valid for the field, decided number by number."""
     lengths: dict[int, set[int]] = {}
 
-    def is_right(item: Any, level: int) -> bool:
+    def is_valid_item(item: Any, level: int) -> bool:
         if level == len(grid.levels):
             if grid.integers:
                 return type(item) is int and abs(item) <= 2**53
@@ -41,9 +41,9 @@ def is_valid(value: Any, grid: NumberGrid) -> bool:
         if not isinstance(item, list) or not item:
             return False
         lengths.setdefault(level, set()).add(len(item))
-        return all(is_right(child, level + 1) for child in item)
+        return all(is_valid_item(child, level + 1) for child in item)
 
-    if not is_right(value, 0) or any(len(result) != 1 for result in lengths.values()):
+    if not is_valid_item(value, 0) or any(len(result) != 1 for result in lengths.values()):
         return False
     return grid.width is None or lengths[len(grid.levels) - 1] == {grid.width}
 
@@ -63,20 +63,20 @@ def test_arrays_are_accepted_exactly_if_valid(grid: NumberGrid, data: st.DataObj
 
 
 @given(st.lists(st.lists(st.floats(-1e300, 1e300), min_size=3, max_size=3), min_size=1))
-def test_numbers_keep_every_bit(points: list[list[float]]) -> None:
+def test_numbers_in_arrays_equal_those_in_the_lists(points: list[list[float]]) -> None:
     assert VERTICES.array(points, LIMITS).tolist() == points
 
 
-def test_too_many_control_points_are_counted_without_opening_them() -> None:
+def test_too_many_control_points_are_refused_before_points_are_read() -> None:
     limits = DocumentLimits(max_control_points=9)
-    unopened = [[None] * 5, [None] * 5]
+    unread = [[None] * 5, [None] * 5]
     with pytest.raises(ValidationError) as refusal:
-        CONTROL_NET.array(unopened, limits)
+        CONTROL_NET.array(unread, limits)
     issue = invalid_request(refusal.value).issues[0]
     assert (issue.code, issue.got) == ("too_many_control_points", "10 control points")
 
 
-def test_first_list_sets_the_length() -> None:
+def test_the_first_list_determines_the_length_of_the_others() -> None:
     with pytest.raises(ValidationError) as refusal:
         NET_WEIGHTS.array([[1, 2], [1, 2, 3], [1, 2], [1]], LIMITS)
     issues = invalid_request(refusal.value).issues

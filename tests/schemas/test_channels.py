@@ -1,4 +1,4 @@
-"""Colours, texture coordinates and attributes in documents: read, refused, written back."""
+"""Colours, texture coordinates and attributes in documents are read, refused and written."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ PATCHES = {
 SPLINE = {"type": "bspline", "control_net": [[[i, j, i * j] for j in range(4)] for i in range(5)]}
 LIMITS = DocumentLimits(max_control_points=100)
 
-CARRIED: list[tuple[dict[str, Any], dict[str, Any]]] = [
+CHANNELS: list[tuple[dict[str, Any], dict[str, Any]]] = [
     (NET, {"colors": [[[1, 0, 0.5]]], "uvs": [[[0, 0], [0, 1], [0, 3]]]}),
     (NET, {"attributes": {"t": [[[1], [2]], [[3], [4]]], "flow": [[[1, 2, 3, 4, 5]]]}}),
     (PATCHES, {"colors": [[1, 0, 0, 1]] * 4, "uvs": [[0, 0], [0, 1], [1, 0], [1, 1]]}),
@@ -37,19 +37,19 @@ def parse_surface(document: dict[str, Any]) -> Surface:
     return validate_document(MeshRequest, {"surface": document}, LIMITS).to_surface()
 
 
-@pytest.mark.parametrize(("surface", "carried"), CARRIED)
-def test_channels_that_are_read_are_written_back(
-    surface: dict[str, Any], carried: dict[str, Any]
+@pytest.mark.parametrize(("surface", "channels"), CHANNELS)
+def test_channels_are_written_as_they_were_read(
+    surface: dict[str, Any], channels: dict[str, Any]
 ) -> None:
-    result = parse_surface(surface | carried)
-    again = orjson.loads(orjson.dumps(definition(result), option=orjson.OPT_SERIALIZE_NUMPY))
-    assert {key: again[key] for key in carried} == carried
-    assert lower_patches(parse_surface(again)).batches[0].channels[0].nets.tolist() == (
+    result = parse_surface(surface | channels)
+    written = orjson.loads(orjson.dumps(definition(result), option=orjson.OPT_SERIALIZE_NUMPY))
+    assert {key: written[key] for key in channels} == channels
+    assert lower_patches(parse_surface(written)).batches[0].channels[0].nets.tolist() == (
         lower_patches(result).batches[0].channels[0].nets.tolist()
     )
 
 
-def test_no_channels_means_no_columns() -> None:
+def test_a_surface_without_channels_is_written_without_their_fields() -> None:
     assert set(definition(parse_surface(NET))) == {"type", "control_net", "up", "name"}
     assert "attributes" not in definition(parse_surface(NET | {"attributes": {}}))
 
@@ -76,7 +76,9 @@ def test_no_channels_means_no_columns() -> None:
         ({"attributes": {"a~b/c": [[[1]]]}}, "wrong_value", "/attributes/a~0b~1c"),
     ],
 )
-def test_wrong_channels_are_pointed_at(channel: dict[str, Any], code: str, pointer: str) -> None:
+def test_issues_of_channels_have_the_pointer_of_the_invalid_value(
+    channel: dict[str, Any], code: str, pointer: str
+) -> None:
     with pytest.raises(InvalidRequest) as caught:
         parse_surface(NET | channel)
     (issue,) = caught.value.issues
@@ -85,7 +87,7 @@ def test_wrong_channels_are_pointed_at(channel: dict[str, Any], code: str, point
     assert issue.needed
 
 
-def test_patches_have_one_value_a_vertex() -> None:
+def test_channels_of_patches_need_one_value_for_each_vertex() -> None:
     with pytest.raises(InvalidRequest) as caught:
         parse_surface(PATCHES | {"uvs": [[0, 0]] * 3})
     (issue,) = caught.value.issues
@@ -93,12 +95,12 @@ def test_patches_have_one_value_a_vertex() -> None:
     assert (issue.got, issue.needed) == ("3 values", "4 values")
 
 
-def test_the_number_of_issues_is_bounded() -> None:
+def test_at_most_20_issues_of_channels_are_returned() -> None:
     with pytest.raises(InvalidRequest) as caught:
         parse_surface(NET | {"attributes": {f"{k}": [[["x"]]] for k in range(5000)}})
     assert len(caught.value.issues) == 20
 
 
-def test_a_channel_is_float64() -> None:
+def test_channels_of_integers_become_float64() -> None:
     (channel,) = lower_patches(parse_surface(NET | {"uvs": [[[1, 2]]]})).batches[0].channels
     assert channel.nets.dtype == np.float64

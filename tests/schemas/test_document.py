@@ -1,4 +1,4 @@
-"""JSON texts to values: refusals, their places, and their cost."""
+"""JSON texts become values, or are refused with the place of the fault; and budgets of memory."""
 
 import json
 import tracemalloc
@@ -24,17 +24,17 @@ VALUES = st.recursive(
 
 
 @given(VALUES, st.sampled_from([None, 2]))
-def test_documents_are_parsed_as_json_says(value: Any, indent: int | None) -> None:
+def test_documents_are_parsed_like_the_json_module(value: Any, indent: int | None) -> None:
     assert parse_document(json.dumps(value, indent=indent).encode()) == value
 
 
 @given(VALUES)
-def test_distinct_keys_are_never_called_repeated(value: Any) -> None:
+def test_documents_with_distinct_keys_have_no_repeated_key(value: Any) -> None:
     assert find_repeated_key(json.dumps(value).encode()) is None
 
 
 @given(VALUES, st.text(max_size=4), VALUES)
-def test_repeated_keys_are_always_found(value: Any, key: str, other: Any) -> None:
+def test_repeated_keys_are_refused_also_if_one_is_escaped(value: Any, key: str, other: Any) -> None:
     name, escaped = json.dumps(key), "".join(f"\\u{ord(c):04x}" for c in key if ord(c) < 1 << 16)
     body = f'{{"x":[{json.dumps(value)}],"y":{{{name}:1,{name}:{json.dumps(other)}}}}}'
     with pytest.raises(InvalidRequest) as refusal:
@@ -48,7 +48,7 @@ def test_repeated_keys_are_always_found(value: Any, key: str, other: Any) -> Non
 
 
 def list_paths(value: Any, pointer: str = "") -> dict[str, Any]:
-    """Every value of a document by its pointer (an oracle for `find_pointer`)."""
+    """Every value inside a document by its JSON pointer, to compare with `find_pointer`."""
     result = {pointer: value}
     if isinstance(value, dict):
         for key, child in value.items():
@@ -60,15 +60,16 @@ def list_paths(value: Any, pointer: str = "") -> dict[str, Any]:
 
 
 @given(VALUES)
-def test_pointers_lead_back_to_their_field(value: Any) -> None:
-    """Each value in turn is replaced by NaN, whose place the error must name."""
+def test_the_pointer_of_a_byte_is_that_of_its_value(value: Any) -> None:
+    """Each value in turn is replaced by a mark; the position of the mark gives the pointer."""
     for pointer, child in list_paths(value).items():
         marked = json.dumps(_insert_mark(value, child, pointer, "")).encode()
-        at = marked.index(b'"\\u0000mark"')
-        assert find_pointer(marked, at) == pointer
+        position = marked.index(b'"\\u0000mark"')
+        assert find_pointer(marked, position) == pointer
 
 
 def _insert_mark(value: Any, child: Any, target: str, pointer: str) -> Any:
+    """The value at `pointer` of a document, with a mark in place of the value at `target`."""
     if pointer == target:
         return "\0mark"
     if isinstance(value, dict):
@@ -83,7 +84,7 @@ def _insert_mark(value: Any, child: Any, target: str, pointer: str) -> Any:
     return value
 
 
-def test_position_of_nan_counts_bytes_behind_other_letters() -> None:
+def test_the_pointer_of_nan_is_right_after_letters_of_several_bytes() -> None:
     with pytest.raises(InvalidRequest) as refusal:
         parse_document('{"größe":"€€€€","net":[1,NaN]}'.encode())
     issue = refusal.value.issues[0]
@@ -133,7 +134,7 @@ def test_invalid_json_has_error_messages_of_the_service(body: bytes, got: str) -
 
 
 def measure_depth(value: object) -> int:
-    """Brackets that are open at the deepest place of a document."""
+    """The number of lists and objects around the most deeply nested value of a document."""
     if isinstance(value, dict):
         value = list(value.values())
     return 1 + max(map(measure_depth, value), default=0) if isinstance(value, list) else 0
@@ -148,12 +149,14 @@ _NESTED = st.recursive(
 
 
 @given(_NESTED, st.integers(0, 2), st.booleans())
-def test_depth_is_counted_outside_of_strings(value: object, within: int, is_long: bool) -> None:
+def test_brackets_in_strings_do_not_count_as_depth(
+    value: object, margin: int, is_long: bool
+) -> None:
     blank = " " * (300_000 * is_long)  # longer than one step of the scan
     text = json.dumps([value]).encode().replace(b"[", b"[" + blank.encode(), 1)
     depth = measure_depth([value])
-    assert not is_deeper(text, depth + within)
-    assert is_deeper(text, depth - 1 - within) or depth - 1 - within < 0
+    assert not is_deeper(text, depth + margin)
+    assert is_deeper(text, depth - 1 - margin) or depth - 1 - margin < 0
 
 
 @pytest.mark.parametrize(("opened", "closed"), [("[", "]"), ('{"a":', "}"), ('[{"[":', "}]")])
@@ -168,18 +171,18 @@ def test_documents_nested_too_deeply_are_refused(opened: str, closed: str, level
     assert parse_document(fitting, 16) == json.loads(fitting)
 
 
-def test_byte_that_is_no_utf8_is_located() -> None:
+def test_the_issue_names_the_position_of_a_byte_that_is_not_utf8() -> None:
     with pytest.raises(MalformedJson, match=r"not in UTF-8 \(byte 8\)"):
         parse_document(b'{"a": "\xff"}')
 
 
-def test_no_pointer_is_looked_for_out_of_sight() -> None:
+def test_the_pointer_is_empty_if_the_text_before_the_fault_is_too_long() -> None:
     text = b"[" + b" " * MAX_PREFIX + b"NaN]"
     assert find_pointer(text, text.index(b"N")) == ""
 
 
 @pytest.mark.parametrize("number", ["1e308", "-1e308", "5e-324", "1e-400", "123456789012345678901"])
-def test_numbers_within_double_precision_are_taken(number: str) -> None:
+def test_numbers_within_the_range_of_float64_are_rounded_to_it(number: str) -> None:
     assert parse_document(f"[{number}]".encode()) == [float(number)]
 
 
@@ -193,17 +196,19 @@ def test_numbers_within_double_precision_are_taken(number: str) -> None:
         (b"{}" * 50_001, "too_many_strings"),
     ],
 )
-def test_the_budget_holds_for_any_division_into_pieces(text: bytes, code: str) -> None:
+def test_the_budget_is_exceeded_however_the_text_is_divided_into_pieces(
+    text: bytes, code: str
+) -> None:
     for size in (1, 7, 4096, len(text)):
         if len(text) // size > 5000:
             continue
         pieces = [text[start : start + size] for start in range(0, len(text), size)]
         with pytest.raises(InvalidRequest) as refusal:
-            _take(pieces, 1000 if code == "too_many_values" else 10**6)
+            _count_pieces(pieces, 1000 if code == "too_many_values" else 10**6)
         assert refusal.value.issues[0].code == code
 
 
-def _take(pieces: list[bytes], max_values: int) -> None:
+def _count_pieces(pieces: list[bytes], max_values: int) -> None:
     budget = DocumentBudget(DocumentLimits(max_values=max_values))
     for piece in pieces:
         budget.take(piece)
@@ -213,8 +218,11 @@ DENSE = ",".join(["[0,1]"] * 5000)
 
 
 @pytest.mark.parametrize("head", ['{\n  "a": [', '{ \t"a":[', ' \n{\r\n\r\n"a":[', "[   [["])
-def test_dense_numbers_behind_an_indented_beginning_are_read(head: str) -> None:
-    """orjson 3.11.0 to 3.13.0 have no memory for some of these; errors stay where they are."""
+def test_dense_numbers_after_an_indented_beginning_are_read(head: str) -> None:
+    """orjson 3.11.0 to 3.13.0 raise an error of memory for some of these texts.
+
+    The service then moves the blanks and calls orjson again; errors keep their positions.
+    """
     end = "]}" if "a" in head else "]]]"
     text = f"{head}{DENSE}{end}"
     assert parse_document(text.encode()) == json.loads(text)
@@ -224,14 +232,14 @@ def test_dense_numbers_behind_an_indented_beginning_are_read(head: str) -> None:
     assert f"line {line}, column {column}" in refusal.value.issues[0].message
 
 
-def test_the_parser_still_needs_a_second_try() -> None:
-    """If a newer orjson passes this test, `_parse` is not needed any more."""
+def test_orjson_still_raises_an_error_of_memory() -> None:
+    """If this test fails with a newer orjson, `_parse` in the service is not needed any more."""
     with pytest.raises(orjson.JSONDecodeError, match="memory"):
         orjson.loads(b"[  " + b"0," * 5000 + b"0]")
 
 
 def test_a_budget_counts_the_memory_of_parsed_values() -> None:
-    """The document and the surface made of it, and the text itself; not ten times as much."""
+    """The budget is at least the memory of text, document and surface, and at most 3 times that."""
     net = np.random.default_rng(1).normal(size=(100, 100, 3))
     for decimals in (17, 3):
         body = orjson.dumps(
@@ -242,9 +250,9 @@ def test_a_budget_counts_the_memory_of_parsed_values() -> None:
         budget.take(body)
         tracemalloc.start()
         document = parse_document(body)
-        # The parser reserves far more than it uses.
+        # The parser reserves more memory than it uses; this peak is not counted.
         tracemalloc.reset_peak()
         validate_document(MeshRequest, document).to_surface()
-        most = len(body) + tracemalloc.get_traced_memory()[1]
+        used = len(body) + tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        assert most <= budget.memory <= 3 * most
+        assert used <= budget.memory <= 3 * used

@@ -1,4 +1,4 @@
-"""Errors name the documented field that is nearest to an unknown one, at any depth."""
+"""The issue of an unknown field names the documented field with the most similar name."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ SPLINE = {"type": "bspline", "control_net": NET, "degree": 1}
 
 
 @pytest.mark.parametrize(
-    ("model", "document", "pointer", "field"),
+    ("model", "document", "pointer", "suggestion"),
     [
         (MeshRequest, {"surface": SPLINE, "resolutoin": 3}, "/resolutoin", "resolution"),
         (MeshRequest, {"surface": SPLINE | {"knot": "uniform"}}, "/surface/knot", "knots"),
@@ -33,18 +33,20 @@ SPLINE = {"type": "bspline", "control_net": NET, "degree": 1}
         ),
     ],
 )
-def test_nearest_field(
-    model: type[RequestModel], document: dict[str, Any], pointer: str, field: str
+def test_the_issue_of_an_unknown_field_names_the_most_similar_field(
+    model: type[RequestModel], document: dict[str, Any], pointer: str, suggestion: str
 ) -> None:
     with pytest.raises(InvalidRequest) as refusal:
         validate_document(model, document)
     (issue,) = refusal.value.issues
-    near = f"`{field}`, or another documented name" if field else "a documented name"
-    assert (issue.code, issue.pointer, issue.needed) == ("unknown_field", pointer, near)
+    needed = f"`{suggestion}`, or another documented name" if suggestion else "a documented name"
+    assert (issue.code, issue.pointer, issue.needed) == ("unknown_field", pointer, needed)
 
 
 @pytest.mark.parametrize(("name", "first"), [("Bspline", "bspline"), ("x" * 41, "bezier")])
-def test_nearest_kind(name: str, first: str) -> None:
+def test_the_issue_of_an_unknown_kind_lists_the_most_similar_kind_first(
+    name: str, first: str
+) -> None:
     with pytest.raises(InvalidRequest) as refusal:
         validate_document(MeshRequest, {"surface": {"type": name}})
     kinds = refusal.value.issues[0].needed.removeprefix("one of ").split(", ")

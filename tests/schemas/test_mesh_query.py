@@ -1,4 +1,4 @@
-"""The query of a mesh's URL: many spellings, one canonical text, and the same options back."""
+"""The query of the URL of a mesh: all spellings of the same options have one canonical text."""
 
 from math import pi
 from types import NoneType
@@ -17,8 +17,8 @@ from service.schemas.query import canonical_query, parse_mesh_query
 FIELDS = MeshOptionFields.model_fields
 
 
-def positive_numbers(most: float) -> st.SearchStrategy[float]:
-    return st.floats(0, most, exclude_min=True, allow_subnormal=True)
+def positive_numbers(max_value: float) -> st.SearchStrategy[float]:
+    return st.floats(0, max_value, exclude_min=True, allow_subnormal=True)
 
 
 VALUES: dict[str, st.SearchStrategy[Any]] = {
@@ -54,7 +54,7 @@ def option_values(name: str) -> st.SearchStrategy[Any]:
 
 @st.composite
 def chosen_options(draw: st.DrawFn) -> dict[str, Any]:
-    """Some options with values that may stand together."""
+    """Values of some options, without a resolution if there is an accuracy, which excludes it."""
     names = draw(st.sets(st.sampled_from(sorted(FIELDS))))
     values = {name: draw(option_values(name)) for name in sorted(names)}
     accuracies = [name for name in NAMES if values.get(name)]
@@ -64,21 +64,23 @@ def chosen_options(draw: st.DrawFn) -> dict[str, Any]:
 
 
 @st.composite
-def number(draw: st.DrawFn, value: float) -> str:
+def spelled_numbers(draw: st.DrawFn, value: float) -> str:
     """One of the many ways to write a number."""
     exact = format(value, ".25g") if draw(st.booleans()) else repr(value)
     exact = exact.replace("+", "")
-    plain = "e" not in exact
-    if plain and draw(st.booleans()):
+    has_no_exponent = "e" not in exact
+    if has_no_exponent and draw(st.booleans()):
         exact += "0" if "." in exact else ".0"
-    if plain and draw(st.booleans()):
+    if has_no_exponent and draw(st.booleans()):
         exact += "E0"
-    return "0" + exact if plain and draw(st.booleans()) and exact[0] != "-" else exact
+    if has_no_exponent and exact[0] != "-" and draw(st.booleans()):
+        exact = "0" + exact
+    return exact
 
 
 @st.composite
 def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
-    """One of the many queries with the same meaning."""
+    """One of the many queries with these values; options with their default may be left out."""
     pairs: dict[str, str] = {}
     with_accuracy = any(values.get(name) for name in NAMES)
     for name, field in FIELDS.items():
@@ -88,7 +90,7 @@ def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
                 continue
             values = {**values, name: default}
         if name in values:
-            pairs[name] = draw(text(values[name]))
+            pairs[name] = draw(spelled_values(values[name]))
     if draw(st.booleans()):
         pairs["engine"] = str(ENGINE)
     order = draw(st.permutations(sorted(pairs)))
@@ -96,11 +98,12 @@ def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
 
 
 @st.composite
-def text(draw: st.DrawFn, value: Any) -> str:
+def spelled_values(draw: st.DrawFn, value: Any) -> str:
+    """One of the many ways to write the value of an option in a query."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
-        return draw(number(value))
+        return draw(spelled_numbers(value))
     if isinstance(value, list | tuple):
         if len(value) == 2 and value[0] == value[1] and draw(st.booleans()):
             value = value[:1]
@@ -113,7 +116,7 @@ def parse_options(query: str) -> dict[str, Any]:
 
 
 @given(chosen_options())
-def test_reading_the_canonical_query_gives_the_options_back(values: dict[str, Any]) -> None:
+def test_parsing_the_canonical_query_returns_the_options(values: dict[str, Any]) -> None:
     options = MeshOptionFields(**values)
     query = canonical_query(options)
     assert query == quote(query, safe="=&,.-_"), "no escapes, no plus signs"
@@ -127,17 +130,16 @@ def test_every_spelling_has_the_same_canonical_query(data: st.DataObject) -> Non
     values = data.draw(chosen_options())
     query = canonical_query(MeshOptionFields(**values))
     for _ in range(3):
-        other = data.draw(spelled_queries(values))
-        parsed = parse_mesh_query(parse_qsl(other, keep_blank_values=True))
-        assert canonical_query(parsed) == query, other
+        spelling = data.draw(spelled_queries(values))
+        parsed = parse_mesh_query(parse_qsl(spelling, keep_blank_values=True))
+        assert canonical_query(parsed) == query, spelling
 
 
 @given(chosen_options(), chosen_options())
 def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str, Any]) -> None:
-    one, other = MeshOptionFields(**a), MeshOptionFields(**b)
-    assert (canonical_query(one) == canonical_query(other)) == (
-        one.model_dump() == other.model_dump()
-    )
+    first, second = MeshOptionFields(**a), MeshOptionFields(**b)
+    is_same_query = canonical_query(first) == canonical_query(second)
+    assert is_same_query == (first.model_dump() == second.model_dump())
 
 
 @pytest.mark.parametrize(
@@ -159,7 +161,7 @@ def test_different_options_have_different_queries(a: dict[str, Any], b: dict[str
         ("overlays=boundary", "overlays=boundary&"),
     ],
 )
-def test_canonical_queries(query: str, canonical: str) -> None:
+def test_canonical_query_of_some_spellings(query: str, canonical: str) -> None:
     parsed = parse_mesh_query(parse_qsl(query, keep_blank_values=True))
     assert canonical_query(parsed) == f"{canonical}engine={ENGINE}"
 

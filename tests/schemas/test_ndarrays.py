@@ -1,4 +1,4 @@
-"""Arrays in place of lists: accepted and refused as the lists would be."""
+"""NumPy arrays in place of lists are accepted, and refused, exactly like the lists."""
 
 from dataclasses import replace
 from typing import Any
@@ -37,7 +37,7 @@ SMALL = DocumentLimits(max_control_points=12, max_degree=3)
 
 
 def to_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
-    """The lists with the values of the array."""
+    """The nested lists with the values of an array; triangles as rows, each shorter by one."""
     if grid.triangle_level is None or values.ndim < grid.triangle_level:
         return values.tolist()
     if grid.triangle_level == 2:
@@ -47,7 +47,7 @@ def to_lists(values: NDArray[Any], grid: NumberGrid) -> Any:
 
 
 def parse_value(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
-    """The array, or the code and the place of the first fault."""
+    """The array, or code, pointer and message of the first issue."""
     try:
         return grid.array(value, SMALL)
     except ValidationError as error:
@@ -57,13 +57,15 @@ def parse_value(grid: NumberGrid, value: Any) -> Array | tuple[str, str, str]:
 
 @given(
     grid=st.sampled_from(GRIDS),
-    more=st.sampled_from([0, 0, 0, 0, -1, 1]),
+    extra_axes=st.sampled_from([0, 0, 0, 0, -1, 1]),
     dtype=st.sampled_from(DTYPES),
     step=st.sampled_from([1, 1, 2, -1]),
     data=st.data(),
 )
-def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: Any) -> None:
-    axes = max(len(grid.levels) - (grid.triangle_level is not None) + more, 1)
+def test_arrays_are_parsed_like_their_lists(
+    grid: NumberGrid, extra_axes: int, dtype: str, step: int, data: Any
+) -> None:
+    axes = max(len(grid.levels) - (grid.triangle_level is not None) + extra_axes, 1)
     shape = [data.draw(st.sampled_from([3, 3, 3, 2, 4, 6, 1, 0])) for _ in range(axes)]
     if grid.triangle_level is not None and len(shape) >= grid.triangle_level:
         shape[grid.triangle_level - 1] = data.draw(st.sampled_from([3, 3, 6, 10, 1, 15]))
@@ -83,16 +85,15 @@ def test_as_its_lists(grid: NumberGrid, more: int, dtype: str, step: int, data: 
 
 @given(st.sampled_from([10, 15]), st.integers(0, 14), st.sampled_from([np.nan, np.inf, -np.inf]))
 @example(10, 9, np.nan)
-def test_numbers_are_finite(count: int, at: int, wrong: float) -> None:
+def test_numbers_that_are_not_finite_are_refused(count: int, index: int, value: float) -> None:
     weights = np.ones(count)
-    weights[at % count] = wrong
-    named = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
-    place = named[at % count]
-    fault = parse_value(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
-    assert fault == ("not_finite", place, "Every number must be finite.")
+    weights[index % count] = value
+    pointers = [f"/{m}/{j}" for m, row in enumerate(split_rows(weights)) for j in range(len(row))]
+    issue = parse_value(replace(arrays.TRIANGLE_WEIGHTS, degree_levels=()), weights)
+    assert issue == ("not_finite", pointers[index % count], "Every number must be finite.")
 
 
-def test_there_are_issues_for_the_first_twenty_positions() -> None:
+def test_at_most_20_numbers_have_issues() -> None:
     net = np.zeros((3, 4, 3))
     net[1, 2, 0] = net[2, 0, 1] = np.nan
     with pytest.raises(InvalidRequest) as refusal:
@@ -101,21 +102,21 @@ def test_there_are_issues_for_the_first_twenty_positions() -> None:
         "/surface/control_net/1/2/0",
         "/surface/control_net/2/0/1",
     ]
-    with pytest.raises(ValidationError) as all_of_them:
+    with pytest.raises(ValidationError) as refusal_of_25_points:
         arrays.CONTROL_NET.array(np.full((5, 5, 3), np.inf))
-    assert all_of_them.value.error_count() == 20
+    assert refusal_of_25_points.value.error_count() == 20
 
 
 @pytest.mark.parametrize("index", [2**53 + 1, -(2**53) - 1, np.iinfo(np.int64).min])
-def test_indices_end_where_doubles_skip(index: int) -> None:
-    fault = parse_value(arrays.PATCHES, np.array([[[0, 1], [2, index]]]))
-    assert fault == ("index_out_of_range", "/0/1/1", "No list is that long.")
+def test_indices_beyond_the_integers_of_float64_are_refused(index: int) -> None:
+    issue = parse_value(arrays.PATCHES, np.array([[[0, 1], [2, index]]]))
+    assert issue == ("index_out_of_range", "/0/1/1", "No list is that long.")
 
 
 @pytest.mark.parametrize("count", [2, 4, 5, 7])
-def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
-    fault = parse_value(arrays.TRIANGLE_NET, np.zeros((count, 3)))
-    assert fault[:2] == ("ragged", "")
+def test_an_array_that_is_not_the_size_of_a_triangle_is_refused(count: int) -> None:
+    issue = parse_value(arrays.TRIANGLE_NET, np.zeros((count, 3)))
+    assert issue[:2] == ("ragged", "")
 
 
 @pytest.mark.parametrize(
@@ -123,7 +124,9 @@ def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
     [
         pytest.param(
             np.zeros((2, 2, 3), dtype=np.longdouble),
-            marks=pytest.mark.skipif(np.dtype("g").itemsize == 8, reason="they are doubles here"),
+            marks=pytest.mark.skipif(
+                np.dtype("g").itemsize == 8, reason="longdouble is float64 on this platform"
+            ),
         ),
         np.zeros((2, 2, 3), dtype=complex),
         np.zeros((2, 2, 3), dtype=object),
@@ -134,12 +137,12 @@ def test_rows_of_a_triangle_shorten_by_one(count: int) -> None:
     ids=lambda values: str(values.dtype.kind),
 )
 def test_values_that_are_not_numbers_are_refused(values: NDArray[Any]) -> None:
-    fault = parse_value(arrays.CONTROL_NET, values)
-    assert fault == ("wrong_type", "/0/0/0", "This must be a number.")
+    issue = parse_value(arrays.CONTROL_NET, values)
+    assert issue == ("wrong_type", "/0/0/0", "This must be a number.")
 
 
 @pytest.mark.parametrize(
-    ("fields", "code", "where"),
+    ("fields", "code", "pointer"),
     [
         ({"name": np.zeros(3)}, "wrong_type", "/surface/name"),
         ({"attributes": np.zeros(3)}, "wrong_type", "/surface/attributes"),
@@ -150,14 +153,16 @@ def test_values_that_are_not_numbers_are_refused(values: NDArray[Any]) -> None:
     ],
     ids=lambda value: str(value)[:20],
 )
-def test_an_array_elsewhere_is_refused(fields: dict[str, Any], code: str, where: str) -> None:
+def test_an_array_for_a_field_that_is_no_list_of_numbers_is_refused(
+    fields: dict[str, Any], code: str, pointer: str
+) -> None:
     with pytest.raises(InvalidRequest) as refusal:
         validate_document(MeshRequest, {"surface": {"control_net": np.zeros((2, 2, 3))} | fields})
     issue = refusal.value.issues[0]
-    assert (issue.code, issue.pointer, issue.got) == (code, where, "a list")
+    assert (issue.code, issue.pointer, issue.got) == (code, pointer, "a list")
 
 
-def test_every_kind_of_surface_takes_arrays() -> None:
+def test_every_kind_of_surface_accepts_arrays() -> None:
     points = np.array([[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], dtype=">f4")
     knots = np.array([0, 0, 1, 1], dtype=np.int32)
     documents: list[dict[str, Any]] = [
@@ -173,9 +178,9 @@ def test_every_kind_of_surface_takes_arrays() -> None:
     members = [{"surface": each, "matrix": np.eye(4)} for each in documents]
     documents.append({"type": "group", "members": members})
     for document in documents:
-        built = validate_document(MeshRequest, {"surface": document}).to_surface()
+        surface = validate_document(MeshRequest, {"surface": document}).to_surface()
         text = orjson.dumps(document, default=lambda array: array.tolist())
         text = text.replace(b'"triangles":[[0,1,2]]', b'"triangles":[[[0,1],[2]]]')
-        assert content_key(built) == content_key(
+        assert content_key(surface) == content_key(
             validate_document(MeshRequest, {"surface": orjson.loads(text)}).to_surface()
         )

@@ -1,4 +1,4 @@
-"""Rows of triangles are accepted only if each is one shorter, and are returned unchanged."""
+"""Rows of a triangle are accepted only if each is shorter by one than the row before it."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ LIMITS = DocumentLimits(max_control_points=100, max_degree=6)
 
 @st.composite
 def rows(draw: st.DrawFn) -> list[list[int]]:
-    """Lists of lists that are the rows of a triangle, or almost."""
+    """The rows of a triangle, of which at most two numbers are missing or added."""
     n = draw(st.integers(1, 5))
     result = [list(range(n - m)) for m in range(n)]
     for _ in range(draw(st.integers(0, 2))):
@@ -33,9 +33,9 @@ def rows(draw: st.DrawFn) -> list[list[int]]:
 
 
 @given(rows())
-def test_taken_exactly_if_each_row_is_one_shorter(value: list[list[int]]) -> None:
-    right = [len(row) for row in value] == list(range(len(value), 0, -1))
-    if right:
+def test_rows_are_accepted_exactly_if_each_is_shorter_by_one(value: list[list[int]]) -> None:
+    is_valid = [len(row) for row in value] == list(range(len(value), 0, -1))
+    if is_valid:
         array = TRIANGLE_WEIGHTS.array(value, LIMITS)
         assert array.tolist() == [x for row in value for x in row]
         assert [row.tolist() for row in split_rows(array)] == value
@@ -54,15 +54,15 @@ def test_taken_exactly_if_each_row_is_one_shorter(value: list[list[int]]) -> Non
 
 
 @pytest.mark.parametrize("degree", range(7))
-def test_control_points_follow_one_another_row_by_row(degree: int) -> None:
-    """The order of entries in the array."""
+def test_control_points_are_stored_row_by_row(degree: int) -> None:
+    """Control points of the array are in the order of `keys`."""
     net = [[[i, j, k] for i, j, k in keys(degree) if k == row] for row in range(degree + 1)]
     array = TRIANGLE_NET.array(net, LIMITS)
     assert [tuple(point) for point in array.tolist()] == keys(degree)
     assert [row.tolist() for row in split_rows(array)] == net
 
 
-def test_many_triangles_have_one_degree() -> None:
+def test_a_list_of_triangles_becomes_one_array() -> None:
     array = TRIANGLES.array([[[0, 1, 2], [3, 4], [5]], [[5, 4, 3], [2, 1], [0]]], LIMITS)
     assert array.tolist() == [[0, 1, 2, 3, 4, 5], [5, 4, 3, 2, 1, 0]]
     assert array.dtype == np.int64
@@ -75,7 +75,7 @@ def test_many_triangles_have_one_degree() -> None:
         ([[[None]] * 99, [[None]] * 99], "too_many_control_points"),
     ],
 )
-def test_sizes_are_judged_before_anything_is_opened(value: Any, code: str) -> None:
+def test_too_large_triangles_are_refused_before_points_are_read(value: Any, code: str) -> None:
     grid = TRIANGLES if code == "degree_too_high" else TRIANGLE_NET
     expected = [value[0]] if code == "degree_too_high" else value
     with pytest.raises(ValidationError) as refusal:
@@ -84,8 +84,8 @@ def test_sizes_are_judged_before_anything_is_opened(value: Any, code: str) -> No
 
 
 @pytest.mark.parametrize("degree", [1, 2, 5])
-def test_entries_are_pointed_at_by_row_and_place(degree: int) -> None:
-    """Entry 4 of the array is the second entry of its row in the document."""
+def test_pointers_to_entries_become_pointers_to_rows(degree: int) -> None:
+    """An issue of an entry of the array gets the pointer of row and column in the document."""
     order = keys(degree)
     for entry, (_, j, k) in enumerate(order):
         flat = InvalidRequest(
@@ -93,8 +93,8 @@ def test_entries_are_pointed_at_by_row_and_place(degree: int) -> None:
             Issue("b", "", f"/triangles/31/{entry}"),
             Issue("c", "", f"/control_net/{entry}/2"),
         )
-        moved = to_rows(flat, r"/weights|/triangles/\d+", len(order))
-        assert [issue.pointer for issue in moved.issues] == [
+        result = to_rows(flat, r"/weights|/triangles/\d+", len(order))
+        assert [issue.pointer for issue in result.issues] == [
             f"/weights/{k}/{j}",
             f"/triangles/31/{k}/{j}",
             f"/control_net/{entry}/2",

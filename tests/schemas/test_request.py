@@ -1,4 +1,4 @@
-"""Whole requests to surfaces and options; options as text."""
+"""Documents of requests become surfaces and options; surfaces are written as documents."""
 
 from dataclasses import fields, is_dataclass
 from typing import Any, get_args
@@ -30,7 +30,7 @@ GRIDS: dict[str, Any] = {
 }
 
 
-def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
+def test_a_document_with_only_a_net_is_a_bezier_surface_with_default_options() -> None:
     request = validate_document(MeshRequest, {"surface": {"control_net": NET}}, LIMITS)
     surface = request.to_surface()
     assert isinstance(surface, BezierSurface)
@@ -40,16 +40,16 @@ def test_a_net_alone_is_a_bezier_surface_with_all_defaults() -> None:
     assert request.oogl is None
 
 
-def test_every_option_can_be_written_and_is_read() -> None:
+def test_every_option_of_requests_is_an_attribute_of_the_engine() -> None:
     names = MeshOptionFields.model_fields.keys()
-    engine = {field.name for field in fields(MeshOptions) if field.init}
-    read = engine | {field.name for field in fields(formats.EncodeOptions)} | ACCURACY
-    assert names <= read, f"service/engine/options.py lacks {names - read}"
-    unsaid = engine - names - {"accuracy", "has_faces"}
-    assert not unsaid, f"service/schemas/options.py lacks {unsaid}"
+    mesh_options = {field.name for field in fields(MeshOptions) if field.init}
+    attributes = mesh_options | {field.name for field in fields(formats.EncodeOptions)} | ACCURACY
+    assert names <= attributes, f"service/engine/options.py lacks {names - attributes}"
+    missing = mesh_options - names - {"accuracy", "has_faces"}
+    assert not missing, f"service/schemas/options.py lacks {missing}"
 
 
-def test_every_field_of_a_bezier_surface_arrives() -> None:
+def test_every_field_of_a_bezier_surface_is_read() -> None:
     fields = {"control_net": NET, "weights": [[1, 2], [3, 4]], "up": "z", "name": "Segel ⛵"}
     surface = validate_document(
         MeshRequest, {"surface": {"type": "bezier", **fields}}, LIMITS
@@ -60,7 +60,7 @@ def test_every_field_of_a_bezier_surface_arrives() -> None:
     assert (surface.up, surface.name) == ("z", "Segel ⛵")
 
 
-def test_every_field_of_patches_arrives() -> None:
+def test_every_field_of_patches_is_read() -> None:
     fields = {"weights": [1, 2, 3, 4], "parts": {"a": [0]}, "up": "z", "name": "n"}
     surface = validate_document(MeshRequest, {"surface": {**GRIDS, **fields}}, LIMITS).to_surface()
     assert isinstance(surface, PatchSurface)
@@ -72,22 +72,22 @@ def test_every_field_of_patches_arrives() -> None:
 
 
 @pytest.mark.parametrize("example", EXAMPLES.values(), ids=lambda example: example.id)
-def test_definition_and_request_are_inverse(example: Any) -> None:
+def test_reading_the_definition_of_an_example_gives_an_equal_surface(example: Any) -> None:
     surface = example.surface()
     text = orjson.dumps({"surface": definition(surface)}, option=orjson.OPT_SERIALIZE_NUMPY)
-    again = validate_document(MeshRequest, orjson.loads(text), LIMITS).to_surface()
-    assert type(again) is type(surface)
-    assert is_equal(again, surface)
+    result = validate_document(MeshRequest, orjson.loads(text), LIMITS).to_surface()
+    assert type(result) is type(surface)
+    assert is_equal(result, surface)
 
 
-def is_equal(one: Any, other: Any) -> bool:
-    """Whether two values are equal, arrays inside them number by number."""
-    if is_dataclass(one):
-        names = [f.name for f in fields(one) if f.init]
-        return all(is_equal(getattr(one, name), getattr(other, name)) for name in names)
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(is_equal, one, other))
-    return bool(np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other)
+def is_equal(first: Any, second: Any) -> bool:
+    """Whether two values are equal; arrays inside them must have equal numbers."""
+    if is_dataclass(first):
+        names = [f.name for f in fields(first) if f.init]
+        return all(is_equal(getattr(first, name), getattr(second, name)) for name in names)
+    if isinstance(first, tuple):
+        return len(first) == len(second) and all(map(is_equal, first, second))
+    return bool(np.array_equal(first, second) if isinstance(first, np.ndarray) else first == second)
 
 
 def test_options_have_the_defaults_of_the_engine() -> None:
@@ -95,7 +95,7 @@ def test_options_have_the_defaults_of_the_engine() -> None:
     assert get_args(options.OoglForm) == get_args(formats.OoglForm)
 
 
-def test_values_of_a_surface_are_located_in_the_request() -> None:
+def test_issues_of_values_have_their_pointer_in_the_request() -> None:
     request = validate_document(
         MeshRequest, {"surface": {"control_net": NET, "weights": [[1, 1], [1, 0]]}}, LIMITS
     )
@@ -104,14 +104,14 @@ def test_values_of_a_surface_are_located_in_the_request() -> None:
     assert refusal.value.issues[0].pointer == "/surface/weights/1/1"
 
 
-def test_a_field_called_surface_is_not_a_nested_surface() -> None:
+def test_an_unknown_field_called_surface_has_its_own_pointer() -> None:
     with pytest.raises(InvalidRequest) as refusal:
         validate_document(MeshRequest, {"surface": {"control_net": NET, "surface": 1}}, LIMITS)
     assert refusal.value.issues[0].pointer == "/surface/surface"
 
 
-def test_a_bad_member_is_the_only_fault_of_a_group() -> None:
-    """A list with only invalid items does not get the error of a short list too."""
+def test_a_group_with_an_invalid_member_has_only_the_issues_of_that_member() -> None:
+    """The list of members is not also called too short because its only member is invalid."""
     group = {"type": "group", "members": [{"surface": {"control_net": [[[0, 0, "0"]]]}}]}
     with pytest.raises(InvalidRequest) as caught:
         validate_document(MeshRequest, {"surface": group}, LIMITS)
@@ -121,13 +121,13 @@ def test_a_bad_member_is_the_only_fault_of_a_group() -> None:
     assert [issue.code for issue in caught.value.issues] == ["wrong_length"]
 
 
-def test_requests_do_not_change() -> None:
+def test_requests_are_frozen() -> None:
     request = validate_document(MeshRequest, {"surface": {"control_net": NET}}, LIMITS)
     with pytest.raises(ValueError, match="frozen"):
         request.faces = "quads"
 
 
-def test_a_limit_of_a_number_has_no_decimal_point_of_its_own() -> None:
+def test_issues_write_whole_limits_without_a_decimal_point() -> None:
     document = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}}
     with pytest.raises(InvalidRequest) as refusal:
         validate_document(MeshRequest, document | {"tolerance": 0, "crease_angle": -1})

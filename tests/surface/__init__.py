@@ -1,1 +1,1 @@
-"""Tests of service.surface."""
+"""Tests of `service.surface`: values of surfaces, and their lowering to Bézier patches."""

@@ -1,4 +1,4 @@
-"""Batches of patches: bounds, and sides of one point."""
+"""Batches of patches: bounding box, and sides that collapse to one point."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,8 @@ from service.surface.sides import take_side
 
 
 @pytest.mark.parametrize("count", [1, 2, 63, 64, 81])
-def test_bounds_and_collapsed_sides(count: int) -> None:
-    """For any number of patches. A side with two equal ends is not a single point."""
+def test_bounds_and_collapsed_sides_of_any_number_of_patches(count: int) -> None:
+    """A side whose ends are equal but whose inner points differ is not collapsed."""
     points = np.random.default_rng(count).uniform(-1, 1, (count, 3, 4, 3))
     points[::4, 0] = points[::4, :1, 0]
     points[1::4, :, -1] = points[1::4, :1, -1]

@@ -1,4 +1,4 @@
-"""One Bézier patch: accepted and refused fields, and their errors."""
+"""The class of one Bézier patch: its lowering, its copies of arrays, and its issues."""
 
 import numpy as np
 import pytest
@@ -27,8 +27,8 @@ def replace_coordinate(value: float, *place: int) -> np.ndarray:
 
 
 @given(weighted_nets())
-def test_lowers_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
-    """One batch of one patch, with the numbers of the surface."""
+def test_a_bezier_surface_is_lowered_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
+    """The model has one batch of one patch, with the points and weights of the surface."""
     net, weights = weighted
     model = BezierSurface(net, weights, up="z", name="bowl").lower()
     (batch,) = model.batches
@@ -42,11 +42,11 @@ def test_lowers_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
         np.testing.assert_array_equal(batch.weights, weights[None])
 
 
-def test_is_frozen_and_copies_its_input() -> None:
-    """Later changes of the caller's array have no effect; arrays of the surface are read-only."""
-    mine, weights = FLAT.copy(), np.ones((3, 4))
-    surface = BezierSurface(mine, weights)
-    mine[:], weights[:] = 7, 7
+def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
+    """Later changes of these arrays have no effect; the arrays of the surface are read-only."""
+    net, weights = FLAT.copy(), np.ones((3, 4))
+    surface = BezierSurface(net, weights)
+    net[:], weights[:] = 7, 7
     np.testing.assert_array_equal(surface.control_net, FLAT)
     np.testing.assert_array_equal(surface.weights, np.ones((3, 4)))
     (batch,) = surface.lower().batches
@@ -58,14 +58,14 @@ def test_is_frozen_and_copies_its_input() -> None:
         setattr(surface, "up", "z")  # noqa: B010 - a plain assignment is refused by mypy already
 
 
-def test_minus_zero_is_zero() -> None:
-    """Equal surfaces have equal bytes."""
+def test_minus_zero_becomes_zero() -> None:
+    """So equal surfaces have equal bytes, and the same hash."""
     net = BezierSurface(replace_coordinate(-0.0, 1, 1, 2)).control_net
     assert not np.signbit(net).any()
 
 
-def test_names_at_most_twenty_faults() -> None:
-    """Every coordinate is invalid; the first twenty have issues, in order."""
+def test_at_most_20_coordinates_have_issues() -> None:
+    """All 48 coordinates are invalid; issues are in the order of the coordinates."""
     issues = list_issues(control_net=np.full((4, 4, 3), np.nan))
     assert len(issues) == 20
     assert [i.pointer for i in issues[:4]] == [

@@ -1,4 +1,4 @@
-"""Weights of any size, on every kind of surface and curve that has them."""
+"""Weights near the ends of float64, for every kind of surface and curve that has weights."""
 
 from typing import Any
 
@@ -22,10 +22,11 @@ ROWS = [[[0, 0, 0], [2, 0, 2], [4, 0, 0]], [[0, 2, 2], [2, 2, 0]], [[0, 4, 0]]]
 POLYGON = [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]
 
 POWERS = [-1070, -500, 500, 1020]
-"""Powers of two up to the ends of float64; the largest weight here is 8 times as large."""
+"""Exponents of common factors near the ends of float64; the largest weight is 8 times larger."""
 
 
 def build_surfaces(w: float) -> dict[str, dict[str, Any]]:
+    """A surface of each rational kind, with weights that are w times a small power of two."""
     grid = [[w, 2 * w, w, 8 * w]] * 4
     return {
         "bezier": {"control_net": NET, "weights": grid},
@@ -51,8 +52,8 @@ def build_surfaces(w: float) -> dict[str, dict[str, Any]]:
 
 @pytest.mark.parametrize("power", POWERS)
 @pytest.mark.parametrize("kind", build_surfaces(1.0))
-def test_meshes_are_those_of_usual_weights(kind: str, power: int) -> None:
-    """Bit for bit: a power of two is exact."""
+def test_a_common_factor_of_weights_does_not_change_meshes(kind: str, power: int) -> None:
+    """Meshes are equal bit for bit, because products with a power of two are exact."""
     meshes = [
         render(
             validate_document(
@@ -70,10 +71,12 @@ def test_meshes_are_those_of_usual_weights(kind: str, power: int) -> None:
 @pytest.mark.parametrize("power", POWERS)
 @pytest.mark.parametrize("kind", ["bezier", "bspline"])
 @pytest.mark.parametrize("options", [CurveOptions(), CurveOptions(tolerance=1e-3)])
-def test_curves_are_those_of_usual_weights(kind: str, power: int, options: CurveOptions) -> None:
-    answers = []
+def test_a_common_factor_of_weights_does_not_change_curves(
+    kind: str, power: int, options: CurveOptions
+) -> None:
+    contents = []
     for w in (1.0, float(np.ldexp(1.0, power))):
         curve = {"type": kind, "control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]}
         expected = validate_document(CurveRequest, {"curve": curve}, LIMITS)
-        answers.append(plan_curve(expected.to_curve(), options, CURVES_BY_NAME["json"]).run())
-    assert answers[0] == answers[1]
+        contents.append(plan_curve(expected.to_curve(), options, CURVES_BY_NAME["json"]).run())
+    assert contents[0] == contents[1]

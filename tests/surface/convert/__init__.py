@@ -1,1 +1,1 @@
-"""Conversions keep the points of every kind of surface, checked in exact arithmetic."""
+"""Tests of conversions: they keep the points of every kind of surface, in exact arithmetic."""

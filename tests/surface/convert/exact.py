@@ -1,4 +1,4 @@
-"""Points and channels of surfaces at rational parameters, in exact arithmetic, and random nets."""
+"""Random surfaces, and their points and channels at rational parameters in exact arithmetic."""
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -15,13 +15,13 @@ from service.surface.convert.table import convert
 from service.surface.patches import PatchSurface
 from tests.oracles.exact import surface_point, to_exact_net
 
-SHARES = (Fraction(0), Fraction(2, 7), Fraction(1, 2), Fraction(1))
-GRID = tuple(product(SHARES, SHARES))
+PARAMETERS = (Fraction(0), Fraction(2, 7), Fraction(1, 2), Fraction(1))
+GRID = tuple(product(PARAMETERS, PARAMETERS))
 
 Kind = TypeVar("Kind", bound=Surface)
 Values = list[float]
-Evaluation = Callable[[Fraction, Fraction], Values]
-"""The point and all channels of a patch, one number after the other."""
+Evaluator = Callable[[Fraction, Fraction], Values]
+"""A function of (u, v): the point and the values of all channels of a patch, in one list."""
 
 
 def evaluate_values(
@@ -36,14 +36,14 @@ def evaluate_values(
     return [float(x) for x in point]
 
 
-def define_bezier_values(surface: BezierSurface) -> Evaluation:
-    """Exact values of a surface of one patch."""
+def build_bezier_evaluator(surface: BezierSurface) -> Evaluator:
+    """The function of exact values of a surface of one patch."""
     nets = [net for _, _, _, net in surface.channels.each()]
     return lambda u, v: evaluate_values(surface.control_net, surface.weights, nets, u, v)
 
 
-def define_patch_values(surface: PatchSurface, patch: int) -> Evaluation:
-    """Exact values of one patch of many."""
+def build_patch_evaluator(surface: PatchSurface, patch: int) -> Evaluator:
+    """The function of exact values of the patch with this number."""
     grid = surface.patches[patch]
     weights = None if surface.weights is None else surface.weights[grid]
     nets = [values[grid] for _, _, _, values in surface.channels.each()]
@@ -53,10 +53,10 @@ def define_patch_values(surface: PatchSurface, patch: int) -> Evaluation:
 def random_bezier(
     degree: tuple[int, int], seed: int, rational: bool, channels: bool = True
 ) -> BezierSurface:
-    """A random patch; its channels have other degrees."""
+    """A random patch with channels whose degrees differ from its own, or without channels."""
     rng = np.random.default_rng(seed)
     shape = degree[0] + 1, degree[1] + 1
-    carried = Channels(
+    random_channels = Channels(
         colors=rng.uniform(0, 1, (2, 3, 4)),
         uvs=rng.uniform(-1, 1, (3, 2, 2)),
         attributes=(("heat", rng.uniform(-4, 4, (*shape, 1))),),
@@ -66,12 +66,12 @@ def random_bezier(
         rng.uniform(0.2, 5, shape) if rational else None,
         "z",
         "sail",
-        carried if channels else Channels(),
+        random_channels if channels else Channels(),
     )
 
 
 def random_patches(degree: tuple[int, int], seed: int, rational: bool) -> PatchSurface:
-    """Two patches that share an edge, with one value of every channel a vertex."""
+    """Two random patches that share an edge; every vertex has a value of every channel."""
     rng = np.random.default_rng(seed)
     rows, columns = 2 * degree[0] + 1, degree[1] + 1
     grid = np.arange(rows * columns).reshape(rows, columns)
@@ -90,19 +90,18 @@ def random_patches(degree: tuple[int, int], seed: int, rational: bool) -> PatchS
 
 
 def assert_same(
-    got: Evaluation,
-    expected: Evaluation,
+    actual: Evaluator,
+    expected: Evaluator,
     change: Callable[[Fraction, Fraction], tuple[Fraction, Fraction]] = lambda u, v: (u, v),
 ) -> None:
-    """Checks for equal values at the parameters that `change` returns, up to 1e-12; the nets have
-    size 4."""
+    """actual(u, v) equals expected(change(u, v)), up to 1e-12 times the largest coordinate, 4."""
     for u, v in GRID:
-        np.testing.assert_allclose(got(u, v), expected(*change(u, v)), rtol=0, atol=4e-12)
+        np.testing.assert_allclose(actual(u, v), expected(*change(u, v)), rtol=0, atol=4e-12)
 
 
 def convert_to(kind: type[Kind], surface: Surface, *operations: Operation) -> Kind:
-    """The surface after some operations, which must be a surface of this kind."""
-    built = convert(surface, operations)
-    assert isinstance(built, kind)
-    assert (built.up, built.name) == ("z", "sail")
-    return built
+    """The result of the operations, which must be of this kind and keep `up` and name."""
+    result = convert(surface, operations)
+    assert isinstance(result, kind)
+    assert (result.up, result.name) == ("z", "sail")
+    return result

@@ -1,4 +1,4 @@
-"""Operations on one patch and on many keep points, channels and common bits."""
+"""Operations on tensor-product patches keep points and channels, and edges stay shared."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -31,26 +31,28 @@ from tests.engine.meshing import build_mesh
 from tests.examples import lower_patches
 from tests.surface.convert.exact import (
     assert_same,
+    build_bezier_evaluator,
+    build_patch_evaluator,
     convert_to,
-    define_bezier_values,
-    define_patch_values,
     random_bezier,
     random_patches,
 )
 
 degrees = st.tuples(st.integers(1, 4), st.integers(1, 4))
 seeds = st.integers(0, 10**6)
-inner = st.floats(0.05, 0.95)
-cuts = st.tuples(inner, st.none() | inner) | st.tuples(st.none(), inner)
+inner_parameters = st.floats(0.05, 0.95)
+cuts = st.tuples(inner_parameters, st.none() | inner_parameters) | st.tuples(
+    st.none(), inner_parameters
+)
 ends = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted)
 
 
-bezier = partial(convert_to, BezierSurface)
-patches = partial(convert_to, PatchSurface)
+convert_to_bezier = partial(convert_to, BezierSurface)
+convert_to_patches = partial(convert_to, PatchSurface)
 
 
 def read_issue(surface: Surface, *operations: Operation, points: int = 10**6) -> tuple[str, str]:
-    """Code and pointer of the only issue."""
+    """Code and pointer of the only issue with which the conversion is refused."""
     with pytest.raises(SurfaceError) as caught:
         convert(surface, operations, SizeLimits(points))
     (issue,) = caught.value.issues
@@ -61,24 +63,28 @@ def read_issue(surface: Surface, *operations: Operation, points: int = 10**6) ->
 
 @settings(max_examples=6)
 @given(degrees, st.integers(4, 6), seeds, st.booleans())
-def test_elevated_patches(degree: tuple[int, int], most: int, seed: int, rational: bool) -> None:
+def test_elevation_of_patches_keeps_points_and_their_shared_edge(
+    degree: tuple[int, int], new_degree: int, seed: int, rational: bool
+) -> None:
     surface = random_patches(degree, seed, rational)
-    higher = patches(surface, Elevate((most, most)))
-    assert higher.degree == (most, most)
+    higher = convert_to_patches(surface, Elevate((new_degree, new_degree)))
+    assert higher.degree == (new_degree, new_degree)
     assert higher.parts == surface.parts
-    assert len(higher.vertices) == (2 * most + 1) * (most + 1), "the edge is there once"
+    assert len(higher.vertices) == (2 * new_degree + 1) * (new_degree + 1), (
+        "the patches share the vertices of their edge"
+    )
     for patch in (0, 1):
-        assert_same(define_patch_values(higher, patch), define_patch_values(surface, patch))
+        assert_same(build_patch_evaluator(higher, patch), build_patch_evaluator(surface, patch))
 
 
 @settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), cuts)
-def test_split_patch(
+def test_parts_of_a_split_patch_have_its_points_and_share_edges(
     degree: tuple[int, int], seed: int, rational: bool, cuts: tuple[float | None, float | None]
 ) -> None:
     surface = random_bezier(degree, seed, rational)
     u, v = cuts
-    pieces = patches(surface, Split(u, v))
+    pieces = convert_to_patches(surface, Split(u, v))
     borders = [[Fraction(0), *([] if t is None else [Fraction(t)]), Fraction(1)] for t in (u, v)]
     count = [len(b) - 1 for b in borders]
     assert len(pieces.patches) == count[0] * count[1]
@@ -91,8 +97,8 @@ def test_split_patch(
                 strict=True,
             )
             assert_same(
-                define_patch_values(pieces, k * count[1] + m),
-                define_bezier_values(surface),
+                build_patch_evaluator(pieces, k * count[1] + m),
+                build_bezier_evaluator(surface),
                 partial(_map_into_interval, begins, widths),
             )
 
@@ -105,95 +111,106 @@ def _map_into_interval(
 
 @settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), ends, ends)
-def test_piece_of_a_patch(
+def test_a_restricted_patch_has_the_points_of_the_patch(
     degree: tuple[int, int], seed: int, rational: bool, u: list[float], v: list[float]
 ) -> None:
     surface = random_bezier(degree, seed, rational)
-    piece = bezier(surface, Restrict((u[0], u[1]), (v[0], v[1])))
+    piece = convert_to_bezier(surface, Restrict((u[0], u[1]), (v[0], v[1])))
     assert piece.degree == degree
     begins = Fraction(u[0]), Fraction(v[0])
     widths = Fraction(u[1]) - begins[0], Fraction(v[1]) - begins[1]
     assert_same(
-        define_bezier_values(piece),
-        define_bezier_values(surface),
+        build_bezier_evaluator(piece),
+        build_bezier_evaluator(surface),
         partial(_map_into_interval, begins, widths),
     )
 
 
 @settings(max_examples=5)
 @given(degrees, seeds, st.booleans())
-def test_turned_patches(degree: tuple[int, int], seed: int, rational: bool) -> None:
+def test_transposed_and_reversed_patches_have_the_same_points(
+    degree: tuple[int, int], seed: int, rational: bool
+) -> None:
     surface = random_bezier(degree, seed, rational)
-    expected = define_bezier_values(surface)
-    assert_same(define_bezier_values(bezier(surface, Transpose())), expected, lambda u, v: (v, u))
+    expected = build_bezier_evaluator(surface)
     assert_same(
-        define_bezier_values(bezier(surface, Reverse("u"))), expected, lambda u, v: (1 - u, v)
+        build_bezier_evaluator(convert_to_bezier(surface, Transpose())),
+        expected,
+        lambda u, v: (v, u),
     )
     assert_same(
-        define_bezier_values(bezier(surface, Reverse("v"))), expected, lambda u, v: (u, 1 - v)
+        build_bezier_evaluator(convert_to_bezier(surface, Reverse("u"))),
+        expected,
+        lambda u, v: (1 - u, v),
     )
-    many = random_patches(degree, seed, rational)
+    assert_same(
+        build_bezier_evaluator(convert_to_bezier(surface, Reverse("v"))),
+        expected,
+        lambda u, v: (u, 1 - v),
+    )
+    several = random_patches(degree, seed, rational)
     for patch in (0, 1):
-        expected = define_patch_values(many, patch)
-        turned = define_patch_values(patches(many, Transpose()), patch)
-        assert_same(turned, expected, lambda u, v: (v, u))
-        turned = define_patch_values(patches(many, Reverse("u")), patch)
-        assert_same(turned, expected, lambda u, v: (1 - u, v))
-        turned = define_patch_values(patches(many, Reverse("v")), patch)
-        assert_same(turned, expected, lambda u, v: (u, 1 - v))
+        expected = build_patch_evaluator(several, patch)
+        result = build_patch_evaluator(convert_to_patches(several, Transpose()), patch)
+        assert_same(result, expected, lambda u, v: (v, u))
+        result = build_patch_evaluator(convert_to_patches(several, Reverse("u")), patch)
+        assert_same(result, expected, lambda u, v: (1 - u, v))
+        result = build_patch_evaluator(convert_to_patches(several, Reverse("v")), patch)
+        assert_same(result, expected, lambda u, v: (u, 1 - v))
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-30, 1e30, 1e308])
 def test_a_common_factor_of_weights_has_no_effect(size: float) -> None:
-    """Numbers without all their digits, and those whose sum would be infinite."""
-    usual = random_bezier((2, 2), 3, False, channels=False)
+    """Factors include subnormal floats, and floats whose sum would be infinite."""
+    polynomial = random_bezier((2, 2), 3, False, channels=False)
     weights = np.array([[1.0, 1, 1], [1, 1, 1], [1, 1, 1]]) * size
-    surface = BezierSurface(usual.control_net, weights, "z", "sail")
+    surface = BezierSurface(polynomial.control_net, weights, "z", "sail")
     for operation in (Elevate((4, 4)), Restrict(u=(0.25, 0.5))):
-        built, expected = (bezier(s, operation).control_net for s in (surface, usual))
-        np.testing.assert_allclose(built, expected, atol=1e-14)
+        result, expected = (
+            convert_to_bezier(s, operation).control_net for s in (surface, polynomial)
+        )
+        np.testing.assert_allclose(result, expected, atol=1e-14)
 
 
-def test_a_seam_across_the_directions_is_not_opened() -> None:
+def test_elevation_that_would_open_a_seam_between_u_and_v_is_refused() -> None:
     """The edge v = 0 of one patch is the edge u = 0 of the other."""
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, -1, 0], [1, -1, 1]])
     surface = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[0, 1], [4, 5]]]))
     assert read_issue(surface, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
-    turned = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
-    assert read_issue(turned, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
+    result = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
+    assert read_issue(result, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
     report = tessellate(
         lower_patches(convert(surface, [Elevate((3, 3))])), MeshOptions(resolution=(2, 2))
     ).report
     assert report.boundary_edges == 12
 
 
-CONVERTED = [
+ELEVATED_EXAMPLES = [
     name for name, example in EXAMPLES.items() if type(example.surface()) in CONVERSIONS[Elevate]
 ]
 
 
-@pytest.mark.parametrize("example", CONVERTED)
-def test_every_example_stays_as_closed_as_it_is(example: str) -> None:
-    """Elevation, transposition and conversion to Bézier patches keep all edges, vertices and
-    poles."""
+@pytest.mark.parametrize("example", ELEVATED_EXAMPLES)
+def test_conversions_of_examples_keep_vertices_open_edges_and_poles(example: str) -> None:
+    """The numbers are those of the mesh of 3 × 3 divisions before and after the conversion."""
     surface = find(example).surface()
     before = build_mesh(surface.lower(), resolution=(3, 3)).report
     degree = 1 + max(max(batch.side_degrees) for batch in lower_patches(surface).batches)
-    works: list[list[Operation]] = [
+    conversions: list[list[Operation]] = [
         [Elevate((degree, degree))],
         [Reverse("v"), Transpose()],
         [ToBezier()],
     ]
-    for operations in works:
-        built = convert(surface, operations)
-        after = build_mesh(built.lower(), resolution=(3, 3)).report
+    for operations in conversions:
+        result = convert(surface, operations)
+        after = build_mesh(result.lower(), resolution=(3, 3)).report
         assert (after.vertices, after.boundary_edges, after.watertight, after.poles_repaired) == (
             before.vertices, before.boundary_edges, before.watertight, before.poles_repaired,
         )  # fmt: skip
 
 
 @pytest.mark.parametrize("operation", [Split(0.5), Restrict(u=(0, 0.5))])
-def test_patches_have_no_parameters_in_common(operation: Operation) -> None:
+def test_operations_at_a_parameter_are_refused_for_several_patches(operation: Operation) -> None:
     surface = random_patches((2, 2), 1, False)
     assert read_issue(surface, operation) == ("several_patches", "/operations/0")
 
@@ -204,7 +221,7 @@ def test_too_large_results_are_refused_before_they_are_built() -> None:
         "too_many_control_points",
         "/operations/1",
     )
-    assert len(patches(surface, Elevate((12, 12))).patches) == 2
+    assert len(convert_to_patches(surface, Elevate((12, 12))).patches) == 2
     with pytest.raises(TooLarge):
         convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], SizeLimits(63))
     with pytest.raises(TooLarge):

@@ -1,4 +1,4 @@
-"""Operations on triangles, alone and beside grids: the same points, the same channels."""
+"""Operations on triangles, and on triangles with patches, keep points and channels."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -33,9 +33,9 @@ from tests.oracles.exact import Vector
 from tests.oracles.triangles import to_exact_triangle, value
 from tests.surface.convert.exact import (
     assert_same,
+    build_bezier_evaluator,
+    build_patch_evaluator,
     convert_to,
-    define_bezier_values,
-    define_patch_values,
     random_bezier,
 )
 
@@ -51,7 +51,7 @@ seeds = st.integers(0, 10**6)
 
 
 def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
-    """A random triangle; its channels have other degrees."""
+    """A random triangle with channels whose degrees differ from its own."""
     rng = np.random.default_rng(seed)
     count = count_points(degree)
     return TriangleSurface(
@@ -68,10 +68,10 @@ def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
 
 
 def build_mixed_patches(seed: int, rational: bool) -> PatchSurface:
-    """A bicubic grid and a cubic triangle that share an edge, which runs along u and v."""
+    """A bicubic patch and a cubic triangle that share an edge."""
     rng = np.random.default_rng(seed)
     edge = [3, 7, 11, 15]
-    triangle = [*edge, *range(16, 22)]
+    convert_to_triangle = [*edge, *range(16, 22)]
     return PatchSurface(
         rng.uniform(-4, 4, (22, 3)),
         np.arange(16).reshape(1, 4, 4),
@@ -80,126 +80,141 @@ def build_mixed_patches(seed: int, rational: bool) -> PatchSurface:
         "z",
         "sail",
         Channels(rng.uniform(0, 1, (22, 3))),
-        np.array([triangle]),
+        np.array([convert_to_triangle]),
     )
 
 
 def evaluate_values(
-    net: np.ndarray, weights: np.ndarray | None, channels: Sequence[np.ndarray], at: Vector
+    net: np.ndarray, weights: np.ndarray | None, channels: Sequence[np.ndarray], place: Vector
 ) -> list[float]:
-    """The point, then the values of the channels."""
-    result = value(to_exact_triangle(net, weights), at)
+    """The point at barycentric coordinates `place`, then the values of the channels."""
+    result = value(to_exact_triangle(net, weights), place)
     if weights is not None:
         result = tuple(x / result[3] for x in result[:3])
-    for carried in channels:
-        result += value(to_exact_triangle(carried), at)
+    for channel in channels:
+        result += value(to_exact_triangle(channel), place)
     return [float(x) for x in result]
 
 
-def evaluate_triangle(surface: TriangleSurface, at: Vector) -> list[float]:
+def evaluate_triangle(surface: TriangleSurface, place: Vector) -> list[float]:
+    """The point at barycentric coordinates `place`, then the values of the channels."""
     nets = [net for _, _, _, net in surface.channels.each()]
-    return evaluate_values(surface.control_net, surface.weights, nets, at)
+    return evaluate_values(surface.control_net, surface.weights, nets, place)
 
 
-def evaluate_member(surface: PatchSurface, number: int, at: Vector) -> list[float]:
-    """One triangle of many."""
+def evaluate_member(surface: PatchSurface, number: int, place: Vector) -> list[float]:
+    """Point and channels of the triangle with this number."""
     rows = surface.triangles[number]
     nets = [values[rows] for _, _, _, values in surface.channels.each()]
     weights = None if surface.weights is None else surface.weights[rows]
-    return evaluate_values(surface.vertices[rows], weights, nets, at)
+    return evaluate_values(surface.vertices[rows], weights, nets, place)
 
 
-def assert_near(got: list[float], expected: list[float]) -> None:
-    np.testing.assert_allclose(got, expected, rtol=0, atol=4e-12)
+def assert_near(actual: list[float], expected: list[float]) -> None:
+    """Values differ by at most 1e-12 times the largest coordinate, 4."""
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=4e-12)
 
 
-triangle = partial(convert_to, TriangleSurface)
-patches = partial(convert_to, PatchSurface)
+convert_to_triangle = partial(convert_to, TriangleSurface)
+convert_to_patches = partial(convert_to, PatchSurface)
 
 
 @settings(max_examples=6)
 @given(degrees, st.integers(0, 4), seeds, st.booleans())
-def test_elevated_triangle(degree: int, more: int, seed: int, rational: bool) -> None:
+def test_elevation_of_a_triangle_keeps_its_points(
+    degree: int, more: int, seed: int, rational: bool
+) -> None:
     surface = random_triangle(degree, seed, rational)
-    built = triangle(surface, Elevate((degree + more, degree + more)))
-    assert built.degree == degree + more
-    for at in PLACES:
-        assert_near(evaluate_triangle(built, at), evaluate_triangle(surface, at))
+    result = convert_to_triangle(surface, Elevate((degree + more, degree + more)))
+    assert result.degree == degree + more
+    for place in PLACES:
+        assert_near(evaluate_triangle(result, place), evaluate_triangle(surface, place))
 
 
 @settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), st.tuples(*[st.integers(1, 9)] * 3))
-def test_split_triangle(
+def test_parts_of_a_split_triangle_have_its_points_and_share_edges(
     degree: int, seed: int, rational: bool, shares: tuple[int, int, int]
 ) -> None:
     surface = random_triangle(degree, seed, rational)
     r, s, t = (Fraction(x, sum(shares)) for x in shares)
-    built = patches(surface, Split(at=(float(r), float(s), float(t))))
-    assert len(built.triangles) == 3
-    assert len(built.patches) == 0
+    result = convert_to_patches(surface, Split(at=(float(r), float(s), float(t))))
+    assert len(result.triangles) == 3
+    assert len(result.patches) == 0
     n = max(degree, 2)
-    assert built.triangle_degree == n
+    assert result.triangle_degree == n
     inside = 3 * count_points(n - 1) - 3 * n + 1 if n > 1 else 1
-    assert len(built.vertices) == inside + 3 * n, "lines between triangles are there once"
+    assert len(result.vertices) == inside + 3 * n, "the triangles share the vertices of their edges"
     for corner in range(3):
-        for at in PLACES:
-            place = [x * at[corner] for x in (r, s, t)]
+        for place in PLACES:
+            # Part number `corner` has the point of the split in place of this corner.
+            old_place = [x * place[corner] for x in (r, s, t)]
             for m in range(3):
-                place[m] += at[m] if m != corner else 0
+                old_place[m] += place[m] if m != corner else 0
             assert_near(
-                evaluate_member(built, corner, at), evaluate_triangle(surface, tuple(place))
+                evaluate_member(result, corner, place), evaluate_triangle(surface, tuple(old_place))
             )
 
 
 @pytest.mark.parametrize(
-    ("operation", "two"), [(Transpose(), (1, 2)), (Reverse("u"), (0, 1)), (Reverse("v"), (0, 2))]
+    ("operation", "exchanged"),
+    [(Transpose(), (1, 2)), (Reverse("u"), (0, 1)), (Reverse("v"), (0, 2))],
 )
-def test_transposed_and_reversed_triangle(operation: Operation, two: tuple[int, int]) -> None:
+def test_transposed_and_reversed_triangles_have_the_same_points(
+    operation: Operation, exchanged: tuple[int, int]
+) -> None:
     surface = random_triangle(3, 1, True)
-    built = triangle(surface, operation)
-    for at in PLACES:
-        there = list(at)
-        there[two[0]], there[two[1]] = at[two[1]], at[two[0]]
-        assert evaluate_triangle(built, tuple(there)) == evaluate_triangle(surface, at)
-    twice = triangle(built, operation)
+    result = convert_to_triangle(surface, operation)
+    for place in PLACES:
+        a, b = exchanged
+        new_place = list(place)
+        new_place[a], new_place[b] = place[b], place[a]
+        assert evaluate_triangle(result, tuple(new_place)) == evaluate_triangle(surface, place)
+    twice = convert_to_triangle(result, operation)
     np.testing.assert_array_equal(twice.control_net, surface.control_net)
     np.testing.assert_array_equal(twice.weights, surface.weights)
 
 
 @settings(max_examples=6)
 @given(st.tuples(degrees, degrees), seeds, st.booleans(), st.sampled_from(["lower", "upper"]))
-def test_half_of_a_patch(degree: tuple[int, int], seed: int, rational: bool, half: Half) -> None:
+def test_half_of_a_patch_has_its_points(
+    degree: tuple[int, int], seed: int, rational: bool, half: Half
+) -> None:
     surface = random_bezier(degree, seed, rational)
-    built = triangle(surface, ToTriangle(half))
-    assert built.degree == sum(degree)
-    there = define_bezier_values(surface)
+    result = convert_to_triangle(surface, ToTriangle(half))
+    assert result.degree == sum(degree)
+    evaluate = build_bezier_evaluator(surface)
     for r, s, t in PLACES:
         u, v = (s, t) if half == "lower" else (1 - s, 1 - t)
-        assert_near(evaluate_triangle(built, (r, s, t)), there(u, v))
+        assert_near(evaluate_triangle(result, (r, s, t)), evaluate(u, v))
 
 
 @pytest.mark.parametrize("rational", [False, True])
-def test_grids_and_triangles_together(rational: bool) -> None:
+def test_operations_on_patches_and_triangles_keep_points_and_the_shared_edge(
+    rational: bool,
+) -> None:
     surface = build_mixed_patches(1, rational)
     before = build_mesh(surface.lower(), resolution=(3, 3)).report
     for operation in (Elevate((5, 5)), Transpose(), Reverse("u"), Reverse("v"), ToBezier()):
-        built = patches(surface, operation)
-        assert built.parts == surface.parts
-        report = build_mesh(built.lower(), resolution=(3, 3)).report
+        result = convert_to_patches(surface, operation)
+        assert result.parts == surface.parts
+        report = build_mesh(result.lower(), resolution=(3, 3)).report
         assert report.boundary_edges == before.boundary_edges
         assert report.vertices == before.vertices
-    built = patches(surface, Elevate((5, 5)))
-    assert (built.degree, built.triangle_degree) == ((5, 5), 5)
-    assert len(built.vertices) == 36 + 21 - 6, "the edge is there once"
-    assert_same(define_patch_values(built, 0), define_patch_values(surface, 0))
-    for at in PLACES:
-        assert_near(evaluate_member(built, 0, at), evaluate_member(surface, 0, at))
-        r, s, t = at
-        for operation, there in (
+    result = convert_to_patches(surface, Elevate((5, 5)))
+    assert (result.degree, result.triangle_degree) == ((5, 5), 5)
+    assert len(result.vertices) == 36 + 21 - 6, (
+        "patch and triangle share the vertices of their edge"
+    )
+    assert_same(build_patch_evaluator(result, 0), build_patch_evaluator(surface, 0))
+    for place in PLACES:
+        assert_near(evaluate_member(result, 0, place), evaluate_member(surface, 0, place))
+        r, s, t = place
+        for operation, new_place in (
             (Transpose(), (r, t, s)), (Reverse("u"), (s, r, t)), (Reverse("v"), (t, s, r)),
         ):  # fmt: skip
-            turned = patches(surface, operation)
-            assert evaluate_member(turned, 0, there) == evaluate_member(surface, 0, at)
+            turned = convert_to_patches(surface, operation)
+            assert evaluate_member(turned, 0, new_place) == evaluate_member(surface, 0, place)
 
 
 @pytest.mark.parametrize(
@@ -212,7 +227,7 @@ def test_grids_and_triangles_together(rational: bool) -> None:
         (ToTriangle("lower"), "unsupported_operation", ""),
     ],
 )
-def test_refusals(operation: Operation, code: str, pointer: str) -> None:
+def test_refused_operations_on_a_triangle(operation: Operation, code: str, pointer: str) -> None:
     with pytest.raises(SurfaceError) as caught:
         convert(random_triangle(3, 1, False), [Transpose(), operation])
     (issue,) = caught.value.issues
@@ -231,7 +246,9 @@ def test_refusals(operation: Operation, code: str, pointer: str) -> None:
         (ToTriangle("upper"), "several_patches", ""),
     ],
 )
-def test_refusals_of_grids_and_triangles(operation: Operation, code: str, pointer: str) -> None:
+def test_refused_operations_on_patches_and_triangles(
+    operation: Operation, code: str, pointer: str
+) -> None:
     with pytest.raises(SurfaceError) as caught:
         convert(build_mixed_patches(1, False), [operation])
     (issue,) = caught.value.issues
