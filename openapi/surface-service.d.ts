@@ -430,7 +430,7 @@ export interface components {
          * BezierConversion
          * @description Converts a B-spline to `patches`: one Bézier patch for each span, over shared vertices.
          *
-         *     Surfaces that consist of Bézier patches stay as they are.
+         *     Surfaces that already consist of Bézier patches do not change.
          */
         BezierConversion: {
             /**
@@ -444,20 +444,20 @@ export interface components {
          * BezierCurveDefinition
          * @description One Bézier curve of any degree, in the plane or in space, rational if weights are given.
          *
-         *     C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1; n + 1 control points have degree n.
-         *     A curve that ends in its first control point is closed.
+         *     C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1. A curve of n + 1 control points has
+         *     degree n. If the last control point equals the first, the curve is closed.
          */
         BezierCurveDefinition: {
             /**
              * Type
-             * @description The kind of curve; this one when left out.
+             * @description The kind of curve; `bezier` is the default.
              * @default bezier
              * @constant
              */
             type?: "bezier";
             /**
              * Control Points
-             * @description The control polygon: points [x, y] or [x, y, z], all alike. At least two.
+             * @description The control polygon: at least two points, all [x, y] or all [x, y, z].
              * @example [
              *       [
              *         0,
@@ -508,7 +508,7 @@ export interface components {
             weights?: number[];
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -532,14 +532,14 @@ export interface components {
         BezierDefinition: {
             /**
              * Type
-             * @description The kind of surface; this one when left out.
+             * @description The kind of surface; `bezier` is the default.
              * @default bezier
              * @constant
              */
             type?: "bezier";
             /**
              * Control Net
-             * @description Control points, row by row: rows along u, three coordinates [x, y, z] each, all rows of one length. At least 2 × 2; every coordinate finite and within single precision.
+             * @description Control points [x, y, z], row by row. Rows run along u and have equal lengths. At least 2 × 2 points; every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -601,7 +601,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. Rows along u as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -632,7 +632,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. Rows along u as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -662,7 +662,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. Rows along u as in the control net. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example {
              *       "temperature": [
              *         [
@@ -689,7 +689,7 @@ export interface components {
             };
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -749,11 +749,11 @@ export interface components {
         };
         /**
          * BsplineCurveDefinition
-         * @description One B-spline curve in the plane or in space, with weights a NURBS curve.
+         * @description One B-spline curve in the plane or in space; with weights it is a NURBS curve.
          *
-         *     C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots: n control points need
-         *     n + degree + 1 knots. Every interval between two different knots of the domain is one Bézier
-         *     piece.
+         *     C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots; n control points need
+         *     n + degree + 1 knots. Each interval between neighbouring distinct knots of the domain becomes
+         *     one Bézier piece.
          */
         BsplineCurveDefinition: {
             /**
@@ -764,7 +764,7 @@ export interface components {
             type: "bspline";
             /**
              * Control Points
-             * @description The control polygon: points [x, y] or [x, y, z], all alike. At least degree + 1 (3 of a periodic curve, whose points are given once).
+             * @description The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]. A periodic curve needs at least 3 points, and they are not repeated.
              * @example [
              *       [
              *         0,
@@ -791,14 +791,14 @@ export interface components {
             control_points: number[][];
             /**
              * Degree
-             * @description Degree, 1 to 64. Left out: 3.
+             * @description Degree, 1 to 64. The default is 3.
              * @default 3
              * @example 2
              */
             degree?: number;
             /**
              * Knots
-             * @description Numbers that never decrease, each at most degree times inside the domain (there, a corner), or a name. `clamped` reaches the first and last control points; `uniform` does not; `periodic` closes smoothly. Intervals of named knots have length 1, the first begins at 0. Left out: clamped.
+             * @description Knots: a list of numbers, or a name. Numbers never decrease, and each occurs at most degree times inside the domain; at a knot that occurs degree times the curve has a corner. With `clamped`, the default, the curve reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly. The intervals of named knots have length 1, and the first begins at 0.
              * @default clamped
              * @example periodic
              * @example [
@@ -828,7 +828,7 @@ export interface components {
             weights?: number[];
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -844,11 +844,11 @@ export interface components {
         };
         /**
          * BsplineDefinition
-         * @description One tensor-product B-spline surface, with weights a NURBS surface.
+         * @description One tensor-product B-spline surface; with weights it is a NURBS surface.
          *
          *     S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
-         *     of r × c control points needs r + p + 1 knots along u and c + q + 1 along v; every interval
-         *     between two different knots of the domain becomes one Bézier patch in each direction.
+         *     of r × c control points needs r + p + 1 knots along u and c + q + 1 along v. Each cell between
+         *     neighbouring distinct knots along u and along v becomes one Bézier patch.
          */
         BsplineDefinition: {
             /**
@@ -859,7 +859,7 @@ export interface components {
             type: "bspline";
             /**
              * Control Net
-             * @description Control points, row by row: rows along u, three coordinates [x, y, z] each, all rows of one length. At least degree + 1 of them in each direction (3 in a periodic one); every coordinate finite and within single precision.
+             * @description Control points [x, y, z], row by row. Rows run along u and have equal lengths. At least degree + 1 points in each direction (3 in a periodic direction); every coordinate is finite and within single precision.
              * @example [
              *       [
              *         [
@@ -958,7 +958,7 @@ export interface components {
             ][][];
             /**
              * Degree
-             * @description Degree along u and along v, 1 to 64; one number means both. Left out: 3.
+             * @description Degree along u and along v, 1 to 64, or one number for both. The default is 3.
              * @default [
              *       3,
              *       3
@@ -974,7 +974,7 @@ export interface components {
             ];
             /**
              * Knots
-             * @description Knots along u and along v: numbers that never decrease, each at most degree + 1 times, or a name; one name means both. `clamped` reaches the first and last control points; `uniform` does not; `periodic` closes smoothly, its control points given once. Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times is a crease, degree + 1 times parts the surface. Knots that differ by less than 9e-13 of the domain are taken for equal, up to degree times. The first and the last knot, which do not matter, may both be left out. Left out: clamped.
+             * @description Knots along u and along v, each a list of numbers or a name; or one name for both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that occurs degree times the surface has a crease, and at one that occurs degree + 1 times it is discontinuous. With `clamped`, the default, the surface reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly, and its control points are not repeated. The intervals of named knots have length 1, and the first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are made equal, up to degree of them. The first and the last knot have no effect and may both be left out.
              * @default [
              *       "clamped",
              *       "clamped"
@@ -1029,7 +1029,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. Rows along u as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -1060,7 +1060,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. Rows along u as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -1090,7 +1090,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. Rows along u as in the control net. A net with the rows and columns of the control net is a spline of the same degree and knots; any other is one Bézier net over the whole domain, of a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. Rows along u as in the control net. A net with as many rows and columns as the control net is a spline of the same degree and knots. Any other net is one Bézier net over the whole domain; its degree may differ from that of the surface, and degree 0 is one value.
              * @example {
              *       "temperature": [
              *         [
@@ -1117,7 +1117,7 @@ export interface components {
             };
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -1135,7 +1135,8 @@ export interface components {
          * CameraDefinition
          * @description A perspective camera: its position, and how large an error appears in its picture.
          *
-         *     Its direction does not matter, because the camera may turn.
+         *     The direction of the camera is not needed, because the mesh must be near enough for every
+         *     direction.
          */
         CameraDefinition: {
             /**
@@ -1384,19 +1385,19 @@ export interface components {
         };
         /**
          * CurveRequest
-         * @description A curve to sample, and how.
+         * @description A curve, and the options with which it is sampled.
          */
         CurveRequest: {
             /**
              * Resolution
-             * @description Divisions of every piece of the curve: of the one Bézier curve, or of every span of a B-spline.
+             * @description Divisions of every piece of the curve. A Bézier curve is one piece; a B-spline has one piece for every knot span.
              * @default 16
              * @example 16
              */
             resolution?: number;
             /**
              * Tolerance
-             * @description Instead of a resolution: the distance, in model units, within which the curve stays from the straight lines between its points. Pieces are halved until that is certain.
+             * @description In place of a resolution: the largest distance, in model units, of the curve from the straight lines between its points. Pieces are halved until this is proved.
              * @example 0.001
              */
             tolerance?: number;
@@ -1408,7 +1409,7 @@ export interface components {
             tangents?: boolean;
             /**
              * Arc Lengths
-             * @description Whether points carry the length of the curve up to them.
+             * @description Whether each point carries the length of the curve from its beginning to the point.
              * @default true
              */
             arc_lengths?: boolean;
@@ -1449,9 +1450,9 @@ export interface components {
         };
         /**
          * ElevateDefinition
-         * @description Raises the degree; the points stay. Degrees can be raised, not lowered.
+         * @description Raises the degree without changing the points of the surface. Degrees cannot be lowered.
          *
-         *     Raised to [n, n] a patch has p = q, which some formats need. A B-spline keeps its continuity,
+         *     For formats that require p = q, raise a patch to [n, n]. A B-spline keeps its continuity,
          *     because the multiplicity of each knot increases as much as the degree; the result is clamped.
          */
         ElevateDefinition: {
@@ -1689,11 +1690,11 @@ export interface components {
         };
         /**
          * GroupDefinition
-         * @description Surfaces side by side in one model, each with a name, a base colour and a place.
+         * @description Several surfaces in one model, each with a name, a base colour and a placement.
          *
-         *     In glTF every member is a named node, and equal surfaces share one mesh; other formats get one
-         *     mesh, its parts named after the members. A member whose `up` is not the group's is turned
-         *     upright, by a quarter turn about x, before it is placed.
+         *     In glTF every member is a named node, and equal surfaces share one mesh. In other formats the
+         *     group is one mesh, and its parts have the names of the members. If the `up` of a surface differs
+         *     from that of the group, the surface is rotated by a quarter turn about x before it is placed.
          */
         GroupDefinition: {
             /**
@@ -1704,7 +1705,7 @@ export interface components {
             type: "group";
             /**
              * Members
-             * @description The surfaces. Their control points count together.
+             * @description The surfaces. The limit of control points is for all of them together.
              * @example [
              *       {
              *         "color": [
@@ -1747,7 +1748,7 @@ export interface components {
             members: components["schemas"]["MemberDefinition"][];
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -1815,7 +1816,7 @@ export interface components {
             hits?: "first" | "all";
             /**
              * Relative Thickness
-             * @description The distance within which a ray counts as a hit at borders and where it only touches the surface, as a share of the diagonal of the bounding box of the control points.
+             * @description At borders, and where a ray only touches the surface, a ray within this distance counts as a hit. A share of the diagonal of the bounding box of the control points.
              * @default 1e-9
              * @example 0.000001
              */
@@ -1876,7 +1877,7 @@ export interface components {
             tolerance?: number;
             /**
              * Weld Tolerance
-             * @description The share of the diagonal within which control points on borders of patches count as one, as in a mesh. The intervals of volumes include every way to close these gaps.
+             * @description A share of the diagonal of the bounding box. Control points on borders of patches that are nearer to each other than this count as one point, as in a mesh. The interval of a volume includes every way to close such gaps.
              * @default 1e-12
              * @example 0.000001
              */
@@ -1884,11 +1885,11 @@ export interface components {
         };
         /**
          * MemberDefinition
-         * @description One surface of a group, with its name, its base colour and its place.
+         * @description One surface of a group, with its name, its base colour and its placement.
          */
         MemberDefinition: {
             /**
-             * @description The surface, of any kind but `group`.
+             * @description The surface, of any kind except `group`.
              * @example {
              *       "control_net": [
              *         [
@@ -1921,13 +1922,13 @@ export interface components {
             surface: components["schemas"]["MemberSurfaceDefinition"];
             /**
              * Name
-             * @description Name of its glTF node and of its part elsewhere; its surface's name if left out.
+             * @description Name of the member: of its node in glTF, and of its part in other formats. The default is the name of the surface.
              * @example left wing
              */
             name?: string;
             /**
              * Color
-             * @description Base colour: red, green, blue and, if there is a fourth number, opacity; sRGB, each from 0 to 1.
+             * @description Base colour: red, green, blue and, as an optional fourth number, opacity; sRGB, each from 0 to 1.
              * @example [
              *       0.8,
              *       0.2,
@@ -1937,7 +1938,7 @@ export interface components {
             color?: number[];
             /**
              * Matrix
-             * @description Where it stands: an affine 4 × 4 matrix, row by row, that acts on columns (x, y, z, 1). Its last row is 0, 0, 0, 1; it may mirror, but must not flatten. Left out, the surface stands where its control points are.
+             * @description Placement of the surface: an affine 4 × 4 matrix, row by row, that acts on columns (x, y, z, 1). Its last row is 0, 0, 0, 1. It may mirror the surface, but must not flatten it. The default is the identity.
              * @example [
              *       [
              *         1,
@@ -2241,7 +2242,7 @@ export interface components {
         MeshRequest: {
             /**
              * Resolution
-             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget.
+             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget.
              * @example 16
              * @example [
              *       16,
@@ -2254,31 +2255,31 @@ export interface components {
             ];
             /**
              * Tolerance
-             * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
+             * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
              * @example 0.001
              */
             tolerance?: number;
             /**
              * Relative Tolerance
-             * @description The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`.
+             * @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`.
              * @example 0.001
              */
             relative_tolerance?: number;
             /**
              * Angle Tolerance
-             * @description The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance.
+             * @description The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance.
              * @example 0.2
              */
             angle_tolerance?: number;
             /**
              * Max Triangles
-             * @description The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`).
+             * @description The most triangles of the mesh. Without a tolerance, the service makes the deviation as small as it can with this number of triangles; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance, this number is a limit: if the mesh needs more triangles, the request is refused (`too_many_triangles`).
              * @example 2000
              */
             max_triangles?: number;
             /**
              * Max Bytes
-             * @description The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles.
+             * @description The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles.
              * @example 100000
              */
             max_bytes?: number;
@@ -2291,7 +2292,7 @@ export interface components {
             two_sided?: boolean;
             /**
              * Faces
-             * @description Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays.
+             * @description Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays.
              * @default triangles
              * @example quads
              * @enum {string}
@@ -2305,33 +2306,33 @@ export interface components {
             normals?: boolean;
             /**
              * Uvs
-             * @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead.
+             * @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. If the surface has texture coordinates (`uvs`), vertices always carry these in place of the parameters.
              * @default false
              */
             uvs?: boolean;
             /**
              * Curvatures
-             * @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons.
+             * @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons.
              * @default false
              * @example true
              */
             curvatures?: boolean;
             /**
              * Weld
-             * @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v.
+             * @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v.
              * @default true
              */
             weld?: boolean;
             /**
              * Crease Angle
-             * @description Angle in radians above which the normals of neighbouring patches stay apart.
+             * @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there.
              * @default 0.017453292519943295
              * @example 0.5
              */
             crease_angle?: number;
             /**
              * Weld Tolerance
-             * @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; in a group wider than the tolerance, only points eight times nearer are one. Patches without width are left out of the mesh. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined.
+             * @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined.
              * @default 1e-12
              * @example 1e-9
              */
@@ -2348,7 +2349,7 @@ export interface components {
             overlays?: ("control_net" | "boundary")[];
             /**
              * Isocurves
-             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction.
+             * @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction.
              * @default [
              *       0,
              *       0
@@ -2365,7 +2366,7 @@ export interface components {
             ];
             /**
              * Wires
-             * @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces.
+             * @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. `lines` is allowed only if the format has lines. Ribbons lie flat on the surface, 1/20 of their width above its faces.
              * @default lines
              * @example tubes
              * @enum {string}
@@ -2373,7 +2374,7 @@ export interface components {
             wires?: "lines" | "tubes" | "ribbons";
             /**
              * Wire Width
-             * @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points.
+             * @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the bounding box of the control points.
              * @example 0.02
              */
             wire_width?: number;
@@ -2386,7 +2387,7 @@ export interface components {
             wire_sides?: number;
             /**
              * Method
-             * @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures.
+             * @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. `docs/methods.md` compares the accuracy of these algorithms.
              * @default matrix
              * @example de_casteljau
              * @enum {string}
@@ -2394,21 +2395,21 @@ export interface components {
             method?: "matrix" | "de_casteljau" | "forward_difference";
             /**
              * Oogl
-             * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it.
+             * @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`. `bez` stores the exact patches; a triangle is stored as a four-sided patch with one side collapsed to a point. Other formats ignore this option.
              * @example bez
              * @enum {string}
              */
             oogl?: "cquad" | "mesh" | "off" | "bez";
             /**
              * Quantize
-             * @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`).
+             * @description Whether glTF is written in 16-bit integers (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points. Normals are exact within 0.002°. Colours, and texture coordinates from 0 to 1, have 16 bits. Every vertex moves by at most 0.87 steps; the proved deviation includes this move, and a tolerance holds for the written file. All parts of a surface use the same step and origin, and members of a group that meet use the same, too, so that seams have no gaps. Other formats refuse this option (`unsupported_by_format`).
              * @default false
              * @example true
              */
             quantize?: boolean;
             /**
              * Compression
-             * @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions.
+             * @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service.
              * @default none
              * @example meshopt
              * @enum {string}
@@ -2417,7 +2418,7 @@ export interface components {
             /** @description The surface, by its control points. */
             surface: components["schemas"]["SurfaceDefinition"];
             /**
-             * @description The camera that will see the mesh; needs `pixel_tolerance`. In bodies only, not in queries.
+             * @description The camera that will see the mesh; requires `pixel_tolerance`. A query cannot have it.
              * @example {
              *       "field_of_view": 0.8,
              *       "height": 1080,
@@ -2431,17 +2432,17 @@ export interface components {
             camera?: components["schemas"]["CameraDefinition"];
             /**
              * Pixel Tolerance
-             * @description The largest error in pixels, as the `camera` sees it; needs `camera`. The tolerance of each part follows from its least distance from the camera; a `tolerance` holds in addition.
+             * @description The largest error in pixels in the picture of the `camera`; requires `camera`. The tolerance of each part of the surface follows from its least distance from the camera. A `tolerance` in the same request applies, too.
              * @example 0.5
              */
             pixel_tolerance?: number;
         };
         /**
          * MultipatchDefinition
-         * @description Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
+         * @description Bézier patches, B-splines and triangles that form one surface, like a multipatch of G+Smo.
          *
          *     Each of these surfaces is a part, with its own degrees, knots and parameters; its `name` is the
-         *     name of the part. Parts share vertices where their borders are equal.
+         *     name of the part. Where the borders of two parts are equal, the parts share vertices.
          */
         MultipatchDefinition: {
             /**
@@ -2452,7 +2453,7 @@ export interface components {
             type: "multipatch";
             /**
              * Surfaces
-             * @description The patches and splines. All carry the same `colors`, `uvs` and `attributes`, if any; the `up` of the multipatch counts. Their control points count together.
+             * @description The patches and splines. If one of them has `colors`, `uvs` or `attributes`, all must have them. Their own `up` has no effect. The limit of control points is for all of them together.
              * @example [
              *       {
              *         "control_net": [
@@ -2519,7 +2520,7 @@ export interface components {
             surfaces: (components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["TriangleDefinition"])[];
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -2578,8 +2579,9 @@ export interface components {
          * PatchesDefinition
          * @description Many Bézier patches over shared vertices, as in the files of the teapot.
          *
-         *     Patches are grids of one degree or of several, triangles of one degree, or both. Neighbouring
-         *     patches name the same vertices, or vertices with equal coordinates: their seams close exactly.
+         *     Patches are grids of one degree or of several, triangles of one degree, or both. If neighbouring
+         *     patches list the same vertices, or vertices with equal coordinates, their common edge has no
+         *     gap.
          */
         PatchesDefinition: {
             /**
@@ -2644,7 +2646,7 @@ export interface components {
             weights?: number[];
             /**
              * Patches
-             * @description One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for a bicubic patch. Grids may have several shapes. May be left out if there are `triangles`.
+             * @description One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for a bicubic patch. Grids may have different shapes. May be left out if there are `triangles`.
              * @example [
              *       [
              *         [
@@ -2671,7 +2673,7 @@ export interface components {
             patches?: number[][][];
             /**
              * Triangles
-             * @description One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids; those of several degrees are a `multipatch`.
+             * @description One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, which may differ from that of the grids. For triangles of several degrees use a `multipatch`.
              * @example [
              *       [
              *         [
@@ -2687,7 +2689,7 @@ export interface components {
             triangles?: number[][][];
             /**
              * Parts
-             * @description Named groups of patches, by patch number from 0: grids first, triangles after them. A patch belongs to at most one group; all others form a part of the surface's name. Parts come in the order of the first patch that each lists.
+             * @description Named groups of patches, by patch number from 0: numbers count the grids first, then the triangles. A patch belongs to at most one group. Patches without a group form a part with the surface's name. Parts are sorted by the first patch number in their lists.
              * @example {
              *       "left": [
              *         0
@@ -2702,7 +2704,7 @@ export interface components {
             };
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. One value for every vertex, blended over the patches as the vertices are.
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. One value for every vertex; over a patch, the values are the Bernstein coefficients.
              * @example [
              *       [
              *         1,
@@ -2739,7 +2741,7 @@ export interface components {
             colors?: number[][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. One value for every vertex, blended over the patches as the vertices are.
+             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. One value for every vertex; over a patch, the values are the Bernstein coefficients.
              * @example [
              *       [
              *         0,
@@ -2773,7 +2775,7 @@ export interface components {
             ][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. One value for every vertex, blended over the patches as the vertices are.
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. One value for every vertex; over a patch, the values are the Bernstein coefficients.
              * @example {
              *       "temperature": [
              *         [
@@ -2802,7 +2804,7 @@ export interface components {
             };
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -2818,12 +2820,12 @@ export interface components {
         };
         /**
          * PlaneSet
-         * @description Planes n · p = d, n a unit normal; row k of both fields belongs to plane k.
+         * @description Planes n · p = d, where n is the unit normal; row k of each field belongs to plane k.
          */
         PlaneSet: {
             /**
              * Normals
-             * @description Normals of the planes, [x, y, z], of any length but 0; or one of all.
+             * @description Normals of the planes, [x, y, z], of any length but 0; or one normal for all planes.
              * @example [
              *       [
              *         0,
@@ -2839,7 +2841,7 @@ export interface components {
             ][];
             /**
              * Offsets
-             * @description Distances d of the planes from zero, in the direction of their normals, at most 1,000; or one of all.
+             * @description Distances d of the planes from the origin, in the direction of their normals: at most 1,000 numbers, or one number for all planes.
              * @example [
              *       0.5,
              *       1,
@@ -2849,7 +2851,7 @@ export interface components {
             offsets?: number[];
             /**
              * Points
-             * @description Instead of offsets: a point [x, y, z] of each plane, or one of all.
+             * @description In place of `offsets`: one point [x, y, z] of each plane, or one point for all planes.
              * @example [
              *       [
              *         0,
@@ -2970,7 +2972,7 @@ export interface components {
             surface: components["schemas"]["SurfaceDefinition"];
             /**
              * Uv
-             * @description Parameters [u, v], one pair a point, within the surface's own domain: from 0 to 1 for a patch. At a knot the span that begins there counts, at the end the last one.
+             * @description Parameters [u, v], one pair for each point, in the domain of the surface; for a patch, both are from 0 to 1. A knot belongs to the span that begins at it, and the end of the domain belongs to the last span.
              * @example [
              *       [
              *         0.5,
@@ -2988,7 +2990,7 @@ export interface components {
             ][];
             /**
              * Barycentric
-             * @description On triangles, instead of `uv`: barycentric coordinates [r, s, t], none below 0, with a sum of 1. `du` is then the partial along (−1, 1, 0), `dv` along (−1, 0, 1).
+             * @description For triangles, in place of `uv`: barycentric coordinates [r, s, t], none negative, with the sum 1. `du` is then the derivative in the direction (−1, 1, 0), and `dv` in the direction (−1, 0, 1).
              * @example [
              *       [
              *         0.5,
@@ -3009,7 +3011,7 @@ export interface components {
             ][];
             /**
              * Patch
-             * @description For a list of patches, or for the surfaces of a `multipatch`: the number (from 0, in the order of the request) of that on which the points lie, or one number for every point. Needed where there are several, and only there.
+             * @description For `patches` and `multipatch` with more than one patch or surface: the number of the patch or surface on which the points are, from 0 in the order of the request. One number for all points, or a list with one number for each point. Required for these surfaces, and only for these.
              * @example 0
              */
             patch?: number | number[];
@@ -3023,7 +3025,7 @@ export interface components {
         };
         /**
          * ProjectRequest
-         * @description A surface or a curve, and the points for which its closest points are searched.
+         * @description A surface or a curve, and points: the service finds the closest point for each of them.
          */
         ProjectRequest: {
             /** @description The surface: all of its patches, and all members of a group, are searched together. */
@@ -3032,7 +3034,7 @@ export interface components {
             curve?: components["schemas"]["CurveDefinition"];
             /**
              * Points
-             * @description Points [x, y, z]; [x, y] beside a curve in the plane. At most 100,000.
+             * @description Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.
              * @example [
              *       [
              *         0,
@@ -3146,7 +3148,7 @@ export interface components {
         };
         /**
          * Rays
-         * @description Half-lines origin + t · direction, t ≥ 0; row k of both belongs to ray k.
+         * @description Rays origin + t · direction with t ≥ 0; row k of both fields belongs to ray k.
          */
         Rays: {
             /**
@@ -3227,8 +3229,8 @@ export interface components {
          * RestrictDefinition
          * @description Cuts a piece out of one patch or a B-spline.
          *
-         *     A patch becomes a patch over [0, 1]² again. A B-spline keeps its parameters and the knots
-         *     within; a direction that is cut is clamped.
+         *     The piece of a patch is a patch with parameters from 0 to 1. The piece of a B-spline keeps its
+         *     parameters and its knots inside the piece; a direction that is cut is clamped.
          */
         RestrictDefinition: {
             /**
@@ -3264,11 +3266,11 @@ export interface components {
         };
         /**
          * ReverseDefinition
-         * @description Reverses u or v of every patch; normals turn to the other side.
+         * @description Reverses u or v of every patch. Normals change their sign.
          *
-         *     In a triangle, `u` exchanges r and s, `v` exchanges r and t. Knots over [a, b] that are numbers
-         *     become knots over [−b, −a], which are exact; named knots stay. A surface that is reversed twice
-         *     is unchanged.
+         *     In a triangle, `u` exchanges r and s, and `v` exchanges r and t. Knots that are numbers over [a,
+         *     b] become numbers over [−b, −a], without rounding; named knots do not change. Reversing a
+         *     surface twice gives the same surface.
          */
         ReverseDefinition: {
             /**
@@ -3289,8 +3291,9 @@ export interface components {
          * RibbonDefinition
          * @description A flat stripe along a curve that faces a direction, or a camera.
          *
-         *     Its crossbars are at right angles to the curve and to the direction that it faces. `resolution`
-         *     counts the divisions of each piece of the curve; corners are those of a tube.
+         *     The line across the ribbon is at right angles to the curve and to the direction that the ribbon
+         *     faces. `resolution` is the number of divisions of each piece of the curve. Corners up to 90° are
+         *     mitred, and sharper corners are rounded.
          */
         RibbonDefinition: {
             /**
@@ -3300,7 +3303,7 @@ export interface components {
              */
             type: "ribbon";
             /**
-             * @description The curve that it runs along. Its `up` and `name` are not read: those of the surface count.
+             * @description The curve along which the surface runs. Its `up` and `name` are ignored; the surface has its own.
              * @example {
              *       "control_points": [
              *         [
@@ -3329,7 +3332,7 @@ export interface components {
             curve: components["schemas"]["CurveDefinition"];
             /**
              * Width
-             * @description Width. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. No coefficient is negative, and at least one is above 0.
+             * @description Width. One number, or a list of the coefficients of a Bézier function over the whole curve. The function has the first coefficient as its value at the beginning of the curve, and the last as its value at the end. No coefficient is negative, and at least one is above 0.
              * @example 0.2
              * @example [
              *       0,
@@ -3340,7 +3343,7 @@ export interface components {
             width: number | number[];
             /**
              * Facing
-             * @description Direction that it faces, of any length: [0, 0, 1] if neither this nor a camera is given.
+             * @description Direction that the ribbon faces, of any length but 0. The default, without a `camera`, is [0, 0, 1].
              * @example [
              *       0,
              *       1,
@@ -3354,7 +3357,7 @@ export interface components {
             ];
             /**
              * Camera
-             * @description A point that it faces, in place of a direction.
+             * @description A point that the ribbon faces, in place of a direction.
              * @example [
              *       0,
              *       2,
@@ -3368,7 +3371,7 @@ export interface components {
             ];
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -3546,12 +3549,12 @@ export interface components {
         };
         /**
          * SplitDefinition
-         * @description Cuts one patch or a B-spline in two or four, a triangle in three.
+         * @description Splits one patch or a B-spline into two or four pieces, or a triangle into three.
          *
          *     A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
-         *     keep their parameters: piece (k, l) of the pieces along u and v has number k · (pieces along v)
-         *     + l. A triangle is cut at a point: the three triangles join it with the sides. In the first, the
-         *     point replaces the corner r = 1, in the last the corner t = 1.
+         *     keep their parameters. Piece k along u and l along v has the number k · (number of pieces along
+         *     v) + l. A triangle is split at a point into three triangles, each between the point and one
+         *     side: the point replaces the corner r = 1 in the first, s = 1 in the second, t = 1 in the third.
          */
         SplitDefinition: {
             /**
@@ -3810,7 +3813,7 @@ export interface components {
         };
         /**
          * TransposeDefinition
-         * @description Exchanges u and v of every patch; s and t of a triangle. Normals turn to the other side.
+         * @description Exchanges u and v of every patch, or s and t of a triangle. Normals change their sign.
          */
         TransposeDefinition: {
             /**
@@ -3822,10 +3825,11 @@ export interface components {
         };
         /**
          * TriangleConversion
-         * @description Makes a triangular patch of degree p + q of half a patch of degree (p, q), exactly.
+         * @description Converts half of a patch of degree (p, q) to a triangular patch of degree p + q.
          *
-         *     `lower` has its corners r, s, t = 1 at (u, v) = (0, 0), (1, 0), (0, 1), `upper` at (1, 1),
-         *     (0, 1), (1, 0).
+         *     The corners r = 1, s = 1 and t = 1 of the triangle are at (u, v) = (0, 0), (1, 0) and (0, 1) for
+         *     the `lower` half, and at (1, 1), (0, 1) and (1, 0) for the `upper` half. The conversion is
+         *     exact.
          */
         TriangleConversion: {
             /**
@@ -3836,7 +3840,7 @@ export interface components {
             op: "triangle";
             /**
              * Half
-             * @description The half on either side of the diagonal from (1, 0) to (0, 1).
+             * @description Which half: `lower` or `upper` of the diagonal from (1, 0) to (0, 1).
              * @example lower
              * @enum {string}
              */
@@ -3847,8 +3851,9 @@ export interface components {
          * @description One triangular Bézier patch of any degree, rational if weights are given.
          *
          *     S(r, s, t) = Σ n!/(i! j! k!) r^i s^j t^k w_ijk b_ijk / Σ n!/(i! j! k!) r^i s^j t^k w_ijk for
-         *     r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points: row k holds those of that
-         *     k, with j rising, so the first row is the side t = 0 and the last one the corner t = 1.
+         *     r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points. Row k has the points
+         *     b_ijk with this k, in the order of ascending j. So the first row is the side t = 0, and the last
+         *     row is the corner t = 1.
          */
         TriangleDefinition: {
             /**
@@ -3859,7 +3864,7 @@ export interface components {
             type: "triangle";
             /**
              * Control Net
-             * @description Control points [x, y, z], row by row, each row one shorter than the one before. At least two rows; every coordinate finite and within single precision. Seen from outside the rows lie one above the other and run from left to right.
+             * @description Control points [x, y, z], row by row. Each row has one point less than the row before. At least two rows; every coordinate is finite and within single precision. Seen from the side to which the normal points, rows run from left to right, and each row is above the row before.
              * @example [
              *       [
              *         [
@@ -3925,7 +3930,7 @@ export interface components {
             weights?: number[][];
             /**
              * Colors
-             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours leave them out; in glTF they are linear, as its specification says. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Colours. sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without colours omit them. glTF files contain linear RGB, as the specification of glTF requires. In rows as in the control net: each row has one value less than the row before. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -3951,7 +3956,7 @@ export interface components {
             colors?: number[][][];
             /**
              * Uvs
-             * @description Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, also without the option `uvs`. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Texture coordinates [u, v], written without change. Vertices of the mesh then have texture coordinates also without the option `uvs`. In rows as in the control net: each row has one value less than the row before. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example [
              *       [
              *         [
@@ -3977,7 +3982,7 @@ export interface components {
             ][][];
             /**
              * Attributes
-             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has them by name, glTF as `_NAME` (in pieces of four where there are more numbers) and as properties in PLY, in the order of their names. In rows each one shorter than the one before, as in the control net; the net has a degree of its own, from 0 (one value).
+             * @description Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a list of 1 to 16 numbers. JSON has attributes by name. glTF has them as `_NAME`, split into pieces of four if there are more than four numbers. PLY has them as properties, sorted by name. In rows as in the control net: each row has one value less than the row before. The degree of this net may differ from that of the control net; degree 0 is one value.
              * @example {
              *       "temperature": [
              *         [
@@ -4001,7 +4006,7 @@ export interface components {
             };
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -4019,9 +4024,10 @@ export interface components {
          * TubeDefinition
          * @description A round tube about a curve: a wire, a hair, a knot.
          *
-         *     Its rings turn about the curve as little as they can; a closed curve gives a closed tube.
-         *     `resolution` counts the divisions of each piece of the curve. Corners up to 90° are mitred,
-         *     sharper ones rounded. Where radius × curvature exceeds 1, the tube intersects itself.
+         *     From ring to ring the tube turns about the curve as little as possible. A closed curve gives a
+         *     closed tube. `resolution` is the number of divisions of each piece of the curve. Corners up to
+         *     90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the tube
+         *     intersects itself.
          */
         TubeDefinition: {
             /**
@@ -4031,7 +4037,7 @@ export interface components {
              */
             type: "tube";
             /**
-             * @description The curve that it runs along. Its `up` and `name` are not read: those of the surface count.
+             * @description The curve along which the surface runs. Its `up` and `name` are ignored; the surface has its own.
              * @example {
              *       "control_points": [
              *         [
@@ -4060,7 +4066,7 @@ export interface components {
             curve: components["schemas"]["CurveDefinition"];
             /**
              * Radius
-             * @description Radius. A list holds the coefficients of a Bézier function over the whole curve: the first at its beginning, the last at its end, pulled towards those between. No coefficient is negative, and at least one is above 0.
+             * @description Radius. One number, or a list of the coefficients of a Bézier function over the whole curve. The function has the first coefficient as its value at the beginning of the curve, and the last as its value at the end. No coefficient is negative, and at least one is above 0.
              * @example 0.1
              * @example [
              *       0.2,
@@ -4071,20 +4077,20 @@ export interface components {
             radius: number | number[];
             /**
              * Sides
-             * @description Sides of the polygon that stands for the circle.
+             * @description Sides of the regular polygon that approximates the circle.
              * @default 16
              * @example 48
              */
             sides?: number;
             /**
              * Caps
-             * @description Whether open ends get flat discs with normals of their own. Where the radius is 0 the tube is pointed.
+             * @description Whether the ends of an open tube are closed by flat discs, which have normals of their own. An end where the radius is 0 is a point.
              * @default true
              */
             caps?: boolean;
             /**
              * Up
-             * @description The model's vertical axis. With `z` the root node of a glTF file turns the model upright; the coordinates stay as they are.
+             * @description The model's vertical axis. With `z`, the root node of a glTF file rotates the model, since y is up in glTF; the coordinates do not change.
              * @default y
              * @example z
              * @enum {string}
@@ -4545,7 +4551,7 @@ export interface operations {
             query?: {
                 /** @description Format of the response; takes precedence over `Accept`. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
-                /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
@@ -4555,57 +4561,57 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
+                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description With a file: The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
                 relative_tolerance?: number;
-                /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance. */
+                /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance. */
                 angle_tolerance?: number;
-                /** @description With a file: The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description With a file: The most triangles of the mesh. Without a tolerance, the service makes the deviation as small as it can with this number of triangles; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance, this number is a limit: if the mesh needs more triangles, the request is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description With a file: The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles. */
+                /** @description With a file: The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
                 /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
-                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays. Default: "triangles". */
+                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
                 /** @description With a file: Whether vertices carry analytic unit normals. Default: true. */
                 normals?: boolean;
-                /** @description With a file: Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. Default: false. */
+                /** @description With a file: Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. If the surface has texture coordinates (`uvs`), vertices always carry these in place of the parameters. Default: false. */
                 uvs?: boolean;
-                /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
+                /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. Default: true. */
+                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Default: true. */
                 weld?: boolean;
-                /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
+                /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; in a group wider than the tolerance, only points eight times nearer are one. Patches without width are left out of the mesh. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined. Default: 1e-12. */
+                /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
                 /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces. Default: "lines". */
+                /** @description With a file: The form of isoparametric curves: `lines`, `tubes` or `ribbons`. `lines` is allowed only if the format has lines. Ribbons lie flat on the surface, 1/20 of their width above its faces. Default: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points. */
+                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the bounding box of the control points. */
                 wire_width?: number;
                 /** @description With a file: Sides of a tube. Default: 8. */
                 wire_sides?: number;
-                /** @description With a file: The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures. Default: "matrix". */
+                /** @description With a file: The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. `docs/methods.md` compares the accuracy of these algorithms. Default: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it. */
+                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`. `bez` stores the exact patches; a triangle is stored as a four-sided patch with one side collapsed to a point. Other formats ignore this option. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
+                /** @description With a file: Whether glTF is written in 16-bit integers (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points. Normals are exact within 0.002°. Colours, and texture coordinates from 0 to 1, have 16 bits. Every vertex moves by at most 0.87 steps; the proved deviation includes this move, and a tolerance holds for the written file. All parts of a surface use the same step and origin, and members of a group that meet use the same, too, so that seams have no gaps. Other formats refuse this option (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
-                /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions. Default: "none". */
+                /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. Default: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -4684,7 +4690,7 @@ export interface operations {
             query?: {
                 /** @description The format to estimate for; without it, all formats. */
                 format?: "glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off";
-                /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
@@ -4694,57 +4700,57 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
+                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description With a file: The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`. */
+                /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
                 relative_tolerance?: number;
-                /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance. */
+                /** @description With a file: The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance. */
                 angle_tolerance?: number;
-                /** @description With a file: The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description With a file: The most triangles of the mesh. Without a tolerance, the service makes the deviation as small as it can with this number of triangles; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance, this number is a limit: if the mesh needs more triangles, the request is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description With a file: The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles. */
+                /** @description With a file: The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
                 /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
                 two_sided?: boolean;
-                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays. Default: "triangles". */
+                /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
                 /** @description With a file: Whether vertices carry analytic unit normals. Default: true. */
                 normals?: boolean;
-                /** @description With a file: Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. Default: false. */
+                /** @description With a file: Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. If the surface has texture coordinates (`uvs`), vertices always carry these in place of the parameters. Default: false. */
                 uvs?: boolean;
-                /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons. Default: false. */
+                /** @description With a file: Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons. Default: false. */
                 curvatures?: boolean;
-                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. Default: true. */
+                /** @description With a file: Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. Default: true. */
                 weld?: boolean;
-                /** @description With a file: Angle in radians above which the normals of neighbouring patches stay apart. Default: 0.017453292519943295. */
+                /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; in a group wider than the tolerance, only points eight times nearer are one. Patches without width are left out of the mesh. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined. Default: 1e-12. */
+                /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
                 /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction. Default: [0, 0]. */
+                /** @description With a file: Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. Default: [0, 0]. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces. Default: "lines". */
+                /** @description With a file: The form of isoparametric curves: `lines`, `tubes` or `ribbons`. `lines` is allowed only if the format has lines. Ribbons lie flat on the surface, 1/20 of their width above its faces. Default: "lines". */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points. */
+                /** @description With a file: Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the bounding box of the control points. */
                 wire_width?: number;
                 /** @description With a file: Sides of a tube. Default: 8. */
                 wire_sides?: number;
-                /** @description With a file: The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures. Default: "matrix". */
+                /** @description With a file: The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. `docs/methods.md` compares the accuracy of these algorithms. Default: "matrix". */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it. */
+                /** @description With a file: Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`. `bez` stores the exact patches; a triangle is stored as a four-sided patch with one side collapsed to a point. Other formats ignore this option. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description With a file: Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`). Default: false. */
+                /** @description With a file: Whether glTF is written in 16-bit integers (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points. Normals are exact within 0.002°. Colours, and texture coordinates from 0 to 1, have 16 bits. Every vertex moves by at most 0.87 steps; the proved deviation includes this move, and a tolerance holds for the written file. All parts of a surface use the same step and origin, and members of a group that meet use the same, too, so that seams have no gaps. Other formats refuse this option (`unsupported_by_format`). Default: false. */
                 quantize?: boolean;
-                /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions. Default: "none". */
+                /** @description With a file: Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. Default: "none". */
                 compression?: "none" | "meshopt";
             };
             header?: never;
@@ -4985,7 +4991,7 @@ export interface operations {
                 surface?: string;
                 /** @description With a file: Which hits of a ray are returned: the first, or all. Default: "first". */
                 hits?: "first" | "all";
-                /** @description With a file: The distance within which a ray counts as a hit at borders and where it only touches the surface, as a share of the diagonal of the bounding box of the control points. Default: 1e-09. */
+                /** @description With a file: At borders, and where a ray only touches the surface, a ray within this distance counts as a hit. A share of the diagonal of the bounding box of the control points. Default: 1e-09. */
                 relative_thickness?: number;
                 /** @description With a file: For planes: the largest distance, in model units, of a section from its polyline. */
                 tolerance?: number;
@@ -5115,7 +5121,7 @@ export interface operations {
     storeSurface: {
         parameters: {
             query?: {
-                /** @description With a file: What the control points are: `bezier` or `bspline` for one net, `patches` for many. */
+                /** @description With a file: The kind of surface: `bezier` or `bspline` for one net, `patches` for many. */
                 type?: "bezier" | "bspline" | "patches";
                 /** @description With a file: Degree of a `bspline`: one number, or one for u and one for v. */
                 degree?: number[];
@@ -5308,59 +5314,59 @@ export interface operations {
     getSurfaceMesh: {
         parameters: {
             query?: {
-                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has (n + 1)(n + 2)/2. Not together with a tolerance or a budget. */
+                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the written mesh, which is proved, not sampled: the report has the bound. It replaces a resolution. Patches are divided where the surface bends and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
+                /** @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
-                /** @description The tolerance as a share of the model's diagonal: the diagonal of the bounding box of all control points, in a group of all placed members. Not together with `tolerance`. */
+                /** @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
                 relative_tolerance?: number;
-                /** @description The largest angle in radians between the normals at the two ends of an edge. An aim, not proved: the report has the largest measured angle, `normal_angle`. Alone, or together with a tolerance. */
+                /** @description The largest angle in radians between the normals at the two ends of an edge. This angle is an aim and is not proved; the report has the largest measured angle, `normal_angle`. Use it alone, or together with a tolerance. */
                 angle_tolerance?: number;
-                /** @description The most triangles of the mesh. Alone, it asks for the mesh of least deviation within this number; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance it is a limit, and a mesh that needs more is refused (`too_many_triangles`). */
+                /** @description The most triangles of the mesh. Without a tolerance, the service makes the deviation as small as it can with this number of triangles; a number below that of the coarsest mesh is refused (`budget_too_small`). Together with a tolerance, this number is a limit: if the mesh needs more triangles, the request is refused (`too_many_triangles`). */
                 max_triangles?: number;
-                /** @description The most bytes of the response in its format. Alone and together with a tolerance it acts as `max_triangles` does for triangles. */
+                /** @description The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
                 /** @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
                 two_sided?: boolean;
-                /** @description Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format has them; with `none` the file has only isoparametric curves and overlays. */
+                /** @description Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. */
                 faces?: "triangles" | "quads" | "none";
                 /** @description Whether vertices carry analytic unit normals. */
                 normals?: boolean;
-                /** @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with texture coordinates (`uvs`) always carries those instead. */
+                /** @description Whether vertices carry their parameters (u, v). For a B-spline they are in the domain of its knots; for `patches`, in each patch from 0 to 1. If the surface has texture coordinates (`uvs`), vertices always carry these in place of the parameters. */
                 uvs?: boolean;
-                /** @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the placed surfaces. A curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; so are those of wires. The report has the least and the greatest. Not for tubes and ribbons. */
+                /** @description Whether vertices carry the Gaussian and mean curvature of the exact surface. Formats with attributes write them as `gaussian_curvature` and `mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive where the surface bends towards its normal, so a sphere of radius r with outward normals has −1/r. In a group they are the curvatures of the surfaces after placement. A curvature that is infinite or has no limit, for example at the apex of a cone, is written as 0; the curvatures of wires are written as 0, too. The report has the least and the greatest curvature. Not for tubes and ribbons. */
                 curvatures?: boolean;
-                /** @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, also samples at a pole that no face uses: patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v. */
+                /** @description Whether patches share the vertices of common edges. With `false` every sample of every patch is a vertex of its own, even samples at a pole that no face uses. Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number i (Rv + 1) + j, where Rv is the number of divisions along v. */
                 weld?: boolean;
-                /** @description Angle in radians above which the normals of neighbouring patches stay apart. */
+                /** @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. */
                 crease_angle?: number;
-                /** @description The share of the model's diagonal within which control points on borders of patches count as one. So sides that are equal up to rounding become one edge, closed surfaces close, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a group; in a group wider than the tolerance, only points eight times nearer are one. Patches without width are left out of the mesh. An edge has the positions of the side whose control points come first in dictionary order, in any order of the patches. Far from zero, where coordinates are too coarse for that, points within 2^-50 of the largest coordinate count as near. The report has the largest move as `moved`, and every bound includes it. Surfaces are cut where borders are the same curve with other knots. With 0, only points equal bit for bit are joined. */
+                /** @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. */
                 weld_tolerance?: number;
                 /** @description Lines to draw in addition to the faces, if the format has lines. */
                 overlays?: ("control_net" | "boundary")[];
-                /** @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction. */
+                /** @description Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 draws no curves in that direction. */
                 isocurves?: number | [
                     number,
                     number
                 ];
-                /** @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only if the format has them; ribbons lie flat on the surface, 1/20 of their width above its faces. */
+                /** @description The form of isoparametric curves: `lines`, `tubes` or `ribbons`. `lines` is allowed only if the format has lines. Ribbons lie flat on the surface, 1/20 of their width above its faces. */
                 wires?: "lines" | "tubes" | "ribbons";
-                /** @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the control points. */
+                /** @description Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the diagonal of the bounding box of the control points. */
                 wire_width?: number;
                 /** @description Sides of a tube. */
                 wire_sides?: number;
-                /** @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. They agree up to the accuracy of each; `docs/methods.md` has figures. */
+                /** @description The algorithm that computes samples: `matrix`, `de_casteljau` or `forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated interpolation of control points, the most stable and by far the slowest. `forward_difference`: additions along rows, for degrees up to 8 (16 if the format stores float64), with an error that grows with the resolution. `docs/methods.md` compares the accuracy of these algorithms. */
                 method?: "matrix" | "de_casteljau" | "forward_difference";
-                /** @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one side collapsed to a point). Other formats ignore it. */
+                /** @description Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids of quads, else `off`. `bez` stores the exact patches; a triangle is stored as a four-sided patch with one side collapsed to a point. Other formats ignore this option. */
                 oogl?: "cquad" | "mesh" | "off" | "bez";
-                /** @description Whether glTF is written in whole numbers of 16 bits (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points; normals within 0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by at most 0.87 steps; the certified deviation includes this, and a tolerance holds for the written file. All parts of a surface have one grid, and so have members of a group that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`). */
+                /** @description Whether glTF is written in 16-bit integers (`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most 1/32,766 of the longest side of the bounding box of the control points. Normals are exact within 0.002°. Colours, and texture coordinates from 0 to 1, have 16 bits. Every vertex moves by at most 0.87 steps; the proved deviation includes this move, and a tolerance holds for the written file. All parts of a surface use the same step and origin, and members of a group that meet use the same, too, so that seams have no gaps. Other formats refuse this option (`unsupported_by_format`). */
                 quantize?: boolean;
-                /** @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes, but together with `quantize` normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a service without the library (`compression_unavailable`); `GET /v1/formats` lists the compressions. */
+                /** @description Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` (`EXT_meshopt_compression`) vertices and triangles have another order. No number changes; but together with `quantize`, normals change by at most 0.1°. Readers need a decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists the compressions of the service. */
                 compression?: "none" | "meshopt";
-                /** @description Version of the numbers. With it the URL of a surface whose id is a hash stands for the same mesh for ever. A service with another version returns 410. */
+                /** @description Version of the engine. With this parameter, the URL of a surface whose id is a hash always returns the same mesh, byte for byte. A service with another version returns 410. */
                 engine?: 3;
                 /** @description Only in a signed URL: when it expires, in Unix time. */
                 expires?: number;

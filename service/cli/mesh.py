@@ -32,7 +32,7 @@ OPTIONS = tuple(flag["name"] for flag in _FLAGS)
 ACCURACY = tuple(flag["name"] for flag in _FLAGS if flag["is_accuracy"])
 """Options that replace a resolution."""
 
-SEEN = ("camera", "pixel_tolerance")
+CAMERA_FIELDS = ("camera", "pixel_tolerance")
 """Options that replace a resolution, and exist only in files."""
 
 
@@ -66,7 +66,7 @@ def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, A
     """
     gone: set[str] = set()
     if "resolution" in chosen:
-        gone |= {*ACCURACY, *SEEN}
+        gone |= {*ACCURACY, *CAMERA_FIELDS}
     elif any(name in chosen for name in ACCURACY):
         gone.add("resolution")
     if {"tolerance", "relative_tolerance"} & chosen.keys():

@@ -1,1 +1,4 @@
-"""The JSON language: documents in, frozen values out. The only place where lists become arrays."""
+"""The JSON language of requests: validates documents and converts them to frozen values.
+
+No other package converts lists of numbers to arrays.
+"""

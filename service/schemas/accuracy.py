@@ -1,4 +1,4 @@
-"""The accuracy of a mesh in a document, a query or on a command line: how near to its surface."""
+"""The options that ask for an accuracy: how near a mesh must be to its surface, or how large."""
 
 from dataclasses import fields
 from math import pi
@@ -14,10 +14,12 @@ from service.schemas.fields import StrictModel
 from service.schemas.validation import to_invalid
 
 MAX_COUNT = 2**53 - 1
-"""The largest budget: readers of JSON represent whole numbers up to this one exactly."""
+"""The largest number of triangles or bytes that a request may allow. JSON readers represent whole
+numbers exactly up to this one."""
 
 MAX_PIXELS = 1 << 16
-"""Largest height of a picture, and largest error in it: a greater number is a mistake."""
+"""The largest height of a picture, and the largest error in a picture, in pixels: no screen is
+larger."""
 
 POSITION = NumberGrid(
     ("coordinates",), width=3, width_rule="A camera stands at a point of three coordinates."
@@ -27,7 +29,8 @@ POSITION = NumberGrid(
 class CameraDefinition(StrictModel):
     """A perspective camera: its position, and how large an error appears in its picture.
 
-    Its direction does not matter, because the camera may turn.
+    The direction of the camera is not needed, because the mesh must be near enough for every
+    direction.
     """
 
     position: Annotated[FloatArray, POSITION] = Field(
@@ -43,35 +46,35 @@ class CameraDefinition(StrictModel):
     )
 
     def to_camera(self) -> Camera:
-        """The camera itself; raises `InvalidRequest` with pointers into the whole request."""
+        """The camera as a value; raises `InvalidRequest` with pointers into the whole request."""
         x, y, z = self.position.tolist()
         return Camera((x, y, z), self.field_of_view, self.height)
 
 
 NAMES = tuple(field.name for field in fields(Accuracy))
-"""Names of the options of accuracy, which are also names of the models' fields."""
+"""The names of all options that ask for an accuracy; the models have fields of these names."""
 
 ACCURACY = frozenset(NAMES)
-"""Names of all options that ask for an accuracy, as a set."""
+"""The names of all options that ask for an accuracy, as a set."""
 
-SEEN = ("camera", "pixel_tolerance")
-"""Options that only a body can have."""
+CAMERA_FIELDS = ("camera", "pixel_tolerance")
+"""Options of a camera, which only a body can have, not a query."""
 
 
-def given_fields(options: BaseModel) -> dict[str, Any]:
-    """The given options of accuracy, by name; without those left out or `false`."""
+def accuracy_values(options: BaseModel) -> dict[str, Any]:
+    """The options of accuracy that a request has, by name; without those that are `false`."""
     return {name: value for name in NAMES if (value := getattr(options, name, None))}
 
 
 def build_accuracy(options: BaseModel) -> Accuracy | None:
-    """The accuracy that the options state; None if they state none.
+    """The accuracy that the options ask for; None if they ask for none.
 
     Raises
     ------
     InvalidRequest
-        Pointers are `/` and the name of the option.
+        The pointer of each issue is `/` and the name of the option.
     """
-    values = given_fields(options)
+    values = accuracy_values(options)
     if not values:
         return None
     if "camera" in values:
@@ -80,8 +83,8 @@ def build_accuracy(options: BaseModel) -> Accuracy | None:
 
 
 def refuse_conflict(options: BaseModel) -> None:
-    """Refuses a resolution that is written out beside an accuracy: only one of them can hold."""
-    others = list(given_fields(options))
+    """Refuse a request that has both a resolution and an option of accuracy."""
+    others = list(accuracy_values(options))
     if "resolution" in options.model_fields_set and others:
         message = "A request has either a resolution or a tolerance or budget."
         got, needed = f"resolution and {' and '.join(others)}", "one of them"

@@ -1,8 +1,8 @@
-"""Converts nested lists of numbers to arrays, as no other module does; checks given arrays too.
+"""Converts nested lists of numbers to arrays; no other module does so.
 
-The types of JSON values are checked here, because NumPy would convert true to 1, "1.5" to 1.5 and
-null to NaN. A fast first pass checks whole levels at once. Only if it finds a fault, a second pass
-walks through the lists and finds the places of the faults.
+This module checks the types of JSON values, because NumPy would convert true to 1, "1.5" to 1.5 and
+null to NaN. A fast first pass checks all lists of one level at once. Only if this pass finds an
+error, a second pass goes through the lists one by one and finds the positions of the errors.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,10 +37,9 @@ _WHOLE, _NUMBER = frozenset({int}), frozenset({int, float})
 
 
 def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
-    """The JSON Schema of a list of this length.
+    """The JSON Schema of a list of `length` items, each of the schema `item`.
 
-    It has `items` and bounds of the length; from `prefixItems`, generators of clients would make a
-    tuple.
+    `prefixItems` adds nothing for validators; from it, generators of clients make a tuple type.
     """
     bounds = {"minItems": length, "maxItems": length}
     return {"type": "array", "items": item, "prefixItems": [item] * length, **bounds}
@@ -48,32 +47,34 @@ def tuple_schema(item: dict[str, Any], length: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class NumberGrid:
-    """A field that holds numbers in nested lists, those of one level of equal lengths.
+    """The annotation of a field of numbers in nested lists; lists of one level have equal lengths.
 
     Attributes
     ----------
     levels : tuple of str
-        What each level is made of, outermost first: "rows", "control points", "numbers".
+        For each level, the plural noun of the items of its lists, outermost first: "rows", "control
+        points", "numbers".
     width : int or None
-        Length of the innermost lists, where it is fixed.
+        Required length of the innermost lists; None if they may have any length.
     integers : bool
         Whether the numbers are indices.
     positive : bool
-        Whether the documentation says that the numbers are positive; the surface checks it.
+        Whether the JSON Schema requires positive numbers; the class of the surface checks them.
     point_levels : int
-        The product of the lengths of this many outer levels is the number of control points; 0 if
-        these are not counted.
+        The product of the lengths of this number of outer levels is the number of control points; 0
+        if control points are not counted.
     degree_levels : tuple of int
         Levels whose length less one is a degree.
     least_degree : int
-        The least degree in the documentation; the surface checks it.
+        The least degree in the JSON Schema; the class of the surface checks it.
     width_rule, degree_rule : str
-        Messages of the errors for another width, and for a degree that is too high.
+        Error messages for another width, and for a degree that is too high.
     documented : mapping
-        Further entries for the JSON Schema of the innermost lists; the surface checks them.
+        More entries for the JSON Schema of the innermost lists; the class of the surface checks
+        them.
     triangle_level : int or None
-        The level of the rows of triangles: n+1 rows side by side have n+1, n, … 1 entries. They
-        become one axis of (n+1)(n+2)/2, row by row.
+        For triangles, the level whose lists are the rows: the n+1 rows of a triangle have n+1, n, …
+        1 entries. In the array, all rows of a triangle are one axis of (n+1)(n+2)/2 entries.
     """
 
     levels: tuple[str, ...]
@@ -89,14 +90,15 @@ class NumberGrid:
     triangle_level: int | None = None
 
     def array(self, value: object, limits: DocumentLimits = DEFAULT_LIMITS) -> Array:
-        """`value` as an array with one axis a level (of rows of triangles one less).
+        """Convert nested lists to an array of float64, or of int64 for indices.
 
-        The result is float64 or int64. The value is nested lists, or one array with these axes.
+        The array has one axis for each level; but for triangles, the level of the rows and the
+        level of their entries are one axis. If `value` is an array with these axes, it is checked.
 
         Raises
         ------
         pydantic.ValidationError
-            With one detail for each of the first faults.
+            With one detail for each of the first `MAX_ISSUES` errors.
         """
         if isinstance(value, np.ndarray):
             return validate_array(self, value, limits)
@@ -130,11 +132,11 @@ class NumberGrid:
 
     @property
     def scalar(self) -> str:
-        """The kind of number that is needed, in words."""
+        """The kind of number that is needed, as a text for clients."""
         return "a whole number" if self.integers else "a number"
 
     def _all_numbers(self, scalars: list[Any]) -> bool:
-        """Whether all are numbers of the right type, and indices fit into int64."""
+        """Whether all values are numbers of the right type, and indices at most `MAX_INDEX`."""
         if not set(map(type, scalars)) <= (_WHOLE if self.integers else _NUMBER):
             return False
         return not self.integers or max(map(abs, scalars)) <= MAX_INDEX
@@ -143,7 +145,16 @@ class NumberGrid:
         return level == len(self.levels) - 1
 
     def check_size(self, level: int, total: int, longest: int, limits: DocumentLimits) -> None:
-        """Refuses lists that are too large by their lengths, before the next level is read."""
+        """Refuse too many control points, or too high a degree, by the lengths of the lists.
+
+        Parameters
+        ----------
+        level : int
+            The level of the lists.
+        total, longest : int
+            The sum of the lengths of all lists of this level, and the largest length.
+        limits : DocumentLimits
+        """
         if level + 1 == self.point_levels and total > limits.max_control_points:
             most = limits.max_control_points
             message = "The surface has more control points than this service takes."
@@ -155,7 +166,10 @@ class NumberGrid:
             raise to_refusal([((), issue)])
 
     def find_faults(self, value: object) -> Iterator[tuple[Path, Issue]]:
-        """Every fault in the order of the document, found one at a time."""
+        """Find all errors in nested lists, in the order of the document, as (path, issue).
+
+        The function is a generator: the caller may stop after some errors.
+        """
         lengths: list[int | None] = [None] * len(self.levels)
         lengths[-1] = self.width
         return self._walk(value, (), lengths)
@@ -163,6 +177,10 @@ class NumberGrid:
     def _walk(
         self, value: object, path: Path, lengths: list[int | None]
     ) -> Iterator[tuple[Path, Issue]]:
+        """Find the errors in one list, or in one number, at `path`.
+
+        `lengths` has the required length of the lists of each level; None if no list has set it.
+        """
         level = len(path)
         if level == len(self.levels):
             yield from self._scalar_fault(value, path)
@@ -187,19 +205,20 @@ class NumberGrid:
             return
         innermost = level + 2 == len(self.levels)
         for index, item in enumerate(value):
-            # Most points are valid: they are passed over without a generator for each.
+            # Most points are valid; do not create a generator for these.
             is_point = innermost and type(item) is list and len(item) == lengths[-1]
             if not (is_point and self._all_numbers(item)):
                 yield from self._walk(item, (*path, index), lengths)
 
     def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
+        """Find the error of a value in place of which a number is needed, if there is an error."""
         if type(value) not in (_WHOLE if self.integers else _NUMBER):
             yield path, wrong_type(value, self.scalar)
         elif self.integers and isinstance(value, int) and abs(value) > MAX_INDEX:
             yield path, index_too_large()
 
     def length_issue(self, level: int, got: int, needed: int) -> Issue:
-        """The issue of a list at a level that is longer or shorter than it must be."""
+        """The issue for a list of one level that has the length `got` in place of `needed`."""
         got_text, needed_text = (
             count_nouns(length, self.levels[level]) for length in (got, needed)
         )
@@ -213,11 +232,13 @@ class NumberGrid:
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        """The validator: null is refused, as every value that is not a list."""
+        """The validator of the field; it refuses null, and every other value that is not a list."""
 
         def validate(value: object, info: ValidationInfo) -> Array:
             limits = limits_of(info)
-            if self.integers:  # clients move points and repeat the indices
+            # Clients often send the same indices with other points, so arrays of indices are
+            # cached.
+            if self.integers:
                 return build_by_text(
                     value, (limits, *self.levels), lambda: self.array(value, limits)
                 )
@@ -228,7 +249,7 @@ class NumberGrid:
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Arrays of arrays of numbers."""
+        """The JSON Schema of the field: arrays of arrays of numbers."""
         result: dict[str, Any] = {"type": "number"}
         if self.integers:
             result = {"type": "integer", "minimum": 0}

@@ -25,12 +25,11 @@ class BezierDefinition(StrictModel):
     """
 
     type: Literal["bezier"] = Field(
-        default="bezier", description="The kind of surface; this one when left out."
+        default="bezier", description="The kind of surface; `bezier` is the default."
     )
     control_net: Annotated[FloatArray, CONTROL_NET] = Field(
-        description="Control points, row by row: rows along u, three coordinates [x, y, z] each, "
-        "all rows of one length. At least 2 × 2; every coordinate finite and within single "
-        "precision.",
+        description="Control points [x, y, z], row by row. Rows run along u and have equal "
+        "lengths. At least 2 × 2 points; every coordinate is finite and within single precision.",
         examples=[[[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]],
     )
     weights: NetWeights = Field(
@@ -43,11 +42,11 @@ class BezierDefinition(StrictModel):
     name: NameField = "surface"
 
     def to_surface(self) -> BezierSurface:
-        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         channels = build_channels(self.colors, self.uvs, self.attributes)
         return BezierSurface(self.control_net, self.weights, self.up, self.name, channels)
 
 
 def define_bezier(surface: BezierSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays, without the fields that it lacks."""
+    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
     return define_surface("bezier", surface, "control_net", "weights")

@@ -38,39 +38,41 @@ from service.surface.knots import NAMED, KnotName, Knots
 
 
 def check_degree_limits(degrees: tuple[int, ...], info: ValidationInfo) -> None:
-    """Refuses degrees above the limit of the service, which may be lower than that of surfaces."""
+    """Refuse degrees above the limit of this service, which may be lower than `MAX_DEGREE`."""
     limits = limits_of(info)
     for axis, degree in enumerate(degrees):
         if degree > limits.max_degree:
-            # Equal degrees may have been given as one number.
+            # If the degrees are equal, the request may have one number for both.
             where = "/degree" if min(degrees) == max(degrees) else f"/degree/{axis}"
-            issue = _degree_error(degree, 1, limits.max_degree)
+            issue = _degree_issue(degree, 1, limits.max_degree)
             raise to_invalid(replace(issue, pointer=where))
 
 
-def _degree_error(degree: int, least: int, most: int) -> Issue:
+def _degree_issue(degree: int, least: int, most: int) -> Issue:
+    """The issue for a degree that is not from `least` to `most`."""
     code = "degree_too_high" if degree > most else "out_of_range"
     needed = f"{least} to {most}"
     return Issue(code, "No B-spline has such a degree.", "", f"degree {degree}", needed)
 
 
-def _knot_vectors(value: object) -> object:
-    """Two knot vectors from a list of two, or from one name for both directions."""
+def _split_knot_vectors(value: object) -> object:
+    """Split the field `knots` into two values: those of a list, or one name for u and v."""
     if isinstance(value, str):
-        return [_is_known(value)] * 2
+        return [_parse_knot_name(value)] * 2
     return list_of_two(value, "a name or a list of two")
 
 
-def _knots(value: object, info: ValidationInfo) -> Knots:
-    """One knot vector, by its name or its numbers."""
+def _parse_knots(value: object, info: ValidationInfo) -> Knots:
+    """Parse one knot vector: a name, or a list of numbers, which becomes an array."""
     if isinstance(value, str):
-        return _is_known(value)
+        return _parse_knot_name(value)
     if not isinstance(value, list | np.ndarray):
         raise to_invalid(wrong_type(value, "a list of knots or a name"))
     return KNOTS.array(value, limits_of(info)).astype(np.float64, copy=False)
 
 
-def _is_known(name: str) -> KnotName:
+def _parse_knot_name(name: str) -> KnotName:
+    """Check the name of a knot vector."""
     if name not in NAMED:
         needed = "one of " + ", ".join(NAMED)
         issue = Issue("wrong_value", "No knots are known by this name.", "", "a string", needed)
@@ -85,32 +87,34 @@ _VECTOR_SCHEMA = {
 
 
 Degrees: TypeAlias = Annotated[
-    tuple[int, int], Field(strict=False), *whole_numbers(1, MAX_DEGREE, _degree_error)
+    tuple[int, int], Field(strict=False), *whole_numbers(1, MAX_DEGREE, _degree_issue)
 ]
-KnotVector: TypeAlias = Annotated[Any, PlainValidator(_knots), WithJsonSchema(_VECTOR_SCHEMA)]
-"""Knots of one direction, by their name or their numbers."""
+KnotVector: TypeAlias = Annotated[Any, PlainValidator(_parse_knots), WithJsonSchema(_VECTOR_SCHEMA)]
+"""The knots of one direction: a name, or numbers."""
 
 KnotVectors: TypeAlias = Annotated[
-    tuple[Annotated[Any, PlainValidator(_knots)], Annotated[Any, PlainValidator(_knots)]],
+    tuple[
+        Annotated[Any, PlainValidator(_parse_knots)], Annotated[Any, PlainValidator(_parse_knots)]
+    ],
     Field(strict=False),
-    BeforeValidator(_knot_vectors),
+    BeforeValidator(_split_knot_vectors),
     one_or_two(_NAME_SCHEMA, _VECTOR_SCHEMA),
 ]
 
 
 class BsplineDefinition(StrictModel):
-    """One tensor-product B-spline surface, with weights a NURBS surface.
+    """One tensor-product B-spline surface; with weights it is a NURBS surface.
 
     S(u, v) = Σ N_i(u) N_j(v) w_ij P_ij / Σ N_i(u) N_j(v) w_ij over the domain of its knots. A net
-    of r × c control points needs r + p + 1 knots along u and c + q + 1 along v; every interval
-    between two different knots of the domain becomes one Bézier patch in each direction.
+    of r × c control points needs r + p + 1 knots along u and c + q + 1 along v. Each cell between
+    neighbouring distinct knots along u and along v becomes one Bézier patch.
     """
 
     type: Literal["bspline"] = Field(description="The kind of surface.")
     control_net: Annotated[FloatArray, SPLINE_NET] = Field(
-        description="Control points, row by row: rows along u, three coordinates [x, y, z] each, "
-        "all rows of one length. At least degree + 1 of them in each direction (3 in a periodic "
-        "one); every coordinate finite and within single precision.",
+        description="Control points [x, y, z], row by row. Rows run along u and have equal "
+        "lengths. At least degree + 1 points in each direction (3 in a periodic direction); every "
+        "coordinate is finite and within single precision.",
         examples=[
             [
                 [[0, 0, 0], [0, 1, 1], [0, 2, 1], [0, 3, 0]],
@@ -122,18 +126,21 @@ class BsplineDefinition(StrictModel):
     )
     degree: Degrees = Field(
         default=(3, 3),
-        description="Degree along u and along v, 1 to 64; one number means both. Left out: 3.",
+        description="Degree along u and along v, 1 to 64, or one number for both. The default is "
+        "3.",
         examples=[[3, 2]],
     )
     knots: KnotVectors = Field(
         default=("clamped", "clamped"),
-        description="Knots along u and along v: numbers that never decrease, each at most degree + "
-        "1 times, or a name; one name means both. `clamped` reaches the first and last control "
-        "points; `uniform` does not; `periodic` closes smoothly, its control points given once. "
-        "Intervals of named knots have length 1, the first begins at 0. Equal knots: degree times "
-        "is a crease, degree + 1 times parts the surface. Knots that differ by less than 9e-13 of "
-        "the domain are taken for equal, up to degree times. The first and the last knot, which "
-        "do not matter, may both be left out. Left out: clamped.",
+        description="Knots along u and along v, each a list of numbers or a name; or one name for "
+        "both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that "
+        "occurs degree times the surface has a crease, and at one that occurs degree + 1 times it "
+        "is discontinuous. With `clamped`, the default, the surface reaches its first and last "
+        "control points; with `uniform` it does not; with `periodic` it closes smoothly, and its "
+        "control points are not repeated. The intervals of named knots have length 1, and the "
+        "first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are "
+        "made equal, up to degree of them. The first and the last knot have no effect and may both "
+        "be left out.",
         examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
     )
     weights: SplineWeights = Field(
@@ -151,7 +158,7 @@ class BsplineDefinition(StrictModel):
         return self
 
     def to_surface(self) -> BsplineSurface:
-        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         channels = build_channels(self.colors, self.uvs, self.attributes)
         return BsplineSurface(
             self.control_net, self.degree, self.knots, self.weights, self.up, self.name, channels
@@ -159,5 +166,5 @@ class BsplineDefinition(StrictModel):
 
 
 def define_bspline(surface: BsplineSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays, without the fields that it lacks."""
+    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
     return define_surface("bspline", surface, "control_net", "degree", "knots", "weights")

@@ -13,8 +13,11 @@ from service.surface.channel_values import ATTRIBUTE_NAME, MAX_ATTRIBUTE_NAME, M
 from service.surface.channels import MAX_DIMENSION, NO_CHANNELS, Channels
 
 
-def _describe(value: object) -> object:
-    """Refuses names that files cannot contain, before it checks anything else."""
+def _check_attribute_names(value: object) -> object:
+    """Refuse attributes whose names files cannot contain, and too many attributes.
+
+    This check comes before the values are parsed, which takes longer.
+    """
     if not isinstance(value, dict):
         raise to_invalid(wrong_type(value, "an object"))
     needed = f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all"
@@ -31,7 +34,7 @@ def _describe(value: object) -> object:
 
 
 _ATTRIBUTES = (
-    # Each net may report faults of its own; the first bad one is enough.
+    # Stop at the first invalid net: each net may report many errors.
     Field(
         fail_fast=True,
         json_schema_extra={
@@ -39,36 +42,39 @@ _ATTRIBUTES = (
             "maxProperties": MAX_ATTRIBUTES,
         },
     ),
-    BeforeValidator(_describe),
+    BeforeValidator(_check_attribute_names),
 )
 
 _COLORS_TEXT = (
     "sRGB, each number from 0 to 1: [r, g, b], or [r, g, b, a] with the opacity. Formats without "
-    "colours leave them out; in glTF they are linear, as its specification says."
+    "colours omit them. glTF files contain linear RGB, as the specification of glTF requires."
 )
 _UVS_TEXT = (
-    "Texture coordinates [u, v], written as they are. Vertices of the mesh then have them, "
-    "also without the option `uvs`."
+    "Texture coordinates [u, v], written without change. Vertices of the mesh then have texture "
+    "coordinates also without the option `uvs`."
 )
 _ATTRIBUTES_TEXT = (
     "Functions of the parameters, by name: a temperature, a fourth coordinate. Every value is a "
-    f"list of 1 to {MAX_DIMENSION} numbers. JSON has them by name, glTF as `_NAME` (in "
-    "pieces of four where there are more numbers) and as properties in PLY, in the order of their "
-    "names."
+    f"list of 1 to {MAX_DIMENSION} numbers. JSON has attributes by name. glTF has them as `_NAME`, "
+    "split into pieces of four if there are more than four numbers. PLY has them as properties, "
+    "sorted by name."
 )
 _NET_TEXT = (
-    " Rows along u as in the control net; the net has a degree of its own, from 0 (one value)."
+    " Rows along u as in the control net. The degree of this net may differ from that of the "
+    "control net; degree 0 is one value."
 )
 _SPLINE_TEXT = (
-    " Rows along u as in the control net. A net with the rows and columns of the control net is "
-    "a spline of the same degree and knots; any other is one Bézier net over the whole domain, of "
-    "a degree of its own, from 0 (one value)."
+    " Rows along u as in the control net. A net with as many rows and columns as the control net "
+    "is a spline of the same degree and knots. Any other net is one Bézier net over the whole "
+    "domain; its degree may differ from that of the surface, and degree 0 is one value."
 )
 _TRIANGLE_TEXT = (
-    " In rows each one shorter than the one before, as in the control net; the net has a degree of "
-    "its own, from 0 (one value)."
+    " In rows as in the control net: each row has one value less than the row before. The degree "
+    "of this net may differ from that of the control net; degree 0 is one value."
 )
-_VERTEX_TEXT = " One value for every vertex, blended over the patches as the vertices are."
+_VERTEX_TEXT = (
+    " One value for every vertex; over a patch, the values are the Bernstein coefficients."
+)
 
 _EACH = ("rows", "values", "numbers")
 _SPLINE: dict[str, Any] = {"levels": _EACH, "point_levels": 2}
@@ -137,16 +143,17 @@ VertexAttributes: TypeAlias = Annotated[
 def build_channels(
     colors: FloatArray | None, uvs: FloatArray | None, attributes: Mapping[str, FloatArray]
 ) -> Channels:
-    """The channels of a document as a value; raises `InvalidRequest`."""
+    """The channels of a surface, from the fields of its document; raises `InvalidRequest`."""
     if colors is None and uvs is None and not attributes:
         return NO_CHANNELS
     return Channels(colors, uvs, tuple(attributes.items()))
 
 
 def define_surface(kind: str, surface: Any, *names: str) -> dict[str, Any]:
-    """A surface in the form of a request, with NumPy arrays, without the fields that it lacks.
+    """A surface in the form of a request, with NumPy arrays; omits fields that have no value.
 
-    `names` are its own fields; the channels, `up` and `name` follow.
+    `kind` is its `type`, and `names` are the fields of this kind. After them come the fields that
+    all kinds have: channels, `up` and `name`.
     """
     content: dict[str, Any] = {"type": kind}
     for name in names:

@@ -1,7 +1,7 @@
 """The JSON language of conversions: a surface, and the operations to apply to it.
 
-To add an operation: its value in `service.surface.convert.operations`, here its model, its name
-in `OPERATIONS` and its line in `OperationDefinition`.
+To add an operation, add its value to `service.surface.convert.operations`; then add to this file
+its model, its name in `OPERATIONS` and its line in `OperationDefinition`.
 """
 
 from collections.abc import Callable
@@ -29,15 +29,15 @@ Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 
 
 def _limit_length(least: int, most: int, what: str) -> BeforeValidator:
-    """Refuses a list of another length before it checks any of its members."""
+    """An annotation that refuses a list of another length, before its items are checked."""
     needed = f"{least} {what}" if least == most else f"{least} to {most} {what}"
 
-    def check(value: object) -> object:
+    def check_length(value: object) -> object:
         if isinstance(value, list) and not least <= len(value) <= most:
             raise to_invalid(length_issue(f"{len(value)} {what}", needed))
         return value
 
-    return BeforeValidator(check)
+    return BeforeValidator(check_length)
 
 
 Degrees: TypeAlias = Annotated[
@@ -52,19 +52,22 @@ Barycentric: TypeAlias = Annotated[
 
 
 class _Operation(StrictModel):
-    """An operation; its fields beside `op` are those of its `value`, in the same order."""
+    """The base of the models of operations.
+
+    Except for `op`, a model has the fields of the class `value`, in the same order.
+    """
 
     value: ClassVar[Callable[..., values.Operation]]
 
     def to_value(self) -> values.Operation:
-        """The operation itself; raises `InvalidRequest` with pointers relative to it."""
+        """The operation as a value; raises `InvalidRequest` with pointers relative to it."""
         return self.value(*(field for name, field in self if name != "op"))
 
 
 class ElevateDefinition(_Operation):
-    """Raises the degree; the points stay. Degrees can be raised, not lowered.
+    """Raises the degree without changing the points of the surface. Degrees cannot be lowered.
 
-    Raised to [n, n] a patch has p = q, which some formats need. A B-spline keeps its continuity,
+    For formats that require p = q, raise a patch to [n, n]. A B-spline keeps its continuity,
     because the multiplicity of each knot increases as much as the degree; the result is clamped.
     """
 
@@ -77,12 +80,12 @@ class ElevateDefinition(_Operation):
 
 
 class SplitDefinition(_Operation):
-    """Cuts one patch or a B-spline in two or four, a triangle in three.
+    """Splits one patch or a B-spline into two or four pieces, or a triangle into three.
 
     A patch becomes `patches` over shared vertices. A B-spline becomes a `group` of B-splines that
-    keep their parameters: piece (k, l) of the pieces along u and v has number k · (pieces along v)
-    + l. A triangle is cut at a point: the three triangles join it with the sides. In the first, the
-    point replaces the corner r = 1, in the last the corner t = 1.
+    keep their parameters. Piece k along u and l along v has the number k · (number of pieces along
+    v) + l. A triangle is split at a point into three triangles, each between the point and one
+    side: the point replaces the corner r = 1 in the first, s = 1 in the second, t = 1 in the third.
     """
 
     value: ClassVar = values.Split
@@ -102,8 +105,8 @@ class SplitDefinition(_Operation):
 class RestrictDefinition(_Operation):
     """Cuts a piece out of one patch or a B-spline.
 
-    A patch becomes a patch over [0, 1]² again. A B-spline keeps its parameters and the knots
-    within; a direction that is cut is clamped.
+    The piece of a patch is a patch with parameters from 0 to 1. The piece of a B-spline keeps its
+    parameters and its knots inside the piece; a direction that is cut is clamped.
     """
 
     value: ClassVar = values.Restrict
@@ -117,18 +120,18 @@ class RestrictDefinition(_Operation):
 
 
 class TransposeDefinition(_Operation):
-    """Exchanges u and v of every patch; s and t of a triangle. Normals turn to the other side."""
+    """Exchanges u and v of every patch, or s and t of a triangle. Normals change their sign."""
 
     value: ClassVar = values.Transpose
     op: Literal["transpose"] = Field(description="The operation.")
 
 
 class ReverseDefinition(_Operation):
-    """Reverses u or v of every patch; normals turn to the other side.
+    """Reverses u or v of every patch. Normals change their sign.
 
-    In a triangle, `u` exchanges r and s, `v` exchanges r and t. Knots over [a, b] that are numbers
-    become knots over [−b, −a], which are exact; named knots stay. A surface that is reversed twice
-    is unchanged.
+    In a triangle, `u` exchanges r and s, and `v` exchanges r and t. Knots that are numbers over [a,
+    b] become numbers over [−b, −a], without rounding; named knots do not change. Reversing a
+    surface twice gives the same surface.
     """
 
     value: ClassVar = values.Reverse
@@ -141,7 +144,7 @@ class ReverseDefinition(_Operation):
 class BezierConversion(_Operation):
     """Converts a B-spline to `patches`: one Bézier patch for each span, over shared vertices.
 
-    Surfaces that consist of Bézier patches stay as they are.
+    Surfaces that already consist of Bézier patches do not change.
     """
 
     value: ClassVar = values.ToBezier
@@ -149,16 +152,17 @@ class BezierConversion(_Operation):
 
 
 class TriangleConversion(_Operation):
-    """Makes a triangular patch of degree p + q of half a patch of degree (p, q), exactly.
+    """Converts half of a patch of degree (p, q) to a triangular patch of degree p + q.
 
-    `lower` has its corners r, s, t = 1 at (u, v) = (0, 0), (1, 0), (0, 1), `upper` at (1, 1),
-    (0, 1), (1, 0).
+    The corners r = 1, s = 1 and t = 1 of the triangle are at (u, v) = (0, 0), (1, 0) and (0, 1) for
+    the `lower` half, and at (1, 1), (0, 1) and (1, 0) for the `upper` half. The conversion is
+    exact.
     """
 
     value: ClassVar = values.ToTriangle
     op: Literal["triangle"] = Field(description="The operation.")
     half: values.Half = Field(
-        description="The half on either side of the diagonal from (1, 0) to (0, 1).",
+        description="Which half: `lower` or `upper` of the diagonal from (1, 0) to (0, 1).",
         examples=["lower"],
     )
 

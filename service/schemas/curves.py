@@ -18,7 +18,7 @@ from service.schemas.fields import (
     RequestModel,
     StrictModel,
     UpField,
-    conflict_error,
+    conflict_issue,
     one_of_kinds,
     optional,
 )
@@ -33,15 +33,15 @@ CURVE_KINDS = ("bezier", "bspline")
 class BezierCurveDefinition(StrictModel):
     """One Bézier curve of any degree, in the plane or in space, rational if weights are given.
 
-    C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1; n + 1 control points have degree n.
-    A curve that ends in its first control point is closed.
+    C(t) = Σ B_i(t) w_i P_i / Σ B_i(t) w_i for t from 0 to 1. A curve of n + 1 control points has
+    degree n. If the last control point equals the first, the curve is closed.
     """
 
     type: Literal["bezier"] = Field(
-        default="bezier", description="The kind of curve; this one when left out."
+        default="bezier", description="The kind of curve; `bezier` is the default."
     )
     control_points: Annotated[FloatArray, CURVE_POINTS] = Field(
-        description="The control polygon: points [x, y] or [x, y, z], all alike. At least two.",
+        description="The control polygon: at least two points, all [x, y] or all [x, y, z].",
         examples=[[[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]], [[1, 0], [1, 1], [0, 1]]],
     )
     weights: CurveWeights = Field(default=None, examples=[[1, 0.7071067811865476, 1]])
@@ -49,33 +49,34 @@ class BezierCurveDefinition(StrictModel):
     name: NameField = "curve"
 
     def to_curve(self) -> BezierCurve:
-        """The curve itself; raises `InvalidRequest` with pointers relative to it."""
+        """The curve as a value; raises `InvalidRequest` with pointers relative to the curve."""
         return BezierCurve(self.control_points, self.weights, self.up, self.name)
 
 
 class BsplineCurveDefinition(StrictModel):
-    """One B-spline curve in the plane or in space, with weights a NURBS curve.
+    """One B-spline curve in the plane or in space; with weights it is a NURBS curve.
 
-    C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots: n control points need
-    n + degree + 1 knots. Every interval between two different knots of the domain is one Bézier
-    piece.
+    C(t) = Σ N_i(t) w_i P_i / Σ N_i(t) w_i over the domain of its knots; n control points need
+    n + degree + 1 knots. Each interval between neighbouring distinct knots of the domain becomes
+    one Bézier piece.
     """
 
     type: Literal["bspline"] = Field(description="The kind of curve.")
     control_points: Annotated[FloatArray, SPLINE_POINTS] = Field(
-        description="The control polygon: points [x, y] or [x, y, z], all alike. At least "
-        "degree + 1 (3 of a periodic curve, whose points are given once).",
+        description="The control polygon: at least degree + 1 points, all [x, y] or all [x, y, z]. "
+        "A periodic curve needs at least 3 points, and they are not repeated.",
         examples=[[[0, 0], [1, 2], [3, 2], [4, 0], [6, 1]]],
     )
     degree: Annotated[int, Field(ge=1, le=MAX_DEGREE)] = Field(
-        default=3, description="Degree, 1 to 64. Left out: 3.", examples=[2]
+        default=3, description="Degree, 1 to 64. The default is 3.", examples=[2]
     )
     knots: KnotVector = Field(
         default="clamped",
-        description="Numbers that never decrease, each at most degree times inside the domain "
-        "(there, a corner), or a name. `clamped` reaches the first and last control points; "
-        "`uniform` does not; `periodic` closes smoothly. Intervals of named knots have length 1, "
-        "the first begins at 0. Left out: clamped.",
+        description="Knots: a list of numbers, or a name. Numbers never decrease, and each occurs "
+        "at most degree times inside the domain; at a knot that occurs degree times the curve has "
+        "a corner. With `clamped`, the default, the curve reaches its first and last control "
+        "points; with `uniform` it does not; with `periodic` it closes smoothly. The intervals of "
+        "named knots have length 1, and the first begins at 0.",
         examples=["periodic", [0, 0, 0, 0, 0.5, 1, 1, 1, 1]],
     )
     weights: CurveWeights = Field(default=None, examples=[[1, 2, 1, 2, 1]])
@@ -88,7 +89,7 @@ class BsplineCurveDefinition(StrictModel):
         return self
 
     def to_curve(self) -> BsplineCurve:
-        """The curve itself; raises `InvalidRequest` with pointers relative to it."""
+        """The curve as a value; raises `InvalidRequest` with pointers relative to the curve."""
         return BsplineCurve(
             self.control_points, self.degree, self.knots, self.weights, self.up, self.name
         )
@@ -112,17 +113,17 @@ _DEFAULTS = CurveOptions()
 
 
 class CurveOptionFields(StrictModel):
-    """The options of a curve. All may be left out."""
+    """The options of a curve. All of them have defaults."""
 
     resolution: Annotated[int, Field(ge=1, le=MAX_RESOLUTION)] = Field(
         default=_DEFAULTS.resolution,
-        description="Divisions of every piece of the curve: of the one Bézier curve, or of every "
-        "span of a B-spline.",
+        description="Divisions of every piece of the curve. A Bézier curve is one piece; a "
+        "B-spline has one piece for every knot span.",
         examples=[16],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0)] = optional(
-        "Instead of a resolution: the distance, in model units, within which the curve stays from "
-        "the straight lines between its points. Pieces are halved until that is certain.",
+        "In place of a resolution: the largest distance, in model units, of the curve from the "
+        "straight lines between its points. Pieces are halved until this is proved.",
         0.001,
     )
     tangents: bool = Field(
@@ -130,37 +131,41 @@ class CurveOptionFields(StrictModel):
     )
     arc_lengths: bool = Field(
         default=_DEFAULTS.arc_lengths,
-        description="Whether points carry the length of the curve up to them.",
+        description="Whether each point carries the length of the curve from its beginning to the "
+        "point.",
     )
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> "CurveOptionFields":
+    def _check_one_form(self) -> "CurveOptionFields":
         if {"resolution", "tolerance"} <= self.model_fields_set:
             message = "The points follow from the resolution or from the tolerance."
-            issue = conflict_error("resolution", "tolerance", message, is_neither=False)
+            issue = conflict_issue("resolution", "tolerance", message, is_neither=False)
             raise to_invalid(replace(issue, needed="one of resolution and tolerance"))
         return self
 
     def curve_options(self) -> CurveOptions:
-        """The options of the engine."""
+        """The options for the engine."""
         return CurveOptions(self.resolution, self.tolerance, self.tangents, self.arc_lengths)
 
 
 class CurveRequest(RequestModel, CurveOptionFields):
-    """A curve to sample, and how."""
+    """A curve, and the options with which it is sampled."""
 
     curve: CurveDefinition = Field(description="The curve, by its control points.")
 
     def build(self) -> None:
-        """Builds the curve, which `to_curve` returns from then on."""
+        """Build the curve, which `to_curve` then returns."""
         self.to_curve()
 
     def to_curve(self) -> Curve:
-        """The curve itself, built once; `InvalidRequest` points into the whole request."""
-        built: Curve | None = self.__dict__.get("_built")
-        if built is None:
-            built = self.__dict__["_built"] = build_curve(self.curve)
-        return built
+        """The curve as a value; the first call builds it.
+
+        Raises `InvalidRequest` with pointers into the whole request.
+        """
+        curve: Curve | None = self.__dict__.get("_curve")
+        if curve is None:
+            curve = self.__dict__["_curve"] = build_curve(self.curve)
+        return curve
 
 
 def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
@@ -181,7 +186,7 @@ def build_curve(definition: CurveDefinition, *, plain: bool = False) -> Curve:
 
 
 def define_curve(curve: Curve) -> dict[str, Any]:
-    """A curve in the form of a request, without a name: it is part of a surface, which has one."""
+    """A curve in the form of a request, as part of a surface: without `name` and `up`."""
     content: dict[str, Any] = {"type": "bezier", "control_points": curve.control_points}
     if isinstance(curve, BsplineCurve):
         content |= {"type": "bspline", "degree": curve.degree, "knots": curve.knots}

@@ -1,8 +1,8 @@
-"""Parses a JSON text, with checks that parsers leave out.
+"""Parses a JSON text, with checks that the parser does not make.
 
-`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. Of two equal keys
-it silently keeps the last; this module refuses them. A short text can become many objects in
-memory, so a `DocumentBudget` counts values while the text is still arriving.
+`orjson` refuses NaN, Infinity, 1e400, lone surrogates and text that is not UTF-8. If an object has
+two equal keys, orjson silently keeps the last; this module refuses such an object. A short text can
+become many objects in memory, so a `DocumentBudget` counts values while the text is still arriving.
 """
 
 import re
@@ -15,29 +15,33 @@ from service.schemas.scan import MAX_PREFIX, find_pointer, find_repeated_key, is
 from service.surface.checks import MAX_DEGREE
 
 MAX_BYTES = 16 << 20
-"""Bytes of a JSON text that arrives in a request, by default."""
+"""The most bytes of the JSON text of a request, by default."""
 
 MAX_VALUES = 1_500_000
-"""Commas and opening brackets of such a text: a surface of some 370,000 control points."""
+"""The most commas and opening brackets of the JSON text of a request. A surface of some 370,000
+control points has this number."""
 
 MAX_STRINGS = 50_000
-"""Strings of such a text, keys included, and objects; a request has some twenty strings, and two
-for each named part. Each string costs 1 µs while a repeated key is searched."""
+"""The most strings (keys included), and the most objects, of the JSON text of a request. A usual
+request has some twenty strings, and two for each named part. The search for repeated keys takes
+1 µs for each string."""
 
 MAX_DEPTH, PARSED_DEPTH = 32, 1024
-"""Brackets that may be open at once; requests need some ten. The parser has a bound of its own, for
-texts of any kind."""
+"""The most brackets that may be open at once: in a request, which needs some ten; and in any text
+that orjson can parse."""
 
 BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
-"""Bytes of memory: of a value as a Python object and while it becomes part of an array; of a
-string, or of the error for an unknown key; of an object and the model made from it."""
+"""Upper bounds of memory, in bytes: of a number as a Python object, until it is part of an array;
+of a string, and of the error if it is an unknown key; of an object, and of the model made from
+it."""
 
 _WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
-"""How UTF-16 and UTF-32 begin: with a byte order mark, or with a zero around the first letter."""
+"""The beginning of UTF-16 and UTF-32: a byte order mark, or a zero byte before or after the first
+letter."""
 
 _NEEDED = "one JSON document in UTF-8 (RFC 8259)"
 
-_FOUND = (
+_PARSER_ERRORS = (
     ("byte order mark", "a byte order mark"),
     ("surrogate", "half of a surrogate pair"),
     ("control character", "a control character in a string"),
@@ -51,8 +55,8 @@ _FOUND = (
     ("empty", "an empty text"),
     ("end of data", "the end of the text"),
 )
-"""Texts for the parser's errors, by a part of its message. Clients get these texts, which stay
-the same if the parser changes its own."""
+"""Parts of orjson's error messages, and the text for the client if a message contains the part. So
+clients get the same texts after orjson changes its messages."""
 
 _INDENTED = re.compile(rb"\A([ \t\r\n]*[\[{])([ \t\r\n]+)")
 
@@ -61,9 +65,9 @@ _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)\b", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True)
 class DocumentLimits:
-    """The limits of one document, independent of the memory of the machine.
+    """The limits of one document; they do not depend on the memory of the machine.
 
-    `max_values` bounds JSON that arrives over HTTP; stored surfaces and files have no such bound.
+    `max_values` applies only to JSON that arrives over HTTP, not to stored surfaces and files.
     """
 
     max_control_points: int = 1_000_000
@@ -77,7 +81,7 @@ DEFAULT_LIMITS = DocumentLimits()
 
 @dataclass(slots=True)
 class DocumentBudget:
-    """Counts the values in a JSON text, to refuse a harmful text while it arrives."""
+    """Counts the values in a JSON text while it arrives, to refuse too large a text early."""
 
     limits: DocumentLimits = field(default_factory=DocumentLimits)
     received: int = 0
@@ -86,7 +90,7 @@ class DocumentBudget:
     quotes: int = 0
 
     def take(self, chunk: bytes) -> None:
-        """Counts the next chunk of the text.
+        """Count the values in the next chunk of the text.
 
         Raises
         ------
@@ -114,15 +118,15 @@ class DocumentBudget:
 
     @property
     def memory(self) -> int:
-        """The most bytes of the text so far, and of its objects until these become arrays."""
+        """Upper bound, in bytes, of the memory that the text so far and its Python objects need."""
         parsed = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
         return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + parsed
 
 
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
-    """The value of a JSON text, made of dict, list, str, int, float, bool and None.
+    """Parse a JSON text to a value of dict, list, str, int, float, bool and None.
 
-    RFC 8259, section 9, allows a parser to limit the nesting of brackets.
+    `max_depth` limits the nesting of brackets, which RFC 8259, section 9, allows.
 
     Raises
     ------
@@ -134,25 +138,27 @@ def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
     try:
         value = _parse(body)
     except orjson.JSONDecodeError as error:
-        # Only the message and the position go on: the exception holds the whole text.
+        # `from None`: the exception of the parser contains the whole text, and must not go further.
         if "depth" in error.msg:
             raise _too_deep(max_depth) from None
         raise _refusal(error, body) from None
     if body.count(b"[") + body.count(b"{") > max_depth and is_deeper(body, max_depth):
         raise _too_deep(max_depth)
-    # There is one colon for each key, unless a key is repeated, a string holds a colon, or an
-    # object stands in a list of other values, which is invalid: only then is the text scanned.
+    # Usually the text has exactly one colon for each key that is counted. If not, a key is
+    # repeated, a string contains a colon, or a list has other values before an object (invalid in
+    # all requests). Only then search the text for a repeated key.
     if body.count(b":") != _count_keys(value):
         _refuse_repeated_key(body)
     return value
 
 
 def _parse(text: bytes) -> object:
-    """The value that orjson makes of a text.
+    """Parse a text with orjson, and avoid an error of orjson 3.11.0 to 3.13.0.
 
-    If two blanks follow the first bracket of a text, orjson 3.11.0 to 3.13.0 expect the whole text
-    to be indented, and fail for lack of memory if it is not. So these blanks are moved before the
-    bracket, which keeps the positions of errors.
+    If two blanks follow the first bracket, these versions expect that the whole text is indented;
+    if it is not, they fail for lack of memory. In this case the blanks are moved before the
+    bracket, and the text is parsed again. Moving them does not change the positions of later
+    errors.
     """
     try:
         return orjson.loads(text)
@@ -166,7 +172,10 @@ def _parse(text: bytes) -> object:
 
 
 def _count_keys(value: object) -> int:
-    """Keys of all objects that are reached through objects and lists that begin with one."""
+    """The number of keys of all objects, except objects in lists whose first item is no object.
+
+    The long lists, which contain only numbers, are thus not searched.
+    """
     count, waiting = 0, [value]
     while waiting:
         item = waiting.pop()
@@ -179,12 +188,14 @@ def _count_keys(value: object) -> int:
 
 
 def _too_deep(most: int) -> InvalidRequest:
+    """The error for a text in which more than `most` brackets are open at once."""
     message = "The brackets of the document are nested more deeply than this service reads."
     got, needed = f"more than {most} levels", f"at most {most}; no request needs as many"
     return InvalidRequest(Issue("too_deep", message, "", got, needed))
 
 
 def _refuse_repeated_key(body: bytes) -> None:
+    """Raise the error `repeated_key` if an object of the text has a key twice."""
     repeated = find_repeated_key(body)
     if repeated is None:
         return
@@ -198,7 +209,7 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
     """The error for a text that the parser refused."""
     if issue := _not_utf8(body):
         return MalformedJson(issue)
-    # The position counts characters.
+    # `error.pos` counts characters; `find_pointer` needs a number of bytes.
     where = ""
     if error.pos <= MAX_PREFIX:
         where = find_pointer(body, len(error.doc[: error.pos].encode()))
@@ -208,13 +219,13 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
         got = "NaN, Infinity or a number beyond double precision"
         return InvalidRequest(Issue("not_finite", message, where, got, "a finite number"))
     message = f"The text is not JSON at line {error.lineno}, column {error.colno}."
-    fitting = (words for part, words in _FOUND if part in error.msg)
+    fitting = (words for part, words in _PARSER_ERRORS if part in error.msg)
     got = next(fitting, "a character that cannot stand here")
     return MalformedJson(Issue("malformed_json", message, where, got, _NEEDED))
 
 
 def _not_utf8(body: bytes) -> Issue | None:
-    """The issue of bytes that are not UTF-8, or that begin like UTF-16 or UTF-32; else None."""
+    """The issue for a text that is not in UTF-8, or looks like UTF-16 or UTF-32; else None."""
     if _WIDE.match(body):
         return Issue("malformed_json", "The text is not in UTF-8.", "", "UTF-16 or UTF-32", _NEEDED)
     try:

@@ -1,4 +1,4 @@
-"""Suggests what an unknown name was probably meant to be: a documented field, a kind of surface."""
+"""Suggests the most similar known name for a misspelt name of a field or of a kind of surface."""
 
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
@@ -7,26 +7,30 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 
 MAX_LETTERS = 40
-"""Longer names get no suggestion: comparing them takes long, and all names are shorter."""
+"""Names with more characters get no suggestion: comparing them takes long, and no field has such a
+long name."""
 
 
 NEAR = 0.7
-"""Least similarity of a field that is suggested, from 0 to 1: `format` and `normals` have 0.62."""
+"""The least similarity, from 0 to 1, of a field that is suggested. `format` and `normals`, which
+should not be confused, have the similarity 0.62."""
 
 
 def sort_nearest_first(name: str, names: Sequence[str]) -> list[str]:
-    """The names in their order, but the one nearest to `name` first, if one is near."""
+    """The names in their order; but if any name is similar to `name`, the most similar is first."""
     near = get_close_matches(name.lower(), names, 1) if len(name) <= MAX_LETTERS else []
     return [*near, *(other for other in names if other not in near)]
 
 
 def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:
-    """The field nearest to the unknown one at the end of pydantic's `path`; empty if none is near.
+    """The field whose name is most similar to an unknown field; "" if no name is similar.
 
     Parameters
     ----------
     model : type
         The model of the whole document.
+    path : sequence of str and int
+        Pydantic's path of the unknown field.
     """
     name = str(path[-1])
     if len(name) > MAX_LETTERS:
@@ -36,20 +40,22 @@ def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:
         if isinstance(part, str):
             fields = [each.model_fields[part] for each in models if part in each.model_fields]
             inner = {each for field in fields for each in _models_in(field.annotation)}
-            # A part that is not a field is pydantic's name for one model of a union.
+            # If the part is not a field, it is the tag of one model of a union.
             models = inner or {each for each in models if _has_tag(each, part)} or models
     names = sorted({field for each in models for field in each.model_fields})
     return next(iter(get_close_matches(name, names, 1, NEAR)), "")
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """All models that an annotation contains, also inside unions, lists and type aliases."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
-    value = getattr(annotation, "__value__", annotation)  # of `type Name = …`
+    value = getattr(annotation, "__value__", annotation)  # the value of a `TypeAliasType`
     for part in get_args(value):
         yield from _models_in(part)
 
 
 def _has_tag(model: type[BaseModel], tag: str) -> bool:
+    """Whether a field of the model, such as `type`, has the literal value `tag`."""
     literals = [field.annotation for field in model.model_fields.values()]
     return any(get_origin(each) is Literal and tag in get_args(each) for each in literals)

@@ -1,4 +1,4 @@
-"""Common parts of the models of requests: strictness, names, pairs for u and v, unions of kinds."""
+"""Common parts of the models of requests: base classes, pairs for u and v, unions, field types."""
 
 import operator
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ MAX_NAME = 100
 
 
 class StrictModel(BaseModel):
-    """No conversions, no unknown fields, no change after birth."""
+    """The base of all models: no conversion of types, no unknown fields, no later change."""
 
     model_config: ClassVar[ConfigDict] = ConfigDict(
         strict=True, extra="forbid", frozen=True, arbitrary_types_allowed=True
@@ -38,30 +38,30 @@ class StrictModel(BaseModel):
 
 
 class RequestModel(StrictModel):
-    """A whole request."""
+    """The base of the models of whole requests."""
 
     def build(self) -> None:
-        """Builds the surface or curve of the request, and keeps it; raises `InvalidRequest`."""
+        """Build and store the surface or curve of the request; raises `InvalidRequest`."""
 
 
 class Omittable:
-    """Marks a field that may be left out, but not be null; its value is None when left out."""
+    """Marks a field that a request may omit, and whose value is then None; null is refused."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        """The schema of the type without its None."""
+        """The schema of the annotated type, but without None."""
         types = [member for member in get_args(source) if member is not type(None)]
         return handler.generate_schema(reduce(operator.or_, types))
 
 
 def length_issue(got: str, needed: str, message: str = "The list has another length.") -> Issue:
-    """The issue of a list that is too long or too short."""
+    """The issue for a list that is too long or too short."""
     return Issue("wrong_length", message, "", got, needed)
 
 
-def conflict_error(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
-    """The issue of a request with both or neither of two fields, where exactly one is needed."""
+def conflict_issue(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
+    """The issue for a request with both, or with neither, of two fields: it needs exactly one."""
     code, got = ("missing_field", "neither") if is_neither else ("conflicting_options", "both")
     return Issue(code, message, f"/{one if is_neither else other}", got, "one of the two")
 
@@ -70,7 +70,7 @@ def conflict_error(one: str, other: str, message: str, *, is_neither: bool) -> I
 
 
 def list_of_two(value: object, needed: str) -> list[Any]:
-    """The value, which must be a list of two; `needed` is a text for the error."""
+    """Check that a value is a list of two; `needed` is the text of the error for other types."""
     if not isinstance(value, list):
         raise to_invalid(wrong_type(value, needed))
     if len(value) != 2:
@@ -80,7 +80,7 @@ def list_of_two(value: object, needed: str) -> list[Any]:
 
 
 def range_issue(number: int, least: int, most: int) -> Issue:
-    """The issue of a number outside `least` to `most`."""
+    """The issue for a number that is not from `least` to `most`."""
     needed = f"{least} to {most}"
     return Issue("out_of_range", "The number is out of range.", "", str(number), needed)
 
@@ -88,44 +88,46 @@ def range_issue(number: int, least: int, most: int) -> Issue:
 def whole_numbers(
     least: int, most: int, refused: Callable[[int, int, int], Issue] = range_issue
 ) -> tuple[BeforeValidator, WithJsonSchema]:
-    """The annotations of a pair of whole numbers that may be written as one number.
+    """The annotations for a pair of whole numbers that may also be written as one number.
 
-    `refused` makes the issue of a single number outside of `least` to `most`; those in lists are
-    left to the type of the field.
+    `refused` makes the issue for a single number that is not from `least` to `most`. Numbers in a
+    list are checked by the type of the field.
     """
 
-    def pair(value: object) -> object:
+    def parse_pair(value: object) -> object:
         if type(value) is not int:
             return list_of_two(value, "a whole number or a list of two")
         if not least <= value <= most:
             raise to_invalid(refused(value, least, most))
         return [value, value]
 
-    return BeforeValidator(pair), one_or_two({"type": "integer", "minimum": least, "maximum": most})
+    return BeforeValidator(parse_pair), one_or_two(
+        {"type": "integer", "minimum": least, "maximum": most}
+    )
 
 
 def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJsonSchema:
-    """The JSON Schema of one value for both, or of a list of two, each by itself."""
+    """The JSON Schema of one value `one`, or of a list of two values `each` (by default `one`)."""
     return WithJsonSchema({"oneOf": [one, tuple_schema(each or one, 2)]})
 
 
-# One of several kinds of object, which the object's field `type` or `op` names.
+# An object of one of several kinds; its field `type` or `op` names the kind.
 
 
 def one_of_kinds(
     kinds: Sequence[str], unknown: Issue, description: str, key: str = "type"
 ) -> tuple[Discriminator, BeforeValidator, Any]:
-    """The annotation of a union of models whose member is chosen by the value of a key.
+    """The annotations for a union of models, one of which is chosen by the field `key`.
 
-    The default is the first kind, unless the key is `op`, which is required. An unknown kind is
-    refused with the issue `unknown`, which lists the kinds, the nearest first.
+    If the field is missing, the first kind is chosen; only the field `op` is required. An unknown
+    kind is refused with the issue `unknown` and a list of the kinds, the most similar name first.
     """
     needed, where = "one of " + ", ".join(kinds), f"/{key}"
 
     def tag_of(value: object) -> str | None:
         return str(value.get(key, kinds[0])) if isinstance(value, dict) else None
 
-    def check(value: object) -> object:
+    def check_kind(value: object) -> object:
         if not isinstance(value, dict):
             raise to_invalid(wrong_type(value, "an object"))
         if key == "op" and key not in value:
@@ -139,11 +141,11 @@ def one_of_kinds(
             raise to_invalid(replace(unknown, pointer=where, got="an unknown name", needed=nearest))
         return value
 
-    return Discriminator(tag_of), BeforeValidator(check), Field(description=description)
+    return Discriminator(tag_of), BeforeValidator(check_kind), Field(description=description)
 
 
 def optional(description: str, *examples: object) -> Any:
-    """A field that may be left out; its value is then None."""
+    """A field that a request may omit; its value is then None."""
     return Field(default=None, description=description, examples=list(examples) or None)
 
 
@@ -151,7 +153,7 @@ def optional(description: str, *examples: object) -> Any:
 
 Name: TypeAlias = Annotated[
     str,
-    # No control characters and no line separators: names end up in files made of lines.
+    # No control characters and no line separators: formats write names into lines of text.
     StringConstraints(
         min_length=1, max_length=MAX_NAME, pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*$"
     ),
@@ -183,15 +185,15 @@ Overlays: TypeAlias = Annotated[
 
 Parts: TypeAlias = Annotated[
     dict[Name, Annotated[Array, NumberGrid(("patch numbers",), integers=True, point_levels=1)]],
-    # Each list may report faults of its own; the first bad one is enough.
+    # Stop at the first invalid list: each list may report many errors.
     Field(fail_fast=True),
 ]
 
 UpField: TypeAlias = Annotated[
     Up,
     Field(
-        description="The model's vertical axis. With `z` the root node of a glTF file turns the "
-        "model upright; the coordinates stay as they are.",
+        description="The model's vertical axis. With `z`, the root node of a glTF file rotates the "
+        "model, since y is up in glTF; the coordinates do not change.",
         examples=["z"],
     ),
 ]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def refuse_group(value: object) -> object:
-    """Refuses a group within a group before its members are read."""
+    """Refuse a group that is a member of a group, before its own members are read."""
     if isinstance(value, dict) and value.get("type") == "group":
         raise to_invalid(nested_issue("/type"))
     return value
@@ -34,32 +34,33 @@ Color: TypeAlias = Annotated[
 
 
 class MemberDefinition(StrictModel):
-    """One surface of a group, with its name, its base colour and its place."""
+    """One surface of a group, with its name, its base colour and its placement."""
 
     surface: "MemberSurfaceDefinition" = Field(
-        description="The surface, of any kind but `group`.",
+        description="The surface, of any kind except `group`.",
         examples=[{"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}],
     )
     name: Annotated[Name | None, Omittable()] = optional(
-        "Name of its glTF node and of its part elsewhere; its surface's name if left out.",
+        "Name of the member: of its node in glTF, and of its part in other formats. The default is "
+        "the name of the surface.",
         "left wing",
     )
     color: Annotated[Color | None, Omittable()] = optional(
-        "Base colour: red, green, blue and, if there is a fourth number, opacity; "
-        "sRGB, each from 0 to 1.",
+        "Base colour: red, green, blue and, as an optional fourth number, opacity; sRGB, each from "
+        "0 to 1.",
         [0.8, 0.2, 0.1],
     )
     matrix: Annotated[FloatArray | None, MATRIX] = Field(
         default=None,
-        description="Where it stands: an affine 4 × 4 matrix, row by row, that acts on columns "
-        "(x, y, z, 1). Its last row is 0, 0, 0, 1; it may mirror, but must not flatten. Left out, "
-        "the surface stands where its control points are.",
+        description="Placement of the surface: an affine 4 × 4 matrix, row by row, that acts on "
+        "columns (x, y, z, 1). Its last row is 0, 0, 0, 1. It may mirror the surface, but must not "
+        "flatten it. The default is the identity.",
         examples=[[[1, 0, 0, 2], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]],
         json_schema_extra=tuple_schema(tuple_schema({"type": "number"}, 4), 4),
     )
 
     def to_member(self) -> Member:
-        """The member itself; raises `InvalidRequest` with pointers relative to it."""
+        """The member as a value; raises `InvalidRequest` with pointers relative to the member."""
         try:
             surface = self.surface.to_surface()
         except InvalidRequest as error:
@@ -68,11 +69,11 @@ class MemberDefinition(StrictModel):
 
 
 class GroupDefinition(StrictModel):
-    """Surfaces side by side in one model, each with a name, a base colour and a place.
+    """Several surfaces in one model, each with a name, a base colour and a placement.
 
-    In glTF every member is a named node, and equal surfaces share one mesh; other formats get one
-    mesh, its parts named after the members. A member whose `up` is not the group's is turned
-    upright, by a quarter turn about x, before it is placed.
+    In glTF every member is a named node, and equal surfaces share one mesh. In other formats the
+    group is one mesh, and its parts have the names of the members. If the `up` of a surface differs
+    from that of the group, the surface is rotated by a quarter turn about x before it is placed.
     """
 
     type: Literal["group"] = Field(description="The kind of surface.")
@@ -80,7 +81,7 @@ class GroupDefinition(StrictModel):
         tuple[MemberDefinition, ...],
         Field(strict=False, min_length=1, max_length=MAX_MEMBERS, fail_fast=True),
     ] = Field(
-        description="The surfaces. Their control points count together.",
+        description="The surfaces. The limit of control points is for all of them together.",
         examples=[
             [
                 {
@@ -100,12 +101,12 @@ class GroupDefinition(StrictModel):
 
     @model_validator(mode="after")
     def _check_size(self, info: ValidationInfo) -> "GroupDefinition":
-        """Refuses members that are each small enough, but not all together."""
+        """Refuse members that together have too many control points."""
         check_total([member.surface for member in self.members], "/members", info)
         return self
 
     def to_surface(self) -> GroupSurface:
-        """The group itself; raises `InvalidRequest` with pointers relative to it."""
+        """The group as a value; raises `InvalidRequest` with pointers relative to the group."""
         members = []
         for index, definition in enumerate(self.members):
             checkpoint()
@@ -119,7 +120,7 @@ class GroupDefinition(StrictModel):
 def define_group(
     surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The group in the form of a request; `inner` writes the surfaces of its members."""
+    """The group in the form of a request; `inner` writes each surface of a member in this form."""
     members: list[dict[str, Any]] = []
     for member in surface.members:
         fields = {"name": member.name, "color": member.color, "matrix": member.matrix}
@@ -129,7 +130,7 @@ def define_group(
 
 
 def check_total(definitions: Iterable[StrictModel], where: str, info: ValidationInfo) -> None:
-    """Refuses surfaces that are each small enough, but not all together."""
+    """Refuse surfaces that together have too many control points; `where` is the pointer."""
     total, most = sum(map(_control_points, definitions)), limits_of(info).max_control_points
     if total > most:
         message = "All surfaces together have more control points than this service takes."
@@ -138,7 +139,7 @@ def check_total(definitions: Iterable[StrictModel], where: str, info: Validation
 
 
 def _control_points(definition: StrictModel) -> int:
-    """Number of control points of one surface, of its parts or of its curve."""
+    """The number of control points of a surface: of its parts or its curve, if it has these."""
     if parts := getattr(definition, "surfaces", ()):
         return sum(map(_control_points, parts))
     definition = getattr(definition, "curve", definition)

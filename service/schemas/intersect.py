@@ -13,7 +13,7 @@ from service.engine.sections.planes import (
     SectionTolerance,
 )
 from service.errors import InvalidRequest, Issue
-from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
+from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
 from service.schemas.planes import PlaneSet
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import to_invalid
@@ -21,11 +21,12 @@ from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import validate_points
 
 LEAST_THICKNESS = 1e-12
-"""Below it, rounding decides whether a ray hits."""
+"""The least thickness that a request may ask for. With a smaller one, rounding would decide whether
+a ray hits."""
 
 
 class Rays(RequestModel):
-    """Half-lines origin + t · direction, t ≥ 0; row k of both belongs to ray k."""
+    """Rays origin + t · direction with t ≥ 0; row k of both fields belongs to ray k."""
 
     origins: Annotated[FloatArray, VECTORS] = Field(
         description="Starting points of the rays, [x, y, z], at most 100,000; or one for all.",
@@ -38,7 +39,7 @@ class Rays(RequestModel):
 
 
 OF_RAYS, OF_PLANES = ("hits", "relative_thickness"), ("tolerance", "relative_tolerance")
-"""Fields for rays only, and for planes only."""
+"""Names of the fields that are for rays only, and of those that are for planes only."""
 
 
 class IntersectRequest(SurfaceRequest):
@@ -53,8 +54,8 @@ class IntersectRequest(SurfaceRequest):
     )
     relative_thickness: Annotated[float, Field(ge=LEAST_THICKNESS, le=1e-3)] = Field(
         default=RELATIVE_THICKNESS,
-        description="The distance within which a ray counts as a hit at borders and where it only "
-        "touches the surface, as a share of the diagonal of the bounding box of the control "
+        description="At borders, and where a ray only touches the surface, a ray within this "
+        "distance counts as a hit. A share of the diagonal of the bounding box of the control "
         "points.",
         examples=[1e-6],
     )
@@ -74,7 +75,7 @@ class IntersectRequest(SurfaceRequest):
         if (self.rays is None) == (self.planes is None):
             message = "A request has either rays or planes."
             raise to_invalid(
-                conflict_error("rays", "planes", message, is_neither=self.rays is None)
+                conflict_issue("rays", "planes", message, is_neither=self.rays is None)
             )
         excluded, kind = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
         for name in excluded:
@@ -83,11 +84,11 @@ class IntersectRequest(SurfaceRequest):
                 raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, kind))
         if set(OF_PLANES) <= self.model_fields_set:
             message = "A request has one tolerance: in model units, or as a share."
-            raise to_invalid(conflict_error(*OF_PLANES, message, is_neither=False))
+            raise to_invalid(conflict_issue(*OF_PLANES, message, is_neither=False))
         return self
 
     def to_sections(self) -> tuple[Planes, SectionTolerance]:
-        """The planes, with a row for each, and the tolerance of their polylines.
+        """The planes, and the tolerance of the polylines, for the engine.
 
         Raises
         ------
@@ -100,7 +101,7 @@ class IntersectRequest(SurfaceRequest):
         return self.planes.to_planes(), tolerance
 
     def to_query(self) -> RayQuery:
-        """The rays, with a row for each.
+        """The rays, with one row for each ray, for the engine.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The JSON language of measures: a surface, and how narrow the intervals must be."""
+"""The JSON language of measures: a surface, and the largest width of the intervals."""
 
 from typing import Annotated
 
@@ -14,7 +14,7 @@ from service.engine.options import MAX_WELD_TOLERANCE
 from service.schemas.request import SurfaceRequest
 
 LEAST_TOLERANCE = 1e-12
-"""Rounding alone makes intervals this wide."""
+"""The least tolerance that a request may ask for: rounding alone makes intervals this wide."""
 
 
 class MeasureRequest(SurfaceRequest):
@@ -30,9 +30,9 @@ class MeasureRequest(SurfaceRequest):
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
         default=WELD_TOLERANCE,
-        description="The share of the diagonal within which control points on borders of patches "
-        "count as one, as in a mesh. The intervals of volumes include every way to close these "
-        "gaps.",
+        description="A share of the diagonal of the bounding box. Control points on borders of "
+        "patches that are nearer to each other than this count as one point, as in a mesh. The "
+        "interval of a volume includes every way to close such gaps.",
         examples=[1e-6],
     )
 

@@ -23,10 +23,10 @@ PieceDefinition: TypeAlias = Annotated[
 
 
 class MultipatchDefinition(StrictModel):
-    """Bézier patches, B-splines and triangles that are one surface, as G+Smo lists them.
+    """Bézier patches, B-splines and triangles that form one surface, like a multipatch of G+Smo.
 
     Each of these surfaces is a part, with its own degrees, knots and parameters; its `name` is the
-    name of the part. Parts share vertices where their borders are equal.
+    name of the part. Where the borders of two parts are equal, the parts share vertices.
     """
 
     type: Literal["multipatch"] = Field(description="The kind of surface.")
@@ -34,8 +34,9 @@ class MultipatchDefinition(StrictModel):
         tuple[PieceDefinition, ...],
         Field(strict=False, min_length=1, max_length=MAX_SURFACES, fail_fast=True),
     ] = Field(
-        description="The patches and splines. All carry the same `colors`, `uvs` and `attributes`, "
-        "if any; the `up` of the multipatch counts. Their control points count together.",
+        description="The patches and splines. If one of them has `colors`, `uvs` or `attributes`, "
+        "all must have them. Their own `up` has no effect. The limit of control points is for all "
+        "of them together.",
         examples=[
             [
                 {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], "name": "left"},
@@ -57,7 +58,7 @@ class MultipatchDefinition(StrictModel):
         return self
 
     def to_surface(self) -> MultipatchSurface:
-        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         surfaces: list[Single] = []
         for index, definition in enumerate(self.surfaces):
             checkpoint()
@@ -71,6 +72,6 @@ class MultipatchDefinition(StrictModel):
 def define_multipatch(
     surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The surface in the form of a request; `inner` writes its parts."""
+    """The surface in the form of a request; `inner` writes each of its parts in this form."""
     surfaces = [inner(single) for single in surface.surfaces]
     return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

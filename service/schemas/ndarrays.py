@@ -1,7 +1,8 @@
-"""Checks NumPy arrays in place of lists of numbers, by shape and type.
+"""Checks NumPy arrays that are in a document in place of lists of numbers.
 
-A net from a file or from the store is an array already. Its errors have the codes and pointers that
-lists with the same numbers would get, each at the first place that has the fault.
+A net from a file or from the store is an array already. An error in an array has the code and the
+pointer that it would have in lists of the same numbers. A wrong shape or type is reported once, at
+the first position that has this error.
 """
 
 from math import prod
@@ -27,16 +28,19 @@ if TYPE_CHECKING:
     from service.schemas.arrays import Array, NumberGrid
 
 _SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
-"""A JSON value of the same kind as the numbers of an array."""
+"""For each kind of NumPy type, a JSON value of the same kind, which error messages describe."""
 
 
 def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
-    """`values` as `grid.array` returns them; not copied if they have this form already.
+    """Check an array, and convert it to the type that `grid.array` returns.
+
+    An array that already has this type and is contiguous is not copied.
 
     Parameters
     ----------
     grid : NumberGrid
-        Its levels are the axes; but the rows of a triangle are one axis of (n+1)(n+2)/2 entries.
+        Its levels are the axes of the array; but all rows of a triangle are one axis of
+        (n+1)(n+2)/2 entries.
     values : ndarray of integers, or of floats up to double precision
         In any byte order. Booleans, texts, objects and longer floats are refused.
     limits : DocumentLimits
@@ -44,7 +48,7 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
     Raises
     ------
     pydantic.ValidationError
-        With one detail for each of the first faults.
+        With one detail for each of the first `MAX_ISSUES` errors.
     """
     values = np.asarray(values)
     one = _SCALARS.get(values.dtype.kind, {})
@@ -65,7 +69,10 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
 def _check_shape(
     grid: "NumberGrid", shape: tuple[int, ...], one: object, limits: DocumentLimits
 ) -> None:
-    """Refuses a wrong shape as if the array were lists, from the outermost to `one` number."""
+    """Refuse a wrong shape, with the error that nested lists of this shape would have.
+
+    `one` is a JSON value of the same kind as the numbers of the array.
+    """
     level = 0
     for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
         first, needed = (0,) * level, f"a list of {grid.levels[level]}"
@@ -91,14 +98,17 @@ def _check_shape(
 
 
 def _refuse(grid: "NumberGrid", wrong: NDArray[np.bool_], issue: Issue) -> None:
-    """Raises the issue at each of the first places where `wrong` holds."""
+    """Raise the issue once for each of the first `MAX_ISSUES` positions where `wrong` is true."""
     if wrong.any():
         places = np.argwhere(wrong)[:MAX_ISSUES].tolist()
         raise to_refusal((_path(grid, tuple(place), wrong.shape), issue) for place in places)
 
 
 def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:
-    """The path of a number in the equivalent lists, where a triangle has rows."""
+    """The path that a number of the array has in nested lists, in which a triangle has rows.
+
+    `place` is the index of the number in the array, and `shape` is the shape of the array.
+    """
     if grid.triangle_level is None:
         return place
     axis = grid.triangle_level - 1

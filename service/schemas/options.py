@@ -1,4 +1,4 @@
-"""The options of a mesh and of its file: one model for bodies and for queries."""
+"""The options of a mesh and of its file: the model is the same for bodies and for queries."""
 
 from dataclasses import fields
 from functools import lru_cache
@@ -36,47 +36,48 @@ _DEFAULTS = MeshOptions()
 
 
 class MeshOptionFields(StrictModel):
-    """The options of a mesh. All may be left out."""
+    """The options of a mesh. All of them have defaults."""
 
     resolution: Resolution = Field(
-        # Not a default in the schema: clients that write out defaults would conflict with a
-        # tolerance.
+        # A factory, so that the JSON Schema shows no default: some clients send all defaults, and
+        # a resolution together with a tolerance is refused.
         default_factory=lambda: _DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]; by default 16. A patch has "
-        "(u + 1) × (v + 1) vertices; a triangle takes the larger number n on all sides and has "
-        "(n + 1)(n + 2)/2. Not together with a tolerance or a budget.",
+        "(u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has "
+        "(n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget.",
         examples=[16, [16, 32]],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
         "The largest distance of the surface from the mesh, in model units. No point of the "
-        "surface is further from the written mesh, which is proved, not sampled: the report has "
-        "the bound. It replaces a resolution. Patches are divided where the surface bends and in "
-        "the direction in which it bends; the division of a shared edge depends on the edge "
-        "alone. A tolerance below the rounding of the written vertices is refused "
-        "(`tolerance_too_small`).",
+        "surface is further from the mesh in the file. This is proved, not sampled, and the "
+        "report has the proved bound. Use a tolerance in place of a resolution. Patches are "
+        "divided where the surface bends, and in the direction in which it bends; the division "
+        "of a shared edge depends on the edge alone. A tolerance below the rounding of the "
+        "written vertices is refused (`tolerance_too_small`).",
         0.001,
     )
     relative_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=1)] = optional(
-        "The tolerance as a share of the model's diagonal: the diagonal of the bounding box of "
-        "all control points, in a group of all placed members. Not together with `tolerance`.",
+        "The tolerance as a share of the model's diagonal, which is the diagonal of the bounding "
+        "box of all control points (for a group, of all members after placement). Not together "
+        "with `tolerance`.",
         0.001,
     )
     angle_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=pi)] = optional(
-        "The largest angle in radians between the normals at the two ends of an edge. An aim, "
-        "not proved: the report has the largest measured angle, `normal_angle`. Alone, or "
-        "together with a tolerance.",
+        "The largest angle in radians between the normals at the two ends of an edge. This angle "
+        "is an aim and is not proved; the report has the largest measured angle, `normal_angle`. "
+        "Use it alone, or together with a tolerance.",
         0.2,
     )
     max_triangles: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The most triangles of the mesh. Alone, it asks for the mesh of least deviation within "
-        "this number; a number below that of the coarsest mesh is refused (`budget_too_small`). "
-        "Together with a tolerance it is a limit, and a mesh that needs more is refused "
-        "(`too_many_triangles`).",
+        "The most triangles of the mesh. Without a tolerance, the service makes the deviation as "
+        "small as it can with this number of triangles; a number below that of the coarsest mesh "
+        "is refused (`budget_too_small`). Together with a tolerance, this number is a limit: if "
+        "the mesh needs more triangles, the request is refused (`too_many_triangles`).",
         2000,
     )
     max_bytes: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = optional(
-        "The most bytes of the response in its format. Alone and together with a tolerance it "
-        "acts as `max_triangles` does for triangles.",
+        "The most bytes of the response in its format. With and without a tolerance, this option "
+        "limits bytes as `max_triangles` limits triangles.",
         100_000,
     )
     two_sided: bool = Field(
@@ -88,8 +89,8 @@ class MeshOptionFields(StrictModel):
     )
     faces: Literal["triangles", "quads", "none"] = Field(
         default=_DEFAULTS.faces,
-        description="Kind of faces: `triangles`, `quads` or `none`. `quads` only if the format "
-        "has them; with `none` the file has only isoparametric curves and overlays.",
+        description="Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the "
+        "format has quads. With `none` the file has only isoparametric curves and overlays.",
         examples=["quads"],
     )
     normals: bool = Field(
@@ -98,8 +99,8 @@ class MeshOptionFields(StrictModel):
     uvs: bool = Field(
         default=_DEFAULTS.uvs,
         description="Whether vertices carry their parameters (u, v). For a B-spline they are in "
-        "the domain of its knots; for `patches`, in each patch from 0 to 1. A surface with "
-        "texture coordinates (`uvs`) always carries those instead.",
+        "the domain of its knots; for `patches`, in each patch from 0 to 1. If the surface has "
+        "texture coordinates (`uvs`), vertices always carry these in place of the parameters.",
     )
     curvatures: bool = Field(
         default=_DEFAULTS.curvatures,
@@ -107,35 +108,39 @@ class MeshOptionFields(StrictModel):
         "surface. Formats with attributes write them as `gaussian_curvature` and "
         "`mean_curvature`. Signs are those of `POST /v1/points`: mean curvature is positive "
         "where the surface bends towards its normal, so a sphere of radius r with outward "
-        "normals has −1/r. In a group they are the curvatures of the placed surfaces. A "
-        "curvature that is infinite or has no limit, as at the apex of a cone, is written as 0; "
-        "so are those of wires. The report has the least and the greatest. Not for tubes and "
-        "ribbons.",
+        "normals has −1/r. In a group they are the curvatures of the surfaces after placement. A "
+        "curvature that is infinite or has no limit, for example at the apex of a cone, is written "
+        "as 0; the curvatures of wires are written as 0, too. The report has the least and the "
+        "greatest curvature. Not for tubes and ribbons.",
         examples=[True],
     )
     weld: bool = Field(
         default=_DEFAULTS.weld,
         description="Whether patches share the vertices of common edges. With `false` every "
-        "sample of every patch is a vertex of its own, also samples at a pole that no face uses: "
-        "patch after patch, sample (i, j) at i (Rv + 1) + j, with Rv the divisions along v.",
+        "sample of every patch is a vertex of its own, even samples at a pole that no face uses. "
+        "Vertices are then ordered patch by patch; sample (i, j) of a patch is its vertex number "
+        "i (Rv + 1) + j, where Rv is the number of divisions along v.",
     )
     crease_angle: Annotated[float, Field(ge=0, le=pi)] = Field(
         default=_DEFAULTS.crease_angle,
-        description="Angle in radians above which the normals of neighbouring patches stay apart.",
+        description="Angle in radians. If the normals of neighbouring patches differ by more, the "
+        "common edge is a crease: each patch keeps its own normals there.",
         examples=[0.5],
     )
     weld_tolerance: Annotated[float, Field(ge=0, le=MAX_WELD_TOLERANCE)] = Field(
         default=_DEFAULTS.weld_tolerance,
-        description="The share of the model's diagonal within which control points on borders of "
-        "patches count as one. So sides that are equal up to rounding become one edge, closed "
-        "surfaces close, and collapsed sides become poles. Near points, and points connected by "
-        "a chain of near points, form a group; in a group wider than the tolerance, only points "
-        "eight times nearer are one. Patches without width are left out of the mesh. "
-        "An edge has the positions of the side whose control points come first in dictionary "
-        "order, in any order of the patches. Far from zero, where coordinates are too coarse for "
-        "that, points within 2^-50 of the largest coordinate count as near. The report has the "
-        "largest move as `moved`, and every bound includes it. Surfaces are cut where borders "
-        "are the same curve with other knots. With 0, only points equal bit for bit are joined.",
+        description="A share of the model's diagonal. Control points on borders of patches that "
+        "are nearer to each other than this count as one point. So sides that are equal up to "
+        "rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. "
+        "Near points, and points connected by a chain of near points, form a cluster; in a cluster "
+        "wider than the tolerance, only points that are eight times nearer become one. Patches "
+        "without width are left out of the mesh. When two sides become one edge, the edge gets the "
+        "positions of the side whose control points come first in lexicographic order, whatever "
+        "the order of the patches. Far from the origin, where coordinates are too coarse for this "
+        "tolerance, points within 2^-50 of the largest coordinate count as near. The report has "
+        "the largest move of a point as `moved`, and every bound includes it. If two borders are "
+        "the same curve with different knots, the surfaces are split at these knots. With 0, only "
+        "points that are equal bit for bit are joined.",
         examples=[1e-9],
     )
     overlays: Overlays = Field(
@@ -146,20 +151,21 @@ class MeshOptionFields(StrictModel):
     isocurves: IsoCurves = Field(
         default=_DEFAULTS.isocurves,
         description="Isoparametric curves: one number n, or [n_u, n_v]. Every patch (of a "
-        "B-spline, every knot span) gets its curves u = i/n_u and v = j/n_v, borders included, "
-        "shared borders once; a triangle gets r, s and t = i/n. 0 draws none in that direction.",
+        "B-spline, every knot span) gets the curves u = i/n_u and v = j/n_v, with its borders; a "
+        "shared border is drawn once. A triangle gets the curves r = i/n, s = i/n and t = i/n. 0 "
+        "draws no curves in that direction.",
         examples=[4, [1, 2]],
     )
     wires: WireForm = Field(
         default=_DEFAULTS.wires,
-        description="The form of isoparametric curves: `lines`, `tubes` or `ribbons`. Lines only "
-        "if the format has them; ribbons lie flat on the surface, 1/20 of their width above its "
-        "faces.",
+        description="The form of isoparametric curves: `lines`, `tubes` or `ribbons`. `lines` is "
+        "allowed only if the format has lines. Ribbons lie flat on the surface, 1/20 of their "
+        "width above its faces.",
         examples=["tubes"],
     )
     wire_width: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
         "Diameter of the tubes or width of the ribbons, in model units. By default 1/300 of the "
-        "diagonal of the control points.",
+        "diagonal of the bounding box of the control points.",
         0.02,
     )
     wire_sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
@@ -171,35 +177,36 @@ class MeshOptionFields(StrictModel):
         "`forward_difference`. `matrix`: products with Bernstein bases. `de_casteljau`: repeated "
         "interpolation of control points, the most stable and by far the slowest. "
         "`forward_difference`: additions along rows, for degrees up to 8 (16 if the format "
-        "stores float64), with an error that grows with the resolution. They agree up to the "
-        "accuracy of each; `docs/methods.md` has figures.",
+        "stores float64), with an error that grows with the resolution. `docs/methods.md` compares "
+        "the accuracy of these algorithms.",
         examples=["de_casteljau"],
     )
     oogl: Annotated[OoglForm | None, Omittable()] = optional(
         "Form of an OOGL file: `cquad`, `mesh`, `off` or `bez`. The default is `cquad` for grids "
-        "of quads, else `off`; `bez` stores the exact patches (a triangle as a square with one "
-        "side collapsed to a point). Other formats ignore it.",
+        "of quads, else `off`. `bez` stores the exact patches; a triangle is stored as a "
+        "four-sided patch with one side collapsed to a point. Other formats ignore this option.",
         "bez",
     )
     quantize: bool = Field(
         default=False,
-        description="Whether glTF is written in whole numbers of 16 bits "
+        description="Whether glTF is written in 16-bit integers "
         "(`KHR_mesh_quantization`). Positions are multiples of a step, a power of two, at most "
-        "1/32,766 of the longest side of the bounding box of the control points; normals within "
-        "0.002°; texture coordinates from 0 to 1, and colours, in 16 bits. Every vertex moves by "
-        "at most 0.87 steps; the certified deviation includes this, and a tolerance holds for "
-        "the written file. All parts of a surface have one grid, and so have members of a group "
-        "that meet: seams stay closed. Other formats refuse it (`unsupported_by_format`).",
+        "1/32,766 of the longest side of the bounding box of the control points. Normals are "
+        "exact within 0.002°. Colours, and texture coordinates from 0 to 1, have 16 bits. Every "
+        "vertex moves by at most 0.87 steps; the proved deviation includes this move, and a "
+        "tolerance holds for the written file. All parts of a surface use the same step and "
+        "origin, and members of a group that meet use the same, too, so that seams have no gaps. "
+        "Other formats refuse this option (`unsupported_by_format`).",
         examples=[True],
     )
     compression: Compression = Field(
         default="none",
         description="Compression of the arrays of glTF: `none` or `meshopt`. With `meshopt` "
         "(`EXT_meshopt_compression`) vertices and triangles have another order. No number "
-        "changes, but together with `quantize` normals change by at most 0.1°. Readers need a "
-        "decoder (three.js and Babylon.js have one). Other formats refuse it, and so does a "
-        "service without the library (`compression_unavailable`); `GET /v1/formats` lists the "
-        "compressions.",
+        "changes; but together with `quantize`, normals change by at most 0.1°. Readers need a "
+        "decoder (three.js and Babylon.js have one). Other formats refuse `meshopt`. A service "
+        "without the library refuses it, too (`compression_unavailable`); `GET /v1/formats` lists "
+        "the compressions of the service.",
         examples=["meshopt"],
     )
 
@@ -210,28 +217,31 @@ class MeshOptionFields(StrictModel):
         return self
 
     def mesh_options(self) -> MeshOptions:
-        """The part that the engine reads.
+        """The options for the engine.
 
         Raises
         ------
         InvalidRequest
-            Options are valid alone but conflict; pointers `/name`.
+            Two options conflict, although each is valid; the pointer is `/` and a name.
         """
-        is_stated = not self.model_fields_set.isdisjoint(ACCURACY)
-        return _mesh_options(_of_engine(self), build_accuracy(self) if is_stated else None)
+        has_accuracy = not self.model_fields_set.isdisjoint(ACCURACY)
+        return _mesh_options(_of_engine(self), build_accuracy(self) if has_accuracy else None)
 
 
 _OF_ENGINE = [
     field.name for field in fields(MeshOptions) if field.name in MeshOptionFields.model_fields
 ]
-"""Options that the engine reads unchanged."""
+"""Names of the options whose values `MeshOptions` takes without change."""
 
 _of_engine = attrgetter(*_OF_ENGINE)
 
 
 @lru_cache(256)
 def _mesh_options(of_engine: tuple[object, ...], accuracy: Accuracy | None) -> MeshOptions:
-    """The options for the engine, cached: clients repeat them."""
+    """The options for the engine, from the values of `_OF_ENGINE`.
+
+    The result is cached, because clients often repeat the same options.
+    """
     values: dict[str, Any] = dict(zip(_OF_ENGINE, of_engine, strict=True))
     if values["faces"] == "none":
         values |= {"faces": "triangles", "has_faces": False}

@@ -28,7 +28,7 @@ from service.surface.patches import NO_TRIANGLES, PatchSurface
 def _parse_grids(
     value: object, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
 ) -> Grids:
-    """The grids as one array; if their shapes differ, each grid as an array of its own."""
+    """Parse the field `patches`: to one array, or to one array for each grid if shapes differ."""
     try:
         grids: Grids = handler(value)
         return grids
@@ -45,7 +45,7 @@ def _parse_grids(
 
 
 def _shape(grid: object) -> tuple[int, ...]:
-    """Rows and columns of a grid by its first row; () of other values."""
+    """The numbers of rows and columns of a grid, by its first row; () if the value is no grid."""
     if isinstance(grid, np.ndarray):
         return tuple(grid.shape)
     if not (isinstance(grid, list) and grid and isinstance(grid[0], list)):
@@ -56,8 +56,9 @@ def _shape(grid: object) -> tuple[int, ...]:
 class PatchesDefinition(StrictModel):
     """Many Bézier patches over shared vertices, as in the files of the teapot.
 
-    Patches are grids of one degree or of several, triangles of one degree, or both. Neighbouring
-    patches name the same vertices, or vertices with equal coordinates: their seams close exactly.
+    Patches are grids of one degree or of several, triangles of one degree, or both. If neighbouring
+    patches list the same vertices, or vertices with equal coordinates, their common edge has no
+    gap.
     """
 
     type: Literal["patches"] = Field(description="The kind of surface.")
@@ -73,21 +74,24 @@ class PatchesDefinition(StrictModel):
     patches: Annotated[Any, PATCHES, WrapValidator(_parse_grids)] = Field(
         default_factory=lambda: NO_GRIDS,
         description="One grid of vertex numbers (from 0) a patch, rows along u: 4 × 4 numbers for "
-        "a bicubic patch. Grids may have several shapes. May be left out if there are `triangles`.",
+        "a bicubic patch. Grids may have different shapes. May be left out if there are "
+        "`triangles`.",
         examples=[[[[0, 1], [2, 3]], [[2, 3], [4, 5]]]],
     )
     triangles: Annotated[NDArray[np.int64], TRIANGLES] = Field(
         default_factory=lambda: NO_TRIANGLES,
         description="One triangle of vertex numbers (from 0) a triangular patch, in rows of n + 1, "
         "n, … 1 numbers as in the control net of a `triangle`. All triangles have one degree n, "
-        "which may differ from that of the grids; those of several degrees are a `multipatch`.",
+        "which may differ from that of the grids. For triangles of several degrees use a "
+        "`multipatch`.",
         examples=[[[[2, 1], [0]]]],
     )
     parts: Parts = Field(
         default_factory=dict,
-        description="Named groups of patches, by patch number from 0: grids first, triangles after "
-        "them. A patch belongs to at most one group; all others form a part of the surface's "
-        "name. Parts come in the order of the first patch that each lists.",
+        description="Named groups of patches, by patch number from 0: numbers count the grids "
+        "first, then the triangles. A patch belongs to at most one group. Patches without a group "
+        "form a part with the surface's name. Parts are sorted by the first patch number in their "
+        "lists.",
         examples=[{"left": [0], "right": [1]}],
     )
     colors: VertexColors = None
@@ -97,7 +101,7 @@ class PatchesDefinition(StrictModel):
     name: NameField = "surface"
 
     def to_surface(self) -> PatchSurface:
-        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         parts = tuple((name, tuple(members.tolist())) for name, members in self.parts.items())
         channels = build_channels(self.colors, self.uvs, self.attributes)
         if not len(self.patches) + len(self.triangles):
@@ -120,7 +124,7 @@ class PatchesDefinition(StrictModel):
 
 
 def define_patches(surface: PatchSurface) -> dict[str, Any]:
-    """The surface in the form of a request, with NumPy arrays, without the fields that it lacks."""
+    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
     lists = ("patches", "triangles", "parts")
     content = define_surface("patches", surface, "vertices", *lists, "weights")
     content["parts"] = {name: np.array(numbers, np.int64) for name, numbers in surface.parts}
@@ -128,7 +132,7 @@ def define_patches(surface: PatchSurface) -> dict[str, Any]:
 
 
 def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
-    """The content with rows for every triangle, as documents have them."""
+    """The content, with each triangle as a list of rows, as JSON documents have it."""
     if "triangles" not in content:
         return content
     return content | {"triangles": [split_rows(indices) for indices in content["triangles"]]}

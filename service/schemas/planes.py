@@ -9,7 +9,7 @@ from service.bases.arrays import FloatArray
 from service.engine.sections.planes import Planes
 from service.errors import InvalidRequest
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import RequestModel, conflict_error, optional
+from service.schemas.fields import RequestModel, conflict_issue, optional
 from service.schemas.validation import to_invalid
 from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import check_finite, check_stored, validate_points
@@ -18,19 +18,21 @@ OFFSETS = NumberGrid(("offsets",))
 
 
 class PlaneSet(RequestModel):
-    """Planes n · p = d, n a unit normal; row k of both fields belongs to plane k."""
+    """Planes n · p = d, where n is the unit normal; row k of each field belongs to plane k."""
 
     normals: Annotated[FloatArray, VECTORS] = Field(
-        description="Normals of the planes, [x, y, z], of any length but 0; or one of all.",
+        description="Normals of the planes, [x, y, z], of any length but 0; or one normal for all "
+        "planes.",
         examples=[[[0, 0, 1]]],
     )
     offsets: Annotated[FloatArray | None, OFFSETS] = optional(
-        "Distances d of the planes from zero, in the direction of their normals, at most 1,000; or "
-        "one of all.",
+        "Distances d of the planes from the origin, in the direction of their normals: at most "
+        "1,000 numbers, or one number for all planes.",
         [0.5, 1, 1.5],
     )
     points: Annotated[FloatArray | None, VECTORS] = optional(
-        "Instead of offsets: a point [x, y, z] of each plane, or one of all.", [[0, 0, 0.5]]
+        "In place of `offsets`: one point [x, y, z] of each plane, or one point for all planes.",
+        [[0, 0, 0.5]],
     )
 
     @model_validator(mode="after")
@@ -38,11 +40,11 @@ class PlaneSet(RequestModel):
         if (self.offsets is None) == (self.points is None):
             message = "A plane has a normal, and an offset or a point."
             is_neither = self.offsets is None
-            raise to_invalid(conflict_error("offsets", "points", message, is_neither=is_neither))
+            raise to_invalid(conflict_issue("offsets", "points", message, is_neither=is_neither))
         return self
 
     def to_planes(self) -> Planes:
-        """The planes, with a row for each.
+        """The planes as a value of the engine.
 
         Raises
         ------
@@ -51,11 +53,12 @@ class PlaneSet(RequestModel):
             `zero_direction`.
         """
         try:
-            return self._planes()
+            return self._build_planes()
         except InvalidRequest as error:
             raise error.within("/planes") from None
 
-    def _planes(self) -> Planes:
+    def _build_planes(self) -> Planes:
+        """Build the planes; the pointers of errors are relative to this object."""
         normals = validate_directions(self.normals, "normals")
         normals = normals / np.abs(normals).max(axis=1, keepdims=True)
         normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))

@@ -9,7 +9,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 from service.bases.arrays import FloatArray, Ints
 from service.engine.points.places import PointsQuery
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import conflict_error, optional
+from service.schemas.fields import conflict_issue, optional
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import MAX_INDEX, index_too_large, to_invalid, wrong_type
 
@@ -24,8 +24,8 @@ BARYCENTRIC = NumberGrid(
 NUMBERS = NumberGrid(("patch numbers",), integers=True)
 
 
-def _one_or_many(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
-    """The numbers of patches, one for each point, or one whole number for all points."""
+def _parse_patch_numbers(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
+    """Parse the field `patch`: a list of patch numbers, or one number for all points."""
     if type(value) is int:
         if abs(value) > MAX_INDEX:
             raise to_invalid(index_too_large())
@@ -40,7 +40,7 @@ _INDEX = {"type": "integer", "minimum": 0}
 PatchChoice = Annotated[
     Ints | None,
     NUMBERS,
-    WrapValidator(_one_or_many),
+    WrapValidator(_parse_patch_numbers),
     WithJsonSchema({"oneOf": [_INDEX, {"type": "array", "items": _INDEX, "minItems": 1}]}),
 ]
 
@@ -49,19 +49,22 @@ class PointsRequest(SurfaceRequest):
     """Parameters at which a surface is evaluated, and the derivatives to return."""
 
     uv: Annotated[FloatArray | None, UV] = optional(
-        "Parameters [u, v], one pair a point, within the surface's own domain: from 0 "
-        "to 1 for a patch. At a knot the span that begins there counts, at the end the last one.",
+        "Parameters [u, v], one pair for each point, in the domain of the surface; for a patch, "
+        "both are from 0 to 1. A knot belongs to the span that begins at it, and the end of the "
+        "domain belongs to the last span.",
         [[0.5, 0.5], [0, 1]],
     )
     barycentric: Annotated[FloatArray | None, BARYCENTRIC] = optional(
-        "On triangles, instead of `uv`: barycentric coordinates [r, s, t], none below "
-        "0, with a sum of 1. `du` is then the partial along (−1, 1, 0), `dv` along (−1, 0, 1).",
+        "For triangles, in place of `uv`: barycentric coordinates [r, s, t], none negative, with "
+        "the sum 1. `du` is then the derivative in the direction (−1, 1, 0), and `dv` in the "
+        "direction (−1, 0, 1).",
         [[0.5, 0.25, 0.25], [1, 0, 0]],
     )
     patch: PatchChoice = optional(
-        "For a list of patches, or for the surfaces of a `multipatch`: the number "
-        "(from 0, in the order of the request) of that on which the points lie, or one number for "
-        "every point. Needed where there are several, and only there.",
+        "For `patches` and `multipatch` with more than one patch or surface: the number of the "
+        "patch or surface on which the points are, from 0 in the order of the request. One number "
+        "for all points, or a list with one number for each point. Required for these surfaces, "
+        "and only for these.",
         0,
     )
     derivatives: Annotated[int, Field(ge=0, le=2)] = Field(
@@ -72,15 +75,15 @@ class PointsRequest(SurfaceRequest):
     )
 
     @model_validator(mode="after")
-    def _has_places(self) -> Self:
+    def _check_one_form(self) -> Self:
         if (self.uv is None) == (self.barycentric is None):
             message = "There must be one list of places: `uv`, or on triangles `barycentric`."
             is_neither = self.uv is None
-            raise to_invalid(conflict_error("uv", "barycentric", message, is_neither=is_neither))
+            raise to_invalid(conflict_issue("uv", "barycentric", message, is_neither=is_neither))
         return self
 
     def to_query(self) -> PointsQuery:
-        """The query: the parameters and the order of derivatives."""
+        """The parameters, the patch numbers and the order of derivatives, for the engine."""
         places = self.barycentric if self.uv is None else self.uv
         if places is None:
             raise ValueError("a request without places was not validated")

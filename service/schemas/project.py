@@ -9,7 +9,7 @@ from service.engine.queries.project import RELATIVE_TOLERANCE, ProjectQuery
 from service.errors import InvalidRequest, Issue, count_nouns
 from service.schemas.arrays import NumberGrid
 from service.schemas.curves import CurveDefinition, build_curve
-from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
+from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import to_invalid
 from service.surface import Surface
@@ -19,11 +19,11 @@ from service.surface.curve import BezierCurve, BsplineCurve, Curve
 POINTS = NumberGrid(("points", "coordinates"))
 
 LEAST_TOLERANCE = 1e-12
-"""Rounding alone makes intervals this wide."""
+"""The least tolerance that a request may ask for: rounding alone makes intervals this wide."""
 
 
 class ProjectRequest(RequestModel):
-    """A surface or a curve, and the points for which its closest points are searched."""
+    """A surface or a curve, and points: the service finds the closest point for each of them."""
 
     surface: Annotated[SurfaceDefinition | None, Omittable()] = optional(
         "The surface: all of its patches, and all members of a group, are searched together."
@@ -32,7 +32,7 @@ class ProjectRequest(RequestModel):
         "A curve, in place of the surface."
     )
     points: Annotated[FloatArray, POINTS] = Field(
-        description="Points [x, y, z]; [x, y] beside a curve in the plane. At most 100,000.",
+        description="Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.",
         examples=[[[0, 0, 2], [1.5, 0, 0]]],
     )
     relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
@@ -52,34 +52,37 @@ class ProjectRequest(RequestModel):
         if (self.surface is None) == (self.curve is None):
             message = "A request has either a surface or a curve."
             is_neither = self.surface is None
-            raise to_invalid(conflict_error("surface", "curve", message, is_neither=is_neither))
+            raise to_invalid(conflict_issue("surface", "curve", message, is_neither=is_neither))
         if self.curve is not None and self.sign:
             message = "A curve has no inside: `sign` is for surfaces."
-            raise to_invalid(conflict_error("curve", "sign", message, is_neither=False))
+            raise to_invalid(conflict_issue("curve", "sign", message, is_neither=False))
         return self
 
     def build(self) -> None:
-        """Builds the surface or the curve, which `to_shape` returns from then on."""
+        """Build the surface or the curve, which `to_shape` then returns."""
         self.to_shape()
 
     def to_shape(self) -> Surface | Curve:
-        """The surface or the curve, built once; `InvalidRequest` points into the whole request."""
-        built: Surface | Curve | None = self.__dict__.get("_built")
-        if built is None:
+        """The surface or the curve; the first call builds it.
+
+        Raises `InvalidRequest` with pointers into the whole request.
+        """
+        shape: Surface | Curve | None = self.__dict__.get("_shape")
+        if shape is None:
             if self.curve is not None:
-                built = build_curve(self.curve)
+                shape = build_curve(self.curve)
             elif self.surface is not None:
                 try:
-                    built = self.surface.to_surface()
+                    shape = self.surface.to_surface()
                 except InvalidRequest as error:
                     raise error.within("/surface") from None
             else:
                 raise ValueError("a request without a shape was not validated")
-            self.__dict__["_built"] = built
-        return built
+            self.__dict__["_shape"] = shape
+        return shape
 
     def to_query(self) -> ProjectQuery:
-        """The points, and the tolerance of the intervals."""
+        """The points and the tolerance, for the engine; raises `InvalidRequest`."""
         shape = self.to_shape()
         dimension = 3
         if isinstance(shape, BezierCurve | BsplineCurve):
@@ -90,7 +93,7 @@ class ProjectRequest(RequestModel):
 
 
 def check_dimension(points: FloatArray, dimension: int) -> None:
-    """Refuses points that have more or fewer coordinates than the control points."""
+    """Refuse points that do not have `dimension` coordinates, as the control points have."""
     if points.shape[1] != dimension:
         message = "A point has as many coordinates as the control points have."
         got, needed = count_nouns(points.shape[1], "numbers"), count_nouns(dimension, "numbers")

@@ -1,10 +1,10 @@
-"""Converts options from text, in a query or on a command line, to the values of a JSON body.
+"""Converts options from text (in a query, or on a command line) to the values of a JSON body.
 
 A malformed text stays a string, which the model then refuses.
 
-Caches compare URLs letter by letter. So all queries that mean the same mesh have one canonical
-text: the options in the order of their model, defaults left out, each number in its fewest digits,
-`engine` at the end. Reading that text gives the options back.
+Caches compare URLs letter by letter. So the module also writes the canonical query of a mesh: equal
+options give equal texts. The canonical query has the options in the order of their model, without
+those that have their default; each number has the fewest digits; `engine` is at the end.
 """
 
 import re
@@ -16,7 +16,7 @@ from pydantic import BaseModel, Field
 
 from service.engine.mesh.report import ENGINE
 from service.errors import InvalidRequest, Issue, pointer
-from service.schemas.accuracy import MAX_COUNT, SEEN
+from service.schemas.accuracy import CAMERA_FIELDS, MAX_COUNT
 from service.schemas.curves import CurveOptionFields
 from service.schemas.fields import Omittable
 from service.schemas.options import MeshOptionFields
@@ -27,23 +27,24 @@ _WHOLE = re.compile(r"-?\d{1,16}", re.ASCII)
 _NUMBER = re.compile(r"-?\d{1,30}(?:\.\d{1,30})?(?:[eE][-+]?\d{1,3})?", re.ASCII)
 
 MAX_PARAMETERS = 50
-"""The service has fewer options than this; it does not read a longer query to its end."""
+"""The most parameters of a query. The service has fewer options."""
 
 
 class MeshQuery(MeshOptionFields):
-    """The options of a mesh, and the version of the numbers."""
+    """The options of a mesh, and the version of the engine that computes it."""
 
     engine: Annotated[int | None, Omittable(), Field(ge=1, le=MAX_COUNT)] = Field(
         default=None,
-        description="Version of the numbers. With it the URL of a surface whose id is a hash "
-        "stands for the same mesh for ever. A service with another version returns 410.",
+        description="Version of the engine. With this parameter, the URL of a surface whose id is "
+        "a hash always returns the same mesh, byte for byte. A service with another version "
+        "returns 410.",
         examples=[ENGINE],
         json_schema_extra={"enum": [ENGINE]},
     )
 
 
 def number_from_text(text: str) -> int | float | str:
-    """A number as in a JSON body; a text that is not a number stays a string."""
+    """The number that a text contains, as in a JSON body; any other text is returned unchanged."""
     if _WHOLE.fullmatch(text):
         return int(text)
     number = float(text) if _NUMBER.fullmatch(text) else inf
@@ -51,7 +52,7 @@ def number_from_text(text: str) -> int | float | str:
 
 
 def pair_from_text(text: str) -> object:
-    """One whole number, or a list of them: one for u and one for v."""
+    """A whole number, or a list of them if the text has commas: one for u and one for v."""
     numbers = [_parse_whole(part) for part in text.split(",")]
     return numbers[0] if len(numbers) == 1 else numbers
 
@@ -64,18 +65,18 @@ def _parse_float(text: str) -> float | str:
     return float(text) if _NUMBER.fullmatch(text) else text
 
 
-def _flag(text: str) -> bool | str:
+def _parse_flag(text: str) -> bool | str:
     return {"true": True, "false": False}.get(text, text)
 
 
-def _names(text: str) -> list[str]:
+def _split_names(text: str) -> list[str]:
     return text.split(",") if text else []
 
 
-def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
-    """The functions that read the text of each field, by name; fields that are texts need none."""
+def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
+    """For each field of a model, the function that converts its text; not for fields of text."""
     simple: dict[Any, Callable[[str], object]] = {
-        bool: _flag,
+        bool: _parse_flag,
         int: _parse_whole,
         float: _parse_float,
     }
@@ -83,54 +84,72 @@ def _readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
     for name, field in model.model_fields.items():
         types = get_args(field.annotation)
         if get_origin(field.annotation) is tuple:
-            readers[name] = _names if types[-1] is ... else pair_from_text
+            readers[name] = _split_names if types[-1] is ... else pair_from_text
         for kind in types or (field.annotation,):
             if name not in readers and kind in simple:
                 readers[name] = simple[kind]
     return readers
 
 
-_READERS = _readers(CurveOptionFields) | _readers(MeshQuery)
-_READERS["resolution"] = pair_from_text  # also of curves: their model refuses a list
+_READERS = _find_readers(CurveOptionFields) | _find_readers(MeshQuery)
+# For curves, too, although their resolution is one number: the model of curves refuses a list.
+_READERS["resolution"] = pair_from_text
 
-LIST_NAMES = frozenset(name for name, read in _READERS.items() if read in (_names, pair_from_text))
-"""Options that may be lists."""
+LIST_NAMES = frozenset(
+    name for name, read in _READERS.items() if read in (_split_names, pair_from_text)
+)
+"""Names of the options that may be lists."""
 
 
 def parse_mesh_query(pairs: Iterable[tuple[str, str]]) -> MeshQuery:
-    """The options of a mesh in the query of a URL.
+    """Parse the options of a mesh from the query of a URL, given as pairs (name, text).
 
     Raises
     ------
     InvalidRequest
-        Pointers are `/` and the name of the parameter.
+        The pointer of each issue is `/` and the name of the parameter.
     """
     return validate_document(MeshQuery, option_values(pairs))
 
 
 def options_from_text(pairs: Iterable[tuple[str, str]]) -> MeshOptionFields:
-    """The options that a command line gives; raises `InvalidRequest` as `parse_mesh_query` does."""
+    """Parse the options of a mesh from flags of a command line, given as pairs (name, text).
+
+    Raises
+    ------
+    InvalidRequest
+        The pointer of each issue is `/` and the name of the option.
+    """
     return validate_document(MeshOptionFields, option_values(pairs))
 
 
 def option_values(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
-    """The values of options of a mesh, as `values_from_text`; refuses fields of bodies."""
+    """The values of options of a mesh, from pairs (name, text), for the model to validate.
+
+    Raises
+    ------
+    InvalidRequest
+        The issues of `values_from_text`, and `unknown_field` for the fields of a camera, which only
+        bodies can have.
+    """
     values = values_from_text(pairs)
     message = "A query cannot have a camera; the body of a POST can."
     got, needed = "a field of bodies", "tolerance or relative_tolerance, or POST /v1/mesh"
-    names = [name for name in SEEN if name in values]
+    names = [name for name in CAMERA_FIELDS if name in values]
     if issues := [Issue("unknown_field", message, f"/{name}", got, needed) for name in names]:
         raise InvalidRequest(*issues)
     return values
 
 
 def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
-    """Values of options given as (name, text); lists are comma-separated.
+    """The values of options from pairs (name, text); the items of lists are separated by commas.
+
+    Unknown names get their text as value; the model refuses them later.
 
     Raises
     ------
     InvalidRequest
-        `repeated_key` or `too_many_parameters`. The model refuses unknown names later.
+        `repeated_key` or `too_many_parameters`.
     """
     values: dict[str, object] = {}
     for name, text in pairs:
@@ -149,36 +168,36 @@ def values_from_text(pairs: Iterable[tuple[str, str]]) -> dict[str, object]:
 
 
 def canonical_query(options: MeshOptionFields, ignored: Set[str] = frozenset()) -> str:
-    """The canonical text of these options, without those that `ignored` names.
+    """The canonical query of these options, without the options in `ignored`.
 
-    It needs no escapes in a URL. Defaults may be left out, because a new default would raise
-    `ENGINE`: it changes the mesh of a URL.
+    The text needs no escapes in a URL. Options that have their default can be left out: a change of
+    a default requires a new number `ENGINE`, so old URLs keep their meaning.
     """
     parts = []
     for name, field in MeshOptionFields.model_fields.items():
         value = getattr(options, name)
         if name not in ignored and value != field.get_default(call_default_factory=True):
-            parts.append(f"{name}={_text(value)}")
+            parts.append(f"{name}={_write_value(value)}")
     parts.append(f"engine={ENGINE}")
     return "&".join(parts)
 
 
-def _text(value: object) -> str:
-    """A value in its fewest letters."""
+def _write_value(value: object) -> str:
+    """The shortest text of a value."""
     match value:
         case bool():
             return "true" if value else "false"
         case float():
-            return _digits(value)
+            return _write_number(value)
         case tuple():
-            # One number stands for both directions.
-            return ",".join(map(_text, value[:1] if len(set(value)) == 1 else value))
+            # If u and v have the same number, one number stands for both.
+            return ",".join(map(_write_value, value[:1] if len(set(value)) == 1 else value))
         case _:
             return str(value)
 
 
-def _digits(number: float) -> str:
-    """The fewest digits that give the same number: 0.5, 2, 1e-5, 1e20; zero has no sign."""
+def _write_number(number: float) -> str:
+    """The shortest text of a number, such as 0.5, 2, 1e-5 or 1e20; −0 becomes 0."""
     mantissa, _, exponent = repr(number + 0.0).partition("e")
     mantissa = mantissa.removesuffix(".0")
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa

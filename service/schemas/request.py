@@ -1,4 +1,4 @@
-"""Requests for one surface: to store it, to mesh it with options, to sign its URL."""
+"""Requests for one surface: to store the surface, to mesh it, or to sign its URL."""
 
 from typing import Annotated, Self
 
@@ -6,18 +6,21 @@ from pydantic import Field, model_validator
 
 from service.errors import InvalidRequest
 from service.schemas.accuracy import MAX_PIXELS, CameraDefinition
-from service.schemas.fields import Omittable, RequestModel, conflict_error, optional
+from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import SurfaceDefinition
 from service.schemas.validation import to_invalid
 from service.surface import Surface
 
 MAX_SECONDS = 7 * 24 * 3600
-"""The longest time for which a URL is signed: a person whose key is revoked must lose access."""
+"""The longest time for which a URL is signed, in seconds. After this time, a person whose key was
+revoked has no access any more."""
 
 MAX_MOMENT = 10**12 - 1
+"""The latest time that a request may name, in seconds since 1970."""
 
 MAX_URL = 8000
+"""The most characters of a URL to sign."""
 
 
 class SurfaceRequest(RequestModel):
@@ -26,32 +29,34 @@ class SurfaceRequest(RequestModel):
     surface: SurfaceDefinition = Field(description="The surface, by its control points.")
 
     def build(self) -> None:
-        """Builds the surface, which `to_surface` returns from then on."""
+        """Build the surface, which `to_surface` then returns."""
         self.to_surface()
 
     def to_surface(self) -> Surface:
-        """The surface itself, built once; `InvalidRequest` points into the whole request."""
-        built: Surface | None = self.__dict__.get("_built")
-        if built is None:
+        """The surface as a value; the first call builds it.
+
+        Raises `InvalidRequest` with pointers into the whole request.
+        """
+        surface: Surface | None = self.__dict__.get("_surface")
+        if surface is None:
             try:
-                built = self.__dict__["_built"] = self.surface.to_surface()
+                surface = self.__dict__["_surface"] = self.surface.to_surface()
             except InvalidRequest as error:
                 raise error.within("/surface") from None
-        return built
+        return surface
 
 
 class MeshRequest(SurfaceRequest, MeshOptionFields):
     """A surface, and the options of its mesh."""
 
     camera: Annotated[CameraDefinition | None, Omittable()] = optional(
-        "The camera that will see the mesh; needs `pixel_tolerance`. In bodies only, not in "
-        "queries.",
+        "The camera that will see the mesh; requires `pixel_tolerance`. A query cannot have it.",
         {"position": [4, 3, 9], "field_of_view": 0.8, "height": 1080},
     )
     pixel_tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_PIXELS)] = optional(
-        "The largest error in pixels, as the `camera` sees it; needs `camera`. The tolerance of "
-        "each part follows from its least distance from the camera; a `tolerance` holds in "
-        "addition.",
+        "The largest error in pixels in the picture of the `camera`; requires `camera`. The "
+        "tolerance of each part of the surface follows from its least distance from the camera. A "
+        "`tolerance` in the same request applies, too.",
         0.5,
     )
 
@@ -77,6 +82,6 @@ class SignRequest(RequestModel):
     def _check_end(self) -> Self:
         if (self.expires is None) == (self.seconds is None):
             message = "A request has either `expires` or `seconds`."
-            issue = conflict_error("expires", "expires", message, is_neither=self.expires is None)
+            issue = conflict_issue("expires", "expires", message, is_neither=self.expires is None)
             raise to_invalid(issue)
         return self

@@ -1,6 +1,7 @@
-"""Scans of a JSON text for facts that the parser drops: positions, repeated keys, depth.
+"""Searches a JSON text for facts that the parser does not return: positions, repeated keys, depth.
 
-The scanners read only strings and brackets. Most run only after the parser has found an error.
+The functions look only at strings and brackets, and most are called only after the parser has found
+an error.
 """
 
 import re
@@ -10,7 +11,7 @@ import orjson
 from service.errors import pointer
 
 MAX_PREFIX = 1 << 19
-"""The most bytes that `find_pointer` reads: at most 0.1 s."""
+"""The most bytes that `find_pointer` reads, which takes at most 0.1 s."""
 
 MAX_KEY = 64
 """The most characters of a key in a pointer; all keys of the service are shorter."""
@@ -28,7 +29,7 @@ _OTHERS = bytes(set(range(256)) - set(b"[]{}"))
 
 
 class _Level:
-    """An open bracket, and the index or key at the position of the scanner."""
+    """An open bracket, with the index or key of the item that the scanner has reached in it."""
 
     __slots__ = ("expects_key", "is_object", "label")
 
@@ -38,7 +39,7 @@ class _Level:
         self.label: int | bytes = b"" if is_object else 0
 
     def count_commas(self, count: int) -> None:
-        """Moves on by `count` commas."""
+        """Move on by `count` commas, that is, by `count` items."""
         if isinstance(self.label, int):
             self.label += count
         elif count:
@@ -46,9 +47,9 @@ class _Level:
 
 
 def find_pointer(body: bytes, end: int) -> str:
-    """JSON pointer of the value that begins at or contains byte `end` of `body`.
+    """The JSON pointer of the value that begins at byte `end` of `body`, or contains this byte.
 
-    Empty if `end` is beyond `MAX_PREFIX`.
+    The pointer is empty if `end` is above `MAX_PREFIX`.
     """
     if end > MAX_PREFIX:
         return ""
@@ -77,9 +78,10 @@ def find_pointer(body: bytes, end: int) -> str:
 
 
 def find_repeated_key(body: bytes) -> tuple[int, str] | None:
-    """Offset and text of the first key that occurs earlier in the same object, or None.
+    """The byte offset and the text of the first repeated key: its object already has this key.
 
-    RFC 8259, section 4, leaves the meaning of such an object open; parsers silently keep one.
+    None if no object has a key twice. RFC 8259, section 4, does not define the meaning of an object
+    with equal keys; parsers silently keep one of them.
     """
     objects: list[set[str]] = []
     for token in _BRACE_OR_STRING.finditer(body):
@@ -98,7 +100,7 @@ def find_repeated_key(body: bytes) -> tuple[int, str] | None:
 
 
 def decode_key(string: bytes) -> str:
-    """The text that a JSON string, quotes included, stands for."""
+    """The text of a JSON string, which is given with its quotes and escapes."""
     try:
         return str(orjson.loads(string))
     except orjson.JSONDecodeError:
@@ -106,17 +108,18 @@ def decode_key(string: bytes) -> str:
 
 
 def shorten(key: str) -> str:
-    """A key, shortened for a pointer."""
+    """A key with at most `MAX_KEY` characters, and an ellipsis if it was shortened."""
     return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"
 
 
 def is_deeper(body: bytes, most: int) -> bool:
-    """Whether more than `most` brackets are open anywhere in a well-formed JSON text.
+    """Whether more than `most` brackets are open at any position of a well-formed JSON text.
 
-    Of the text only the brackets are kept. Then adjacent pairs are the innermost ones, and removing
-    them makes the text one level less deep.
+    First everything but brackets is removed from the text. Then each adjacent pair is an innermost
+    list or object, and removing all these pairs reduces the depth of the text by one.
     """
-    # Only strings have escapes; without escaped quotes every second quote ends a string.
+    # Only strings contain escapes. After escaped quotes are removed, every second quote ends a
+    # string.
     plain = body.replace(b"\\\\", b"").replace(b'\\"', b"") if b"\\" in body else body
     brackets = b"".join(plain.split(b'"')[::2]).translate(_SQUARE, _OTHERS)
     for _ in range(most):

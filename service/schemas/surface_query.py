@@ -1,6 +1,7 @@
-"""The fields of a surface as text, for files that have only control points.
+"""Fields of a surface as text, for uploaded files that have only control points.
 
-In a query they stand beside the options of a mesh; on a command line they are flags.
+In a query, these fields are parameters, together with the options of a mesh. On a command line they
+are flags.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,8 +13,7 @@ from service.schemas.query import option_values, pair_from_text
 
 FIELDS: Mapping[str, str] = MappingProxyType(
     {
-        "type": "What the control points are: `bezier` or `bspline` for one net, `patches` for "
-        "many.",
+        "type": "The kind of surface: `bezier` or `bspline` for one net, `patches` for many.",
         "degree": "Degree of a `bspline`: one number, or one for u and one for v.",
         "knots": "Knots of a `bspline`: `clamped`, `uniform` or `periodic`, or a name for u and "
         "one for v.",
@@ -25,13 +25,15 @@ FIELDS: Mapping[str, str] = MappingProxyType(
 
 
 def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """A request without its control points: options of a mesh, and `surface` with its fields.
+    """The body of a request without its control points, from the parameters of a query.
+
+    The fields of the surface are in `surface`; the other parameters, which should be options of a
+    mesh, are beside it. The model checks unknown names and all values later.
 
     Raises
     ------
     InvalidRequest
-        A name is repeated, or is not allowed in a query; pointers are `/` and the name. The model
-        checks other names and all values later.
+        A name is repeated, or is not allowed in a query; the pointer is `/` and the name.
     """
     values = option_values(pairs)
     if "surface" in values:
@@ -44,12 +46,18 @@ def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
 
 
 def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
-    """Fields of a surface as in a document; malformed texts stay texts, which the model refuses."""
-    return {name: _value(name, text) for name, text in texts.items()}
+    """The fields of a surface as a document has them, from texts by name.
+
+    A malformed text stays a text, which the model refuses later.
+    """
+    return {name: _parse_value(name, text) for name, text in texts.items()}
 
 
 def add_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
-    """The surface that a file holds, with these fields; a group's axis is that of its members."""
+    """The surface of a file, with these fields in addition; fields of the file come first.
+
+    If the surface is a group, the field `up` is set for all of its members, too.
+    """
     if net["type"] == "group" and "up" in fields:
         members = [
             member | {"surface": member["surface"] | {"up": fields["up"]}}
@@ -59,7 +67,7 @@ def add_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, A
     return {**fields, **net}
 
 
-def _value(name: str, text: str) -> object:
+def _parse_value(name: str, text: str) -> object:
     if name == "degree":
         return pair_from_text(text)
     if name == "knots" and "," in text:

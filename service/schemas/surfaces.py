@@ -1,8 +1,8 @@
-"""The JSON language of surfaces: a model for each kind, and the union of all.
+"""The JSON language of surfaces: the union of the models of all kinds.
 
-To add a kind: a module with its model (a `type` of its own and a `to_surface`) and a function
-that writes it; here its line in `DEFINE` (and in `WITH_ROWS`, if it has nets over triangles), its
-name in `KINDS` and its line in `_Single`.
+To add a kind, write a module with its model (which has a `type` and a method `to_surface`) and with
+a function that writes it as a document. Then add a line to `DEFINE` (and to `WITH_ROWS`, if the
+kind has nets over triangles), its name to `KINDS`, and a line to `_Single`.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,12 +35,13 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         RibbonSurface: sweeps.define_ribbon,
     }
 )
-"""Functions that write a surface in the form of a request, by kind, for kinds without members."""
+"""For each kind without members, the function that writes a surface in the form of a request."""
 
 WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
     {PatchSurface: patches.replace_rows, TriangleSurface: triangle.replace_rows}
 )
-"""Functions that turn arrays over triangles into the rows that documents have, by kind."""
+"""For each kind with nets over triangles, the function that splits these nets into rows, as
+documents have them."""
 
 KINDS = ("bezier", "bspline", "triangle", "patches", "multipatch", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is the default."""
@@ -83,9 +84,9 @@ group.GroupDefinition.model_rebuild()
 
 
 def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
-    """A surface in the form of a request, with NumPy arrays, without the fields that it lacks.
+    """A surface in the form of a request, with NumPy arrays; omits fields that have no value.
 
-    Nets over triangles come in rows, as documents write them, or `flat`, as one array each.
+    A net over a triangle is a list of rows, as in documents; if `flat`, it is one array.
     """
     kind = type(surface)
     if isinstance(surface, GroupSurface):

@@ -20,8 +20,8 @@ _VECTOR = NumberGrid(
 )
 
 
-def _spread(value: object) -> FloatArray:
-    """A number, or a list of them."""
+def _parse_coefficients(value: object) -> FloatArray:
+    """Parse coefficients: one number, or a list of numbers, to an array (k+1,)."""
     if type(value) in (int, float):
         return np.array([value], dtype=np.float64)
     if not isinstance(value, list | np.ndarray):
@@ -32,7 +32,7 @@ def _spread(value: object) -> FloatArray:
 _NUMBER = {"type": "number", "minimum": 0}
 Spread: TypeAlias = Annotated[
     Any,
-    PlainValidator(_spread),
+    PlainValidator(_parse_coefficients),
     WithJsonSchema(
         {
             "oneOf": [
@@ -44,12 +44,13 @@ Spread: TypeAlias = Annotated[
 ]
 
 _ALONG = (
-    "A list holds the coefficients of a Bézier function over the whole curve: the first at its "
-    "beginning, the last at its end, pulled towards those between. No coefficient is negative, "
-    "and at least one is above 0."
+    "One number, or a list of the coefficients of a Bézier function over the whole curve. The "
+    "function has the first coefficient as its value at the beginning of the curve, and the last "
+    "as its value at the end. No coefficient is negative, and at least one is above 0."
 )
 _CURVE = (
-    "The curve that it runs along. Its `up` and `name` are not read: those of the surface count."
+    "The curve along which the surface runs. Its `up` and `name` are ignored; the surface has its "
+    "own."
 )
 _CURVES = [{"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}]
 
@@ -57,27 +58,30 @@ _CURVES = [{"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}]
 class TubeDefinition(StrictModel):
     """A round tube about a curve: a wire, a hair, a knot.
 
-    Its rings turn about the curve as little as they can; a closed curve gives a closed tube.
-    `resolution` counts the divisions of each piece of the curve. Corners up to 90° are mitred,
-    sharper ones rounded. Where radius × curvature exceeds 1, the tube intersects itself.
+    From ring to ring the tube turns about the curve as little as possible. A closed curve gives a
+    closed tube. `resolution` is the number of divisions of each piece of the curve. Corners up to
+    90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the tube
+    intersects itself.
     """
 
     type: Literal["tube"] = Field(description="The kind of surface.")
     curve: CurveDefinition = Field(description=_CURVE, examples=_CURVES)
     radius: Spread = Field(description=f"Radius. {_ALONG}", examples=[0.1, [0.2, 0.1, 0]])
     sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
-        default=16, description="Sides of the polygon that stands for the circle.", examples=[48]
+        default=16,
+        description="Sides of the regular polygon that approximates the circle.",
+        examples=[48],
     )
     caps: bool = Field(
         default=True,
-        description="Whether open ends get flat discs with normals of their own. Where the radius "
-        "is 0 the tube is pointed.",
+        description="Whether the ends of an open tube are closed by flat discs, which have normals "
+        "of their own. An end where the radius is 0 is a point.",
     )
     up: UpField = "y"
     name: NameField = "tube"
 
     def to_surface(self) -> TubeSurface:
-        """The tube itself; raises `InvalidRequest` with pointers relative to it."""
+        """The tube as a value; raises `InvalidRequest` with pointers relative to the surface."""
         curve = build_curve(self.curve, plain=True)
         return TubeSurface(curve, self.radius, self.sides, self.caps, self.up, self.name)
 
@@ -85,25 +89,27 @@ class TubeDefinition(StrictModel):
 class RibbonDefinition(StrictModel):
     """A flat stripe along a curve that faces a direction, or a camera.
 
-    Its crossbars are at right angles to the curve and to the direction that it faces. `resolution`
-    counts the divisions of each piece of the curve; corners are those of a tube.
+    The line across the ribbon is at right angles to the curve and to the direction that the ribbon
+    faces. `resolution` is the number of divisions of each piece of the curve. Corners up to 90° are
+    mitred, and sharper corners are rounded.
     """
 
     type: Literal["ribbon"] = Field(description="The kind of surface.")
     curve: CurveDefinition = Field(description=_CURVE, examples=_CURVES)
     width: Spread = Field(description=f"Width. {_ALONG}", examples=[0.2, [0, 0.3, 0]])
     facing: Annotated[FloatArray | None, _VECTOR] = optional(
-        "Direction that it faces, of any length: [0, 0, 1] if neither this nor a camera is given.",
+        "Direction that the ribbon faces, of any length but 0. The default, without a `camera`, is "
+        "[0, 0, 1].",
         [0, 1, 0],
     )
     camera: Annotated[FloatArray | None, _VECTOR] = optional(
-        "A point that it faces, in place of a direction.", [0, 2, 10]
+        "A point that the ribbon faces, in place of a direction.", [0, 2, 10]
     )
     up: UpField = "y"
     name: NameField = "ribbon"
 
     def to_surface(self) -> RibbonSurface:
-        """The ribbon itself; raises `InvalidRequest` with pointers relative to it."""
+        """The ribbon as a value; raises `InvalidRequest` with pointers relative to the surface."""
         curve = build_curve(self.curve, plain=True)
         return RibbonSurface(curve, self.width, self.facing, self.camera, self.up, self.name)
 
@@ -117,6 +123,6 @@ def define_tube(surface: TubeSurface) -> dict[str, Any]:
 
 def define_ribbon(surface: RibbonSurface) -> dict[str, Any]:
     """The ribbon in the form of a request, with NumPy arrays."""
-    towards = "facing" if surface.camera is None else "camera"
+    target = "facing" if surface.camera is None else "camera"
     content = {"type": "ribbon", "curve": define_curve(surface.curve)}
-    return content | {name: getattr(surface, name) for name in ("width", towards, "up", "name")}
+    return content | {name: getattr(surface, name) for name in ("width", target, "up", "name")}

@@ -1,6 +1,7 @@
-"""The JSON language of a triangular Bézier patch, and the rows of its nets.
+"""The JSON language of a triangular Bézier patch, and the conversion of its nets to rows.
 
-A document has rows of n + 1, n, … 1 entries; arrays have one axis of (n+1)(n+2)/2.
+In a document, a net is a list of rows of n + 1, n, … 1 entries. In an array, all rows are one axis
+of (n+1)(n+2)/2 entries.
 """
 
 import re
@@ -32,15 +33,17 @@ class TriangleDefinition(StrictModel):
     """One triangular Bézier patch of any degree, rational if weights are given.
 
     S(r, s, t) = Σ n!/(i! j! k!) r^i s^j t^k w_ijk b_ijk / Σ n!/(i! j! k!) r^i s^j t^k w_ijk for
-    r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points: row k holds those of that
-    k, with j rising, so the first row is the side t = 0 and the last one the corner t = 1.
+    r + s + t = 1. The net has n + 1 rows of n + 1, n, … 1 control points. Row k has the points
+    b_ijk with this k, in the order of ascending j. So the first row is the side t = 0, and the last
+    row is the corner t = 1.
     """
 
     type: Literal["triangle"] = Field(description="The kind of surface.")
     control_net: Annotated[FloatArray, TRIANGLE_NET] = Field(
-        description="Control points [x, y, z], row by row, each row one shorter than the one "
-        "before. At least two rows; every coordinate finite and within single precision. Seen from "
-        "outside the rows lie one above the other and run from left to right.",
+        description="Control points [x, y, z], row by row. Each row has one point less than the "
+        "row before. At least two rows; every coordinate is finite and within single precision. "
+        "Seen from the side to which the normal points, rows run from left to right, and each row "
+        "is above the row before.",
         examples=[[[[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 1, 1], [1, 1, 1]], [[0, 2, 0]]]],
     )
     weights: TriangleWeights = Field(
@@ -54,26 +57,25 @@ class TriangleDefinition(StrictModel):
     name: NameField = "surface"
 
     def to_surface(self) -> TriangleSurface:
-        """The surface itself; raises `InvalidRequest` with pointers relative to it."""
+        """The surface as a value; raises `InvalidRequest` with pointers relative to the surface."""
         try:
             channels = build_channels(self.colors, self.uvs, self.attributes)
             return TriangleSurface(self.control_net, self.weights, self.up, self.name, channels)
         except InvalidRequest as error:
             nets = {f"/{name}": getattr(self, name) for name in _NETS}
             nets |= {pointer(("attributes", name)): net for name, net in self.attributes.items()}
-            moved = error
             for prefix, net in nets.items():
-                moved = moved if net is None else to_rows(moved, prefix, len(net))
-            raise moved from None
+                error = error if net is None else to_rows(error, prefix, len(net))
+            raise error from None
 
 
 def define_triangle(surface: TriangleSurface) -> dict[str, Any]:
-    """The definition of the surface, with arrays; without the fields that it does not have."""
+    """The surface in the form of a request, with NumPy arrays; omits fields that have no value."""
     return define_surface("triangle", surface, "control_net", "weights")
 
 
 def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
-    """The content with rows for every net, as documents have them."""
+    """The content, with each net as a list of rows, as JSON documents have it."""
     rows: dict[str, Any] = {name: split_rows(content[name]) for name in _NETS if name in content}
     if "attributes" in content:
         rows["attributes"] = {name: split_rows(net) for name, net in content["attributes"].items()}
@@ -81,15 +83,23 @@ def replace_rows(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def split_rows(values: NDArray[Any]) -> list[NDArray[Any]]:
-    """The rows of n+1, n, … 1 entries of an array over a triangle."""
+    """Split an array of (n+1)(n+2)/2 entries of a triangle into rows of n+1, n, … 1 entries."""
     starts = row_starts(degree_of(len(values)))
     return np.split(values, starts[1:-1])
 
 
 def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
-    """The error with pointers to entry j of row m instead of entry k below `prefix` (a pattern).
+    """The error, with pointers that have the row of an entry, as documents need it.
 
-    `count` is the number of entries of the triangle.
+    A pointer to entry k of an array becomes a pointer to entry j of row m.
+
+    Parameters
+    ----------
+    error : InvalidRequest
+    prefix : str
+        A regular expression: the pointers of the arrays to change.
+    count : int
+        The number of entries of an array, all rows together.
     """
     degree = degree_or_none(count)
     if degree is None:

@@ -1,4 +1,8 @@
-"""Translates pydantic's errors to ours: code, pointer, texts of got and needed, without input."""
+"""Validates documents, and translates pydantic's errors to issues of this service.
+
+An issue has a code, a pointer, and texts of the values that the service got and needed. It never
+repeats the input.
+"""
 
 from collections.abc import Iterable, Sized
 from dataclasses import replace
@@ -18,14 +22,14 @@ Path: TypeAlias = tuple[str | int, ...]
 Model = TypeVar("Model", bound=BaseModel)
 
 UNIONS = frozenset({"surface", "curve"})
-"""Fields that hold one of several models. Pydantic's paths have a level with the name of the chosen
-model, which the document does not have."""
+"""Fields whose value is one of several models. After such a field, pydantic's paths have an
+additional item, the name of the chosen model, which a JSON pointer must not have."""
 
 LISTS_OF_UNIONS = frozenset({"operations", "surfaces"})
-"""Fields that hold a list in which each item is one of several models."""
+"""Fields whose value is a list, in which each item is one of several models."""
 
 MAX_INDEX = 2**53
-"""The largest whole number that an index may be."""
+"""The largest index in absolute value. JSON readers represent whole numbers exactly up to it."""
 
 _KINDS = {
     type(None): "null",
@@ -84,18 +88,21 @@ _TRANSLATED = {
         "printable characters",
     ),
 }
-"""Code, message, and texts of got and needed, by pydantic's type of error."""
+"""For each of pydantic's types of error: the code, the message, and the texts of got and needed."""
 
 _OTHER = ("wrong_value", "The value is not allowed.", "{kind}", "")
 
 
 def _error_of(issue: Issue) -> PydanticCustomError:
-    """The error of pydantic that carries an issue; its text is the message of the issue."""
+    """A pydantic error that contains an issue in its context."""
     return PydanticCustomError("issue", "{message}", {"issue": issue, "message": issue.message})
 
 
 def to_refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
-    """An exception for a validator to raise: the first `MAX_ISSUES` faults, each at its path."""
+    """An exception for a validator to raise, with several issues, each at a path of its own.
+
+    Only the first `MAX_ISSUES` faults are read.
+    """
     details: list[InitErrorDetails] = [
         {
             "type": _error_of(issue),
@@ -108,12 +115,15 @@ def to_refusal(faults: Iterable[tuple[Path, Issue]]) -> ValidationError:
 
 
 def to_invalid(issue: Issue) -> PydanticCustomError:
-    """An exception for a validator to raise; the issue's pointer is relative to the value."""
+    """An exception for a validator to raise, with one issue.
+
+    The issue's pointer is relative to the value that the validator checks.
+    """
     return _error_of(issue)
 
 
 def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Model:
-    """Parses the JSON text of a request and validates it.
+    """Parse the JSON text of a request, and validate it as a `model`.
 
     Raises
     ------
@@ -128,7 +138,7 @@ def parse_request(model: type[Model], body: bytes, limits: DocumentLimits) -> Mo
 def validate_document(
     model: type[Model], document: object, limits: DocumentLimits = DEFAULT_LIMITS
 ) -> Model:
-    """Validates a document made of dict, list, str, numbers and arrays.
+    """Validate a document of dict, list, str, numbers and arrays as a `model`.
 
     Raises
     ------
@@ -142,32 +152,35 @@ def validate_document(
 
 
 def limits_of(info: ValidationInfo) -> DocumentLimits:
-    """The limits that `validate_document` was called with."""
+    """The limits with which `validate_document` was called."""
     return info.context if isinstance(info.context, DocumentLimits) else DEFAULT_LIMITS
 
 
 def invalid_request(error: ValidationError, model: type[BaseModel] = BaseModel) -> InvalidRequest:
-    """The errors that pydantic found in a document of this model, in the words of this service."""
+    """The errors that pydantic found in a document of this model, as issues of this service."""
     details = [d for d in error.errors(include_url=False) if not _is_consequence(d)]
     return InvalidRequest(*(_issue(detail, model) for detail in details[:MAX_ISSUES]))
 
 
 def _is_consequence(detail: ErrorDetails) -> bool:
-    """Whether pydantic finds a list too short only because it did not count invalid items."""
+    """Whether the error only follows from others: pydantic does not count invalid items of a list.
+
+    So pydantic calls a list too short that has enough items, some of them invalid.
+    """
     value = detail["input"]
     short = detail["type"] == "too_short" and isinstance(value, Sized)
     return short and len(value) >= detail["ctx"]["min_length"]
 
 
 def kind(value: object) -> str:
-    """The kind of a JSON value, in words that repeat nothing of it."""
+    """The kind of a JSON value as a text for clients, which does not contain the value."""
     return _KINDS.get(type(value), "an object")
 
 
 def wrong_type(value: object, needed: str) -> Issue:
-    """The issue of a value of the wrong type, null included.
+    """The issue for a value of the wrong type.
 
-    A field that is left out has its default; null has no meaning.
+    Null is always wrong: to get the default of a field, a client omits the field.
     """
     if value is None:
         return Issue("null_value", "This field cannot be null.", got="null", needed=needed)
@@ -175,23 +188,24 @@ def wrong_type(value: object, needed: str) -> Issue:
 
 
 def index_too_large() -> Issue:
-    """The issue of a number beyond `MAX_INDEX`."""
+    """The issue for an index above `MAX_INDEX`."""
     message, got = "No list is that long.", "a number beyond 2^53"
     return Issue("index_out_of_range", message, got=got, needed="an index")
 
 
 def empty_list(needed: str) -> Issue:
-    """The issue of an empty list."""
+    """The issue for an empty list."""
     return Issue("empty_list", "The list is empty.", got="an empty list", needed=needed)
 
 
 def ragged_triangle(got: str, needed: str) -> Issue:
-    """The issue of rows that do not form a triangle."""
+    """The issue for rows that do not form a triangle."""
     rule = "The rows of a triangle shorten by one: n + 1 rows have n + 1, n, … 1 entries."
     return Issue("ragged", rule, got=got, needed=needed)
 
 
 def _issue(detail: ErrorDetails, model: type[BaseModel]) -> Issue:
+    """The issue for one detail of a pydantic error, with a pointer into the document."""
     where = _pointer(detail["loc"])
     if detail["type"] == "extra_forbidden" and (near := nearest_field(model, detail["loc"])):
         needed = f"`{near}`, or another documented name"
@@ -217,7 +231,7 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
 
 
 def _pointer(path: Path) -> str:
-    """JSON pointer of pydantic's path, without the names of union members."""
+    """The JSON pointer for a path of pydantic; the names of models in the path are omitted."""
     parts: list[str | int] = []
     before: str | int | None = None
     previous: str | int | None = None
@@ -227,6 +241,6 @@ def _pointer(path: Path) -> str:
             before = previous = None
             continue
         before, previous = previous, part
-        if part != "[key]":  # pydantic's mark for "the key itself"
+        if part != "[key]":  # pydantic adds this if the error is in the key, not in its value
             parts.append(part if isinstance(part, int) else shorten(part))
     return pointer(parts)

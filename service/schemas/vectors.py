@@ -1,4 +1,4 @@
-"""Vectors of rays and planes in a document: checks directions, and pairs rows."""
+"""Checks the vectors of rays and planes in a document."""
 
 import numpy as np
 
@@ -14,11 +14,12 @@ VECTORS = NumberGrid(
 )
 
 SHORTEST = 1e-100
-"""A vector of smaller numbers has no direction: their squares vanish."""
+"""A vector needs one number at least this large in absolute value. The squares of smaller numbers
+would underflow, so that the direction cannot be computed."""
 
 
 def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
-    """Vectors (n, 3) of any length but 0.
+    """Check directions: returns the vectors as an array (n, 3); they need not have length 1.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
 def pair_rows(
     rows: FloatArray, name: str, others: FloatArray, other_name: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Two arrays with the same number of rows; the only row of an array is repeated for all.
+    """Give two arrays the same number of rows: if one has a single row, this row is repeated.
 
     Raises
     ------

@@ -39,8 +39,8 @@ def list_issues(**options: Any) -> list[tuple[str, str]]:
 def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
     names = {field.name for field in fields(Accuracy)}
     assert names <= set(MeshRequest.model_fields)
-    assert names == set(accuracy.NAMES) == {*command.ACCURACY, *command.SEEN}
-    assert accuracy.SEEN == command.SEEN
+    assert names == set(accuracy.NAMES) == {*command.ACCURACY, *command.CAMERA_FIELDS}
+    assert accuracy.CAMERA_FIELDS == command.CAMERA_FIELDS
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_null_and_a_resolution_together_with_an_accuracy_are_refused(name: str) 
     assert list_issues(resolution=16, **option) == [("conflicting_options", "/resolution")]
 
 
-@pytest.mark.parametrize("name", accuracy.SEEN)
+@pytest.mark.parametrize("name", accuracy.CAMERA_FIELDS)
 def test_a_camera_in_a_query_is_refused_and_the_issue_names_post(name: str) -> None:
     with pytest.raises(InvalidRequest) as refusal:
         options_from_text([(name, "1"), ("tolerance", "0.1")])
