@@ -18,7 +18,7 @@ from service.measuring import Measured
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
-MOST = 1 << 31
+MAX_TRIANGLES = 1 << 31
 """The most triangles of a mesh by tolerance if the request sets no limit."""
 
 
@@ -36,7 +36,7 @@ def build(
     """
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
-        result = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MOST)
+        result = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MAX_TRIANGLES)
         return flatten(result) if isinstance(result, Scene) else result
     if isinstance(model, GroupModel):
         mesh = flatten(build_scene(model, options, allow=allow))
@@ -64,7 +64,10 @@ def _build_single(
 
 
 def draw_lines(model: PatchModel, options: MeshOptions) -> tuple[Overlay, ...]:
-    """The requested lines in float64 and model coordinates, for formats that write no mesh."""
+    """The overlays and isoparametric curves that the options request, for formats without meshes.
+
+    Positions are float64 in model coordinates.
+    """
     overlays = draw_overlays_alone(model, options)
     if options.has_wires:
         curves = sample_isocurves(model, options.resolution, options.isocurves)
@@ -82,12 +85,12 @@ def build_scene(
 ) -> Scene:
     """The scene of a group: the mesh of each distinct model once, and a node for each member.
 
-    Members that meet along edges are meshed together, and then written as separate nodes.
-    `quantized` rounds positions to the 16-bit grids of the models.
+    Members that meet along edges are meshed together, and then separated into nodes. If
+    `quantized`, positions are rounded to the 16-bit grids of the models.
     """
     if options.accuracy is not None:
         storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
-        mesh = build_mesher(model, options, storage, nodes=True).build_mesh(goal, MOST)
+        mesh = build_mesher(model, options, storage, nodes=True).build_mesh(goal, MAX_TRIANGLES)
         if isinstance(mesh, Scene):
             return mesh
     joined = join_group(model, options, allow)

@@ -5,15 +5,16 @@ import numpy as np
 from service.bases.arrays import Ints, RealArray
 
 MAX_ROUNDS = 64
-"""The most groups at one place; the rows that remain there are not grouped. Only the apex of a
-finely divided cone has this many groups, and more groups are no error."""
+"""The most groups at one place. Each row that then remains leads a group of its own, which is no
+error: fewer vertices are shared. Only the apex of a finely divided cone has this many groups."""
 
 
 def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
-    """For each row the first row that it is near: at the same place, at most `reach` away.
+    """For each row, the leader of its group: the first row of the group.
 
-    The first row at a place leads the first group; the first row that is not near it leads the next
-    group.
+    The first row at a place leads a group; all rows at the place whose values are at most `reach`
+    from the leader's value belong to the group. The first of the remaining rows leads the next
+    group at this place.
 
     Parameters
     ----------
@@ -21,12 +22,13 @@ def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
         For each row, the number of one row at its place, the same number for all rows there.
     values : ndarray, shape (N, d)
     reach : float
-        Euclidean distance. Equal values are at distance 0 exactly, whatever their rounding.
+        Euclidean distance. Equal values are at distance 0 exactly, so with reach 0 only equal
+        values are grouped.
 
     Returns
     -------
     ndarray of int, shape (N,)
-        `leader[leader]` equals `leader`.
+        Numbers of rows. A leader is its own leader: `leader[leader]` equals `leader`.
     """
     leader = np.arange(len(place))
     remaining = np.flatnonzero(place != leader)
@@ -38,6 +40,6 @@ def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
         remaining = remaining[~is_near]
         if not len(remaining):
             break
-        _, first, back = np.unique(place[remaining], return_index=True, return_inverse=True)
-        candidates = remaining[first][back]
+        _, first, inverse = np.unique(place[remaining], return_index=True, return_inverse=True)
+        candidates = remaining[first][inverse]
     return leader

@@ -5,6 +5,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 
 FOLD = 128
+"""Points in one row of a folded array (see `find_extent`)."""
 
 MOST_TRANSPOSED = 1 << 15
 """Up to this number of points, a transposed copy is faster."""
@@ -15,8 +16,8 @@ float32 would leave it fewer than 16 binary digits."""
 
 
 ORDINARY = 16
-"""Models larger than 2^-16 and smaller than 2^16 are not scaled: fourth powers of such lengths are
-far from float32's limits."""
+"""Models with an extent from 2^-16 to 2^16 are not scaled: fourth powers of these lengths are far
+from the limits of float32."""
 
 AT_ZERO = np.zeros(3)
 """The origin of most meshes."""
@@ -29,10 +30,10 @@ def is_moved(origin: FloatArray) -> bool:
 
 
 def find_extent(points: RealArray) -> tuple[RealArray, RealArray]:
-    """Least and greatest coordinates of points (N, d), N ≥ 1, in their own precision.
+    """Least and greatest coordinates, (d,) each, of points (N, d) with N ≥ 1, in the same dtype.
 
-    A reduction over rows of three numbers runs row by row. Over the columns of a transposed copy,
-    or folded to rows of 128 points, it runs over whole vectors, some ten times faster.
+    NumPy reduces rows of three numbers one by one. It reduces the columns of a transposed copy, or
+    rows of 128 points each, with vector instructions, some ten times faster.
     """
     if len(points) <= MOST_TRANSPOSED:
         columns = points.T.copy()
@@ -50,14 +51,14 @@ def find_extent(points: RealArray) -> tuple[RealArray, RealArray]:
 def find_stored_bounds(
     positions: RealArray, origin: FloatArray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Least and greatest coordinates of the vertices, in the model's own system."""
+    """Least and greatest model coordinates of positions (N, 3) that are relative to the origin."""
     x, y, z = origin.tolist()
     (a, b, c), (d, e, f) = (bound.tolist() for bound in find_extent(positions))
     return (a + x, b + y, c + z), (d + x, e + y, f + z)
 
 
 def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Origin of float32 positions: zero, or near the model if these bounds are far from zero."""
+    """Origin (d,) of float32 positions: zero, or the middle of these bounds if zero is far away."""
     lows, highs = low.tolist(), high.tolist()
     sizes = [above - below for below, above in zip(lows, highs, strict=True)]
     middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]
@@ -68,14 +69,17 @@ def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     return rounded
 
 
-def powers_of_two(sizes: FloatArray) -> FloatArray:
-    """Powers of two that bring sizes near 1 without rounding, if such factors exist in float64."""
+def find_unit_scales(sizes: FloatArray) -> FloatArray:
+    """For each size, the power of two that scales it to [0.5, 1) without rounding.
+
+    The power is at most 2^1000: smaller sizes, and sizes 0, stay below 0.5.
+    """
     factors: FloatArray = np.exp2(np.minimum(-np.frexp(sizes)[1].astype(np.float64), 1000.0))
     return factors
 
 
 def find_scale(extent: float) -> float:
-    """The power of two that scales a model of this extent; 1 for models of ordinary size."""
+    """The power of two that scales a model of this extent to ordinary size; 1 without need."""
     if 2.0**-ORDINARY <= extent <= 2.0**ORDINARY or extent == 0:
         return 1.0
     return float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))

@@ -1,10 +1,11 @@
-"""Positions on a grid: multiples of a step, which 16 bits can number.
+"""Rounds positions to a grid: its points are multiples of a step, numbered by integers of 16 bits.
 
 The step is a power of two, and the grid contains the zero of model coordinates. So a position is
 rounded once, when it is moved to the grid: products, sums and float32 represent multiples of the
 step exactly. Two meshes with equal steps still meet wherever they met before, in one file or in
-two, although each has its own corner of the grid. This costs at most 1 of the 16 bits. The step is
-equal in all directions, because unequal steps would change the directions of normals.
+two, although each mesh numbers the points from its own lowest corner. A step that is a power of two
+wastes at most 1 of the 16 bits. The step is equal in all directions, because unequal steps would
+change the directions of normals.
 """
 
 from math import frexp, ldexp, sqrt
@@ -13,35 +14,37 @@ import numpy as np
 
 from service.bases.arrays import FloatArray
 
-MOST = 65535
+MAX_NUMBER = 65535
 """The largest number of 16 bits."""
 
-LONGEST = MOST - 2
-"""The most steps along a model: its ends are rounded, and may have been rounded before."""
+MAX_STEPS = MAX_NUMBER - 2
+"""The most steps along a model. Two numbers are reserved: each of its two ends may be rounded
+twice, by half a step each time."""
 
-SMALLEST = 2.0**-126
+MIN_STEP = 2.0**-126
 """The least step: below it float32 loses digits, and graphics cards treat numbers as zero."""
 
-FINEST = 2.0**-52
+MIN_STEP_SHARE = 2.0**-52
 """The least step as a share of the largest coordinate: float64 represents its multiples."""
 
 CORNER = sqrt(3) / 2
-"""How far, in steps, a position may be from the next one on the grid."""
+"""The largest distance, in steps, of a position from the nearest point of the grid: half of the
+diagonal of a cell."""
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
 
 
 def find_step(low: FloatArray, high: FloatArray) -> float:
-    """The least step of a grid that covers these bounds."""
+    """The least power of two that is the step of a grid over these bounds, (3,) each."""
     furthest = max(-float(low.min()), float(high.max()))
-    least = max(float((high - low).max()) / LONGEST, furthest * FINEST, SMALLEST)
+    least = max(float((high - low).max()) / MAX_STEPS, furthest * MIN_STEP_SHARE, MIN_STEP)
     mantissa, exponent = frexp(least)
     return ldexp(1.0, exponent - (mantissa == 0.5))
 
 
 def round_to_grid(positions: FloatArray, step: float) -> FloatArray:
-    """The multiples of a step that are next to some coordinates."""
-    # The multiple beyond the largest float32 would not be finite.
+    """The multiples of the step that are nearest to the coordinates, in an array of equal shape."""
+    # A multiple beyond the largest float32 would become infinite.
     most = FLOAT32_MAX // step
     nearest: FloatArray = np.clip(np.rint(positions / step), -most, most) * step
-    return nearest + 0.0
+    return nearest + 0.0  # turns -0.0 into 0.0

@@ -30,7 +30,7 @@ NOT_PATCHES = Issue(
 )
 
 
-def find_reach(model: Model, options: MeshOptions) -> float:
+def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
     """An upper bound of the coordinates, in absolute value, of a model with its wires."""
     if isinstance(model, GroupModel):
         models = [(model.models[member.model], member.matrix) for member in model.members]
@@ -49,9 +49,12 @@ def find_reach(model: Model, options: MeshOptions) -> float:
 
 
 def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
-    """The model with only the channels of these kinds; without colours, also without base colours.
+    """The model with only the channels of these kinds.
 
-    Unless the meshes stay `apart`, a group keeps only attributes that all its members have.
+    If colours are not among the kinds, the base colours of members are removed too.
+
+    If the meshes of a group are to be merged, not `apart`, only attributes that all its members
+    have are kept.
     """
     if not isinstance(model, GroupModel):
         return _keep_kinds(model, kinds)
@@ -77,8 +80,8 @@ def find_highest_degree(model: Model) -> int:
 def to_patches(model: Model) -> PatchModel:
     """The model as Bézier patches in model coordinates.
 
-    A placed patch is the patch of the placed control points: Bézier patches are affinely invariant,
-    rational ones too. If a placement mirrors, u and v are exchanged, so that du × dv stays on the
+    A patch is placed by placing its control points: Bézier patches are affinely invariant, also
+    rational patches. If a placement mirrors, u and v are exchanged, so that du × dv stays on the
     same side of the surface.
 
     Raises

@@ -18,8 +18,8 @@ MAX_RESOLUTION = 1 << 16
 resolutions."""
 
 MAX_WELD_TOLERANCE = 1e-6
-"""The largest weld tolerance: points that are further apart, as a share of the diagonal, differ by
-more than rounding."""
+"""The largest weld tolerance, as a share of the diagonal: rounding alone moves no two equal points
+further apart."""
 
 MAX_ISOCURVES = 1024
 """The most pieces into which isoparametric curves cut a patch, in one direction."""
@@ -43,16 +43,18 @@ class MeshOptions:
     weld : bool
         Whether patches share vertices on common edges.
     crease_angle : float
-        Radians. Vertices at one position stay separate if their normals differ by more.
+        Radians. Vertices at one position stay separate if the angle between their normals is
+        larger.
     weld_tolerance : float
-        Control points on borders that are nearer than this share of the diagonal count as one
-        (`service.engine.joining`). The distance is at least 2^-50 of the largest coordinate, and at
-        most `MAX_WELD_TOLERANCE` of the diagonal. With 0, only points that are equal bit for bit
-        count as one.
+        Two control points on borders count as one point if their distance is below this share of
+        the diagonal (`service.engine.joining`). The distance is at least 2^-50 of the largest
+        coordinate, and at most `MAX_WELD_TOLERANCE` of the diagonal. With 0, only points that are
+        equal bit for bit count as one.
     overlays : tuple of names
         Lines to draw beside the faces.
     isocurves : (n_u, n_v)
-        Curves u = i/n_u and v = j/n_v are drawn on every patch, borders included; 0 draws none.
+        The curves u = i/n_u and v = j/n_v are drawn on every patch, with its borders; 0 draws no
+        curves in that direction.
     wires : "lines", "tubes" or "ribbons"
         The form in which isoparametric curves are drawn.
     wire_width : float or None
@@ -68,8 +70,8 @@ class MeshOptions:
         The accuracy of a mesh by tolerance, in place of `resolution`; None for a mesh by
         resolution.
     curvatures : bool
-        Whether vertices have Gaussian and mean curvature as attributes. The models of a group must
-        have the stretches of their placements (`service.engine.curvatures.placement_scale`).
+        Whether vertices have Gaussian and mean curvature as attributes. If so, the models of a
+        group must be results of `service.engine.curvatures.placement_scale.add_stretches`.
     """
 
     resolution: tuple[int, int] = (16, 16)

@@ -1,10 +1,10 @@
 """Meshes with positions on grids: the step of each mesh, and its report.
 
-The step depends on the control points alone, and not on tolerance or resolution. Models of a group
-with equal placements that have a corner of a patch in common are neighbours, as all models are that
-meet along an edge. Neighbours, and their neighbours in turn, get the largest of their steps, so
-that they still meet. All other models have separate steps: so the step of a small model does not
-depend on large models in the same group.
+The step depends on the control points alone, and not on tolerance or resolution. Two models of a
+group are neighbours if their placements are equal and their patches have a corner in common; models
+that meet along an edge always have. All models of a chain of neighbours get the largest of their
+steps, so that they still meet. All other models have separate steps: so the step of a small model
+does not depend on large models in the same group.
 """
 
 from collections import defaultdict
@@ -29,10 +29,10 @@ from service.surface.sweep_model import SweepModel
 
 
 def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
-    """The step of every distinct model of a group, or of a single model."""
+    """The step of each distinct model of a group, or the one step of a single model."""
     if not isinstance(model, GroupModel):
-        return (find_step(*_box(model, options)),)
-    steps = [find_step(*_box(member, options)) for member in model.models]
+        return (find_step(*_find_bounds(model, options)),)
+    steps = [find_step(*_find_bounds(member, options)) for member in model.models]
     roots = list(range(len(steps)))
 
     def find_root(number: int) -> int:
@@ -41,15 +41,15 @@ def find_grid_steps(model: Model, options: MeshOptions) -> tuple[float, ...]:
             number = roots[number]
         return number
 
-    for pair in _neighbours(model):
-        one, other = sorted(map(find_root, pair))
-        roots[other] = one
-        steps[one] = max(steps[one], steps[other])
+    for pair in _find_neighbours(model):
+        first, second = sorted(map(find_root, pair))
+        roots[second] = first
+        steps[first] = max(steps[first], steps[second])
     return tuple(steps[find_root(number)] for number in range(len(steps)))
 
 
 def find_grid_error(model: Model, options: MeshOptions) -> float:
-    """The largest distance that rounding moves a vertex of any member, in model units."""
+    """The largest distance, in model units, by which rounding moves a vertex of any member."""
     steps = find_grid_steps(model, options)
     if not isinstance(model, GroupModel):
         return CORNER * steps[0]
@@ -69,10 +69,11 @@ def quantize(mesh: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | S
 def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     """The mesh in float32 with all positions, also those of lines, rounded to multiples of a step.
 
-    No triangle is omitted, even if its corners become one place: so all edges stay, and a closed
-    mesh stays closed. Its bounds grow by the largest distance that a vertex moves.
+    Every triangle stays, even if two of its corners become one point: so all edges stay, and a
+    closed mesh stays closed. The bounds of the deviation grow by the largest distance that a vertex
+    moves.
     """
-    step = _widen(mesh, step)
+    step = _widen_step(mesh, step)
     storage = Storage(single=True, local=True, step=step)
     origin = round_to_grid(mesh.origin, step)
 
@@ -80,14 +81,16 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
         return storage.store_positions(positions.astype(np.float64) + mesh.origin, origin)
 
     positions = move(mesh.positions)
-    on = replace(
+    quantized = replace(
         mesh,
         positions=positions,
         overlays=tuple(replace(o, positions=move(o.positions)) for o in mesh.overlays),
         origin=origin,
         step=step,
     )
-    low, high = (bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(on)))
+    low, high = (
+        bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(quantized))
+    )
     # Both differences are exact, except for the rounding of coordinates far from zero.
     moves = positions.astype(np.float64) - mesh.positions.astype(np.float64)
     moves += origin - mesh.origin
@@ -100,7 +103,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
 
     report = replace_bounds(mesh.report, low, high)
     return replace(
-        on,
+        quantized,
         parts=tuple(
             replace(part, deviation_bound=grow(part.deviation_bound)) for part in mesh.parts
         ),
@@ -112,18 +115,20 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     )
 
 
-def _widen(mesh: Mesh, step: float) -> float:
-    """The step, or a larger step if the mesh with its lines has more than `LONGEST` steps."""
-    every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
-    ends = [np.concatenate(find_extent(rows)) for rows in every if len(rows)]
+def _widen_step(mesh: Mesh, step: float) -> float:
+    """The step, or a larger one if the mesh with its lines is longer than `MAX_STEPS` steps."""
+    arrays = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
+    ends = [np.concatenate(find_extent(rows)) for rows in arrays if len(rows)]
     if not ends:
         return step
-    ends_of = np.array(ends).reshape(-1, 3).astype(np.float64) + mesh.origin
-    return max(step, find_step(ends_of.min(axis=0), ends_of.max(axis=0)))
+    ends_in_model = np.array(ends).reshape(-1, 3).astype(np.float64) + mesh.origin
+    return max(step, find_step(ends_in_model.min(axis=0), ends_in_model.max(axis=0)))
 
 
-def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArray, FloatArray]:
-    """Bounds of a model with its control net and its wires."""
+def _find_bounds(
+    model: PatchModel | SweepModel, options: MeshOptions
+) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates of a model with its control net and its wires, (3,) each."""
     low, high = model.bounds
     if isinstance(model, SweepModel):
         polygon = model.polygon
@@ -134,24 +139,27 @@ def _box(model: PatchModel | SweepModel, options: MeshOptions) -> tuple[FloatArr
     return low - around, high + around
 
 
-def _neighbours(group: GroupModel) -> Iterator[list[int]]:
-    """Pairs of models with a common corner and equal placements: enough to find all groups."""
-    places: dict[bytes, set[int]] = defaultdict(set)
+def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
+    """Pairs of numbers of models that have equal placements and a corner of a patch in common.
+
+    Of several models at one corner, only consecutive pairs are listed: enough to join all of them.
+    """
+    models_by_placement: dict[bytes, set[int]] = defaultdict(set)
     for member in group.members:
-        place = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
-        places[place].add(member.model)
-    for members in places.values():
-        rows = [(number, _corners(group.models[number])) for number in sorted(members)]
+        placement = b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
+        models_by_placement[placement].add(member.model)
+    for numbers in models_by_placement.values():
+        rows = [(number, _corners(group.models[number])) for number in sorted(numbers)]
         owner = np.concatenate([np.full(len(corners), number) for number, corners in rows])
         _, corner = unique_rows(np.concatenate([corners for _, corners in rows]))
         order = np.lexsort((owner, corner))
-        same = corner[order[1:]] == corner[order[:-1]]
-        pairs = np.stack([owner[order[:-1]], owner[order[1:]]], axis=1)[same]
+        is_same_corner = corner[order[1:]] == corner[order[:-1]]
+        pairs = np.stack([owner[order[:-1]], owner[order[1:]]], axis=1)[is_same_corner]
         yield from np.unique(pairs, axis=0).tolist()
 
 
 def _corners(model: PatchModel | SweepModel) -> FloatArray:
-    """The corners of all patches, (N, 3)."""
+    """The corners of all patches, (N, 3); a sweep has no patches."""
     if isinstance(model, SweepModel):
         return np.empty((0, 3))
     return np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])

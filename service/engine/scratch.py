@@ -13,17 +13,17 @@ from service.bases.arrays import FloatArray, RealArray
 Real: TypeAlias = type[np.float32] | type[np.float64]
 
 CACHE_LINE = 64
-"""Vector instructions take twice as long for numbers that span two lines."""
+"""Bytes in a cache line. Vector instructions take twice as long for numbers that span two lines."""
 
 
-MOST_HELD = 4
-"""The most workspaces of one kind that a thread keeps."""
+MAX_WORKSPACES = 4
+"""The most workspaces of one kind that a thread keeps, so that unusual sizes do not fill memory."""
 
 Work = TypeVar("Work")
 
 
 class _Arena(local):
-    """The work memory of one thread by name, and its last views."""
+    """The work memory of one thread: a block of bytes for each name, and the last array in it."""
 
     def __init__(self) -> None:
         self.memory: dict[str, NDArray[np.uint8]] = {}
@@ -40,9 +40,9 @@ def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray: ...
 def scratch(name: str, shape: tuple[int, ...], dtype: Real) -> RealArray:
     """An array of this shape with undefined contents.
 
-    A second call with this name in the same thread returns the same memory, so the caller must
-    finish with the array before that call. The system zeroes every page of new memory, which takes
-    longer than a dozen multiplications for each number.
+    The next call with this name in the same thread returns the same memory, so the caller must
+    finish with the array before that call. New memory would be slower: the operating system zeroes
+    each of its pages, which takes longer than a dozen multiplications for each number.
     """
     views = _arena.views
     view = views.get((name, dtype))
@@ -68,20 +68,20 @@ class Workspaces(local, Generic[Work]):
 
     def __init__(self, make: Callable[..., Work]) -> None:
         self._make = make
-        self._held: dict[tuple[Any, ...], Work] = {}
+        self._workspaces: dict[tuple[Any, ...], Work] = {}
 
     def get(self, *key: Any) -> Work:
         """The workspace of this key, with undefined contents, valid until the next call."""
-        work = self._held.get(key)
+        work = self._workspaces.get(key)
         if work is None:
-            if len(self._held) >= MOST_HELD:
-                del self._held[next(iter(self._held))]
-            work = self._held[key] = self._make(*key)
+            if len(self._workspaces) >= MAX_WORKSPACES:
+                del self._workspaces[next(iter(self._workspaces))]
+            work = self._workspaces[key] = self._make(*key)
         return work
 
 
 def _allocate_aligned(size: int) -> NDArray[np.uint8]:
     """New memory that begins at a cache line."""
-    room = np.empty(size + CACHE_LINE, np.uint8)
-    begin = -room.ctypes.data % CACHE_LINE
-    return room[begin : begin + size]
+    padded = np.empty(size + CACHE_LINE, np.uint8)
+    begin = -padded.ctypes.data % CACHE_LINE
+    return padded[begin : begin + size]

@@ -64,8 +64,8 @@ def tessellate(
     origin = choose_origin(*model.bounds) if single else AT_ZERO
     rows = sample_model(model, seams, layout, options, dtype=dtype, origin=origin)
     if options.curvatures:
-        bent = layout_curvatures(model, layout, dtype)
-        rows = replace(rows, channels=(*rows.channels, *bent))
+        curvatures = layout_curvatures(model, layout, dtype)
+        rows = replace(rows, channels=(*rows.channels, *curvatures))
     checkpoint()
     bounds = bound_deviations(model, seams, layout, options, rows, origin=origin)
     checkpoint()
@@ -116,7 +116,7 @@ def draw_overlays_alone(model: PatchModel, options: MeshOptions) -> tuple[Overla
 def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
     """Upper bounds of vertices, triangles and quads, from shapes and seams, without evaluation.
 
-    They are exact for patches that do not meet; welding and collapsed sides only reduce the
+    The bounds are exact for patches that do not meet; welding and collapsed sides only reduce the
     numbers.
     """
     ru, rv = options.resolution
@@ -143,8 +143,9 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
 def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:
     """Which samples at one place share a vertex; None if all of them do, or without welding.
 
-    A place may have several colours or texture coordinates, like several normals. If the mesh has
-    channels, the means are written into the normals.
+    Samples at one place may have different normals, colours or texture coordinates, and then stay
+    separate. If the mesh has channels, this function also replaces nearly equal normals at a place
+    by their mean, in `rows.normals`.
     """
     if not (options.weld and layout.has_shared_samples):
         return None
@@ -159,22 +160,22 @@ def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sha
 
 
 def _build_parts(
-    model: PatchModel, plan: FacePlan, bounds: FloatArray, bound: float | None
+    model: PatchModel, plan: FacePlan, patch_bounds: FloatArray, mesh_bound: float | None
 ) -> tuple[MeshPart, ...]:
-    """The parts of a mesh: runs of its faces, each with the bound of its patches (P,).
+    """The parts of a mesh: runs of its faces, each with a bound of its deviation.
 
-    `bound` is the bound of the mesh.
+    The arguments are the bounds of the deviation of each patch, (P,), and of the whole mesh.
     """
     if len(model.parts) == 1:
         all_faces = (0, len(plan.triangles)), (0, len(plan.quads))
-        return (MeshPart(model.parts[0].name, *all_faces, deviation_bound=bound),)
+        return (MeshPart(model.parts[0].name, *all_faces, deviation_bound=mesh_bound),)
     triangles, quads = plan.ends.tolist()
     return tuple(
         MeshPart(
             part.name,
             (triangles[part.first], triangles[part.last]),
             (quads[part.first], quads[part.last]),
-            deviation_bound=bound,
+            deviation_bound=part_bound,
         )
-        for part, bound in zip(model.parts, bound_parts(model, bounds), strict=True)
+        for part, part_bound in zip(model.parts, bound_parts(model, patch_bounds), strict=True)
     )

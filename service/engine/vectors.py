@@ -24,23 +24,25 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def find_largest_angle(faces: IndexArray, normals: RealArray) -> float | None:
-    """Largest angle of the unit normals at two vertices that an edge joins; None without edges.
+    """Largest angle, in radians, between the unit normals at the two ends of an edge of the faces.
 
-    It is computed from the tangent of half of the angle, because the cosine is imprecise for small
-    angles.
+    The result is None if there are no faces. The angle is computed from the tangent of its half,
+    because the cosine is imprecise for small angles.
     """
     if not len(faces):
         return None
     largest = 0.0
     for corner in range(faces.shape[1]):
-        one, other = normals[faces[:, corner - 1]], normals[faces[:, corner]]
-        difference, total = (np.square(rows).sum(axis=1) for rows in (one - other, one + other))
+        first, second = normals[faces[:, corner - 1]], normals[faces[:, corner]]
+        difference, total = (
+            np.square(rows).sum(axis=1) for rows in (first - second, first + second)
+        )
         largest = max(largest, float(np.arctan2(np.sqrt(difference), np.sqrt(total)).max()))
     return 2 * largest
 
 
 def cross_polynomial(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross product a × b of vector polynomials (K, 3, …) in the Bernstein basis."""
-    first = multiply(a[:, (1, 2, 0)], b[:, (2, 0, 1)])
-    first -= multiply(a[:, (2, 0, 1)], b[:, (1, 2, 0)])
-    return first
+    """Cross product a × b of vector polynomials (K, 3, …), K patches, in the Bernstein basis."""
+    product = multiply(a[:, (1, 2, 0)], b[:, (2, 0, 1)])
+    product -= multiply(a[:, (2, 0, 1)], b[:, (1, 2, 0)])
+    return product

@@ -13,7 +13,7 @@ from service.encoders.format import EncodeOptions, Format
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
 from service.engine.mesh.counts import Counts
-from service.engine.models import NOT_PATCHES, find_reach, to_patches
+from service.engine.models import NOT_PATCHES, find_largest_coordinate, to_patches
 from service.engine.options import MeshOptions
 from service.engine.sweeps import sweep
 from service.engine.sweeps.sweep import predict_sweep
@@ -149,7 +149,10 @@ def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolutio
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     """Refuses options by the patches of the surface: coordinates, names and multiplications."""
-    if options.has_solid_wires and (furthest := find_reach(model, options)) > MAX_COORDINATE:
+    if (
+        options.has_solid_wires
+        and (furthest := find_largest_coordinate(model, options)) > MAX_COORDINATE
+    ):
         message = "Coordinates are stored in single precision."
         got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
         raise InvalidRequest(Issue("coordinate_too_large", message, "/wire_width", got, needed))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from service.engine.grid import CORNER, FLOAT32_MAX, LONGEST, MOST, find_step, round_to_grid
+from service.engine.grid import CORNER, FLOAT32_MAX, MAX_NUMBER, MAX_STEPS, find_step, round_to_grid
 
 coordinates = st.floats(-FLOAT32_MAX, FLOAT32_MAX, allow_nan=False)
 boxes = st.lists(coordinates, min_size=6, max_size=6).map(
@@ -29,7 +29,7 @@ def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
     assert np.abs(ends).max() <= FLOAT32_MAX
     steps = ends / step
     assert (steps == np.rint(steps)).all()
-    assert (steps[1] - steps[0] <= MOST).all()
+    assert (steps[1] - steps[0] <= MAX_NUMBER).all()
     # The largest number has no successor.
     inside = np.abs(box) < FLOAT32_MAX - step
     assert np.abs(ends - box)[inside].max(initial=0.0) <= step / 2
@@ -38,7 +38,7 @@ def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
 @pytest.mark.parametrize("extent", [1.0, 0.75, 3.0, 65533 * 2.0**-7, 65533.1, 1e-30, 1e30])
 def test_the_step_is_the_least_power_of_two(extent: float) -> None:
     step = find_step(np.zeros(3), np.array([extent, 0, extent / 3]))
-    assert step / 2 * LONGEST < extent <= step * LONGEST
+    assert step / 2 * MAX_STEPS < extent <= step * MAX_STEPS
 
 
 def test_multiples_stay_and_others_move_by_less_than_half_a_diagonal() -> None:

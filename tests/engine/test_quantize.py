@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.build import build, build_scene
-from service.engine.grid import CORNER, MOST
+from service.engine.grid import CORNER, MAX_NUMBER
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error, find_grid_steps, quantize, quantize_mesh
@@ -40,7 +40,7 @@ def check_on_grid(mesh: Mesh) -> None:
     every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
     steps = np.concatenate(every).astype(np.float64) / mesh.step
     assert (steps == np.rint(steps)).all()
-    assert np.ptp(steps, axis=0).max() <= MOST
+    assert np.ptp(steps, axis=0).max() <= MAX_NUMBER
     assert (mesh.origin / mesh.step == np.rint(mesh.origin / mesh.step)).all()
 
 

@@ -22,44 +22,47 @@ from service.bases.arrays import Bools, FloatArray
 Planes: TypeAlias = FloatArray
 """Coordinates before samples, (3, r, n) or, homogeneous, (4, r, n): r patches, n samples each."""
 
-SURE = 2.0**-13
-"""If |N| is larger than this times the root of `find_measure`, the formulas are precise enough even
-near a pole: their relative error is at most about 2^-52 ÷ SURE² = 1e-8."""
+PRECISE_NEAR_POLE = 2.0**-13
+"""If |N| is larger than this share of its typical value, the formulas are precise enough even near
+a pole: their relative error is at most about 2^-52 ÷ PRECISE_NEAR_POLE² = 1e-8."""
 
-LOST = 2.0**-36
-"""If |N| is smaller than this times the root of `find_measure`, N may be zero."""
+PERHAPS_ZERO = 2.0**-36
+"""If |N| is smaller than this share of its typical value, N may be zero."""
 
-LEAST = 2.0**-480
-"""|N|² below which |N|⁴ loses digits to underflow."""
+MIN_SQUARE = 2.0**-480
+"""If |N|² is smaller than this, |N|⁴ loses digits to underflow."""
 
 
-def find_measure(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
-    """(mean |S_u| · mean |S_v|)² over the nets (r, d, …) of both: shape (r,)."""
+def find_squared_norm(along_u: FloatArray, along_v: FloatArray) -> FloatArray:
+    """The square of a typical |N| on each patch, (r,), from the nets (r, d, …) of S_u and S_v.
+
+    It is the product of the mean squares of both nets.
+    """
     squares = [np.square(net[:, :3]).sum(axis=1) for net in (along_u, along_v)]
     means = [square.reshape(len(square), -1).mean(axis=1) for square in squares]
-    measure: FloatArray = means[0] * means[1]
-    return measure
+    typical_square: FloatArray = means[0] * means[1]
+    return typical_square
 
 
 def compute_curvatures(
-    partials: list[Planes], measure: FloatArray
+    partials: list[Planes], squared_norm: FloatArray
 ) -> tuple[FloatArray, Bools, Bools]:
-    """K and H from the partials S, S_u, S_v, S_uu, S_uv, S_vv.
+    """Gaussian curvature K and mean curvature H from the partials S, S_u, S_v, S_uu, S_uv, S_vv.
 
     Parameters
     ----------
     partials : list of ndarray
-        S is used only if they are homogeneous.
-    measure : ndarray of float64, shape (r,)
-        The result of `find_measure`.
+        The first, S, is used only if the partials are homogeneous.
+    squared_norm : ndarray of float64, shape (r,)
+        The result of `find_squared_norm`, a typical |N|² of each patch.
 
     Returns
     -------
     curvatures : ndarray of float64, shape (2, r, n)
     is_doubtful_near_pole : ndarray of bool, shape (r, n)
-        Whether the numbers are not precise enough for a sample beside a pole.
+        Whether the curvatures are too imprecise if the sample is near a pole.
     is_doubtful : ndarray of bool, shape (r, n)
-        Whether the numbers are not precise enough for a sample at any place.
+        Whether the curvatures are too imprecise, wherever the sample is.
     """
     weight: FloatArray | float = 1.0
     if len(partials[0]) > 3:
@@ -71,18 +74,19 @@ def compute_curvatures(
         e, f, g = _dot(su, su), _dot(su, sv), _dot(sv, sv)
         ell, em, pe = _dot(suu, n), _dot(suv, n), _dot(svv, n)
         square = _dot(n, n)
-        pair = np.empty((2, *square.shape))
-        np.divide(ell * pe - em * em, square * square, out=pair[0])
-        np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=pair[1])
+        curvatures = np.empty((2, *square.shape))
+        np.divide(ell * pe - em * em, square * square, out=curvatures[0])
+        mean = curvatures[1]
+        np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=mean)
         # The nets of a rational patch are those of w S_u and w S_v.
-        share = square * weight**4 / measure[:, np.newaxis]
-        is_clear = (share > LOST**2) & (square > LEAST)
-        is_clear &= np.isfinite(pair[0]) & np.isfinite(pair[1])
-    return pair, ~(share > SURE**2), ~is_clear
+        share = square * weight**4 / squared_norm[:, np.newaxis]
+        is_precise = (share > PERHAPS_ZERO**2) & (square > MIN_SQUARE)
+        is_precise &= np.isfinite(curvatures[0]) & np.isfinite(curvatures[1])
+    return curvatures, ~(share > PRECISE_NEAR_POLE**2), ~is_precise
 
 
 def _project(x: list[Planes]) -> list[Planes]:
-    """Partials of S = X/w from those of (X, w), also in `points.differential.project_partials`.
+    """Partials of S = X/w from the partials of (X, w).
 
     S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
     """

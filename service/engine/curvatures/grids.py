@@ -1,7 +1,7 @@
 """Partials up to the second at all samples of a block of patches, in chunks.
 
-Each net is moved to its middle, scaled and differenced in float64. So the second partials are as
-exact as those at single parameters (`service.engine.points.differential`).
+Each net is translated by its middle, scaled, and then differenced in float64. So the second
+partials are as exact as those that `service.engine.points.differential` computes.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import sample_basis, sample_basis_columns, sample_grid_basis
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_runs
-from service.engine.curvatures.forms import Planes, find_measure
+from service.engine.curvatures.forms import Planes, find_squared_norm
 from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets
 from service.engine.evaluation.triangle_nets import partial_nets
@@ -22,7 +22,7 @@ from service.engine.evaluation.triangle_normals import localize
 from service.surface.batches import TensorPatches, TrianglePatches
 
 CHUNK_SAMPLES = 16_384
-"""Samples in one chunk: some dozens of planes of them are a few MiB."""
+"""Samples in one chunk: the work arrays, some dozens of numbers for each sample, take a few MiB."""
 
 CHUNK_NUMBERS = 1 << 20
 """Numbers in the nets of the patches of one chunk."""
@@ -30,16 +30,19 @@ CHUNK_NUMBERS = 1 << 20
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chunk:
-    """Samples [begin, end) of patches [first, last), all of them r × n.
+    """The partials at the samples [begin, end) of the patches [first, last).
+
+    The chunk has r patches with n samples each.
 
     Attributes
     ----------
     partials : list of six Planes
-        Homogeneous if the patches are rational; in the scale of each patch.
+        S, S_u, S_v, S_uu, S_uv, S_vv; homogeneous if the patches are rational; in the scale of each
+        patch.
     scale : ndarray of float64, shape (r,)
         The factors by which lengths were multiplied.
-    measure : ndarray of float64, shape (r,)
-        See `service.engine.curvatures.forms.find_measure`.
+    squared_norm : ndarray of float64, shape (r,)
+        A typical |S_u × S_v|², the result of `service.engine.curvatures.forms.find_squared_norm`.
     """
 
     first: int
@@ -48,17 +51,19 @@ class Chunk:
     end: int
     partials: list[Planes]
     scale: FloatArray
-    measure: FloatArray
+    squared_norm: FloatArray
 
 
 def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
-    """Partials at the samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
+    """Partials up to the second at the samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
     columns = resolution[1] + 1
     at_once = choose_formulation(patches, resolution, normals=False) == "kronecker"
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
         nets = DerivativeNets(patches, np.arange(first, last))
         partial_nets = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
-        measure = find_measure(*(_require_net(nets.partial_net(i, j)) for i, j in PARTIALS[1:3]))
+        squared_norm = find_squared_norm(
+            *(_require_net(nets.partial_net(i, j)) for i, j in PARTIALS[1:3])
+        )
         for begin, end in row_runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
@@ -67,59 +72,68 @@ def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterat
             partials = [
                 empty if net is None else product(net, resolution, rows) for net in partial_nets
             ]
-            yield Chunk(first, last, *samples, partials, nets.scale, measure)
+            yield Chunk(first, last, *samples, partials, nets.scale, squared_norm)
 
 
 def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chunk]:
-    """Partials along s and t at all samples of triangles."""
+    """Partials along s and t, up to the second, at all samples of triangles."""
     n = patches.degree
     starts = triangle.row_starts(divisions)
     for first, last in _patch_runs(patches, triangle.count_points(divisions)):
         local = localize(patches.take(np.arange(first, last)))
         net = to_homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
         ds, dt = (n * part for part in partial_nets(net))
-        of: list[FloatArray | None] = [net, ds, dt, None, None, None]
+        nets: list[FloatArray | None] = [net, ds, dt, None, None, None]
         if n > 1:
             dss, dst = partial_nets(ds)
-            of[3:] = [(n - 1) * part for part in (dss, dst, partial_nets(dt)[1])]
-        measure = find_measure(*(part.transpose(2, 1, 0) for part in (ds, dt)))
+            nets[3:] = [(n - 1) * part for part in (dss, dst, partial_nets(dt)[1])]
+        squared_norm = find_squared_norm(*(part.transpose(2, 1, 0) for part in (ds, dt)))
         small = triangle_basis.is_small(n, divisions)
         for begin, end in _row_runs(starts):
             samples = int(starts[begin]), int(starts[end])
             empty = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
             partials = [
                 empty
-                if part is None
-                else _evaluate_triangle(part, divisions, range(begin, end), samples, small=small)
-                for part in of
+                if partial is None
+                else _evaluate_triangle(partial, divisions, range(begin, end), samples, small=small)
+                for partial in nets
             ]
-            yield Chunk(first, last, *samples, partials, local.scale, measure)
+            yield Chunk(first, last, *samples, partials, local.scale, squared_norm)
 
 
-def _patch_runs(patches: TensorPatches | TrianglePatches, each: int) -> Iterator[tuple[int, int]]:
-    """Runs of patches that stay within `CHUNK_SAMPLES` and `CHUNK_NUMBERS`."""
+def _patch_runs(
+    patches: TensorPatches | TrianglePatches, samples: int
+) -> Iterator[tuple[int, int]]:
+    """Runs of patches that stay within `CHUNK_SAMPLES` and `CHUNK_NUMBERS`, or of one patch.
+
+    `samples` is the number of samples of each patch.
+    """
     numbers = len(PARTIALS) * 4 * patches.points[0].size // 3
-    return row_runs(patches.count, max(1, min(CHUNK_SAMPLES // each, CHUNK_NUMBERS // numbers)))
+    return row_runs(patches.count, max(1, min(CHUNK_SAMPLES // samples, CHUNK_NUMBERS // numbers)))
 
 
 def _row_runs(starts: Ints) -> Iterator[tuple[int, int]]:
-    """Runs of rows of samples of a triangle."""
-    low, count = 0, len(starts) - 1
-    while low < count:
-        last = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
-        high = max(low + 1, int(last))
-        yield low, high
-        low = high
+    """Runs of rows of samples of a triangle, of at most `CHUNK_SAMPLES` samples or of one row.
+
+    `starts[i]` is the number of the first sample of row i.
+    """
+    first, count = 0, len(starts) - 1
+    while first < count:
+        fitting = np.searchsorted(starts, starts[first] + CHUNK_SAMPLES, side="right") - 1
+        last = max(first + 1, int(fitting))
+        yield first, last
+        first = last
 
 
 def _planes_first(net: FloatArray | None) -> FloatArray | None:
-    """Nets (r, d, m, n) with their coordinates before the patches."""
+    """Nets (r, d, m, n) as (d, r, m, n): coordinates before patches."""
     return None if net is None else np.ascontiguousarray(net.swapaxes(0, 1))
 
 
 def _require_net(net: FloatArray | None) -> FloatArray:
+    """The net of a first partial, which every patch has."""
     if net is None:
-        raise ValueError("patches have degree 1 at least")
+        raise ValueError("Every patch has at least degree 1.")
     return net
 
 

@@ -1,4 +1,4 @@
-"""Curvatures at and near poles and cusps, where the formulas fail: each is computed as a limit."""
+"""Curvatures at and near poles and cusps. The formulas fail there, so each curvature is a limit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK_SAMPLES = 16_384
-"""Samples after which the cost is checked again."""
+"""The most samples that are evaluated before the cost is compared with its limit again."""
 
-MOST = 10_000_000_000
-"""The most multiplications for the limits of one mesh: some seconds, for 100 000 limits."""
+MAX_MULTIPLICATIONS = 10_000_000_000
+"""The most multiplications for the limits of one mesh: about 100,000 limits, which take seconds."""
 
 
 @dataclass(slots=True)
@@ -28,9 +28,10 @@ class LimitCurvatures:
     spent: int = 0
 
     def curvatures(self, patches: Patches, index: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
-        """K and H (2, m) of patch `index[k]` at (u[k], v[k]); of triangles, (s[k], t[k]).
+        """Gaussian and mean curvature, (2, m), of patch `index[k]` at (u[k], v[k]).
 
-        NaN where a limit is infinite or does not exist.
+        For triangles, u and v are the parameters s and t. A curvature is NaN where its limit is
+        infinite or does not exist.
 
         Raises
         ------
@@ -46,40 +47,37 @@ class LimitCurvatures:
             else:
                 jets = evaluate_jets(patches, *places, 2)
             if jets.curvatures is None or jets.degenerate is None:
-                raise ValueError("second partials come with curvatures")
-            values[0, block], values[1, block] = (
-                jets.curvatures.gaussian,
-                jets.curvatures.mean,
-            )
+                raise ValueError("Jets of order 2 have curvatures.")
+            values[0, block] = jets.curvatures.gaussian
+            values[1, block] = jets.curvatures.mean
             near = find_near_poles(patches, places[0], np.stack(places[1:], axis=1))
             count = int((near | jets.degenerate).sum())
-            self.check(count, patches)
-            self.spent += count * cost_of_limit(patches)
+            self.refuse_if_too_costly(count, patches)
+            self.spent += count * count_limit_multiplications(patches)
         return values
 
-    def check(self, count: int, patches: Patches) -> None:
-        """Refuse `count` more limits if they would take too long."""
-        if self.spent + count * cost_of_limit(patches) > MOST:
+    def refuse_if_too_costly(self, count: int, patches: Patches) -> None:
+        """Raise `TooLarge` if `count` more limits on these patches would take too long."""
+        if self.spent + count * count_limit_multiplications(patches) > MAX_MULTIPLICATIONS:
             raise TooLarge(
                 Issue(
                     "too_costly",
                     "Curvatures at poles and cusps are limits, and the mesh has too many of them.",
                     "/curvatures",
-                    f"more than {MOST:.3g} multiplications",
+                    f"more than {MAX_MULTIPLICATIONS:.3g} multiplications",
                     "fewer divisions, or no curvatures",
                 )
             )
 
 
-def cost_of_limit(patches: Patches) -> int:
-    """The least number of multiplications for a limit."""
+def count_limit_multiplications(patches: Patches) -> int:
+    """The least number of multiplications for the limit at one sample."""
     degrees = patches.degree if isinstance(patches, TensorPatches) else (patches.degree,) * 2
     size = (degrees[0] + 1) * (degrees[1] + 1)
     return (SERIES + 100 * size) * (1 if patches.weights is None else 2)
 
 
 def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:
-    """Whether the limits are affordable even if every sample is a pole."""
-    return (
-        samples * max(cost_of_limit(batch) for model in models for batch in model.batches) <= MOST
-    )
+    """Whether a mesh with this number of samples stays below the limit even if all are at poles."""
+    most = max(count_limit_multiplications(b) for model in models for b in model.batches)
+    return samples * most <= MAX_MULTIPLICATIONS

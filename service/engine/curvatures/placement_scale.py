@@ -1,8 +1,9 @@
 """The effect of placements on curvatures, as stretches of the models of a group.
 
-A rotation or a reflection does not change curvatures; a scaling does. With the singular values L =
-U Σ Vᵀ of a placement, L = (U Vᵀ)(V Σ Vᵀ): first the stretch V Σ Vᵀ, then a rotation or a
-reflection. So a copy has the curvatures of its stretched model.
+A rotation or a reflection does not change curvatures; a scaling does. Let L = U Σ Vᵀ be the
+singular value decomposition of the linear part of a placement. Then L = (U Vᵀ)(V Σ Vᵀ): the
+placement first applies the stretch V Σ Vᵀ, then a rotation or a reflection. So a copy has the
+curvatures of its stretched model.
 """
 
 from dataclasses import replace
@@ -14,20 +15,22 @@ from service.bases.arrays import FloatArray
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sweep_model import SweepModel
 
-EVEN = 1e-10
-"""Scalings that differ by at most this, relatively, count as equal."""
+EQUAL_SCALINGS = 1e-10
+"""The largest relative difference of two scalings that count as equal."""
 
-DIGITS = 10
-"""Digits to which a scaling is rounded, so that the rotation of a copy does not change it."""
+SCALING_DIGITS = 10
+"""Decimal digits to which an equal scaling in all directions is rounded. A rotation changes only
+later digits, so rotated copies have the same stretch."""
 
 AnyModel = TypeVar("AnyModel", bound=Model)
 
 
 def add_stretches(model: AnyModel) -> AnyModel:
-    """The model; a group gets one model for each pair of a surface and a stretch.
+    """The model with stretches: a group gets one model for each pair of a surface and a stretch.
 
-    Copies that are only moved, rotated or reflected share one model. Stretched models share their
-    arrays. The function is idempotent.
+    A model that is not a group is returned as it is. Copies that are only moved, rotated or
+    reflected share one model. Models that differ in their stretches share their arrays. The
+    function is idempotent.
     """
     if not isinstance(model, GroupModel):
         return model
@@ -53,11 +56,11 @@ def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
         return None
     _, scalings, rotation = np.linalg.svd(matrix[:3, :3])
     most, least = float(scalings[0]), float(scalings[2])
-    if abs(most - 1.0) <= EVEN and abs(least - 1.0) <= EVEN:
+    if abs(most - 1.0) <= EQUAL_SCALINGS and abs(least - 1.0) <= EQUAL_SCALINGS:
         return None
     stretch = np.eye(4)
-    if most - least <= EVEN * most:
-        stretch[:3, :3] *= float(f"{most:.{DIGITS}g}")
+    if most - least <= EQUAL_SCALINGS * most:
+        stretch[:3, :3] *= float(f"{most:.{SCALING_DIGITS}g}")
     else:
         stretch[:3, :3] = (rotation.T * scalings) @ rotation
     return stretch

@@ -8,7 +8,7 @@ from service.bases.arrays import RealArray
 from service.engine.mesh.report import Ranges
 
 NAMES = ("gaussian_curvature", "mean_curvature")
-"""The names of the attributes with curvatures."""
+"""The names of the attributes with Gaussian and mean curvature, in this order."""
 
 
 def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
@@ -20,9 +20,9 @@ def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
     return gaussian, mean
 
 
-def merge_ranges(several: Iterable[Ranges | None]) -> Ranges | None:
-    """The ranges over several meshes; None if no mesh has any."""
-    present = [ranges for ranges in several if ranges is not None]
+def merge_ranges(ranges_of_meshes: Iterable[Ranges | None]) -> Ranges | None:
+    """The ranges over ranges_of_meshes meshes; None if no mesh has any."""
+    present = [ranges for ranges in ranges_of_meshes if ranges is not None]
     if not present:
         return None
     gaussian, mean = (
@@ -33,7 +33,7 @@ def merge_ranges(several: Iterable[Ranges | None]) -> Ranges | None:
 
 
 def round_ranges(ranges: Ranges | None) -> Ranges | None:
-    """The ranges of the values rounded to float32."""
+    """The ranges with their ends rounded to float32."""
     if ranges is None:
         return None
     gaussian, mean = ((float(np.float32(low)), float(np.float32(high))) for low, high in ranges)

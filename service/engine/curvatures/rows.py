@@ -1,8 +1,9 @@
 """Gaussian and mean curvature at all samples of a mesh, as attributes of its vertices.
 
-The curvatures of a scaled copy in a group are those of the scaled surface. Where a limit is
-infinite or does not exist, as at the apex of a cone, the curvature is 0. A curvature beyond float32
-becomes the largest number of float32.
+A scaled copy in a group has the curvatures of the scaled surface. Where the formulas fail, the
+curvature is a limit. If that limit is infinite or does not exist, as at the apex of a cone, the
+curvature is 0. A curvature whose absolute value is too large for float32 becomes ±the largest
+float32 number.
 """
 
 from dataclasses import replace
@@ -25,11 +26,11 @@ from service.engine.scratch import Real
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
-LARGEST = float(np.finfo(np.float32).max)
+FLOAT32_MAX = float(np.finfo(np.float32).max)
 
 
 def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[ChannelRows, ...]:
-    """Both curvatures at all samples of a layout of the model.
+    """Gaussian and mean curvature at all samples of a layout of the model, as two channels.
 
     Raises
     ------
@@ -44,20 +45,23 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
         batch = stretch_patches(patches, model.stretch)
         _write_block(block, batch, limit_curvatures, out)
         if isinstance(batch, TensorPatches):
-            for side, owners, along, places in layout.iterate_extras(block):
+            for side, owners, along, sample_rows in layout.iterate_extras(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)
                 patch_rows = np.searchsorted(block.patches, owners)
-                rows[:, places] = limit_to_storable(
+                rows[:, sample_rows] = limit_to_storable(
                     limit_curvatures.curvatures(batch, patch_rows, u, v)
                 )
     return to_channels(model, rows)
 
 
 def to_channels(model: PatchModel, rows: RealArray) -> tuple[ChannelRows, ...]:
-    """Rows (2, N) as channels. Values are compared in units of the model's size."""
-    # As for points: adding 0.0 turns -0.0 into 0.0.
-    rows += 0.0
+    """The rows (2, N) of Gaussian and mean curvature as two channels.
+
+    Each channel gets the unit in which its values count as nearly equal: the square of the model's
+    size, or the size, because a curvature times this unit has no dimension.
+    """
+    rows += 0.0  # turns -0.0 into 0.0, as for points
     low, high = model.bounds
     size = float(np.linalg.norm(high - low))
     if model.stretch is not None:
@@ -77,27 +81,30 @@ def stretch_patches(patches: Patches, stretch: FloatArray | None) -> Patches:
 
 
 def limit_to_storable(curvatures: FloatArray) -> FloatArray:
-    """Curvatures limited to numbers that every format can store."""
-    return np.nan_to_num(curvatures, nan=0.0, posinf=LARGEST, neginf=-LARGEST).clip(
-        -LARGEST, LARGEST
+    """Curvatures as numbers that every format can store: finite in float32, 0 in place of NaN."""
+    return np.nan_to_num(curvatures, nan=0.0, posinf=FLOAT32_MAX, neginf=-FLOAT32_MAX).clip(
+        -FLOAT32_MAX, FLOAT32_MAX
     )
 
 
 def _write_block(
     block: Block, batch: Patches, limit_curvatures: LimitCurvatures, out: RealArray
 ) -> None:
-    """Curvatures (2, P, samples) of a block: by formulas, and by limits where the formulas fail."""
+    """Writes the curvatures (2, P, samples) of a block to `out`.
+
+    They come from formulas, and from limits where the formulas fail.
+    """
     if isinstance(batch, TrianglePatches):
         chunks = triangle_partials(batch, block.resolution[0])
     else:
         chunks = grid_partials(batch, block.resolution)
     doubtful = []
     for chunk in chunks:
-        curvatures, left = _compute_chunk(chunk, batch, block)
+        curvatures, doubtful_in_chunk = _compute_chunk(chunk, batch, block)
         out[:, chunk.first : chunk.last, chunk.begin : chunk.end] = limit_to_storable(curvatures)
-        doubtful.append(left)
-        limit_curvatures.check(sum(left.shape[1] for left in doubtful), batch)
-    # All limits in one call: the preparation of a patch of high degree takes half of the time.
+        doubtful.append(doubtful_in_chunk)
+        limit_curvatures.refuse_if_too_costly(sum(pairs.shape[1] for pairs in doubtful), batch)
+    # One call computes all limits, because preparing a patch of high degree takes half of the time.
     row, column = np.concatenate(doubtful, axis=1)
     if len(row):
         limits = limit_curvatures.curvatures(batch, row, *find_parameters(block, column))
@@ -105,20 +112,29 @@ def _write_block(
 
 
 def _compute_chunk(chunk: Chunk, batch: Patches, block: Block) -> tuple[FloatArray, Ints]:
-    """Curvatures (2, r, n) of a chunk; and patches and samples (2, m) where they are doubtful."""
-    curvatures, beside_poles, anywhere = compute_curvatures(chunk.partials, chunk.measure)
+    """The curvatures of a chunk, and where they are doubtful.
+
+    Returns
+    -------
+    curvatures : ndarray of float64, shape (2, r, n)
+    doubtful : ndarray of int, shape (2, m)
+        Numbers of patches and samples whose curvatures must be computed as limits.
+    """
+    curvatures, is_doubtful_near_pole, is_doubtful = compute_curvatures(
+        chunk.partials, chunk.squared_norm
+    )
     with np.errstate(over="ignore", invalid="ignore"):
         curvatures[0] *= np.square(chunk.scale)[:, np.newaxis]
         curvatures[1] *= chunk.scale[:, np.newaxis]
-    row, column = np.nonzero(beside_poles | anywhere)
-    surely = anywhere[row, column]
+    row, column = np.nonzero(is_doubtful_near_pole | is_doubtful)
+    needs_limit = is_doubtful[row, column]
     row, column = row + chunk.first, column + chunk.begin
-    surely |= find_near_poles(batch, row, np.stack(find_parameters(block, column), axis=1))
-    return curvatures, np.stack([row, column])[:, surely]
+    needs_limit |= find_near_poles(batch, row, np.stack(find_parameters(block, column), axis=1))
+    return curvatures, np.stack([row, column])[:, needs_limit]
 
 
 def find_parameters(block: Block, sample: Ints) -> tuple[FloatArray, FloatArray]:
-    """Parameters (u, v) of samples by their number in a patch; of triangles (s, t)."""
+    """Parameters (u, v) of samples from their numbers in a patch; of triangles, (s, t)."""
     if block.is_triangle:
         divisions = block.resolution[0]
         starts = row_starts(divisions)

@@ -16,18 +16,20 @@ from service.surface.curve_pieces import CurvePieces
 
 COARSE, FINE = (leggauss(count) for count in (6, 12))
 """Nodes and weights over [−1, 1] of two rules. If both rules give nearly the same integral, the
-error of the finer rule is far smaller than their difference."""
+error of the finer rule is far smaller than the difference of the two integrals."""
 
 ACCURACY = 1e-12
-"""Largest difference of the two rules on one interval, relative to its length and its share of the
-curve. The sum of all differences is at most twice this times the length of the curve."""
+"""The largest difference of the two rules on one interval, relative to the sum of the length of the
+interval and the mean length of all intervals. So the sum of all differences is at most twice this
+times the length of the curve."""
 
 MAX_HALVINGS = 60
-"""The part of a curve over an interval of 2⁻⁶⁰ is negligible."""
+"""The most halvings of an interval. Over an interval of length 2⁻⁶⁰, the arc is negligible."""
 
 MAX_GROWTH = 256
-"""The most open intervals for each initial interval. At a cusp, one of two halves is halved again;
-at other places a few halvings are enough. More open intervals than this come from rounding."""
+"""The most open intervals for each initial interval; an interval is open while its length is too
+imprecise. Near a cusp, one of two halves stays open; elsewhere a few halvings are enough. More open
+intervals than this come from rounding, and their lengths are accepted."""
 
 
 def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
@@ -35,12 +37,12 @@ def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
 
     Parameters
     ----------
-    at : Samples
-        In order along the curve, from its beginning to its end; joints are at t = 0 of the piece
-        that follows.
+    at : CurveSamples
+        In order along the curve, from its beginning to its end; a joint of two pieces is at t = 0
+        of the second piece.
     """
     piece = at.piece[:-1]
-    # An interval ends where the next sample is, or at t = 1 where that is in the next piece.
+    # An interval ends at the next sample, or at t = 1 if the next sample is in another piece.
     end: FloatArray = np.where(at.piece[1:] == piece, at.t[1:], 1.0)
     speeds = Speeds(pieces)
     step = max(1, CHUNK // (len(FINE[0]) * (pieces.degree + 1) * pieces.dimension))
@@ -49,15 +51,15 @@ def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
         rows = slice(first, first + step)
         coarse[rows], fine[rows] = speeds.integrals(piece[rows], at.t[:-1][rows], end[rows])
     total_length = float(fine.sum())
-    share = total_length / len(piece)
-    floor = speeds.noise[piece] * (end - at.t[:-1])
-    open_rows = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + share) + floor)
+    mean_length = total_length / len(piece)
+    rounding = speeds.rounding[piece] * (end - at.t[:-1])
+    open_rows = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + mean_length) + rounding)
     lengths = fine
     lengths[open_rows] = 0.0
-    step = max(1, step // 16)  # room for their halves
+    step = max(1, step // 16)  # leaves memory for the halves of the intervals
     for first in range(0, len(open_rows), step):
         block = open_rows[first : first + step]
-        _refine(speeds, lengths, (block, piece[block], at.t[:-1][block], end[block]), share)
+        _refine(speeds, lengths, (block, piece[block], at.t[:-1][block], end[block]), mean_length)
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
@@ -65,9 +67,9 @@ def _refine(
     speeds: "Speeds",
     lengths: FloatArray,
     intervals: tuple[Ints, Ints, FloatArray, FloatArray],
-    share: float,
+    mean_length: float,
 ) -> None:
-    """Adds to `lengths` the lengths of intervals (number, piece, begin, end), halving them."""
+    """Adds to `lengths` the lengths of intervals (number, piece, begin, end), which are halved."""
     number, piece, begin, end = intervals
     most = MAX_GROWTH * (len(number) + 1)
     for _ in range(MAX_HALVINGS):
@@ -76,27 +78,24 @@ def _refine(
         begin = np.stack([begin, middle], axis=1).ravel()
         end = np.stack([middle, end], axis=1).ravel()
         coarse, fine = speeds.integrals(piece, begin, end)
-        # Half as long, half as large a part of the share: the differences cannot add up.
-        share /= 2
-        floor = speeds.noise[piece] * (end - begin)
-        is_done = np.abs(fine - coarse) <= ACCURACY * (fine + share) + floor
+        # Two halves share what their interval was allowed, so that the sum of all differences stays
+        # lower_basis its bound.
+        mean_length /= 2
+        rounding = speeds.rounding[piece] * (end - begin)
+        is_done = np.abs(fine - coarse) <= ACCURACY * (fine + mean_length) + rounding
         if len(number) > most:
             is_done[:] = True
         np.add.at(lengths, number[is_done], fine[is_done])
-        open_rows = ~is_done
-        number, piece, begin, end = (
-            number[open_rows],
-            piece[open_rows],
-            begin[open_rows],
-            end[open_rows],
-        )
+        is_open = ~is_done
+        number, piece = number[is_open], piece[is_open]
+        begin, end = begin[is_open], end[is_open]
         if not len(number):
             return
     np.add.at(lengths, number, speeds.integrals(piece, begin, end)[1])
 
 
 class Speeds:
-    """|C′| of the pieces, from nets about their own middles."""
+    """Computes the speed |C′| of pieces; the control points are relative to the middle of each."""
 
     def __init__(self, pieces: CurvePieces) -> None:
         low, high = pieces.points.min(axis=1), pieces.points.max(axis=1)
@@ -112,16 +111,16 @@ class Speeds:
             self.weighted: FloatArray = self.weights[:, :, None] * self.points
             self.steps = self.degree * np.diff(self.weighted, axis=1)
             self.weight_steps: FloatArray = self.degree * np.diff(self.weights, axis=1)
-        self.noise: FloatArray = self._noise() * self.unit
+        self.rounding: FloatArray = self._bound_rounding() * self.unit
 
-    def _noise(self) -> FloatArray:
-        """Bound of the rounding error of the speed on each piece, (S,), in the local unit."""
+    def _bound_rounding(self) -> FloatArray:
+        """Bound of the rounding error of the speed on each piece, (S,), in units of `self.unit`."""
         most = np.abs(self.steps).max(axis=(1, 2))
         if self.weights is not None:
             far = np.abs(self.points).max(axis=(1, 2))
             most = (most + far * np.abs(self.weight_steps).max(axis=1)) / self.weights.min(axis=1)
-        noise: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * most
-        return noise
+        bound: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * most
+        return bound
 
     def integrals(
         self, piece: Ints, begin: FloatArray, end: FloatArray
@@ -129,20 +128,20 @@ class Speeds:
         """Lengths of intervals of pieces by the coarse and by the fine rule, (M,) each."""
         half = (end - begin) / 2
         lengths = []
-        for nodes, shares in (COARSE, FINE):
+        for nodes, weights in (COARSE, FINE):
             t = (begin + half)[:, None] + half[:, None] * nodes
-            lengths.append(half * (self.at(piece, t) * shares).sum(axis=1))
+            lengths.append(half * (self.evaluate(piece, t) * weights).sum(axis=1))
         return lengths[0], lengths[1]
 
-    def at(self, piece: Ints, t: FloatArray) -> FloatArray:
-        """|C′| at parameters (M, k) of M pieces."""
+    def evaluate(self, piece: Ints, t: FloatArray) -> FloatArray:
+        """|C′| at k parameters of each of M pieces, (M, k), in model units."""
         shape = t.shape
-        below = bernstein(self.degree - 1, t.ravel()).reshape(*shape, -1)
-        first = np.einsum("mki,mid->mkd", below, self.steps[piece])
+        lower_basis = bernstein(self.degree - 1, t.ravel()).reshape(*shape, -1)
+        first = np.einsum("mki,mid->mkd", lower_basis, self.steps[piece])
         if self.weights is not None:
             basis = bernstein(self.degree, t.ravel()).reshape(*shape, -1)
             w = np.einsum("mki,mi->mk", basis, self.weights[piece])[..., None]
-            slope = np.einsum("mki,mi->mk", below, self.weight_steps[piece])[..., None]
+            slope = np.einsum("mki,mi->mk", lower_basis, self.weight_steps[piece])[..., None]
             place = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
             first = (first - place * slope) / w
         speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", first, first)) * self.unit

@@ -16,24 +16,24 @@ from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.curve_pieces import CurvePieces
 
 MAX_HALVINGS = 48
-"""The most halvings: parameters remain exact in float64. By the bound above, every tolerance that
-is not refused needs fewer, also with weights of ratio 1e8."""
+"""The most halvings of a piece: up to 48, parameters remain exact in float64. By the bound above,
+every accepted tolerance needs fewer halvings, also if the ratio of weights is 1e8."""
 
 CHUNK = 1 << 18
-"""Coordinates of the nets in one chunk."""
+"""The most coordinates in the nets of one chunk."""
 
 EPS = float(np.finfo(np.float64).eps)
-SINGLE = np.finfo(np.float32)
+FLOAT32 = np.finfo(np.float32)
 
 
 def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) -> float:
-    """The smallest tolerance that the rounding of vertices and nets allows."""
+    """The smallest tolerance, in model units, that the rounding of vertices and nets allows."""
     far = float(np.abs(np.stack(pieces.bounds)).max())
     near = float(np.abs(np.stack(pieces.bounds) - origin).max())
     step = EPS * far * (pieces.degree + 2)
     if single:
-        step += float(SINGLE.eps) * near + float(SINGLE.smallest_subnormal)
-    return 4 * (2 * step + _slack(pieces, MAX_HALVINGS))
+        step += float(FLOAT32.eps) * near + float(FLOAT32.smallest_subnormal)
+    return 4 * (2 * step + _bound_rounding(pieces, MAX_HALVINGS))
 
 
 def halve_chords(
@@ -65,18 +65,18 @@ def halve_chords(
     block = max(1, CHUNK // net[0].size)
     begins = [np.array([[pieces.count - 1, 1.0]])]
     count = 1
-    waiting = [
+    stack = [
         (rows, np.zeros(len(rows)), 0, net[rows])
         for rows in np.array_split(np.arange(pieces.count), -(-pieces.count // block))
     ]
-    while waiting:
-        piece, t, depth, nets = waiting.pop()
+    while stack:
+        piece, t, depth, nets = stack.pop()
         is_near = (
             bound_chord_deviations(nets, project_nets(nets[:, [0, -1]], pieces.dimension))
             <= allowed
         )
         if depth == MAX_HALVINGS:
-            is_near[:] = True  # not proved in this function: `certify_chords` bounds all chords
+            is_near[:] = True  # accepted without a proof: `certify_chords` bounds all chords later
         begins.append(np.stack([piece[is_near], t[is_near]], axis=1))
         count += int(is_near.sum())
         remaining = np.flatnonzero(~is_near)
@@ -88,7 +88,7 @@ def halve_chords(
             first, second = halve(nets[rows])
             where = np.concatenate([t[rows], t[rows] + step])
             both = np.concatenate([piece[rows], piece[rows]])
-            waiting.append((both, where, depth + 1, np.concatenate([first, second])))
+            stack.append((both, where, depth + 1, np.concatenate([first, second])))
     places = np.concatenate(begins)
     places = places[np.lexsort((places[:, 1], places[:, 0]))]
     return CurveSamples(places[:, 0].astype(np.intp), places[:, 1])
@@ -125,7 +125,7 @@ def _check_count(count: int, most: int) -> None:
 def certify_chords(
     pieces: CurvePieces, at: CurveSamples, stored: RealArray, origin: FloatArray
 ) -> float:
-    """Bound of the distance from any point of the curve to the polyline of its stored samples.
+    """Bound of the distance, in model units, from any point of the curve to its stored polyline.
 
     Parameters
     ----------
@@ -146,18 +146,21 @@ def certify_chords(
         chords = np.stack([vertices[rows], vertices[following]], axis=1)
         worst = max(worst, float(bound_chord_deviations(nets, chords).max()))
     far = float(np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max())
-    return worst + _slack(pieces, 2) + 4 * EPS * far
+    return worst + _bound_rounding(pieces, 2) + 4 * EPS * far
 
 
 def local_nets(pieces: CurvePieces) -> FloatArray:
-    """Nets about the middle of the curve: (S, n+1, d), or (w x …, w) of shape (S, n+1, d+1)."""
+    """Control points relative to the middle of the curve, (S, n+1, d).
+
+    For a rational curve they are homogeneous: (w x, …, w), shape (S, n+1, d+1).
+    """
     return to_homogeneous(pieces.points - pieces.middle, pieces.weights)
 
 
 def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Nets (M, n+1, k) of the parts [begin, end] of curves, by de Casteljau's construction twice.
+    """Nets (M, n+1, k) of the parts [begin, end] of curves, by two cuts of de Casteljau.
 
-    All steps are convex combinations, so each level adds only a few rounding errors.
+    Each level computes convex combinations, so it adds only a few rounding errors.
     """
     after = _cut(nets, begin, keep_end=True)
     rest = 1.0 - begin
@@ -166,16 +169,16 @@ def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> Float
 
 
 def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
-    """The net of [t, 1], or of [0, t]."""
-    kept = [nets[:, -1 if keep_end else 0]]
+    """The nets of the parts [t, 1] of curves if `keep_end`, else of the parts [0, t]."""
+    net_points = [nets[:, -1 if keep_end else 0]]
     row, after = nets, t[:, None, None]
     while row.shape[1] > 1:
         row = (1.0 - after) * row[:, :-1] + after * row[:, 1:]
-        kept.append(row[:, -1 if keep_end else 0])
-    return np.stack(kept[::-1] if keep_end else kept, axis=1)
+        net_points.append(row[:, -1 if keep_end else 0])
+    return np.stack(net_points[::-1] if keep_end else net_points, axis=1)
 
 
-def _slack(pieces: CurvePieces, cuts: int) -> float:
+def _bound_rounding(pieces: CurvePieces, cuts: int) -> float:
     """Bound of the rounding error of control points after `cuts` cuts.
 
     Each of the n levels of a cut computes convex combinations (1 − t) a + t b, with errors of at

@@ -12,14 +12,14 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.bases.row_batches import row_slices
-from service.engine.extent import powers_of_two
+from service.engine.extent import find_unit_scales
 from service.surface.curve_pieces import CurvePieces
 
 CHUNK = 1 << 18
-"""Coordinates of the points in one chunk."""
+"""The most numbers in the work arrays of one chunk."""
 
-STILL = 2.0**-40
-"""A derivative below this counts as zero, on a piece scaled to a size of about 1."""
+ZERO_DERIVATIVE = 2.0**-40
+"""A shorter derivative counts as zero, on a piece scaled to a size of about 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +31,10 @@ class CurveSamples:
 
     @staticmethod
     def uniform(count: int, divisions: int) -> "CurveSamples":
-        """R divisions of each of S pieces: S R + 1 samples.
+        """The samples that divide each of `count` pieces into equal intervals of t.
 
-        Joints occur once, at t = 0 of the piece that follows.
-
-        The end of the curve is at t = 1 of its last piece.
+        They are count · divisions + 1. A joint of two pieces is one sample, at t = 0 of the second
+        piece. The end of the curve is at t = 1 of its last piece.
         """
         number = np.arange(count * divisions + 1)
         piece = np.minimum(number // divisions, count - 1)
@@ -45,11 +44,14 @@ class CurveSamples:
         return len(self.t)
 
     def chunks(self, width: int) -> Iterator[slice]:
-        """Runs of samples with at most `CHUNK` numbers, if each sample needs `width` numbers."""
+        """Runs of samples that need at most `CHUNK` numbers, if each needs `width` numbers."""
         return row_slices(len(self), width, CHUNK)
 
     def parameters(self, breaks: FloatArray) -> FloatArray:
-        """Parameters in the curve's domain; joints and ends are exact."""
+        """Parameters in the curve's domain, (N,), from its `breaks` between pieces.
+
+        Joints and ends get the exact numbers of `breaks`.
+        """
         low, high = breaks[self.piece], breaks[self.piece + 1]
         parameters = low + (high - low) * self.t
         parameters[self.t == 1.0] = high[self.t == 1.0]
@@ -57,74 +59,75 @@ class CurveSamples:
 
 
 def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
-    """Points C, shape (N, d); at t = 0 and t = 1 the control points themselves."""
+    """Points of the curve, shape (N, d); at t = 0 and t = 1 exactly the control points."""
     out = np.empty((len(at), pieces.dimension))
     for rows in at.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
         piece, t = at.piece[rows], at.t[rows]
         weights = None if pieces.weights is None else pieces.weights[piece]
-        place = _point(pieces.points[piece], weights, bernstein(pieces.degree, t))
+        points = _evaluate(pieces.points[piece], weights, bernstein(pieces.degree, t))
         for end, index in ((0.0, 0), (1.0, -1)):
             is_end = t == end
-            place[is_end] = pieces.points[piece[is_end], index]
-        out[rows] = place
+            points[is_end] = pieces.points[piece[is_end], index]
+        out[rows] = points
     return out
 
 
 def evaluate_tangents(pieces: CurvePieces, at: CurveSamples, *, before: bool = False) -> FloatArray:
     """Unit tangents, shape (N, d): limits from the right, or from the left if `before`.
 
-    Where C′ vanishes, at a cusp or at an end with repeated control points, the limit is the
-    direction of the first derivative that does not vanish: C^(k)(t) from the right, (−1)^(k−1)
-    C^(k)(t) from the left. At t = 1 it is always the limit from the left, at t = 0 the limit from
-    the right. A piece that is one point takes the direction of the next piece that is longer.
+    At a cusp, or at an end with repeated control points, C′ vanishes. Let C^(k) be the first
+    derivative that does not vanish there. The limit from the right is the direction of C^(k)(t),
+    the limit from the left that of (−1)^(k−1) C^(k)(t). The tangent at t = 1 is always the limit
+    from the left, at t = 0 the limit from the right. A piece that is a single point gets the
+    direction of the next piece that is not.
 
     For a rational curve, C − C(t) = X / w with X_i = w_i (P_i − C(t)): the first derivative of X
     that does not vanish has the same direction.
     """
-    shape = _Local(pieces)
+    local_pieces = _LocalPieces(pieces)
     out = np.empty((len(at), pieces.dimension))
     for rows in at.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
-        out[rows] = shape.directions(at.piece[rows], at.t[rows], before)
+        out[rows] = local_pieces.directions(at.piece[rows], at.t[rows], before)
     missing = np.flatnonzero(np.isnan(out[:, 0]))
     if len(missing):
-        out[missing] = shape.neighbour_directions(at.piece[missing])
+        out[missing] = local_pieces.neighbour_directions(at.piece[missing])
     return out
 
 
-class _Local:
-    """The pieces about their own middles, each scaled by a power of two to a size near 1."""
+class _LocalPieces:
+    """The pieces translated by their middles, each scaled by a power of two to a size near 1."""
 
     def __init__(self, pieces: CurvePieces) -> None:
         low, high = pieces.points.min(axis=1), pieces.points.max(axis=1)
         middle = low + (high - low) / 2
         local = pieces.points - middle[:, None]
         size = np.abs(local).max(axis=(1, 2))
-        scale = powers_of_two(size)
+        scale = find_unit_scales(size)
         self.points: FloatArray = local * scale[:, None, None]
         self.weights: FloatArray | None = None
         if pieces.weights is not None:
             self.weights = pieces.weights / pieces.weights.max(axis=1, keepdims=True)
-        # Far from zero, the rounding of the points themselves limits the precision, too.
+        # Far from zero, the rounding of the control points limits the precision, too.
         far = np.abs(middle).max(axis=1) * scale
-        self.still: FloatArray = STILL + 2.0**-50 * far
-        self.solid: Bools = size > 0
+        self.zero_limit: FloatArray = ZERO_DERIVATIVE + 2.0**-50 * far
+        self.has_length: Bools = size > 0
         self.degree, self.dimension = pieces.degree, pieces.dimension
         self.closed = pieces.closed
 
     def directions(self, piece: Ints, t: FloatArray, before: bool) -> FloatArray:
-        """Unit tangents at some samples; NaN where the piece is one point."""
+        """Unit tangents at samples, (N, d); NaN where the piece is a single point."""
         points = self.points[piece]
         steps = np.diff(points, axis=1)
-        below = bernstein(self.degree - 1, t)
+        lower_basis = bernstein(self.degree - 1, t)
         if self.weights is None:
-            first = _sum(below, steps)
+            first = _combine(lower_basis, steps)
         else:
             weights = self.weights[piece]
-            centre = _point(points, weights, bernstein(self.degree, t))
+            centre = _evaluate(points, weights, bernstein(self.degree, t))
             net = weights[:, :, None] * (points - centre[:, None])
-            first = _sum(below, np.diff(net, axis=1))
+            first = _combine(lower_basis, np.diff(net, axis=1))
         length = np.sqrt((first * first).sum(axis=1))
-        limit = self.still[piece]
+        limit = self.zero_limit[piece]
         slow = np.flatnonzero(length <= limit)
         if len(slow):
             first[slow] = self._limits(piece[slow], t[slow], limit[slow], before)
@@ -133,57 +136,61 @@ class _Local:
         return tangent
 
     def _limits(self, piece: Ints, t: FloatArray, limit: FloatArray, before: bool) -> FloatArray:
-        """Directions where the first derivative vanishes; NaN where all do."""
+        """Directions (N, d) at samples where C′ vanishes; NaN where all derivatives vanish."""
         points = self.points[piece]
         weights = np.ones(points.shape[:2]) if self.weights is None else self.weights[piece]
-        centre = _point(points, weights, bernstein(self.degree, t))
+        centre = _evaluate(points, weights, bernstein(self.degree, t))
         net = weights[:, :, None] * (points - centre[:, None])
         from_left = (t == 1.0) | (before & (t > 0.0))
         directions = np.full(centre.shape, np.nan)
         best = np.zeros(len(t))
         for k in range(1, self.degree + 1):
             net = np.diff(net, axis=1)
-            value = _sum(bernstein(self.degree - k, t), net)
+            value = _combine(bernstein(self.degree - k, t), net)
             length = np.sqrt((value * value).sum(axis=1))
-            # The first derivative above its limit; if rounding hides all of them, the largest in
-            # units of its limit.
-            clear = length * 0.5 ** (k - 1)
-            is_better = self.solid[piece] & (best <= limit) & (clear > best)
+            # Each difference doubles the rounding error, so the limit of the k-th derivative is
+            # 2^(k-1) times the limit of the first. The first derivative above its limit gives the
+            # direction; if none is above, the largest one in units of its limit.
+            scaled_length = length * 0.5 ** (k - 1)
+            is_better = self.has_length[piece] & (best <= limit) & (scaled_length > best)
             sign = np.where(from_left & (k % 2 == 0), -1.0, 1.0)
             directions[is_better] = (sign[is_better] / length[is_better])[:, None] * value[
                 is_better
             ]
-            best[is_better] = clear[is_better]
+            best[is_better] = scaled_length[is_better]
         return directions
 
     def neighbour_directions(self, piece: Ints) -> FloatArray:
-        """Directions at pieces that are one point: of the next longer piece, else of the last one.
+        """Directions at pieces that are single points, (N, d).
 
-        So a corner between longer pieces is at the first of the pieces that are one point.
+        They are the direction at the beginning of the next piece with length. At the end of an open
+        curve, where all following pieces are single points, they are the direction at the end of
+        the last piece with length. So if single points separate two pieces with length, the tangent
+        changes at the first of these points.
         """
-        solid_pieces = np.flatnonzero(self.solid)
-        after = np.searchsorted(solid_pieces, piece)
+        long_pieces = np.flatnonzero(self.has_length)
+        after = np.searchsorted(long_pieces, piece)
         # A closed curve continues with its first piece.
-        back = (after == len(solid_pieces)) & (not self.closed)
-        pieces = solid_pieces[np.where(back, after - 1, after % len(solid_pieces))]
-        ends, number = np.unique(np.stack([pieces, back]), axis=1, return_inverse=True)
+        is_at_end = (after == len(long_pieces)) & (not self.closed)
+        pieces = long_pieces[np.where(is_at_end, after - 1, after % len(long_pieces))]
+        ends, number = np.unique(np.stack([pieces, is_at_end]), axis=1, return_inverse=True)
         return self.directions(ends[0], ends[1].astype(np.float64), False)[number.ravel()]
 
 
-def _sum(basis: FloatArray, net: FloatArray) -> FloatArray:
-    """Σ_i B_i Q_i row by row and term by term: (N, m), (N, m, d) → (N, d)."""
+def _combine(basis: FloatArray, net: FloatArray) -> FloatArray:
+    """Σ_i B_i Q_i for each row, added term by term: (N, m), (N, m, d) → (N, d)."""
     total = basis[:, 0, None] * net[:, 0]
     for i in range(1, net.shape[1]):
         total += basis[:, i, None] * net[:, i]
     return total
 
 
-def _point(points: FloatArray, weights: FloatArray | None, basis: FloatArray) -> FloatArray:
+def _evaluate(points: FloatArray, weights: FloatArray | None, basis: FloatArray) -> FloatArray:
     """Points of curves, one for each row of control points: (N, n+1, d) → (N, d)."""
     if weights is None:
-        return _sum(basis, points)
+        return _combine(basis, points)
     share = basis * weights
     total = share[:, 0].copy()
     for i in range(1, share.shape[1]):
         total += share[:, i]
-    return _sum(share, points) / total[:, None]
+    return _combine(share, points) / total[:, None]

@@ -3,7 +3,8 @@
 1. Choose the samples: R divisions of each piece, or halving until all chords are within the
    tolerance.
 2. Evaluate points and tangents.
-3. Measure the curve, and bound its distance from the polyline through the stored, rounded points.
+3. Measure the length of the curve, and bound its distance from the polyline through the stored,
+   rounded points.
 """
 
 import numpy as np
@@ -26,7 +27,8 @@ def choose_samples(
     Raises
     ------
     InvalidRequest, TooLarge
-        If a tolerance is too small for the numbers, or needs more than `most` samples.
+        If the tolerance is too small for the precision of numbers, or needs more than `most`
+        samples.
     """
     if options.tolerance is None:
         return CurveSamples.uniform(pieces.count, options.resolution)

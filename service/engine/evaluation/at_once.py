@@ -3,10 +3,10 @@
 Most requests use this method. Control points and their differences are arrays with the patches
 innermost, and samples are planes of coordinates, so that every step is one operation on long rows.
 
-Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) about the middle of
-their batch, where S_u = (X_u − w_u S)/w has the smallest rounding errors; their points are moved
-back at the end. A model that is very large or very small is scaled by a power of two, which rounds
-nothing.
+Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) relative to the middle
+of their batch, because S_u = (X_u − w_u S)/w then has the smallest rounding errors; at the end,
+their points are translated back. A model that is very large or very small is scaled by a power of
+two, which rounds nothing.
 """
 
 from functools import lru_cache
@@ -41,10 +41,10 @@ def fits_cache(resolution: tuple[int, int]) -> bool:
 
 @lru_cache(256)
 def count_chunk(degree: tuple[int, int], resolution: tuple[int, int]) -> int:
-    """The number of patches in one chunk."""
+    """The number of patches that are evaluated together in one chunk."""
     samples = (resolution[0] + 1) * (resolution[1] + 1)
     fitting = max(1, CHUNK_SAMPLES // max(samples, sum(count_vectors(degree))))
-    # Sixteen numbers are a cache line: every plane of a chunk begins at one.
+    # A cache line has 16 numbers: so every plane of a chunk begins at a cache line.
     return fitting // 16 * 16 or fitting
 
 
@@ -73,11 +73,11 @@ def evaluate_at_once(
         Whether to multiply along u and then along v, else once with the basis of all samples.
     """
     dtype: Real = positions.dtype.type
-    each = (resolution[0] + 1) * (resolution[1] + 1)
+    sample_count = (resolution[0] + 1) * (resolution[1] + 1)
     doubtful: list[NDArray[np.intp]] = []
     chunk, scale = count_chunk(patches.degree, resolution), find_scale(patches.extent)
     dimension = 3 if patches.weights is None else 4
-    heaviest = 1.0 if patches.weights is None else float(patches.weights.max())
+    largest_weight = 1.0 if patches.weights is None else float(patches.weights.max())
     for first in range(0, patches.count, chunk):
         checkpoint()
         rows = slice(first, first + chunk)
@@ -85,25 +85,25 @@ def evaluate_at_once(
         planes = dimension, count
         work = _WORKSPACES.get(patches.degree, resolution, planes, dtype, is_separable)
         np.copyto(work.coordinates, patches.points[rows].reshape(count, -1, 3).transpose(1, 2, 0))
-        out = positions[rows].reshape(count, each, 3)
+        out = positions[rows].reshape(count, sample_count, 3)
         if patches.weights is None:
             work.load_points(origin, scale)
-            work.find_points()
-            np.positive(work.at, out=out.transpose(2, 0, 1))
+            work.compute_points()
+            np.positive(work.point, out=out.transpose(2, 0, 1))
         else:
-            work.load_weighted(patches.weights[rows], heaviest, patches.middle, scale)
-            work.find_points()
+            work.load_weighted(patches.weights[rows], largest_weight, patches.middle, scale)
+            work.compute_points()
             work.project()
-            write_local(work.at, find_shift(patches, origin), scale, out)
+            write_local(work.point, find_shift(patches, origin), scale, out)
         if normals is None:
             continue
-        short = work.find_vectors()
-        if short is not None:
-            work.square[short] = np.nan
-            doubtful.append(short.reshape(-1).nonzero()[0] + first * each)
+        is_doubtful = work.compute_vectors()
+        if is_doubtful is not None:
+            work.square[is_doubtful] = np.nan
+            doubtful.append(is_doubtful.reshape(-1).nonzero()[0] + first * sample_count)
         np.sqrt(work.square, out=work.square)
-        out = normals[rows].reshape(count, each, 3)
-        np.divide(work.at, work.square, out=out.transpose(2, 0, 1))
+        out = normals[rows].reshape(count, sample_count, 3)
+        np.divide(work.point, work.square, out=out.transpose(2, 0, 1))
     return doubtful
 
 
@@ -112,8 +112,8 @@ class _Workspace:
 
     `planes` is (d, r), with d = 3, or 4 for rational patches. `nets` (K, d, r) are the control
     points, then their differences along u, then those along v; `rounded` has these numbers in the
-    working precision. `at` (3, r, samples) is S, then the vectors S_u × S_v. `products` has for S,
-    S_u and S_v the factors and results of its products.
+    working precision. `point` (3, r, samples) is S, and later the vectors S_u × S_v. `products`
+    lists the matrix products that compute S, S_u and S_v: two factors and the result of each.
     """
 
     def __init__(
@@ -139,41 +139,42 @@ class _Workspace:
         samples = (resolution[0] + 1) * (resolution[1] + 1)
         memory = np.empty((3 * dimension + 4, count, samples), dtype)
         results = [memory[i * dimension : (i + 1) * dimension] for i in range(3)]
-        at, du, dv = (result[:3] for result in results)
+        point, du, dv = (result[:3] for result in results)
         weight, *self.weight_partials = (result[3:] for result in results)
-        self.at, self.weight, self.partials = at, weight, (du, dv)
+        self.point, self.weight, self.partials = point, weight, (du, dv)
         self.term = term = memory[-4:-1]
         self.square = memory[-1]
-        # Coordinates y, z of one times z, x of the other; x times y.
+        # For the cross product: y and z of S_u times z and x of S_v, and x times y; then the same
+        # with S_u and S_v exchanged.
         self.factors = (
-            (du[1:], dv[::-2], at[:2]),
-            (du[0], dv[1], at[2]),
+            (du[1:], dv[::-2], point[:2]),
+            (du[0], dv[1], point[2]),
             (du[::-2], dv[1:], term[:2]),
             (du[1], dv[0], term[2]),
         )
-        self.short = np.empty((count, samples), np.bool_)
+        self.is_doubtful = np.empty((count, samples), np.bool_)
         rows = self.rounded.reshape(vectors, -1)
         self.columns = rows.T
-        self.turned = np.empty_like(rows.T, order="C") if is_separable else None
-        if self.turned is None:
+        self.transposed = np.empty_like(rows.T, order="C") if is_separable else None
+        if self.transposed is None:
             self.products = plan_whole_products(rows, degree, resolution, results)
         else:
-            self.products = plan_separable_products(self.turned, degree, resolution, results)
+            self.products = plan_separable_products(self.transposed, degree, resolution, results)
         self.differences = rows[points:]
         self.squares = np.empty_like(self.differences)
         self.means = build_means(degree, dtype)
         self.axis_sizes = np.empty((2, dimension * count), dtype)
         self.sizes_by_axis = self.axis_sizes.reshape(2, dimension, -1)[:, :3]
         self.size_u, self.size_v = self.sizes = np.empty((2, count), dtype)
-        self.trust = np.empty((count, 1), dtype)
-        self.trusts = self.trust[:, 0]
+        self.threshold = np.empty((count, 1), dtype)
+        self.threshold_row = self.threshold[:, 0]
         self.subnormal = dtype(SUBNORMAL[dtype])
 
     def load_points(self, origin: FloatArray | None, scale: float) -> None:
         """Computes the nets of polynomial patches from `coordinates`.
 
-        Points are relative to the origin, but differences are those of the original points, and
-        scaled: so neither loses digits.
+        Points are relative to the origin. Differences are computed before this translation, and
+        scaled. So neither points nor differences lose digits.
         """
         self._subtract_neighbours()
         if scale != 1.0:
@@ -182,63 +183,66 @@ class _Workspace:
             self.points -= origin[:, np.newaxis]
 
     def load_weighted(
-        self, weights: FloatArray, heaviest: float, middle: FloatArray, scale: float
+        self, weights: FloatArray, largest_weight: float, middle: FloatArray, scale: float
     ) -> None:
-        """Computes homogeneous nets of rational patches, about the middle, from `coordinates`.
+        """Computes homogeneous nets of rational patches, relative to the middle.
 
         Parameters
         ----------
         weights : ndarray of float64, shape (r, p+1, q+1)
-            They are divided by `heaviest`, the largest weight of the batch.
+            They are divided by `largest_weight`, the largest weight of the batch.
         middle : ndarray of float64, shape (3,)
         """
         planes = weights.reshape(len(weights), 1, -1).transpose(2, 1, 0)
-        np.multiply(planes, 1 / heaviest, out=self.weights)
+        np.multiply(planes, 1 / largest_weight, out=self.weights)
         weight_points(self.coordinates, self.weights, middle, scale)
         self._subtract_neighbours()
 
     def _subtract_neighbours(self) -> None:
+        """Computes the differences of neighbouring control points along u and along v."""
         np.subtract(self.behind_u, self.before_u, out=self.du_net)
         np.subtract(self.behind_v, self.before_v, out=self.dv_net)
 
-    def find_points(self) -> None:
-        """Finds S, homogeneous if the patches are rational, from the nets."""
+    def compute_points(self) -> None:
+        """Computes S, homogeneous if the patches are rational, from the nets."""
         np.copyto(self.rounded, self.nets, casting="same_kind")
-        if self.turned is not None:
-            np.copyto(self.turned, self.columns)
+        if self.transposed is not None:
+            np.copyto(self.transposed, self.columns)
         for left, right, out in self.products[0]:
             np.matmul(left, right, out=out)
 
     def project(self) -> None:
         """Divides S by its weight."""
-        self.at /= self.weight
+        self.point /= self.weight
 
-    def find_vectors(self) -> NDArray[np.bool_] | None:
-        """Finds S_u × S_v and its squared length; returns a mask of doubtful samples, or None.
+    def compute_vectors(self) -> NDArray[np.bool_] | None:
+        """Computes S_u × S_v and its squared length; returns which samples are doubtful.
 
-        Vectors of rational patches are those of X_u − w_u S and X_v − w_v S.
+        The result is a mask (r, samples), or None if no sample is doubtful. For rational patches
+        the vectors are (X_u − w_u S) × (X_v − w_v S).
         """
         for products in self.products[1:]:
             for left, right, out in products:
                 np.matmul(left, right, out=out)
         if len(self.weight):
             for partial, weight in zip(self.partials, self.weight_partials, strict=True):
-                np.multiply(self.at, weight, out=self.term)
+                np.multiply(self.point, weight, out=self.term)
                 np.subtract(partial, self.term, out=partial)
         for left, right, out in self.factors:
             np.multiply(left, right, out=out)
-        at, term = self.at, self.term
-        np.subtract(at, term, out=at)
-        np.multiply(at, at, out=term)
+        point, term = self.point, self.term
+        np.subtract(point, term, out=point)
+        np.multiply(point, point, out=term)
         np.add.reduce(term, out=self.square)
-        # The mean squares of the differences of each patch, along u and along v.
+        # The least squared length that is precise enough follows from the mean squares of the
+        # differences of each patch along u and along v.
         np.multiply(self.differences, self.differences, out=self.squares)
         np.matmul(self.means, self.squares, out=self.axis_sizes)
         np.add.reduce(self.sizes_by_axis, axis=1, out=self.sizes)
-        np.multiply(self.size_u, self.size_v, out=self.trusts)
-        np.maximum(self.trusts, self.subnormal, out=self.trusts)
-        np.less_equal(self.square, self.trust, out=self.short)
-        return self.short if np.count_nonzero(self.short) else None
+        np.multiply(self.size_u, self.size_v, out=self.threshold_row)
+        np.maximum(self.threshold_row, self.subnormal, out=self.threshold_row)
+        np.less_equal(self.square, self.threshold, out=self.is_doubtful)
+        return self.is_doubtful if np.count_nonzero(self.is_doubtful) else None
 
 
 _WORKSPACES = Workspaces(_Workspace)

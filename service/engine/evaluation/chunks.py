@@ -1,4 +1,4 @@
-"""Shared by all ways of evaluation: chunks of patches, their nets, their precision."""
+"""Chunks of patches, their nets and limits of precision, shared by all methods of evaluation."""
 
 from dataclasses import dataclass
 
@@ -9,42 +9,44 @@ from service.engine.scratch import Real
 from service.surface.batches import Patches
 
 CHUNK_SAMPLES = 18_432
-"""Samples in one chunk: a dozen planes of them fit the second-level cache."""
+"""Samples in one chunk: a dozen numbers for each sample fit the second-level cache."""
 
-TRUSTED: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
-"""|S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) above which the working precision is sufficient: the
-error of the direction is then at most about 1e-5 (float32, usually 2e-7) or 1e-10 (float64)."""
+PRECISE_SHARE: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
+"""If |S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) is larger than this, the working precision is
+sufficient for the normal: the error of its direction is at most about 1e-5 radians in float32
+(usually 2e-7), or 1e-10 in float64."""
 
 SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
-"""|S_u × S_v|² below which squares of its coordinates have lost digits to underflow."""
+"""If |S_u × S_v|² is smaller than this, the squares of its coordinates lose digits to underflow."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChunkNets:
-    """Nets (p+1, q+1, d, r) of S and of its partials, in float64; of triangles (K, d, r).
+    """Nets of S and of its partials in float64, for r patches.
 
-    `trust` (r,) is the least trusted |S_u × S_v|². `rows` (K, d, r) are the control points of all
-    three nets, one net after another.
+    `point`, `du` and `dv` have the shapes (p+1, q+1, d, r), (p, q+1, d, r) and (p+1, q, d, r), or
+    (K, d, r) for triangles. `rows` (K, d, r) has the control points of all three nets, one net
+    after another. `threshold` (r,) is the least |S_u × S_v|² whose direction is precise enough.
     """
 
     rows: FloatArray
-    at: FloatArray
+    point: FloatArray
     du: FloatArray | None = None
     dv: FloatArray | None = None
-    trust: FloatArray | None = None
+    threshold: FloatArray | None = None
 
-    def least(self, dtype: Real) -> RealArray:
-        """`trust` in the working precision, to compare (r, samples) with; 0 without partials."""
-        if self.trust is None:
-            return np.zeros((self.at.shape[-1], 1), dtype)
-        least: RealArray = self.trust.astype(dtype)
-        return least[:, None]
+    def threshold_column(self, dtype: Real) -> RealArray:
+        """`threshold` as a column (r, 1) in the working precision; 0 without partials."""
+        if self.threshold is None:
+            return np.zeros((self.point.shape[-1], 1), dtype)
+        threshold: RealArray = self.threshold.astype(dtype)
+        return threshold[:, None]
 
 
 def weight_points(
     points: FloatArray, weights: FloatArray, middle: FloatArray, scale: float
 ) -> None:
-    """Makes points (K, 3, r) homogeneous in place: w (P − middle) scale, weights (K, 1, r)."""
+    """Replaces points P (K, 3, r) by w (P − middle) scale, with the weights w (K, 1, r)."""
     points -= middle[:, np.newaxis]
     points *= scale
     points *= weights
@@ -56,7 +58,7 @@ def find_shift(patches: Patches, origin: FloatArray | None) -> FloatArray:
 
 
 def write_local(planes: RealArray, shift: FloatArray, scale: float, out: RealArray) -> None:
-    """Writes scaled planes (3, …) about the middle as points (…, 3), moved by `shift`."""
+    """Writes scaled planes (3, …), relative to the middle, as points (…, 3) moved by `shift`."""
     dtype = planes.dtype.type
     for axis in range(3):
         np.multiply(planes[axis], dtype(1 / scale), out=out[..., axis])

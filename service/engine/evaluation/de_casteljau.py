@@ -1,7 +1,7 @@
 """The method `de_casteljau`: points by repeated interpolation between neighbouring control points.
 
-All steps are convex combinations: no method is numerically more stable. The points of the level
-before the last give the partials. The cost is high, because every sample repeats all steps.
+All steps are convex combinations, so no method is numerically more stable. The points before the
+last step give the partials. The cost is high, because all steps are repeated for every sample.
 
 References
 ----------
@@ -23,7 +23,7 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 17
-"""Numbers of one level in one chunk: they fit the second-level cache."""
+"""The most numbers of one level in one chunk: they fit the second-level cache."""
 
 LEAST_SAMPLES = 64
 """The least number of samples in a chunk: for fewer, NumPy's calls cost more than the
@@ -33,36 +33,43 @@ arithmetic."""
 def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: bilinear steps, then linear ones.
 
-    While both degrees are left, every 2 × 2 block of points is interpolated with the weights (1 −
-    u, u) × (1 − v, v); then neighbours are interpolated in the direction that is left. One bilinear
-    step comes last, since its four points give both partials.
+    While both degrees are above 1, every 2 × 2 block of points is interpolated with the weights (1
+    − u, u) × (1 − v, v). Then neighbours are interpolated in the direction whose degree is above 1.
+    The last step is bilinear, because its four points give both partials.
     """
     p, q = work.patches.degree
-    lines: list[RealArray] = [sample_parameters(r).astype(work.dtype) for r in work.resolution]
-    out = work.positions.reshape(work.patches.count, work.each, 3)
+    parameters: list[RealArray] = [sample_parameters(r).astype(work.dtype) for r in work.resolution]
+    out = work.positions.reshape(work.patches.count, work.sample_count, 3)
     normals = None if work.normals is None else work.normals.reshape(out.shape)
-    for first, last, begin, end in _split_work(work.patches.count, work.each, (p + 1) * (q + 1)):
+    for first, last, begin, end in _split_work(
+        work.patches.count, work.sample_count, (p + 1) * (q + 1)
+    ):
         checkpoint()
-        nets = work.nets(first, last)
+        nets = work.load_nets(first, last)
         net = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
         i, j = np.divmod(np.arange(begin, end), work.shape[1])
-        u, v = lines[0][i], lines[1][j]
-        blocks = _last_blocks(net.astype(work.dtype), u, v)
-        sides = _interpolate(blocks[:, 0], blocks[:, 1], v)
-        at = _interpolate(sides[0], sides[1], u)
-        work.write_local(at, out[first:last, begin:end])
+        u, v = parameters[0][i], parameters[1][j]
+        last_points = _find_last_points(net.astype(work.dtype), u, v)
+        sides = _interpolate(last_points[:, 0], last_points[:, 1], v)
+        point = _interpolate(sides[0], sides[1], u)
+        work.write_local(point, out[first:last, begin:end])
         if normals is not None:
             du = sides[1] - sides[0]
-            dv = _interpolate(blocks[0, 1] - blocks[0, 0], blocks[1, 1] - blocks[1, 0], u)
-            vectors = work.partials_to_vectors(at, du, dv)
-            place = first * work.each + begin
+            dv = _interpolate(
+                last_points[0, 1] - last_points[0, 0], last_points[1, 1] - last_points[1, 0], u
+            )
+            vectors = work.partials_to_vectors(point, du, dv)
+            first_sample = first * work.sample_count + begin
             work.write_normals(
-                vectors, normals[first:last, begin:end], nets.least(work.dtype), place
+                vectors,
+                normals[first:last, begin:end],
+                nets.threshold_column(work.dtype),
+                first_sample,
             )
 
 
-def _last_blocks(net: RealArray, u: RealArray, v: RealArray) -> RealArray:
-    """The 2 × 2 points before the last bilinear step: (p+1, q+1, d, r) to (2, 2, d, r, m)."""
+def _find_last_points(net: RealArray, u: RealArray, v: RealArray) -> RealArray:
+    """The points (2, 2, d, r, m) before the last bilinear step, from nets (p+1, q+1, d, r)."""
     points = net[..., np.newaxis]
     while len(points) > 2 and points.shape[1] > 2:
         points = _interpolate(points[:-1], points[1:], u)
@@ -83,28 +90,28 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
     """
     degree = work.patches.degree
     for first, last, begin, end in _split_work(
-        work.patches.count, work.each, triangle.count_points(degree)
+        work.patches.count, work.sample_count, triangle.count_points(degree)
     ):
-        nets = work.nets(first, last)
+        nets = work.load_nets(first, last)
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T
         points = work.load_local(first, last).astype(work.dtype)[..., np.newaxis]
         while len(points) > 3:
             corner, along, above = neighbour_rows(len(points))
             points = r * points[corner] + s * points[along] + t * points[above]
         points = np.broadcast_to(points, (*points.shape[:-1], end - begin))
-        at = r * points[0] + s * points[1] + t * points[2]
-        work.write_local(at, work.positions[first:last, begin:end])
+        point = r * points[0] + s * points[1] + t * points[2]
+        work.write_local(point, work.positions[first:last, begin:end])
         if work.normals is not None:
-            vectors = work.partials_to_vectors(at, points[1] - points[0], points[2] - points[0])
-            place = first * work.each + begin
+            vectors = work.partials_to_vectors(point, points[1] - points[0], points[2] - points[0])
+            first_sample = first * work.sample_count + begin
             out = work.normals[first:last, begin:end]
-            work.write_normals(vectors, out, nets.least(work.dtype), place)
+            work.write_normals(vectors, out, nets.threshold_column(work.dtype), first_sample)
 
 
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
-    Each number is computed separately, so its bits do not depend on the others.
+    Each number is computed separately, so its bits depend on its curve and its parameter alone.
     """
     t = sample_parameters(divisions)[:, np.newaxis]
     out = np.empty((len(points), divisions + 1, points.shape[2]))
@@ -117,14 +124,14 @@ def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
 
 
 def estimate_effort(model: PatchModel, resolution: tuple[int, int]) -> int:
-    """The number of multiplications for all samples of a model: a million takes a millisecond."""
+    """The number of multiplications for all samples of a model; a million take one millisecond."""
     ru, rv = resolution
     total = 0
     for batch in model.batches:
-        each = (ru + 1) * (rv + 1)
+        sample_count = (ru + 1) * (rv + 1)
         if isinstance(batch, TrianglePatches):
-            each = triangle.count_points(max(ru, rv))
-        total += batch.count * each * count_multiplications(batch)
+            sample_count = triangle.count_points(max(ru, rv))
+        total += batch.count * sample_count * count_multiplications(batch)
     return total
 
 
@@ -138,8 +145,8 @@ def count_multiplications(patches: Patches) -> int:
     while rows and columns:
         count += 2 * rows * (columns + 1) + 2 * rows * columns
         rows, columns = rows - 1, columns - 1
-    left = max(rows, columns)
-    return planes * (count + left * (left + 1))
+    remaining = max(rows, columns)
+    return planes * (count + remaining * (remaining + 1))
 
 
 def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
@@ -149,14 +156,14 @@ def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
     return out
 
 
-def _split_work(count: int, each: int, points: int) -> Iterator[tuple[int, int, int, int]]:
+def _split_work(count: int, sample_count: int, points: int) -> Iterator[tuple[int, int, int, int]]:
     """Runs (first, last, begin, end): samples [begin, end) of patches [first, last).
 
-    A run has all samples of several patches, or some samples of one patch. Each patch has `each`
-    samples and a net of `points` points.
+    A run has all samples of several patches, or some samples of one patch. Each patch has
+    `sample_count` samples and a net of `points` points.
     """
     step = max(LEAST_SAMPLES, CHUNK_NUMBERS // (4 * points))
-    patches = max(1, step // each)
+    patches = max(1, step // sample_count)
     for first in range(0, count, patches):
-        for begin in range(0, each, step):
-            yield first, min(first + patches, count), begin, min(begin + step, each)
+        for begin in range(0, sample_count, step):
+            yield first, min(first + patches, count), begin, min(begin + step, sample_count)

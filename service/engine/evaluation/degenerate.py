@@ -1,7 +1,7 @@
 """Limits of unit normals where S_u × S_v vanishes.
 
-N = S_u × S_v is itself a polynomial in the Bernstein basis: its derivatives, and so the lowest term
-that does not vanish, are computed, and not estimated from neighbours.
+N = S_u × S_v is a polynomial in the Bernstein basis. So the lowest term of N that does not vanish
+is computed from the coefficients, and not estimated from neighbouring samples.
 """
 
 from typing import Literal, TypeAlias
@@ -14,8 +14,8 @@ from service.bases.bernstein import bernstein, binomials
 from service.engine.evaluation.nets import DerivativeNets, evaluate_along, longest_vectors
 
 VANISHING = 2.0**-40
-"""A difference below this share of its measure counts as zero. Rounding errors are some 2^-52 of
-the measure, so larger differences have at least a dozen correct binary digits."""
+"""A length below this share of the largest possible length counts as zero. Rounding errors are some
+2^-52 of the largest length, so a larger length has at least a dozen correct binary digits."""
 
 NEGLIGIBLE = 2.0**-36
 """Coefficients of N below this share of the largest count as zero: they come from rounding."""
@@ -28,9 +28,11 @@ def limit_normals(
 ) -> FloatArray:
     """Limit normals at parameters where N vanishes.
 
-    The limit is the direction of the first coefficient of N, seen from the point inwards, that does
-    not vanish: first straight away from the side on which the point lies, then along that side, at
-    corners then diagonally. If none is found, it is the mean normal of the patch.
+    The limit is the direction of the first coefficient of N that does not vanish on a line from the
+    sample into the patch. The first line leads straight away from the side on which the sample
+    lies. If all coefficients vanish on it, the next line leads along that side, and at a corner the
+    last line leads diagonally. If all coefficients vanish on all lines, the result is the mean
+    normal of the patch.
 
     Parameters
     ----------
@@ -48,13 +50,14 @@ def limit_normals(
     """
     coefficients = nets.normal_net
     largest = longest_vectors(coefficients)
-    floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.measure)[which]
-    # Restriction only averages coefficients: if none is above the floor before it, none is after
-    # it.
+    floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.longest_product)[which]
+    # Restriction to a line averages coefficients: if no coefficient of the patch is longer than the
+    # floor, no coefficient on a line is.
     has_limit = largest[which] > floor
     normals = np.full((len(which), 3), np.nan)
-    # Inwards from the edge on which the sample lies; at a corner, from the v edge first. Along a
-    # collapsed edge N vanishes throughout, so a wrong first choice gives no direction.
+    # The first line leads inwards from the edge on which the sample lies; at a corner, it leads in
+    # direction v. If this line is a collapsed edge, N vanishes along it, and the next line is
+    # tried.
     on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
         (has_limit & ~on_u_edge_only, ("v", "u")),
@@ -72,29 +75,28 @@ def limit_normals(
                 normals[unresolved] = _find_leading(lines, floor[unresolved])
     remaining = np.flatnonzero(np.isnan(normals[:, 0]))
     if len(remaining):
-        normals[remaining] = _patch_normals(nets, coefficients, which[remaining])
+        normals[remaining] = _find_mean_normals(nets, coefficients, which[remaining])
     return normals
 
 
-def _from_corner(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
-    """The polynomials restricted to the longer one of the parts before and after t.
+def _restrict_to_longer_part(coefficients: FloatArray, t: FloatArray, axis: int) -> FloatArray:
+    """The polynomials restricted to [0, t] or to [t, 1], whichever is longer, by de Casteljau.
 
-    They are reversed if this part lies before t. So in the result the sample has index 0 along
-    `axis`. The restriction is de Casteljau's algorithm.
+    Restrictions to [0, t] are reversed, so that in the result the sample has index 0 along `axis`.
     """
     rows = np.moveaxis(coefficients, axis, -1).copy()
     ones = (1,) * (rows.ndim - 1)
-    flip = t > 0.5
-    rows[flip] = rows[flip][..., ::-1]
-    begin = np.where(flip, 1.0 - t, t)
+    is_reversed = t > 0.5
+    rows[is_reversed] = rows[is_reversed][..., ::-1]
+    begin = np.where(is_reversed, 1.0 - t, t)
     inner = np.flatnonzero(begin > 0)
     if len(inner):
-        # The right part of a subdivision is the last value of every level of the triangle.
+        # The coefficients on the right part are the last values of all levels of the algorithm.
         triangle, s = rows[inner], begin[inner].reshape(-1, *ones)
         n = triangle.shape[-1]
         for level in range(1, n):
-            keep = n - level
-            triangle[..., :keep] = (1 - s) * triangle[..., :keep] + s * triangle[..., 1 : keep + 1]
+            size = n - level
+            triangle[..., :size] = (1 - s) * triangle[..., :size] + s * triangle[..., 1 : size + 1]
         rows[inner] = triangle
     return np.moveaxis(rows, -1, axis)
 
@@ -106,14 +108,21 @@ def trace_inwards(
     v: FloatArray,
     direction: Direction,
 ) -> FloatArray:
-    """Coefficients (m, d, n) of polynomials (K, d, …) along a line from each sample inwards."""
+    """Coefficients (m, d, n) of polynomials along a line from each sample into the patch.
+
+    Sample k is at (u[k], v[k]) of the polynomial `which[k]` of `coefficients` (K, d, …).
+    """
     if direction == "v":
         basis = bernstein(coefficients.shape[2] - 1, u)
-        return _from_corner(evaluate_along(coefficients, which, basis), v, axis=2)
+        return _restrict_to_longer_part(evaluate_along(coefficients, which, basis), v, axis=2)
     if direction == "u":
         basis = bernstein(coefficients.shape[3] - 1, v)
-        return _from_corner(evaluate_along(coefficients.swapaxes(2, 3), which, basis), u, axis=2)
-    boxes = _from_corner(_from_corner(coefficients[which], u, axis=2), v, axis=3)
+        return _restrict_to_longer_part(
+            evaluate_along(coefficients.swapaxes(2, 3), which, basis), u, axis=2
+        )
+    boxes = _restrict_to_longer_part(
+        _restrict_to_longer_part(coefficients[which], u, axis=2), v, axis=3
+    )
     rows, columns = boxes.shape[2:]
     weighted = boxes * np.multiply.outer(binomials(rows - 1), binomials(columns - 1))
     line = np.zeros((*boxes.shape[:2], rows + columns - 1))
@@ -123,40 +132,39 @@ def trace_inwards(
 
 
 def _find_leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
-    """Unit vector of the first coefficient longer than `floor` of each line; else NaN."""
+    """The unit vector of the first coefficient of each line that is longer than `floor`, or NaN."""
     lengths = np.linalg.norm(lines, axis=1)
-    large = lengths > floor[:, None]
-    first = large.argmax(axis=1)
+    is_long = lengths > floor[:, None]
+    first = is_long.argmax(axis=1)
     rows = np.arange(len(lines))
-    has_large = large[rows, first]
-    length = np.where(has_large, lengths[rows, first], 1.0)
-    return np.where(has_large[:, None], lines[rows, :, first] / length[:, None], np.nan)
+    has_long = is_long[rows, first]
+    length = np.where(has_long, lengths[rows, first], 1.0)
+    return np.where(has_long[:, None], lines[rows, :, first] / length[:, None], np.nan)
 
 
-def _patch_normals(
+def _find_mean_normals(
     nets: DerivativeNets, coefficients: FloatArray, which: NDArray[np.intp]
 ) -> FloatArray:
-    """The mean normal of the patch, weighted by area; without area, a perpendicular vector.
+    """The mean normals (m, 3) of patches, weighted by area.
 
-    The mean of the coefficients of N is its integral over the patch.
+    The mean of the coefficients of N is the integral of N over the patch. A patch without area gets
+    a vector perpendicular to its longest difference.
     """
-    used, back = np.unique(which, return_inverse=True)
+    used, inverse = np.unique(which, return_inverse=True)
     mean = coefficients[used].mean(axis=(2, 3))
     length = np.linalg.norm(mean, axis=1)
-    flat_rows = np.flatnonzero(length <= VANISHING * nets.measure[used])
-    length[flat_rows] = 1.0
+    without_area = np.flatnonzero(length <= VANISHING * nets.longest_product[used])
+    length[without_area] = 1.0
     normals = mean / length[:, None]
-    # Without area, the patch is a line or a point: the result is perpendicular to its longest
-    # difference.
-    for row in flat_rows.tolist():
+    for row in without_area.tolist():
         edges = np.concatenate(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1
         )
         chord = edges[:, np.square(edges).sum(axis=0).argmax()]
-        # The coordinate axis with the largest angle to the chord; of equal ones the last.
+        # The coordinate axis with the largest angle to the chord; of equal angles the last axis.
         axis = np.zeros(3)
         axis[2 - np.abs(chord[::-1]).argmin()] = 1.0
         across = axis - chord * (chord @ axis) / max(float(chord @ chord), 1e-300)
         normals[row] = across / np.linalg.norm(across)
-    shared: FloatArray = normals[back]
+    shared: FloatArray = normals[inverse]
     return shared

@@ -1,8 +1,8 @@
 """Points and unit normals of a batch of patches at all samples.
 
-`at_once` has two formulations for grids that fit the cache, `large_grids` two for larger grids.
-This module chooses the fastest for the shape of the batch. `triangle_evaluation` computes them on
-triangles.
+`at_once` has two formulations of the matrix method for grids that fit the cache, `large_grids` has
+two for larger grids. This module chooses the one that is fastest for the shape of the batch.
+`triangle_evaluation` computes points and normals on triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,7 +22,7 @@ from service.engine.evaluation.chunks import CHUNK_SAMPLES
 from service.engine.evaluation.evaluation_state import Evaluation, PatchSamples
 from service.engine.evaluation.grid_evaluation import GridEvaluation
 from service.engine.evaluation.grid_products import count_vectors
-from service.engine.evaluation.large_grids import normal_polynomial, separable
+from service.engine.evaluation.large_grids import evaluate_by_normal_polynomial, evaluate_separably
 from service.engine.evaluation.triangle_evaluation import TriangleEvaluation
 from service.engine.options import Method
 from service.engine.scratch import Real, scratch
@@ -32,16 +32,16 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 Formulation: TypeAlias = Literal["kronecker", "separable", "normal_polynomial"]
 """The formulations of the method `matrix`."""
 
-BY_ROWS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
-    {"separable": separable, "normal_polynomial": normal_polynomial}
+LARGE_GRIDS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingProxyType(
+    {"separable": evaluate_separably, "normal_polynomial": evaluate_by_normal_polynomial}
 )
-"""Formulations for large grids. `at_once` has `separable`, too, and `kronecker` for grids of every
-size."""
+"""The formulations for large grids. `at_once` has another `separable`, for small grids, and
+`kronecker`, for grids of every size."""
 
-LARGEST = 1 << 20
+MAX_BASIS_NUMBERS = 1 << 20
 """The most numbers of a cached matrix: 8 MiB, the largest value that the cache accepts."""
 
-GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
+GRID_METHODS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
         "de_casteljau": de_casteljau.evaluate_grids,
         "forward_difference": forward_difference.evaluate_grids,
@@ -49,9 +49,9 @@ GRIDS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
 )
 """The methods other than `matrix`, on tensor-product patches."""
 
-TRIANGLES: Mapping[Method, Callable[[TriangleEvaluation], None]] = MappingProxyType(
+TRIANGLE_METHODS: Mapping[Method, Callable[[TriangleEvaluation], None]] = MappingProxyType(
     {
-        "matrix": TriangleEvaluation.run,
+        "matrix": TriangleEvaluation.evaluate_by_matrix,
         "de_casteljau": de_casteljau.evaluate_triangles,
         "forward_difference": forward_difference.evaluate_triangles,
     }
@@ -90,8 +90,8 @@ def evaluate(
     formulation : str, optional
         A formulation of `matrix`, by default the fastest. The result is the same up to rounding.
     out : PatchSamples, optional
-        An earlier result of the same shapes and precision to overwrite. Large fresh arrays cost
-        as much as the arithmetic, because the system zeroes every page of them.
+        An earlier result of the same shapes and precision, which is overwritten. Allocating large
+        arrays takes as long as the arithmetic, because the system zeroes every page.
 
     References
     ----------
@@ -99,20 +99,20 @@ def evaluate(
     """
     divisions = max(resolution)
     if out is None:
-        each: tuple[int, ...] = (resolution[0] + 1, resolution[1] + 1)
+        grid: tuple[int, ...] = (resolution[0] + 1, resolution[1] + 1)
         if isinstance(patches, TrianglePatches):
-            each = (triangle.count_points(divisions),)
-        shape = (patches.count, *each, 3)
+            grid = (triangle.count_points(divisions),)
+        shape = (patches.count, *grid, 3)
         out = PatchSamples(np.empty(shape, dtype), np.empty(shape, dtype) if normals else None, 0)
     work: Evaluation
-    in_double = None
+    evaluate_in_double = None
     if dtype is not np.float64:
-        in_double = partial(_evaluate_in_double, patches, resolution, method, formulation)
+        evaluate_in_double = partial(_evaluate_in_double, patches, resolution, method, formulation)
     if isinstance(patches, TrianglePatches):
         work = TriangleEvaluation(patches, divisions, dtype, out, origin)
         with Measured("triangles" if method == "matrix" else method):
-            TRIANGLES[method](work)
-        return work.finish(in_double)
+            TRIANGLE_METHODS[method](work)
+        return work.finish(evaluate_in_double)
     if method != "matrix":
         formulation = None
     elif formulation is None:
@@ -131,11 +131,11 @@ def evaluate(
             return out
         work = GridEvaluation(patches, resolution, dtype, out, origin)
         work.doubtful = doubtful
-        return work.finish(in_double)
+        return work.finish(evaluate_in_double)
     work = GridEvaluation(patches, resolution, dtype, out, origin)
     with Measured(formulation or method):
-        (BY_ROWS[formulation] if formulation else GRIDS[method])(work)
-    return work.finish(in_double)
+        (LARGE_GRIDS[formulation] if formulation else GRID_METHODS[method])(work)
+    return work.finish(evaluate_in_double)
 
 
 def _evaluate_in_double(
@@ -145,17 +145,17 @@ def _evaluate_in_double(
     formulation: Formulation | None,
     index: NDArray[np.intp],
 ) -> PatchSamples:
-    """Patches `index` evaluated in float64.
+    """Evaluates the patches with the numbers `index` in float64.
 
-    If they are few, the result lies in work arrays that the next call overwrites.
+    If they are few, the next call overwrites the result, because it is in reused work arrays.
     """
-    chosen, out = patches.take(index), None
-    if isinstance(chosen, TensorPatches):
-        shape = (chosen.count, resolution[0] + 1, resolution[1] + 1, 3)
+    selected, out = patches.take(index), None
+    if isinstance(selected, TensorPatches):
+        shape = (selected.count, resolution[0] + 1, resolution[1] + 1, 3)
         if prod(shape[:3]) <= CHUNK_SAMPLES:
             points, vectors = (scratch(f"double {name}", shape, np.float64) for name in "SN")
             out = PatchSamples(points, vectors, 0)
-    return evaluate(chosen, resolution, method=method, formulation=formulation, out=out)
+    return evaluate(selected, resolution, method=method, formulation=formulation, out=out)
 
 
 def choose_formulation(
@@ -167,9 +167,10 @@ def choose_formulation(
         return fastest
     if normals and patches.weights is None and max(patches.degree) <= 4:
         return "normal_polynomial"
-    # A product with four control points takes as long as one of two products with two.
+    # A bilinear patch has four control points: one product with all four takes as long as each of
+    # the two products, with two points each, of the separable formulation.
     is_bilinear = patches.weights is not None and patches.degree == (1, 1)
-    if is_bilinear and patches.count > 1 and _is_kept(patches.degree, resolution):
+    if is_bilinear and patches.count > 1 and _is_basis_cached(patches.degree, resolution):
         return "kronecker"
     return "separable"
 
@@ -180,8 +181,9 @@ def _choose_at_once(
 ) -> Formulation:
     """The faster formulation of `evaluate_at_once`, by counting multiplications and NumPy calls.
 
-    The unit is a multiplication of three coordinates in one large product. In two products it takes
-    twice as long, and calls take as long as 20 000, for each patch and for each chunk of patches.
+    The unit of cost is a multiplication of three coordinates in one large product. A multiplication
+    in the two products of `separable` costs 2 units. The NumPy calls of `separable` cost 20,000
+    units for each patch and for each chunk of patches.
     """
     q, vectors = degree[1], sum(count_vectors(degree))
     samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)
@@ -189,10 +191,10 @@ def _choose_at_once(
     product_cost = vectors * (1 + 2 * share)
     row_cost = 2 * (3 * q + 7 + vectors / (resolution[1] + 1)) + 20_000 * (1 + share) / samples
     is_faster = product_cost <= row_cost
-    return "kronecker" if is_faster and _is_kept(degree, resolution) else "separable"
+    return "kronecker" if is_faster and _is_basis_cached(degree, resolution) else "separable"
 
 
-def _is_kept(degree: tuple[int, int], resolution: tuple[int, int]) -> bool:
-    """Whether the cache keeps the basis of all samples."""
+def _is_basis_cached(degree: tuple[int, int], resolution: tuple[int, int]) -> bool:
+    """Whether the cache accepts the basis of all samples, by its size."""
     (p, q), (ru, rv) = degree, resolution
-    return 3 * (p + 1) * (q + 1) * (ru + 1) * (rv + 1) <= LARGEST
+    return 3 * (p + 1) * (q + 1) * (ru + 1) * (rv + 1) <= MAX_BASIS_NUMBERS

@@ -1,9 +1,9 @@
 """The method `forward_difference`: each row of samples by additions alone.
 
 For equal steps the differences of order n of a polynomial of degree n are constant. So each sample
-takes n additions, beginning with the differences at the start of the row. The starting differences
-are exact to float64. Every addition then rounds in the working precision, and the rounding errors
-add up along the row: the error grows with the number of divisions.
+takes n additions, beginning with the differences at the start of the row. These starting
+differences are computed in float64. Every addition then rounds in the working precision, and the
+rounding errors add up along the row: the error grows with the number of divisions.
 
 References
 ----------
@@ -28,11 +28,11 @@ from service.engine.evaluation.triangle_nets import partial_nets
 from service.engine.scratch import Real
 
 MAX_DEGREE: dict[Real, int] = {np.float32: 8, np.float64: 16}
-"""Rounding grows with 3 to the power of the degree: beyond these it is 1e-3 (float32) or 1e-9
-(float64) of the size of the net."""
+"""The highest degree in each precision. The rounding error grows with 3 to the power of the degree;
+above these degrees it exceeds 1e-3 (float32) or 1e-9 (float64) of the size of the net."""
 
 CHUNK_SAMPLES = 1 << 17
-"""Samples in one chunk: the more rows advance together, the fewer calls are needed."""
+"""Samples in one chunk: the more rows advance together, the fewer NumPy calls are needed."""
 
 
 def evaluate_grids(work: GridEvaluation) -> None:
@@ -40,62 +40,63 @@ def evaluate_grids(work: GridEvaluation) -> None:
     p, q = work.patches.degree
     for first, last, begin, end in _split_work(work.patches.count, *work.shape):
         checkpoint()
-        nets = work.nets(first, last)
+        nets = work.load_nets(first, last)
         local = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
         rows = slice(begin, end)
-        at = _rows(local, work, rows)
-        work.write_local(at, work.positions[first:last, rows])
+        point = _evaluate_rows(local, work, rows)
+        work.write_local(point, work.positions[first:last, rows])
         if work.normals is not None:
-            du, dv = (_rows(np.diff(local, axis=axis), work, rows) for axis in (0, 1))
+            du, dv = (_evaluate_rows(np.diff(local, axis=axis), work, rows) for axis in (0, 1))
             work.write_normals(
-                work.partials_to_vectors(at, du, dv),
+                work.partials_to_vectors(point, du, dv),
                 work.normals[first:last, rows],
-                nets.least(work.dtype)[:, :, np.newaxis],
-                first * work.each + begin * work.shape[1],
+                nets.threshold_column(work.dtype)[:, :, np.newaxis],
+                first * work.sample_count + begin * work.shape[1],
             )
 
 
-def _rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
-    """Planes (d, r, rows, Rv+1) of nets (m+1, n+1, d, r)."""
+def _evaluate_rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealArray:
+    """Samples of some rows, (d, r, rows, Rv+1), of nets (m+1, n+1, d, r)."""
     basis = sample_basis(len(net) - 1, work.resolution[0])[rows]
     curves = np.moveaxis(np.tensordot(basis, net, axes=(1, 0)), 0, -1)
     divisions = np.full(len(basis), work.resolution[1])
-    return np.moveaxis(_march(curves, divisions, work.dtype), 0, -1)
+    return np.moveaxis(_add_differences(curves, divisions, work.dtype), 0, -1)
 
 
 def evaluate_triangles(work: TriangleEvaluation) -> None:
     """Points and normals of triangles: row m of samples, at t = m/R, has R − m divisions."""
     starts = triangle.row_starts(work.divisions)
     for first, last, begin, end in _split_work(work.patches.count, *2 * (work.divisions + 1,)):
-        nets = work.nets(first, last)
+        nets = work.load_nets(first, last)
         local = work.load_local(first, last)
-        run = slice(starts[begin], starts[end])
-        at = _triangle_rows(local, work.divisions, slice(begin, end), work.dtype)
-        work.write_local(at, work.positions[first:last, run])
+        samples = slice(starts[begin], starts[end])
+        point = _evaluate_triangle_rows(local, work.divisions, slice(begin, end), work.dtype)
+        work.write_local(point, work.positions[first:last, samples])
         if work.normals is not None:
             du, dv = (
-                _triangle_rows(net, work.divisions, slice(begin, end), work.dtype)
+                _evaluate_triangle_rows(net, work.divisions, slice(begin, end), work.dtype)
                 for net in partial_nets(local)
             )
             work.write_normals(
-                work.partials_to_vectors(at, du, dv),
-                work.normals[first:last, run],
-                nets.least(work.dtype),
-                first * work.each + int(starts[begin]),
+                work.partials_to_vectors(point, du, dv),
+                work.normals[first:last, samples],
+                nets.threshold_column(work.dtype),
+                first * work.sample_count + int(starts[begin]),
             )
 
 
-def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) -> RealArray:
-    """Planes (d, r, samples) of some rows of triangular nets (K, d, r).
+def _evaluate_triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) -> RealArray:
+    """Samples of some rows, (d, r, samples), of triangular nets (K, d, r).
 
-    At a fixed t the surface is a curve of degree n in s/(1 − t), as its tensor-product form shows.
+    At a fixed t the surface is a curve of degree n in s/(1 − t). The net of this curve follows from
+    the tensor-product form of the triangle.
     """
     square = tensor_net(np.moveaxis(net, -1, 0))
     number = np.arange(divisions + 1)[rows]
     basis = bernstein(square.shape[1] - 1, number / divisions)
     curves = np.einsum("mk,rlkd->ldrm", basis, square)
     lengths = divisions - number
-    values = _march(curves, np.maximum(lengths, 1), dtype)
+    values = _add_differences(curves, np.maximum(lengths, 1), dtype)
     row = np.repeat(np.arange(len(number)), lengths + 1)
     place = np.concatenate([np.arange(length + 1) for length in lengths.tolist()])
     return np.moveaxis(values[place, :, :, row], 0, -1)
@@ -104,42 +105,44 @@ def _triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype: Real) ->
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:
     """Bézier curves (E, n+1, d) at R equal divisions: (E, R+1, d).
 
-    Each number is computed separately, so its bits do not depend on the others.
+    Each number is computed separately, so its bits depend on its curve and its parameter alone.
     """
     out = np.empty((len(points), divisions + 1, points.shape[2]))
     for rows in row_slices(len(points), divisions + 1, CHUNK_SAMPLES):
         part = points[rows].transpose(1, 2, 0)
-        values = _march(part, np.full(part.shape[2], divisions), np.float64)
+        values = _add_differences(part, np.full(part.shape[2], divisions), np.float64)
         out[rows] = values.transpose(2, 0, 1)
     return out
 
 
-def _march(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
-    """Values of curves (n+1, …, rows) at equal divisions: (most divisions + 1, …, rows).
+def _add_differences(curves: FloatArray, divisions: Ints, dtype: Real) -> RealArray:
+    """Values of curves (n+1, …, rows) at equal divisions: (largest division + 1, …, rows).
 
     Each row has its own number of divisions, and the longest rows come first. Values after the end
-    of a row are not written. The sums begin at zero at the start of the row, so that its distance
-    from the origin costs no digits.
+    of a row are 0. The sums are relative to the first point of the row, so that the distance of the
+    row from the origin costs no digits.
     """
-    exact = find_starting_differences(curves, divisions)
-    begin, differences_ = exact[0].astype(dtype), exact.astype(dtype)
-    differences_[0] = 0
+    in_double = find_starting_differences(curves, divisions)
+    first_points, differences = in_double[0].astype(dtype), in_double.astype(dtype)
+    differences[0] = 0
     values = np.zeros((int(divisions.max()) + 1, *curves.shape[1:]), dtype)
     for j in range(len(values)):
         active = int(np.count_nonzero(divisions >= j))
-        active_differences = differences_[..., :active]
-        np.add(begin[..., :active], active_differences[0], out=values[j, ..., :active])
+        active_differences = differences[..., :active]
+        np.add(first_points[..., :active], active_differences[0], out=values[j, ..., :active])
         np.add(active_differences[:-1], active_differences[1:], out=active_differences[:-1])
     return values
 
 
 def find_starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray:
-    """Forward differences of order 0 … n at the start, for steps of 1/R: as (n+1, …, rows).
+    """Forward differences of order 0 … n at t = 0 of curves, (n+1, …, rows), for steps h = 1/R.
 
-        Δ_h^k t^m = k! S(m, k) h^m at t = 0,  S of the second kind of Stirling
+    A Bézier curve is Σ_m C(n, m) Δ^m b_0 t^m. The differences of the powers at t = 0 are
 
-    applied to the coefficients C(n, m) Δ^m b_0 of the powers. Differences of samples would lose
-    the digits that R^k then magnifies.
+        Δ_h^k t^m = k! S(m, k) h^m
+
+    with the Stirling numbers S of the second kind. Differences of samples would lose digits by
+    cancellation.
     """
     degree = len(curves) - 1
     counts = _count_surjections(degree)
@@ -156,7 +159,7 @@ def find_starting_differences(curves: FloatArray, divisions: Ints) -> FloatArray
 
 @lru_cache(maxsize=32)
 def _count_surjections(degree: int) -> FloatArray:
-    """K! S(m, k), the number of maps of m elements onto k elements: row m, column k."""
+    """The numbers k! S(m, k) of maps of m elements onto k elements: row m, column k."""
     counts = np.zeros((degree + 1, degree + 1))
     counts[0, 0] = 1
     for m in range(1, degree + 1):

@@ -16,8 +16,9 @@ from service.surface.batches import TensorPatches
 class GridEvaluation(Evaluation):
     """Tensor-product patches on grids of samples.
 
-    `shape` is (Ru+1, Rv+1), `each` its product; results have the shape (P, Ru+1, Rv+1, 3). `parts`
-    are the rows of S, S_u and S_v where their nets are one array, one net after another.
+    `shape` is (Ru+1, Rv+1), `sample_count` the product of both numbers; results have the shape
+    (P, Ru+1, Rv+1, 3). If the nets of S, S_u and S_v are in one array, one net after another,
+    `parts` are the rows of each net.
     """
 
     patches: TensorPatches
@@ -33,31 +34,31 @@ class GridEvaluation(Evaluation):
         self.resolution = resolution
         self.shape = (resolution[0] + 1, resolution[1] + 1)
         p, q = patches.degree
-        end_at, end_du = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
+        point_end, du_end = (p + 1) * (q + 1), (2 * p + 1) * (q + 1)
         self.parts = (
-            slice(0, end_at),
-            slice(end_at, end_du),
-            slice(end_du, end_du + (p + 1) * q),
+            slice(0, point_end),
+            slice(point_end, du_end),
+            slice(du_end, du_end + (p + 1) * q),
         )
         super().__init__(patches, self.shape[0] * self.shape[1], dtype, out, origin)
 
-    def nets(self, first: int, last: int) -> ChunkNets:
-        """The nets of patches [first, last), in the layout of the products."""
+    def load_nets(self, first: int, last: int) -> ChunkNets:
+        """The nets of patches [first, last)."""
         p, q = self.patches.degree
-        of_at, of_du, of_dv = self.parts
-        count = (of_at if self.normals is None else of_dv).stop
+        point_rows, du_rows, dv_rows = self.parts
+        count = (point_rows if self.normals is None else dv_rows).stop
         rows = scratch("nets", (count, self.dimension, last - first), np.float64)
-        at = rows[of_at].reshape(p + 1, q + 1, *rows.shape[1:])
-        net = self.load_points(first, last, rows[of_at]).reshape(at.shape)
+        point = rows[point_rows].reshape(p + 1, q + 1, *rows.shape[1:])
+        net = self.load_points(first, last, rows[point_rows]).reshape(point.shape)
         if self.normals is None:
-            return ChunkNets(rows, at)
-        du = rows[of_du].reshape(p, q + 1, *rows.shape[1:])
-        dv = rows[of_dv].reshape(p + 1, q, *rows.shape[1:])
+            return ChunkNets(rows, point)
+        du = rows[du_rows].reshape(p, q + 1, *rows.shape[1:])
+        dv = rows[dv_rows].reshape(p + 1, q, *rows.shape[1:])
         np.subtract(net[1:], net[:-1], out=du)
         np.subtract(net[:, 1:], net[:, :-1], out=dv)
-        return ChunkNets(rows, at, du, dv, self.find_least_trusted(du, dv))
+        return ChunkNets(rows, point, du, dv, self.find_thresholds(du, dv))
 
-    def _slow_normals(
+    def _compute_normals_singly(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
         """Normals of samples, each computed singly; and the number of limits among them."""
@@ -66,5 +67,5 @@ class GridEvaluation(Evaluation):
         return unit_normals(self.patches, patch, u[i], v[j])
 
     def _write_poles(self, normals: RealArray) -> None:
-        """Writes limits along collapsed sides that have a tangent cone."""
+        """Writes limit normals along collapsed sides whose cone has a tangent plane."""
         write_pole_normals(self.patches, self.resolution, normals)

@@ -7,18 +7,18 @@ import numpy as np
 
 from service.bases.arrays import RealArray
 from service.bases.bernstein import sample_basis, sample_basis_columns, sample_partials_basis
-from service.engine.evaluation.chunks import TRUSTED
+from service.engine.evaluation.chunks import PRECISE_SHARE
 from service.engine.scratch import Real
 
 
 def count_vectors(degree: tuple[int, int]) -> tuple[int, int, int]:
-    """Control points of a patch, and their differences along u and along v."""
+    """The numbers of control points of a patch, and of their differences along u and along v."""
     p, q = degree
     return (p + 1) * (q + 1), p * (q + 1), (p + 1) * q
 
 
 Products: TypeAlias = list[list[tuple[RealArray, RealArray, RealArray]]]
-"""For each of S, S_u and S_v: the pairs of matrices to multiply, and the output."""
+"""For each of S, S_u and S_v, a list of products: the two matrices to multiply, and the output."""
 
 
 def plan_whole_products(
@@ -27,7 +27,7 @@ def plan_whole_products(
     resolution: tuple[int, int],
     results: Sequence[RealArray],
 ) -> Products:
-    """All samples by one product of the vectors (K, d r) with the basis of all samples."""
+    """For each of S, S_u and S_v, one product of vectors (K, d r) with the basis of all samples."""
     basis = sample_partials_basis(degree, resolution, rows.dtype.type)
     ends = np.cumsum(count_vectors(degree))[:-1]
     parts = zip(np.split(rows, ends), np.split(basis, ends), results, strict=True)
@@ -35,17 +35,17 @@ def plan_whole_products(
 
 
 def plan_separable_products(
-    turned: RealArray,
+    transposed: RealArray,
     degree: tuple[int, int],
     resolution: tuple[int, int],
     results: Sequence[RealArray],
 ) -> Products:
-    """All samples by a product along u, then one along v, of the vectors (d r, K)."""
-    (p, q), (ru, rv), dtype = degree, resolution, turned.dtype.type
-    u, u_below = (sample_basis(n, ru, dtype) for n in (p, p - 1))
-    v, v_below = (sample_basis_columns(n, rv, dtype) for n in (q, q - 1))
-    bases = ((u, v), (u_below, v), (u, v_below))
-    nets = np.split(turned, np.cumsum(count_vectors(degree))[:-1], axis=1)
+    """For each of S, S_u and S_v, two products of the vectors (d r, K): along u, then along v."""
+    (p, q), (ru, rv), dtype = degree, resolution, transposed.dtype.type
+    u, u_lower = (sample_basis(n, ru, dtype) for n in (p, p - 1))
+    v, v_lower = (sample_basis_columns(n, rv, dtype) for n in (q, q - 1))
+    bases = ((u, v), (u_lower, v), (u, v_lower))
+    nets = np.split(transposed, np.cumsum(count_vectors(degree))[:-1], axis=1)
     products: Products = []
     for net, (along_u, along_v), out in zip(nets, bases, results, strict=True):
         planes = net.reshape(-1, along_u.shape[1], len(along_v))
@@ -56,12 +56,12 @@ def plan_separable_products(
 
 
 def build_means(degree: tuple[int, int], dtype: Real) -> RealArray:
-    """Factors (2, differences) that give the mean squares of differences along u and along v.
+    """A matrix (2, differences) whose product with squares of differences gives two means.
 
-    The means are multiplied by `TRUSTED`.
+    The means are those of the differences along u and along v, times `PRECISE_SHARE`.
     """
     _, along_u, along_v = count_vectors(degree)
     means = np.zeros((2, along_u + along_v), dtype)
-    means[0, :along_u] = TRUSTED[dtype] / along_u
-    means[1, along_u:] = TRUSTED[dtype] / along_v
+    means[0, :along_u] = PRECISE_SHARE[dtype] / along_u
+    means[1, along_u:] = PRECISE_SHARE[dtype] / along_v
     return means

@@ -1,8 +1,8 @@
 """Two formulations for grids that are too large for the cache: some rows of a patch at a time.
 
-- `separable`: first along u, then along v. p + q + 2 multiplications for each value.
-- `normal_polynomial`: separable, but with N = S_u × S_v as one polynomial of degree (2p−1, 2q−1)
-  instead of two partials and a cross product for each sample: for low degrees.
+- `separable`: first along u, then along v, with p + q + 2 multiplications for each value.
+- `normal_polynomial`: separable too, but N = S_u × S_v is one polynomial of degree (2p−1, 2q−1), in
+  place of two partials and a cross product for each sample. It is faster for low degrees.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,45 +28,51 @@ RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArr
 normals, and the number of the first sample."""
 
 
-MOST_PAIRS = 6
-"""Degree up to which the products of all pairs of control points are cached."""
+MAX_PAIRS_DEGREE = 6
+"""Up to this degree, the products of all pairs of control points use cached coefficients."""
 
 
-def separable(work: GridEvaluation) -> None:
-    """B(u) P B(v)ᵀ for S and both partials, patch by patch, some rows at a time."""
+def evaluate_separably(work: GridEvaluation) -> None:
+    """The formulation `separable`: computes B(u) P B(v)ᵀ for S and both partials.
+
+    It evaluates patch by patch, some rows of samples at a time.
+    """
     (p, q), (ru, rv) = work.patches.degree, work.resolution
-    u, u_below = (sample_basis(degree, ru, work.dtype) for degree in (p, p - 1))
-    v, v_below = (sample_basis_columns(degree, rv, work.dtype) for degree in (q, q - 1))
-    write_positions = _position_writer(work)
-    for patch, (net, *partial_nets), trust in _iterate_patches(work, work.dtype):
+    u, u_lower = (sample_basis(degree, ru, work.dtype) for degree in (p, p - 1))
+    v, v_lower = (sample_basis_columns(degree, rv, work.dtype) for degree in (q, q - 1))
+    write_positions = _choose_position_writer(work)
+    for patch, (net, *partial_nets), threshold in _iterate_patches(work, work.dtype):
         at_u = np.matmul(u, net)
         if not partial_nets:
-            for rows, (at, _, _), out, _, _ in _row_runs(work, patch):
-                write_positions(at_u[:, rows], at, out)
+            for rows, (point, _, _), out, _, _ in _row_runs(work, patch):
+                write_positions(at_u[:, rows], point, out)
             continue
-        du_u, dv_u = map(np.matmul, (u_below, u), partial_nets)
-        for rows, (at, du, dv), out, normals, first in _row_runs(work, patch):
-            write_positions(at_u[:, rows], at, out)
+        du_u, dv_u = map(np.matmul, (u_lower, u), partial_nets)
+        for rows, (point, du, dv), out, normals, first in _row_runs(work, patch):
+            write_positions(at_u[:, rows], point, out)
             np.matmul(du_u[:, rows], v, out=du)
-            np.matmul(dv_u[:, rows], v_below, out=dv)
-            work.write_normals(work.partials_to_vectors(at, du, dv), normals, trust, first)
+            np.matmul(dv_u[:, rows], v_lower, out=dv)
+            work.write_normals(work.partials_to_vectors(point, du, dv), normals, threshold, first)
 
 
-def normal_polynomial(work: GridEvaluation) -> None:
-    """Separable, with one net for S_u × S_v; polynomial patches only, and with normals only."""
+def evaluate_by_normal_polynomial(work: GridEvaluation) -> None:
+    """The formulation `normal_polynomial`: separable, with one net for S_u × S_v.
+
+    It is only for polynomial patches, and only if normals are requested.
+    """
     (p, q), (ru, rv) = work.patches.degree, work.resolution
     u, u_normal = (sample_basis(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
     v_normal = sample_basis_columns(2 * q - 1, rv, work.dtype)
-    write_positions = _position_writer(work)
-    for patch, (net, *partial_nets), trust in _iterate_patches(work, np.float64):
+    write_positions = _choose_position_writer(work)
+    for patch, (net, *partial_nets), threshold in _iterate_patches(work, np.float64):
         if not partial_nets:
-            raise ValueError("the normal polynomial is of no use without normals")
+            raise ValueError("The normal polynomial is only for normals.")
         at_u = np.matmul(u, net.astype(work.dtype))
         normal_u = np.matmul(u_normal, _normal_net(*partial_nets).astype(work.dtype))
-        for rows, (at, vectors, _), out, normals, first in _row_runs(work, patch):
-            write_positions(at_u[:, rows], at, out)
+        for rows, (point, vectors, _), out, normals, first in _row_runs(work, patch):
+            write_positions(at_u[:, rows], point, out)
             np.matmul(normal_u[:, rows], v_normal, out=vectors)
-            work.write_normals(vectors, normals, trust, first)
+            work.write_normals(vectors, normals, threshold, first)
 
 
 def _iterate_patches(
@@ -80,32 +86,32 @@ def _iterate_patches(
     nets : list of ndarray of `dtype`
         Planes (d, p+1, q+1) of S, (d, p, q+1) of S_u and (d, p+1, q) of S_v; of S alone if only
         positions are requested.
-    trust : ndarray, shape (1,)
-        The least trusted |S_u × S_v|².
+    threshold : ndarray, shape (1,)
+        The least |S_u × S_v|² whose direction is precise enough.
     """
     p, q = work.patches.degree
-    forms = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
-    parts = [*forms][: 1 if work.normals is None else 3]
+    shapes = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
+    parts = [*shapes][: 1 if work.normals is None else 3]
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
     for first, last in row_runs(work.patches.count, step):
-        nets = work.nets(first, last)
-        trust = nets.least(work.dtype)
+        nets = work.load_nets(first, last)
+        threshold = nets.threshold_column(work.dtype)
         for k in range(last - first):
             planes: RealArray = np.ascontiguousarray(nets.rows[:, :, k].T, dtype)
             yield (
                 first + k,
-                [planes[:, columns].reshape(-1, *form) for columns, form in parts],
-                trust[k],
+                [planes[:, columns].reshape(-1, *shape) for columns, shape in parts],
+                threshold[k],
             )
 
 
 def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
     """The net (3, 2p, 2q) of S_u × S_v, from nets (3, p, q+1) and (3, p+1, q).
 
-    The cross products of all pairs of vectors, times the cached coefficients of their product.
+    It is computed from the cross products of all pairs of vectors, times cached coefficients.
     """
     (p, columns), (rows, q) = du.shape[1:], dv.shape[1:]
-    if max(p, q) > MOST_PAIRS:
+    if max(p, q) > MAX_PAIRS_DEGREE:
         nets = (net[np.newaxis].astype(np.float64) for net in (du, dv))
         net: RealArray = cross_polynomial(*nets)[0]
         return net
@@ -117,26 +123,29 @@ def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
     return net.reshape(3, p + rows - 1, columns + q - 1)
 
 
-def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, RealArray], None]:
-    """A function that writes positions of some rows, from planes (d, rows, q+1) sampled along u.
+def _choose_position_writer(
+    work: GridEvaluation,
+) -> Callable[[RealArray, RealArray, RealArray], None]:
+    """Returns the function that writes the positions of some rows of samples.
 
-    Its second argument is a work array (d, rows, Rv+1); it then contains S if the patches are
-    rational.
+    Its arguments are planes (d, rows, q+1) that are already evaluated along u, a work array
+    (d, rows, Rv+1), and the output (rows, Rv+1, 3). For rational patches, the function leaves S in
+    the work array.
     """
     degree, divisions = work.patches.degree[1], work.resolution[1]
     if work.rational or degree > 6:
         columns = sample_basis_columns(degree, divisions, work.dtype)
 
-        def write_planes(along_u: RealArray, at: RealArray, out: RealArray) -> None:
-            np.matmul(along_u, columns, out=at)
-            work.write_positions(at, out)
+        def write_planes(along_u: RealArray, point: RealArray, out: RealArray) -> None:
+            np.matmul(along_u, columns, out=point)
+            work.write_positions(point, out)
 
         return write_planes
     interleaved = sample_interleaved_basis(degree, divisions, work.dtype)
 
     def write_points(along_u: RealArray, _: RealArray, out: RealArray) -> None:
-        # One product for interleaved coordinates: three times the multiplications, but no second
-        # pass.
+        # One product writes interleaved coordinates. It has three times the multiplications, but
+        # the output is written only once.
         points = along_u.transpose(1, 2, 0).reshape(len(out), -1)
         np.matmul(points, interleaved, out=out.reshape(len(out), -1))
 
@@ -144,11 +153,11 @@ def _position_writer(work: GridEvaluation) -> Callable[[RealArray, RealArray, Re
 
 
 def _row_runs(work: GridEvaluation, patch: int) -> Iterator[RowRun]:
-    """Runs of rows of a patch."""
+    """Runs of rows of samples of a patch, with their work arrays and outputs."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
     normals = work.positions if work.normals is None else work.normals
     for first, last in row_runs(work.shape[0], step):
         rows = slice(first, last)
         planes = work.sample_planes(last - first, work.shape[1])
-        at = patch * work.each + first * work.shape[1]
-        yield rows, planes, work.positions[patch, rows], normals[patch, rows], at
+        point = patch * work.sample_count + first * work.shape[1]
+        yield rows, planes, work.positions[patch, rows], normals[patch, rows], point

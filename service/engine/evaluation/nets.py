@@ -1,4 +1,4 @@
-"""Nets of single patches, each moved to its middle and scaled, and their normal nets."""
+"""Nets of single patches, each relative to its middle and scaled, and their normal nets."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from service.bases.arrays import FloatArray
 from service.bases.bernstein import multiply
-from service.engine.extent import powers_of_two
+from service.engine.extent import find_unit_scales
 from service.engine.vectors import cross_polynomial
 from service.surface.batches import TensorPatches
 
@@ -17,19 +17,28 @@ PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 """Orders of differentiation along u and along v: S, S_u, S_v, S_uu, S_uv, S_vv."""
 
 CHUNK_BYTES = 8 << 20
-"""Working memory for one round of gathered nets."""
+"""The most memory for the nets of one group of samples."""
 
 CHUNK_SAMPLES = 1024
-"""Samples of one patch in one round."""
+"""The most samples that are computed together."""
 
 
 class DerivativeNets:
-    """Homogeneous nets of some patches, each moved to its middle and scaled.
+    """The nets of K patches, each relative to its middle and scaled.
 
-    `point`, `du`, `dv` have shape (K, d, …) with d = 3, or 4 if rational, and are those of (S −
-    middle) · scale; `middle` (K, 3), `scale` (K,) powers of two. `du` and `dv` are differences of
-    neighbours: the partials without the factor of the degree. `longest_u`, `longest_v` (K,) are the
-    lengths of the longest differences; `collapsed` (K, 4) marks the sides that are one point.
+    Attributes
+    ----------
+    point, du, dv : ndarray of float64, shape (K, d, …)
+        The net of (S − middle) · scale, and the differences of neighbours along u and along v: the
+        nets of the partials without the factors of the degrees. d is 3, or 4 for rational patches,
+        whose nets are homogeneous.
+    middle : ndarray of float64, shape (K, 3)
+    scale : ndarray of float64, shape (K,)
+        Powers of two.
+    longest_u, longest_v : ndarray of float64, shape (K,)
+        The lengths of the longest differences.
+    collapsed : ndarray of bool, shape (K, 4)
+        Which sides are one point.
     """
 
     def __init__(self, patches: TensorPatches, used: NDArray[np.intp]) -> None:
@@ -41,7 +50,7 @@ class DerivativeNets:
         # A power of two scales without rounding; a patch that is one point keeps scale 1.
         size = np.abs(local).max(axis=(1, 2, 3))
         self.middle: FloatArray = middle[:, 0, 0]
-        self.scale: FloatArray = powers_of_two(size)
+        self.scale: FloatArray = find_unit_scales(size)
         local = local * self.scale[:, None, None, None]
         self.rational = patches.weights is not None
         if patches.weights is not None:
@@ -56,8 +65,8 @@ class DerivativeNets:
         self.longest_v: FloatArray = longest_vectors(self.dv[:, :3])
 
     @property
-    def measure(self) -> FloatArray:
-        """Upper bound of |S_u| |S_v| for each patch, without the effect of weights."""
+    def longest_product(self) -> FloatArray:
+        """The product of the longest differences of each patch along u and along v, (K,)."""
         return self.longest_u * self.longest_v
 
     def partials(
@@ -68,7 +77,14 @@ class DerivativeNets:
     ) -> tuple[FloatArray, FloatArray]:
         """S_u and S_v up to positive factors at one parameter each, shapes (m, 3).
 
-        For a rational patch X_u − S w_u and X_v − S w_v, without a second division.
+        For a rational patch they are X_u − S w_u and X_v − S w_v, which are w S_u and w S_v.
+
+        Parameters
+        ----------
+        which : ndarray of int, shape (m,)
+            The patch of each parameter.
+        along_u, along_v : pair of ndarray of float64
+            The basis of degree n at the parameters, (m, n+1), and the basis of degree n − 1.
         """
         du = evaluate_at(self.du, which, along_u[1], along_v[0])
         dv = evaluate_at(self.dv, which, along_u[0], along_v[1])
@@ -80,9 +96,11 @@ class DerivativeNets:
         return du, dv
 
     def partial_net(self, i: int, j: int) -> FloatArray | None:
-        """Net (K, d, p−i+1, q−j+1) of ∂^{i+j}/∂u^i ∂v^j, differenced in float64; None for zero.
+        """The net (K, d, p−i+1, q−j+1) of the partial ∂^{i+j}/∂u^i ∂v^j, differenced in float64.
 
-        p!/(p−i)! q!/(q−j)! Δ_u^i Δ_v^j P
+            p!/(p−i)! q!/(q−j)! Δ_u^i Δ_v^j P
+
+        The result is None if the partial is zero because i > p or j > q.
         """
         p, q = self.degree
         if i > p or j > q:
@@ -97,7 +115,8 @@ class DerivativeNets:
     def normal_net(self) -> FloatArray:
         """N = S_u × S_v in the Bernstein basis, up to a positive factor; shape (K, 3, …).
 
-        Polynomial: degree (2p−1, 2q−1). Rational: degree (3p−1, 3q−1), and times w³
+        A polynomial patch has a normal net of degree (2p−1, 2q−1), a rational patch one of degree
+        (3p−1, 3q−1), that of w³ N:
 
             w X_u × X_v + w_u X_v × X + w_v X × X_u
         """
@@ -115,19 +134,19 @@ class DerivativeNets:
 def nets_of_samples(
     patches: TensorPatches, index: NDArray[np.intp]
 ) -> Iterator[tuple[DerivativeNets, NDArray[np.intp], NDArray[np.intp]]]:
-    """The nets that samples of patches `index` (m,) need, some samples at a time.
+    """Yields the nets of the patches `index` (m,) of m samples, for some samples at a time.
 
     Yields
     ------
-    nets : PatchNets
+    nets : DerivativeNets
     rows : ndarray of int, shape (r,)
-        Rows of `index`; each comes once.
+        The numbers of r samples: rows of `index`. Each sample occurs in one item only.
     which : ndarray of int, shape (r,)
-        The row of `nets` for each of them.
+        For each of these samples, the number of its patch in `nets`.
     """
     p, q = patches.degree
     net_bytes = 8 * 4 * 3 * (3 * p + 1) * (3 * q + 1)
-    for rows in _rounds(index, max(1, CHUNK_BYTES // net_bytes)):
+    for rows in _group_samples(index, max(1, CHUNK_BYTES // net_bytes)):
         used, which = np.unique(index[rows], return_inverse=True)
         nets = DerivativeNets(patches, used)
         for first in range(0, len(rows), CHUNK_SAMPLES):
@@ -135,36 +154,43 @@ def nets_of_samples(
             yield nets, rows[part], which[part]
 
 
-def _rounds(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
+def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
     """Groups of samples that are computed together: all of one patch, or a few of several patches.
 
-    The nets of a patch with many samples are prepared once and need not be gathered.
+    The samples of a patch with more than `step` samples are a group, so that the nets of this patch
+    are prepared once. All other groups have at most `step` samples.
     """
     order = np.argsort(index, kind="stable")
     _, first, counts = np.unique(index[order], return_index=True, return_counts=True)
-    many = counts > step
-    for begin, count in zip(first[many].tolist(), counts[many].tolist(), strict=True):
+    has_many = counts > step
+    for begin, count in zip(first[has_many].tolist(), counts[has_many].tolist(), strict=True):
         yield order[begin : begin + count]
-    rest = order[~np.repeat(many, counts)]
+    rest = order[~np.repeat(has_many, counts)]
     for begin in range(0, len(rest), step):
         yield rest[begin : begin + step]
 
 
 def evaluate_along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
-    """Polynomials (K, d, m, n) at a value of their first parameter: row k with row k (r, d, n)."""
+    """Polynomials in v, (r, d, n): row k is polynomial `which[k]` of (K, d, m, n) at u = u_k.
+
+    Row k of `basis` (r, m) is the Bernstein basis at u_k.
+    """
     if len(nets) == 1:
         d, m, n = nets.shape[1:]
-        flat = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)
-        line: FloatArray = (basis @ flat).reshape(len(basis), d, n)
-        return line
-    fixed: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[which], optimize=True)
-    return fixed
+        columns = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)
+        of_one: FloatArray = (basis @ columns).reshape(len(basis), d, n)
+        return of_one
+    of_several: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[which], optimize=True)
+    return of_several
 
 
 def evaluate_at(
     nets: FloatArray, which: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
 ) -> FloatArray:
-    """Polynomials (K, d, m, n) at one parameter each, from bases (r, m) and (r, n): (r, d)."""
+    """Values (r, d): row k is polynomial `which[k]` of (K, d, m, n) at one parameter (u_k, v_k).
+
+    Rows k of `along_u` (r, m) and `along_v` (r, n) are the Bernstein bases at u_k and at v_k.
+    """
     values: FloatArray = np.einsum("rdj,rj->rd", evaluate_along(nets, which, along_u), along_v)
     return values
 

@@ -1,8 +1,8 @@
 """Unit normals at any parameter of a patch, poles and other degenerate points included.
 
 The normal is the unit vector of S_u × S_v. Where that vector vanishes, the normal is the limit from
-inside the patch (`degenerate`). These functions are slow: `evaluate` uses them only for samples
-whose normals are doubtful.
+inside the patch (`degenerate`). These functions are slow: `evaluate` calls them only for samples
+whose normals are too imprecise.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from service.surface.batches import TensorPatches
 def unit_normals(
     patches: TensorPatches, index: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, int]:
-    """Unit normals of patch `index[m]` at (u[m], v[m]), and how many of them are limits.
+    """Unit normals of patch `index[k]` at (u[k], v[k]), and how many of them are limits.
 
     Parameters
     ----------
@@ -34,12 +34,12 @@ def unit_normals(
         Unit length, never NaN. A patch without area has no normals: it gets a unit vector
         perpendicular to its extent.
     limits : int
-        Samples at which S_u × S_v vanishes.
+        The number of samples at which S_u × S_v vanishes.
 
     References
     ----------
-    Farin, Curves and Surfaces for CAGD, 5th ed., on degenerate patches, has the case of one
-    collapsed side; the general one is the Taylor expansion of N.
+    Farin, Curves and Surfaces for CAGD, 5th ed., on degenerate patches, treats one collapsed side.
+    All other cases follow from the Taylor expansion of N.
     """
     normals = np.empty((len(index), 3))
     limits = 0
@@ -52,7 +52,10 @@ def unit_normals(
 def find_normals(
     nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """Unit normals of rows `which` of some nets, and whether S_u × S_v vanishes at each sample."""
+    """Unit normals (m, 3) of patch `which[k]` of the nets at (u[k], v[k]).
+
+    The second result (m,) says where S_u × S_v vanishes: there the normal is a limit.
+    """
     p, q = nets.degree
     du, dv = nets.partials(
         which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))

@@ -1,4 +1,4 @@
-"""Normals where a side of a patch is one point, the usual pole, by a short formula."""
+"""Normals at poles, where a side of a patch is one point, by a short formula."""
 
 from dataclasses import dataclass
 
@@ -18,23 +18,23 @@ YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sides:
-    """m sides of patches that are one point each: all have constant u, or all have constant v.
+    """m sides of patches that are one point each: either all of constant u, or all of constant v.
 
     Attributes
     ----------
     beside : ndarray of int, shape (6, m, n+1)
-        The numbers of the next row of control points, in the order `YZX_ZXY`, among all numbers of
-        all control points.
+        Where the coordinates of the row of control points beside the side are among the coordinates
+        of all control points, in the order `YZX_ZXY`.
     pole : ndarray of int, shape (6, m, 1)
-        The numbers of the control point at the pole, likewise.
+        Where the coordinates of the control point at the pole are, in the order `YZX_ZXY`.
     weights : ndarray of int, shape (m, n+1)
-        The numbers of the weights of the next row.
+        Where the weights of the row beside the side are among all weights.
     sign : ndarray of float64, shape (m, 1)
         The sign of du × dv relative to C′ × C: +1 on the sides u = 0 and v = 1, −1 on the others.
     samples : ndarray of int, shape (m k,)
-        The k samples along each side, among all samples of all patches.
+        Numbers of the k samples along each side, among all samples of all patches.
     basis : ndarray of float64, shape (n+1, 2k)
-        Bernstein basis of degree n at the samples, then its derivatives.
+        The Bernstein basis of degree n at the samples, then the derivatives of the basis.
     """
 
     beside: Ints
@@ -53,20 +53,22 @@ class _Plan:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
-        arrays = ((s.beside, s.pole, s.weights, s.sign, s.samples, s.basis) for s in self.sides)
-        return sum(array.nbytes for each in arrays for array in each)
+        """Bytes of all arrays."""
+        arrays_of_sides = (
+            (s.beside, s.pole, s.weights, s.sign, s.samples, s.basis) for s in self.sides
+        )
+        return sum(array.nbytes for arrays in arrays_of_sides for array in arrays)
 
 
 def write_pole_normals(
     patches: TensorPatches, resolution: tuple[int, int], normals: RealArray
 ) -> None:
-    """Writes limit normals along sides that are one point, the usual pole.
+    """Writes limit normals along sides that are one point: poles.
 
-    About the pole, N = v (C'(u) × C(u)) + O(v²) for a side v = 0, where C is the Bézier curve of
-    the next row of control points seen from the pole, times their weights. So the limit is the
-    normal of the cone over that row, and no polynomial of high degree is needed. Where the cone has
-    no tangent plane either, the normals are NaN.
+    Let the side be v = 0. Near the pole, N = v (C'(u) × C(u)) + O(v²). C is the Bézier curve of the
+    next row of control points, taken relative to the pole and multiplied by their weights. So the
+    limit is the normal of the cone from the pole over C, and no polynomial of high degree is
+    needed. Where this cone has no tangent plane, the normals are NaN.
 
     Parameters
     ----------
@@ -76,7 +78,7 @@ def write_pole_normals(
     if not np.count_nonzero(collapsed):
         return
     key = ("poles", collapsed.tobytes(), degree, resolution)
-    plan = MESH_PLANS.get(key, lambda: _plan(patches, resolution))
+    plan = MESH_PLANS.get(key, lambda: _plan_poles(patches, resolution))
     assert isinstance(plan, _Plan)
     points, rows = patches.points.reshape(-1), normals.reshape(-1, 3)
     for sides in plan.sides:
@@ -84,11 +86,11 @@ def write_pole_normals(
         cones -= points.take(sides.pole)
         if patches.weights is not None:
             cones *= patches.weights.reshape(-1).take(sides.weights)
-        both = cones @ sides.basis
-        count = both.shape[2] // 2
-        place, slope = both[:, :, :count], both[:, :, count:]
-        vectors = place[:3] * slope[3:]
-        vectors -= place[3:] * slope[:3]
+        values_and_slopes = cones @ sides.basis
+        count = values_and_slopes.shape[2] // 2
+        value, slope = values_and_slopes[:, :, :count], values_and_slopes[:, :, count:]
+        vectors = value[:3] * slope[3:]
+        vectors -= value[3:] * slope[:3]
         length = np.sqrt(np.add.reduce(vectors * vectors))
         cones *= cones
         sizes = np.add.reduce(cones[:3], axis=(0, 2))
@@ -100,9 +102,9 @@ def write_pole_normals(
         rows[sides.samples] = vectors.reshape(3, -1).T
 
 
-def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
-    """The plan of patches at these divisions."""
-    degree, poles = patches.degree, []
+def _plan_poles(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
+    """Plans the normals at the poles of patches on grids of this resolution."""
+    degree, sides = patches.degree, []
     grids = [
         np.arange(patches.count * (m + 1) * (n + 1)).reshape(patches.count, m + 1, n + 1)
         for m, n in (degree, resolution)
@@ -110,21 +112,21 @@ def _plan(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
     for axis in range(2):
         index, end = patches.collapsed[:, 2 * axis : 2 * axis + 2].nonzero()
         if len(index):
-            # A side along v has differences along u, and a side along u has differences along v.
-            across = 1 - axis
+            # Along a side of constant u, v varies, and the reverse.
+            along = 1 - axis
             points, samples = (grid if axis == 0 else grid.swapaxes(1, 2) for grid in grids)
             beside, pole = points[index, 1 - 3 * end], points[index, -end, :1]
             next_row, point = (
                 3 * rows + YZX_ZXY[:, np.newaxis, np.newaxis] for rows in (beside, pole)
             )
-            poles.append(
+            sides.append(
                 _Sides(
                     next_row,
                     point,
                     beside,
                     np.where(end != axis, -1.0, 1.0)[:, np.newaxis],
                     samples[index, -end].ravel(),
-                    sample_basis_with_slopes(degree[across], resolution[across]).T,
+                    sample_basis_with_slopes(degree[along], resolution[along]).T,
                 )
             )
-    return _Plan(tuple(poles))
+    return _Plan(tuple(sides))

@@ -1,4 +1,4 @@
-"""Unit normals at arbitrary parameters, each in a patch of a model."""
+"""Unit normals at arbitrary parameters of arbitrary patches of a model."""
 
 from collections.abc import Iterator, Sequence
 
@@ -11,9 +11,10 @@ from service.surface.batches import Patches, TrianglePatches
 
 
 def group_by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Patches, int, Ints]]:
-    """The batches of patches (N,): batch, number of its first patch, rows (m,) of `patch`.
+    """Yields the batches that contain some of the patches (N,), numbered over all batches.
 
-    Patches are numbered from one batch to the next.
+    For each batch it yields the batch, the number of its first patch, and which rows (m,) of
+    `patch` are in the batch.
     """
     first = np.cumsum([0, *(batch.count for batch in batches)])
     owner = np.searchsorted(first, patch, side="right") - 1
@@ -30,7 +31,8 @@ def evaluate_scattered_normals(
 ) -> tuple[FloatArray, int]:
     """Unit normals (N, 3) at parameters of patches, and how many of them are limits.
 
-    A triangle counts as a patch whose side v = 1 is one point: s = u (1 − v), t = v.
+    The parameters of a triangle are those of a patch whose side v = 1 is one point: s = u (1 − v),
+    t = v.
     """
     normals = np.empty((len(patch), 3))
     limits = 0

@@ -1,10 +1,11 @@
 """Points and unit normals of triangular patches at all samples.
 
-The partials are those along s and t. Their nets are differences of neighbours within a row and
-between rows, both of degree n − 1. Two methods compute samples from nets:
+The partials S_s and S_t have nets of degree n − 1, the differences of neighbouring control points
+within a row and between rows. Two ways lead from nets to samples:
 
-- `at_once`: one product with a cached basis of two variables, n²/2 multiplications for a value.
-- `by_rows`: if that basis would be too large, each row of samples as a curve.
+- `_write_at_once`: one product with a cached basis of two variables, n²/2 multiplications for a
+  value.
+- `_write_by_rows`: if that basis would be too large, each row of samples as a Bézier curve.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,11 +31,11 @@ from service.engine.scratch import Real, scratch
 from service.surface.batches import TrianglePatches
 
 Product: TypeAlias = Callable[[str, FloatArray], RealArray]
-"""Planes (d, r, samples) of nets at some samples, in the work array of this name."""
+"""Evaluates nets at samples: planes (d, r, samples) in the work array of the given name."""
 
 
 class TriangleEvaluation(Evaluation):
-    """Triangular patches at R divisions; results have the shape (P, (R+1)(R+2)/2, 3)."""
+    """The evaluation of P triangles at R divisions; results have the shape (P, (R+1)(R+2)/2, 3)."""
 
     patches: TrianglePatches
 
@@ -49,69 +50,73 @@ class TriangleEvaluation(Evaluation):
         self.divisions = divisions
         super().__init__(patches, triangle.count_points(divisions), dtype, out, origin)
 
-    def run(self) -> None:
-        """Writes all samples: those of some patches at a time, or some of one patch."""
+    def evaluate_by_matrix(self) -> None:
+        """Writes all samples with the method `matrix`."""
         if triangle_basis.is_small(self.patches.degree, self.divisions):
-            self._at_once()
+            self._write_at_once()
         else:
-            self._by_rows()
+            self._write_by_rows()
 
-    def nets(self, first: int, last: int) -> ChunkNets:
-        """Planes of the nets of patches [first, last): (K, d, r)."""
+    def load_nets(self, first: int, last: int) -> ChunkNets:
+        """The nets (K, d, r) of patches [first, last)."""
         size = triangle.count_points(self.patches.degree)
-        at = scratch("nets", (size, self.dimension, last - first), np.float64)
-        net = self.load_points(first, last, at)
+        point = scratch("nets", (size, self.dimension, last - first), np.float64)
+        net = self.load_points(first, last, point)
         if self.normals is None:
-            return ChunkNets(at, at)
+            return ChunkNets(point, point)
         ds, dt = partial_nets(net)
-        return ChunkNets(at, at, ds, dt, self.find_least_trusted(ds, dt))
+        return ChunkNets(point, point, ds, dt, self.find_thresholds(ds, dt))
 
-    def _at_once(self) -> None:
-        # Sixteen numbers are a cache line: every plane of a chunk begins at one.
-        count = max(16, CHUNK_SAMPLES // self.each // 16 * 16)
-        for first, last in row_runs(self.patches.count, 1 if self.each > CHUNK_SAMPLES else count):
-            nets = self.nets(first, last)
-            for begin, end in row_runs(self.each, CHUNK_SAMPLES):
+    def _write_at_once(self) -> None:
+        # A cache line has 16 numbers: so every plane of a chunk begins at a cache line.
+        count = max(16, CHUNK_SAMPLES // self.sample_count // 16 * 16)
+        for first, last in row_runs(
+            self.patches.count, 1 if self.sample_count > CHUNK_SAMPLES else count
+        ):
+            nets = self.load_nets(first, last)
+            for begin, end in row_runs(self.sample_count, CHUNK_SAMPLES):
                 samples = slice(begin, end)
-                self._write(nets, slice(first, last), samples, partial(self._product, samples))
+                self._write(
+                    nets, slice(first, last), samples, partial(self._multiply_basis, samples)
+                )
 
-    def _by_rows(self) -> None:
-        for first, last in row_runs(self.patches.count, max(1, CHUNK_SAMPLES // self.each)):
-            nets = self.nets(first, last)
-            at = _curves(nets.at)
+    def _write_by_rows(self) -> None:
+        for first, last in row_runs(self.patches.count, max(1, CHUNK_SAMPLES // self.sample_count)):
+            nets = self.load_nets(first, last)
+            point = _to_row_curves(nets.point)
             if nets.du is not None and nets.dv is not None:
-                nets = replace(nets, du=_curves(nets.du), dv=_curves(nets.dv))
-            curves = replace(nets, at=at)
+                nets = replace(nets, du=_to_row_curves(nets.du), dv=_to_row_curves(nets.dv))
+            curves = replace(nets, point=point)
             for rows, samples in self._row_runs():
-                product = partial(self._rows, rows, samples.stop - samples.start)
+                product = partial(self._evaluate_rows, rows, samples.stop - samples.start)
                 self._write(curves, slice(first, last), samples, product)
 
     def _row_runs(self) -> Iterator[tuple[range, slice]]:
-        """Runs of rows of samples, and the slices of these samples."""
-        starts, low = triangle.row_starts(self.divisions), 0
-        while low <= self.divisions:
-            last = np.searchsorted(starts, starts[low] + CHUNK_SAMPLES, side="right") - 1
-            high = max(low + 1, int(last))
-            yield range(low, high), slice(int(starts[low]), int(starts[high]))
-            low = high
+        """Runs of rows with at most `CHUNK_SAMPLES` samples, or of one row, and their samples."""
+        starts, first = triangle.row_starts(self.divisions), 0
+        while first <= self.divisions:
+            fitting = np.searchsorted(starts, starts[first] + CHUNK_SAMPLES, side="right") - 1
+            last = max(first + 1, int(fitting))
+            yield range(first, last), slice(int(starts[first]), int(starts[last]))
+            first = last
 
     def _write(self, nets: ChunkNets, patches: slice, samples: slice, product: Product) -> None:
-        """Writes positions and normals of all samples of some patches, or some samples of one."""
+        """Writes positions and normals of samples: all of several patches, or some of one patch."""
         checkpoint()
-        at = product("at", nets.at)
-        self.write_positions(at, self.positions[patches, samples])
+        point = product("point", nets.point)
+        self.write_positions(point, self.positions[patches, samples])
         if self.normals is None or nets.du is None or nets.dv is None:
             return
         du, dv = product("du", nets.du), product("dv", nets.dv)
         self.write_normals(
-            self.partials_to_vectors(at, du, dv),
+            self.partials_to_vectors(point, du, dv),
             self.normals[patches, samples],
-            nets.least(self.dtype),
-            patches.start * self.each + samples.start,
+            nets.threshold_column(self.dtype),
+            patches.start * self.sample_count + samples.start,
         )
 
-    def _product(self, samples: slice, name: str, nets: FloatArray) -> RealArray:
-        """Nets (K, d, r) times the basis."""
+    def _multiply_basis(self, samples: slice, name: str, nets: FloatArray) -> RealArray:
+        """Nets (K, d, r) at samples, (d, r, samples), by one product with the basis."""
         count, planes, patches = nets.shape
         degree = triangle.degree_of(count)
         basis = triangle_basis.sample_triangle_basis(degree, self.divisions, self.dtype)[:, samples]
@@ -120,8 +125,8 @@ class TriangleEvaluation(Evaluation):
         np.matmul(rounded.T, basis, out=out.reshape(planes * patches, -1))
         return out
 
-    def _rows(self, rows: range, samples: int, name: str, curves: FloatArray) -> RealArray:
-        """Curves (n+1, n+1, d r) at some rows of samples."""
+    def _evaluate_rows(self, rows: range, samples: int, name: str, curves: FloatArray) -> RealArray:
+        """Row curves (n+1, n+1, d r) at samples, (d, r, samples), which are those of some rows."""
         planes, count = 4 if self.rational else 3, curves.shape[2]
         out = scratch(name, (planes, count // planes, samples), self.dtype)
         triangle_basis.evaluate_rows(
@@ -130,9 +135,9 @@ class TriangleEvaluation(Evaluation):
         return out
 
     def _write_poles(self, normals: RealArray) -> None:
-        """Does nothing: at the poles of triangles all limits are computed one by one."""
+        """Does nothing: limits at the poles of triangles are computed one by one."""
 
-    def _slow_normals(
+    def _compute_normals_singly(
         self, patch: NDArray[np.intp], sample: NDArray[np.intp]
     ) -> tuple[FloatArray, int]:
         """Normals of samples, each computed singly; and the number of limits among them."""
@@ -142,6 +147,6 @@ class TriangleEvaluation(Evaluation):
         return triangle_normals(self.patches, patch, s, t)
 
 
-def _curves(nets: FloatArray) -> FloatArray:
-    """Rows as curves: (K, d, r) to (n+1, n+1, d r)."""
+def _to_row_curves(nets: FloatArray) -> FloatArray:
+    """The curves on which rows of samples lie, (n+1, n+1, d r), from nets (K, d, r)."""
     return triangle_basis.row_curves(nets.reshape(len(nets), -1))

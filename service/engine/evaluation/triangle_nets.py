@@ -1,4 +1,4 @@
-"""Nets of the partials of triangular patches, and their parameters."""
+"""Nets of the partials of triangular patches, and barycentric coordinates of parameters."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from service.bases.arrays import FloatArray, Ints
 
 
 def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Nets of the partials along s and t, ÷ n: (K, …) to two of degree n − 1.
+    """Nets of S_s / n and S_t / n, of degree n − 1, from nets (K, …) of degree n.
 
-        S_s: b_{i,j+1,k} − b_{i+1,j,k}    S_t: b_{i,j,k+1} − b_{i+1,j,k}
+        S_s / n: b_{i,j+1,k} − b_{i+1,j,k}    S_t / n: b_{i,j,k+1} − b_{i+1,j,k}
 
     References
     ----------
@@ -20,14 +20,18 @@ def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def to_barycentric(s: FloatArray, t: FloatArray) -> FloatArray:
-    """(r, s, t) with the sum 1, shape (m, 3); r is never negative, whatever s and t add up to."""
+    """Barycentric coordinates (r, s, t) with r = 1 − s − t, shape (m, 3).
+
+    If rounding makes s + t larger than 1, r is 0.
+    """
     return np.stack([np.maximum(1.0 - s - t, 0.0), s, t], axis=1)
 
 
 def neighbour_rows(count: int) -> tuple[Ints, Ints, Ints]:
     """Rows of b_{i+1,j,k}, b_{i,j+1,k} and b_{i,j,k+1} in a net of `count` control points.
 
-    They are the upright triangles of the net, in the order of the b_ijk of degree n − 1.
+    The result is three arrays, one row for each upright triangle of neighbours in the net, in the
+    order of the control points of a net of degree n − 1.
     """
     degree = triangle.degree_of(count)
     corner = np.delete(np.arange(count), triangle.side_rows(degree)[1])

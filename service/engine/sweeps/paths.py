@@ -177,7 +177,7 @@ def _directions(
 def _speeds(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     """Derivative of the length by the parameter, which runs from 0 to 1 along the curve."""
     widths = np.diff(pieces.breaks) / (pieces.breaks[-1] - pieces.breaks[0])
-    speeds: FloatArray = Speeds(pieces).at(at.piece, at.t[:, None])[:, 0] / widths[at.piece]
+    speeds: FloatArray = Speeds(pieces).evaluate(at.piece, at.t[:, None])[:, 0] / widths[at.piece]
     return speeds
 
 

@@ -246,7 +246,9 @@ def test_numbers_beyond_float32_become_its_largest_number(size: float) -> None:
 def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     model = quadrics.sphere().lower()
     monkeypatch.setattr(
-        limit_curvature, "MOST", limit_curvature.cost_of_limit(model.batches[0]) * 8 * 7
+        limit_curvature,
+        "MAX_MULTIPLICATIONS",
+        limit_curvature.count_limit_multiplications(model.batches[0]) * 8 * 7,
     )
     assert len(read_curvatures(build_mesh(model, (6, 6)))[0]) > 0
     with pytest.raises(TooLarge) as refused:
