@@ -1,13 +1,16 @@
-"""Common factors of the weights of surfaces: homogeneous coordinates have a free factor.
+"""Finds common factors of the weights of surfaces, because homogeneous coordinates have a free
+factor.
 
-Two rational surfaces that meet along a curve may have its weights w and λ w. To compare weights
-point by point, each surface k is given a factor e^(s_k), so that weights divided by them are near
-where surfaces meet. Two sides between the same two corners give the difference of two of the s, if
-the ratios of their weights at both corners are near; a spanning forest of such pairs gives all. The
-pairs are taken in the order of coordinates, so that the result does not depend on the order of the
-patches. A surface whose weights are all 1 on its borders has the factor 1, since it may be
-polynomial. Around a ring of surfaces there may be no such factors; then some weights stay
-different.
+Two rational surfaces that meet along a curve may give this curve the weights w and λ w. To compare
+weights point by point, each surface k gets a factor e^(s_k). After division by these factors, the
+weights of surfaces that meet are nearly equal.
+
+Two sides of two surfaces between the same corners give the difference s_k − s_l, if the ratios of
+their weights at both corners are nearly equal. A spanning forest of these pairs determines all s_k.
+The forest takes the pairs in the order of coordinates, so that the result does not depend on the
+order of the patches. A surface whose weights are all 1 on its borders gets the factor 1, since it
+may be polynomial. If surfaces form a ring, factors that suit all pairs may not exist; then some
+weights stay different.
 """
 
 from collections.abc import Mapping
@@ -22,47 +25,57 @@ from service.engine.mesh.edge_patterns import EdgePattern
 def find_scales(
     pattern: EdgePattern, points: FloatArray, logs: FloatArray, owner: Ints, tolerance: float
 ) -> FloatArray | None:
-    """The s of the surfaces that border points (B,) belong to, shape (B,); None if all are 0.
+    """For each border point, the logarithm s_k of the factor of its surface, (B,).
+
+    The result is None if all s_k are 0.
 
     Parameters
     ----------
     points, logs : ndarray of float64, shapes (B, 3) and (B,)
-        Border points, equal along one edge and at one corner; and the logarithms of their weights.
+        Border points, and the logarithms of their weights. Points of sides that are one edge, and
+        points at one corner, must already be equal.
     owner : ndarray of int, shape (B,)
-        Surfaces, numbered in order.
+        The number of the surface of each border point, in ascending order.
     tolerance : float
-        Logarithms this far apart are near.
+        The largest difference of two logarithms that count as nearly equal.
     """
-    one, other, shift = _find_meeting_surfaces(pattern, points, logs, owner, tolerance)
+    first_surface, second_surface, shift = _find_meeting_surfaces(
+        pattern, points, logs, owner, tolerance
+    )
     if not np.count_nonzero(shift):
         return None
     count = int(owner[-1]) + 1
-    # Pairs without a factor first.
+    # Pairs whose weights are nearly equal come first.
     order = np.argsort(shift != 0, kind="stable")
-    beside = _span_forest(count, one[order], other[order], shift[order])
+    neighbours = _build_spanning_forest(
+        count, first_surface[order], second_surface[order], shift[order]
+    )
     ends = np.searchsorted(owner, np.arange(count + 1))
-    runs = {k: slice(ends[k], ends[k + 1]) for k in beside}
+    runs = {k: slice(ends[k], ends[k + 1]) for k in neighbours}
     # Surfaces without weights come first.
-    content = {k: (bool(logs[r].any()), hash_arrays(points[r], logs[r])) for k, r in runs.items()}
+    sort_key = {k: (bool(logs[r].any()), hash_arrays(points[r], logs[r])) for k, r in runs.items()}
     scale = np.zeros(count)
     visited: set[int] = set()
-    for root in sorted(beside, key=lambda k: content[k]):
-        waiting = [] if root in visited else [root]
+    for root in sorted(neighbours, key=lambda k: sort_key[k]):
+        stack = [] if root in visited else [root]
         visited.add(root)
-        while waiting:
-            number = waiting.pop()
-            for neighbour, step in beside[number]:
+        while stack:
+            number = stack.pop()
+            for neighbour, step in neighbours[number]:
                 if neighbour not in visited:
                     visited.add(neighbour)
-                    scale[neighbour] = scale[number] + step if content[neighbour][0] else 0.0
-                    waiting.append(neighbour)
+                    scale[neighbour] = scale[number] + step if sort_key[neighbour][0] else 0.0
+                    stack.append(neighbour)
     return scale[owner]
 
 
-def _span_forest(
-    count: int, one: Ints, other: Ints, shift: FloatArray
+def _build_spanning_forest(
+    count: int, first_surface: Ints, second_surface: Ints, shift: FloatArray
 ) -> Mapping[int, list[tuple[int, float]]]:
-    """For each surface its neighbours in a forest of the first pairs, and the steps to them."""
+    """For each surface, its neighbours in a spanning forest of the pairs, and the shifts to them.
+
+    The forest takes each pair, in order, that does not close a ring.
+    """
     leader = list(range(count))
 
     def find_leader(number: int) -> int:
@@ -71,22 +84,24 @@ def _span_forest(
             number = leader[number]
         return number
 
-    beside: dict[int, list[tuple[int, float]]] = {}
-    for a, b, step in zip(one.tolist(), other.tolist(), shift.tolist(), strict=True):
+    neighbours: dict[int, list[tuple[int, float]]] = {}
+    for a, b, step in zip(
+        first_surface.tolist(), second_surface.tolist(), shift.tolist(), strict=True
+    ):
         first, second = find_leader(a), find_leader(b)
         if first != second:
             leader[first] = second
-            beside.setdefault(a, []).append((b, step))
-            beside.setdefault(b, []).append((a, -step))
-    return beside
+            neighbours.setdefault(a, []).append((b, step))
+            neighbours.setdefault(b, []).append((a, -step))
+    return neighbours
 
 
 def _find_meeting_surfaces(
     pattern: EdgePattern, points: FloatArray, logs: FloatArray, owner: Ints, tolerance: float
 ) -> tuple[Ints, Ints, FloatArray]:
-    """Pairs of surfaces that meet, and the difference of their s; a difference near 0 becomes 0.
+    """Pairs of surfaces that meet, and the differences of their s_k: three arrays (N,).
 
-    Pairs are in the order of the corners where they meet.
+    A difference near 0 becomes 0. Pairs are in the order of the corners where the surfaces meet.
     """
     ends = np.concatenate([rows[:, [0, -1]] for rows, _ in pattern.sides if rows.shape[1] > 1])
     corners = points[ends.ravel()]
@@ -95,16 +110,16 @@ def _find_meeting_surfaces(
     number = np.empty(len(order), dtype=np.intp)
     number[order] = np.cumsum(np.append(False, differs))
     place = number.reshape(-1, 2)
-    back = place[:, 0] > place[:, 1]
-    place[back], ends[back] = place[back, ::-1], ends[back, ::-1]
+    is_reversed = place[:, 0] > place[:, 1]
+    place[is_reversed], ends[is_reversed] = place[is_reversed, ::-1], ends[is_reversed, ::-1]
     size = logs[ends]
     order = np.lexsort((size[:, 1], size[:, 0], place[:, 1], place[:, 0]))
     ends, place, size = ends[order], place[order], size[order]
-    begins = np.append(True, (place[1:] != place[:-1]).any(axis=1))
-    lead = np.flatnonzero(begins)[np.cumsum(begins) - 1]
-    step = size - size[lead]
-    one, other = owner[ends[lead, 0]], owner[ends[:, 0]]
-    meet = (one != other) & (np.abs(step[:, 0] - step[:, 1]) <= 2 * tolerance)
-    shift = step[meet].mean(axis=1)
+    is_new = np.append(True, (place[1:] != place[:-1]).any(axis=1))
+    leader = np.flatnonzero(is_new)[np.cumsum(is_new) - 1]
+    step = size - size[leader]
+    first_surface, second_surface = owner[ends[leader, 0]], owner[ends[:, 0]]
+    do_meet = (first_surface != second_surface) & (np.abs(step[:, 0] - step[:, 1]) <= 2 * tolerance)
+    shift = step[do_meet].mean(axis=1)
     shift[np.abs(shift) <= tolerance] = 0.0
-    return one[meet], other[meet], shift
+    return first_surface[do_meet], second_surface[do_meet], shift

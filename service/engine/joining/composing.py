@@ -1,4 +1,4 @@
-"""Joins placed members of a group to one model, mirror images too."""
+"""Makes one model of placed members of a group, which may be mirrored."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,10 +14,10 @@ from service.surface.lowered import Domain, GroupModel, Part, PatchModel, Placed
 
 
 def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tuple[bool, ...]]:
-    """Placed members as one model, and whether each was mirrored.
+    """One model of the placed members with these numbers, and whether each was mirrored.
 
-    A placed patch is the patch of the placed control points. If a placement mirrors, u and v are
-    exchanged, so that du × dv stays on the same side of the surface.
+    A patch is placed by placing its control points. If a placement mirrors, u and v are exchanged,
+    so that du × dv stays on the same side of the surface.
     """
     batches: list[Patches] = []
     parts: list[Part] = []
@@ -31,9 +31,9 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         member = group.members[number]
         model = group.models[member.model]
         assert isinstance(model, PatchModel)
-        mirrored = _is_mirror(member)
-        are_mirrored.append(mirrored)
-        oriented, order = _transpose(model) if mirrored else (model, None)
+        is_mirrored = _is_mirror(member)
+        are_mirrored.append(is_mirrored)
+        oriented, order = _exchange_parameters(model) if is_mirrored else (model, None)
         for batch in oriented.batches:
             placed = place_points(batch.points.reshape(-1, 3), member.matrix)
             batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
@@ -75,6 +75,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
 
 
 def _domains_of(model: PatchModel) -> tuple[Domain, ...]:
+    """The domains of a model; without domains, the unit square for each patch."""
     unit = np.array([0.0, 1.0])
     return model.domains or tuple(Domain(unit, unit, k) for k in range(model.patch_count))
 
@@ -90,8 +91,8 @@ def _exchange_triangle(batch: TrianglePatches) -> TrianglePatches:
     return TrianglePatches(batch.points[:, rows], weights, channels)
 
 
-def _transpose(model: PatchModel) -> tuple[PatchModel, Ints]:
-    """The model with u and v exchanged, and the new number of every patch."""
+def _exchange_parameters(model: PatchModel) -> tuple[PatchModel, Ints]:
+    """The model with u and v exchanged, and the new number of each patch, (P,)."""
     order = np.arange(model.patch_count)
     domains = []
     for d in model.domains:
@@ -118,4 +119,5 @@ def _transpose(model: PatchModel) -> tuple[PatchModel, Ints]:
 
 
 def _is_mirror(member: PlacedModel) -> bool:
+    """Whether the placement of a member mirrors."""
     return member.matrix is not None and float(np.linalg.det(member.matrix[:3, :3])) < 0

@@ -1,7 +1,8 @@
-"""Corners that lie on open edges, and not at their ends.
+"""Finds corners that lie on open edges, and not at their ends.
 
-A corner c is on the curve B at the parameter t that Gauss–Newton steps
-t ← t − (B(t) − c) · B' / B' · B' find from the nearest of some samples.
+For a corner c and the curve B of an edge, Gauss–Newton steps t ← t − (B(t) − c) · B' / B' · B' lead
+from the nearest of some samples to the nearest parameter t. The corner is on the edge if B(t) is
+near c.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,13 +19,13 @@ from service.engine.joining.open_edges import OpenBorder, OpenEdges, iterate_deg
 from service.engine.mesh.edges import EdgeCurves
 
 STEPS = 12
-"""Number of Gauss–Newton steps; each step doubles the number of correct digits."""
+"""Gauss–Newton steps for each corner; near the solution, each step doubles the correct digits."""
 
 MAX_PAIRS = 1 << 22
-"""The most pairs of an edge and a corner in its box; a model with more pairs stays unchanged."""
+"""The most pairs of an edge and a corner within its bounds; a model with more pairs is not cut."""
 
 FEW_PAIRS = 1 << 14
-"""Up to this number, all pairs of an edge and a corner are compared in one array operation."""
+"""Up to this number of pairs of an edge and a corner, one array operation compares all pairs."""
 
 DIRECTIONS = np.array(
     [
@@ -33,37 +34,37 @@ DIRECTIONS = np.array(
         *((1.0, 1, 1), (1.0, 1, -1), (1.0, -1, 1), (1.0, -1, -1)),
     ]
 )
-"""The axes, and the diagonals between two of them and between all: bounds along these directions
-are tight."""
+"""The directions along which edges are bounded: the axes, the diagonals between two axes, and the
+diagonals between all three. Bounds along the axes alone would be looser."""
 
 CHUNK = 1 << 18
-"""Numbers in one chunk, roughly."""
+"""The approximate count of numbers in one chunk."""
 
-APART = 64.0
-"""A corner that is nearer to an end of an edge, in units of the reach, does not cut it."""
+MIN_END_DISTANCE = 64.0
+"""A corner that cuts an edge is further from the ends of the edge than this multiple of `reach`."""
 
 MAX_SLACK = 1e-6
-"""Largest difference of parameters that count as equal."""
+"""The largest difference of two parameters that may count as equal."""
 
 
 def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
-    """Pairs (n, 2) of borders: a corner of the second is on an edge of the first.
+    """Pairs (n, 2) of numbers of borders: a corner of the second border is on an edge of the first.
 
-    No pairs if more than `MAX_PAIRS` edges and corners would have to be compared.
+    If more than `MAX_PAIRS` edges and corners must be compared, the result has no pairs.
     """
     edge_ends = np.cumsum([0, *(len(border.begin) for border in borders)])
     corner_ends = np.cumsum([0, *(len(border.corners) for border in borders)])
-    forms: dict[tuple[int, bool], list[EdgeCurves]] = {}
+    curves_by_form: dict[tuple[int, bool], list[EdgeCurves]] = {}
     begin, end = [], []
     for border, first, before in zip(borders, edge_ends, corner_ends, strict=False):
         begin.append(border.begin + before)
         end.append(border.end + before)
         for curve in border.curves:
             form = curve.points.shape[1], curve.weights is None
-            forms.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
+            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
     number = np.arange(edge_ends[-1])
     edges = OpenEdges(
-        tuple(_join_curves(curves) for curves in forms.values()),
+        tuple(_join_curves(curves) for curves in curves_by_form.values()),
         *(number, number, np.concatenate(begin), np.concatenate(end)),
         np.concatenate([border.corners for border in borders]),
     )
@@ -81,7 +82,7 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
 
 
 def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
-    """Curves of one degree, all rational or all polynomial, joined to one value."""
+    """One value with all curves, which have one degree and are all rational or all polynomial."""
     weights = [curve.weights for curve in curves if curve.weights is not None]
     return EdgeCurves(
         np.concatenate([curve.ids for curve in curves]),
@@ -91,46 +92,54 @@ def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
 
 
 def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
-    """Pairs of an open edge and of a corner of others that is between the bounds of its net."""
+    """Pairs of an open edge and a corner: edges (K,) and corners (K,).
+
+    The corner of a pair is within the bounds of the net of the edge, and is not an end of the edge.
+    If far more than `MAX_PAIRS` pairs must be compared, the arrays are empty.
+    """
     count = len(edges.side)
     low, high = np.empty((count, len(DIRECTIONS))), np.empty((count, len(DIRECTIONS)))
     for group, rows, number in iterate_degrees(edges):
-        along = group.points[rows] @ DIRECTIONS.T
-        low[number], high[number] = along.min(axis=1), along.max(axis=1)
+        extents = group.points[rows] @ DIRECTIONS.T
+        low[number], high[number] = extents.min(axis=1), extents.max(axis=1)
     margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
     low -= margin
     high += margin
     corners = np.unique(np.concatenate([edges.begin, edges.end]))
-    along = edges.corners[corners] @ DIRECTIONS.T
+    extents = edges.corners[corners] @ DIRECTIONS.T
     if count * len(corners) <= FEW_PAIRS:
-        inside = ((along >= low[:, None]) & (along <= high[:, None])).all(axis=2)
-        inside &= (corners != edges.begin[:, None]) & (corners != edges.end[:, None])
-        edge, place = inside.nonzero()
-        return edge, corners[place]
-    axis = int(np.ptp(along[:, :3], axis=0).argmax())
-    order = np.argsort(along[:, axis], kind="stable")
-    corners, along = corners[order], along[order]
-    first = np.searchsorted(along[:, axis], low[:, axis])
-    last = np.searchsorted(along[:, axis], high[:, axis], side="right")
+        is_inside = ((extents >= low[:, None]) & (extents <= high[:, None])).all(axis=2)
+        is_inside &= (corners != edges.begin[:, None]) & (corners != edges.end[:, None])
+        edge, position = is_inside.nonzero()
+        return edge, corners[position]
+    axis = int(np.ptp(extents[:, :3], axis=0).argmax())
+    order = np.argsort(extents[:, axis], kind="stable")
+    corners, extents = corners[order], extents[order]
+    first = np.searchsorted(extents[:, axis], low[:, axis])
+    last = np.searchsorted(extents[:, axis], high[:, axis], side="right")
     if (last - first).sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []
     for run in _split_by_count(last - first, CHUNK):
         counts = (last - first)[run]
         edge = np.repeat(np.arange(run.start, run.stop), counts)
-        place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-        place += np.repeat(first[run], counts)
-        inside = (corners[place] != edges.begin[edge]) & (corners[place] != edges.end[edge])
+        position = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+        position += np.repeat(first[run], counts)
+        is_inside = (corners[position] != edges.begin[edge]) & (
+            corners[position] != edges.end[edge]
+        )
         for k in range(len(DIRECTIONS)):
-            edge, place = edge[inside], place[inside]
-            inside = (along[place, k] >= low[edge, k]) & (along[place, k] <= high[edge, k])
-        pairs.append((edge[inside], corners[place[inside]]))
+            edge, position = edge[is_inside], position[is_inside]
+            is_inside = (extents[position, k] >= low[edge, k]) & (
+                extents[position, k] <= high[edge, k]
+            )
+        pairs.append((edge[is_inside], corners[position[is_inside]]))
         checkpoint()
     return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
 
 
 def _split_by_count(counts: Ints, most: int) -> Iterator[slice]:
-    """Slices of consecutive items whose counts add up to approximately `most`."""
+    """Slices of consecutive items; the counts of each slice add up to approximately `most`."""
     group = np.cumsum(counts) // most
     starts = run_starts(group)
     for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):
@@ -140,7 +149,17 @@ def _split_by_count(counts: Ints, most: int) -> Iterator[slice]:
 def place_corners(
     edges: OpenEdges, edge: Ints, points: FloatArray, reach: float
 ) -> tuple[FloatArray, FloatArray, Bools]:
-    """Parameters nearest to points (K, 3), their slack, and whether each point is on its edge."""
+    """For each point (K, 3), the nearest parameter on its edge `edge[k]`.
+
+    Returns
+    -------
+    at : ndarray of float64, shape (K,)
+        Parameters of the edges.
+    slack : ndarray of float64, shape (K,)
+        The largest difference of parameters that count as equal.
+    is_on : ndarray of bool, shape (K,)
+        Whether the point is on the edge, and not at its ends.
+    """
     at, slack = np.zeros(len(edge)), np.zeros(len(edge))
     is_on = np.zeros(len(edge), dtype=bool)
     for group, rows, number in iterate_degrees(edges):
@@ -154,13 +173,13 @@ def place_corners(
             curve, target = row_of_edge[edge[pairs]], points[pairs]
             nets = group.points[curve] - target[:, None]
             weights = None if group.weights is None else group.weights[curve]
-            squares = np.square(points_at(nets, weights, samples)).sum(axis=2)
+            squares = np.square(evaluate_curves(nets, weights, samples)).sum(axis=2)
             if weights is None:
-                # The largest distance of the curve from the nearest sample: half of a step along
-                # the net.
+                # No point of the curve is further from its nearest sample than half of a step of
+                # the parameter times the largest speed.
                 speed = degree * np.sqrt(np.square(np.diff(nets, axis=1)).sum(axis=2).max(axis=1))
-                close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + reach
-                pairs, nets, squares = pairs[close], nets[close], squares[close]
+                is_close = np.sqrt(squares.min(axis=1)) <= speed * (samples[1] / 2) + reach
+                pairs, nets, squares = pairs[is_close], nets[is_close], squares[is_close]
                 if not len(pairs):
                     continue
             t = samples[squares.argmin(axis=1)]
@@ -172,16 +191,21 @@ def place_corners(
             value, slope = _evaluate_with_slope(nets, weights, t)
             is_near = np.square(value).sum(axis=1) <= reach**2
             ends = np.minimum(np.square(nets[:, 0]).sum(axis=1), np.square(nets[:, -1]).sum(axis=1))
-            at[pairs], is_on[pairs] = t, is_near & (ends > (APART * reach) ** 2) & (t > 0) & (t < 1)
+            at[pairs], is_on[pairs] = (
+                t,
+                is_near & (ends > (MIN_END_DISTANCE * reach) ** 2) & (t > 0) & (t < 1),
+            )
             speed = np.sqrt(np.square(slope).sum(axis=1))
             slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
     return at, slack, is_on
 
 
-def points_at(nets: FloatArray, weights: FloatArray | None, places: FloatArray) -> FloatArray:
+def evaluate_curves(
+    nets: FloatArray, weights: FloatArray | None, parameters: FloatArray
+) -> FloatArray:
     """Points (m, K, 3) of curves (m, n+1, 3) at parameters (K,), or (m, K) for each curve."""
     degree = nets.shape[1] - 1
-    basis = bernstein(degree, places.ravel()).reshape(*places.shape, degree + 1)
+    basis = bernstein(degree, parameters.ravel()).reshape(*parameters.shape, degree + 1)
     if weights is None:
         value: FloatArray = basis @ nets
         return value
@@ -196,11 +220,11 @@ def _evaluate_with_slope(
 ) -> tuple[FloatArray, FloatArray]:
     """Points and derivatives (m, 3) of curves (m, n+1, 3): curve k at parameter `t[k]`."""
     degree = nets.shape[1] - 1
-    basis, below = bernstein(degree, t)[:, None], bernstein(degree - 1, t)[:, None]
+    basis, lower_basis = bernstein(degree, t)[:, None], bernstein(degree - 1, t)[:, None]
     if weights is None:
-        return (basis @ nets)[:, 0], degree * (below @ np.diff(nets, axis=1))[:, 0]
+        return (basis @ nets)[:, 0], degree * (lower_basis @ np.diff(nets, axis=1))[:, 0]
     weighted = nets * weights[..., None]
     total, change = (basis @ weights[..., None])[:, 0], degree * np.diff(weights, axis=1)
     value = (basis @ weighted)[:, 0] / total
-    slope = degree * (below @ np.diff(weighted, axis=1))[:, 0]
-    return value, (slope - (below @ change[..., None])[:, 0] * value) / total
+    slope = degree * (lower_basis @ np.diff(weighted, axis=1))[:, 0]
+    return value, (slope - (lower_basis @ change[..., None])[:, 0] * value) / total

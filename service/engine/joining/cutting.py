@@ -1,8 +1,8 @@
 """Cuts surfaces along parameter lines, as the insertion of a knot does.
 
-A cut of a patch goes on through all patches of its surface in the same span, so that the pieces are
-still a grid. The borders that no cut crosses keep their bits, and so do equal borders on both sides
-of a line: each number is cut separately (`service.bases.affine_combination`).
+A line cuts all patches of its surface in the same span, so that the pieces are still a grid. The
+borders that no line crosses keep their bits. Borders that were equal are cut into equal pieces, bit
+for bit, because each number is computed separately (`service.bases.affine_combination`).
 """
 
 from dataclasses import dataclass, replace
@@ -18,16 +18,16 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.repatched import rebuild, surfaces_of
 
 ROUNDING = 2.0**-49
-"""Bound of the error of cutting, in units of the largest coordinate: some roundings for each
-degree."""
+"""Bound of the rounding error of cutting, for each degree, as a share of the largest coordinate."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Lines:
-    """Parameter lines along which surfaces are cut: all of shape (K,), in order.
+    """K parameter lines along which surfaces are cut, sorted by surface, axis and parameter.
 
-    `surface` is a number among `surfaces_of`; `axis` is 0 if u is constant along the line; `at` is
-    the local parameter within `span`.
+    All arrays have the shape (K,). `surface` is the number of a surface in `surfaces_of`. `axis` is
+    0 if u is constant along the line, 1 if v is. `span` is the number of the knot span that the
+    line cuts, and `at`, between 0 and 1, is the parameter within this span.
     """
 
     surface: Ints
@@ -36,8 +36,8 @@ class Lines:
     at: FloatArray
 
 
-def lines_of(model: PatchModel, cuts: Cuts) -> Lines:
-    """The lines through cuts of sides; lines with nearly equal parameters count once.
+def find_lines(model: PatchModel, cuts: Cuts) -> Lines:
+    """The lines through cuts of sides; of several lines with nearly equal parameters, the first.
 
     Triangles are not cut.
     """
@@ -48,19 +48,19 @@ def lines_of(model: PatchModel, cuts: Cuts) -> Lines:
     local_patch, axis = cuts.patch - first[surface], (cuts.side < 2).astype(np.intp)
     span = np.where(axis == 0, local_patch // columns[surface], local_patch % columns[surface])
     ends = np.cumsum([batch.count for batch in model.batches])
-    grids = np.array([isinstance(batch, TensorPatches) for batch in model.batches])
+    has_grids = np.array([isinstance(batch, TensorPatches) for batch in model.batches])
     order = np.lexsort((cuts.at, span, axis, surface))
-    order = order[grids[np.searchsorted(ends, cuts.patch, side="right")][order]]
+    order = order[has_grids[np.searchsorted(ends, cuts.patch, side="right")][order]]
     surface, axis, span, at = surface[order], axis[order], span[order], cuts.at[order]
     slack = cuts.slack[order]
-    begins = np.ones(len(order), dtype=bool)
-    begins[1:] = (surface[1:] != surface[:-1]) | (axis[1:] != axis[:-1]) | (span[1:] != span[:-1])
-    begins[1:] |= at[1:] - at[:-1] > np.maximum(slack[1:], slack[:-1])
-    return Lines(surface[begins], axis[begins], span[begins], at[begins])
+    is_new = np.ones(len(order), dtype=bool)
+    is_new[1:] = (surface[1:] != surface[:-1]) | (axis[1:] != axis[:-1]) | (span[1:] != span[:-1])
+    is_new[1:] |= at[1:] - at[:-1] > np.maximum(slack[1:], slack[:-1])
+    return Lines(surface[is_new], axis[is_new], span[is_new], at[is_new])
 
 
 def cut(model: PatchModel, lines: Lines) -> PatchModel:
-    """The model with its surfaces cut along lines; parts and parameters stay."""
+    """The model with its surfaces cut along lines; its parts and its domains stay the same."""
     surfaces = surfaces_of(model)
     starts = run_starts(lines.surface)
     stops = np.append(starts[1:], len(lines.at))
@@ -90,15 +90,17 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
         assert isinstance(batch, TensorPatches)
         rows = domain.first + np.arange(domain.patch_count)
         piece = batch.take(rows - (ends[which] - batch.count))
-        places = runs[number]
-        axis, span, at = lines.axis[places], lines.span[places], lines.at[places]
+        line_rows = runs[number]
+        axis, span, at = lines.axis[line_rows], lines.span[line_rows], lines.at[line_rows]
         grid = rows.reshape(len(domain.u) - 1, -1)
         knots = []
-        for direction, old in enumerate((domain.u, domain.v)):
+        for direction, old_knots in enumerate((domain.u, domain.v)):
             is_across = axis == direction
             piece, grid = _cut_grid(piece, grid, direction, span[is_across], at[is_across])
-            inner = old[span[is_across]] + at[is_across] * np.diff(old)[span[is_across]]
-            knots.append(np.sort(np.concatenate([old, inner])))
+            new_knots = (
+                old_knots[span[is_across]] + at[is_across] * np.diff(old_knots)[span[is_across]]
+            )
+            knots.append(np.sort(np.concatenate([old_knots, new_knots])))
         pieces[which].append(piece)
         owners.append(grid.ravel())
         domains.append(Domain(knots[0], knots[1], domain.first + added))
@@ -114,28 +116,31 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
 def _cut_grid(
     batch: TensorPatches, grid: Ints, axis: int, span: Ints, at: FloatArray
 ) -> tuple[TensorPatches, Ints]:
-    """A grid (M_u, M_v) of patches cut along lines of one axis, and the old patch of each piece."""
+    """Cuts a grid (M_u, M_v) of patches along lines of one axis.
+
+    Returns the pieces, and a grid with the number of the original patch of each piece.
+    """
     if not len(span):
         return batch, grid
 
-    def turn(grids: FloatArray) -> FloatArray:
-        """Moves the cut direction of nets (M_u, M_v, p+1, q+1, …) to the front, or back."""
+    def move_axis(grids: FloatArray) -> FloatArray:
+        """Makes the cut direction of nets (M_u, M_v, p+1, q+1, …) the first, or moves it back."""
         return grids.swapaxes(0, 1).swapaxes(2, 3) if axis else grids
 
     def stack(rows: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
         """The rows of pieces as nets of this shape, one after another."""
-        pieces = turn(np.stack([row.swapaxes(0, 1) for row in rows]))
+        pieces = move_axis(np.stack([row.swapaxes(0, 1) for row in rows]))
         return np.ascontiguousarray(pieces).reshape(-1, *shape)
 
     def divide(nets: FloatArray, weights: FloatArray | None) -> Net:
         """The cut nets and weights of all patches."""
-        net_grid = turn(nets.reshape(*grid.shape, *nets.shape[1:]))
+        net_grid = move_axis(nets.reshape(*grid.shape, *nets.shape[1:]))
         weight_grid = None
         if weights is not None:
-            weight_grid = turn(weights.reshape(*grid.shape, *weights.shape[1:]))
+            weight_grid = move_axis(weights.reshape(*grid.shape, *weights.shape[1:]))
         pieces: list[Net] = []
         for number, net_row in enumerate(net_grid):
-            # `split` divides the first axis; the patches beside each other come after it.
+            # `split` divides along the first axis; the patches of the row are along the second.
             weight_row = None if weight_grid is None else weight_grid[number].swapaxes(0, 1)
             net: Net = net_row.swapaxes(0, 1), weight_row
             before = 0.0

@@ -1,9 +1,9 @@
 """Makes the borders of a model equal where they are the same curve, before meshing.
 
 1. Control points that are equal up to rounding are made equal (`snap`).
-2. Surfaces are cut where one of their open borders is one curve with pieces of other borders
-   (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next surface may need
-   a cut: so this step is repeated until no border needs a cut.
+2. A surface is cut where one of its open borders is the same curve as pieces of other borders
+   (`shared_curves`, `cutting`). A cut reaches the opposite border, where the next surface may then
+   need a cut. So this step is repeated until no border needs a cut.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from service.cancellation import checkpoint
-from service.engine.joining.cutting import cut, lines_of
+from service.engine.joining.cutting import cut, find_lines
 from service.engine.joining.shared_curves import find_cuts
 from service.engine.joining.snap import snap
 from service.engine.mesh.connect import connect, connect_if_apart, may_be_cut
@@ -20,19 +20,19 @@ from service.engine.mesh.seams import Seams
 from service.surface.lowered import GroupModel, PatchModel
 
 ROUNDS = 64
-"""The most repetitions of cutting: enough for this number of surfaces in one row."""
+"""The most repetitions of cutting: they are enough for a row of 64 surfaces."""
 
-GROWTH, SQUARED, MOST, ALWAYS = 16, 8, 1 << 13, 256
-"""Cuts of P patches may make max(16 P, min(8 P², 8192)) + 256: P faces with different knots become
-some P² patches. If there are more, the model is not cut at all, because cuts that run around a body
-and never meet would not end."""
+GROWTH, SQUARE_GROWTH, MAX_SQUARE, EXTRA = 16, 8, 1 << 13, 256
+"""Cutting P patches may make at most max(16 P, min(8 P², 8192)) + 256 patches, because P faces with
+different knots become about P² patches. If cutting makes more patches, the model is not cut at all:
+cuts that run around a body and never meet would not end."""
 
-POINTS = 1 << 17
-"""The most control points that cuts may add to `GROWTH` times the number of control points."""
+EXTRA_POINTS = 1 << 17
+"""The most control points that cutting may add to `GROWTH` times the number of control points."""
 
 
 Allow: TypeAlias = Callable[..., None]
-"""Raises an error if models (`PatchModel`) have become too large together."""
+"""Raises an error if the models (`PatchModel`) in its arguments are too large together."""
 
 
 def allow_any(*_models: PatchModel) -> None:
@@ -40,7 +40,7 @@ def allow_any(*_models: PatchModel) -> None:
 
 
 def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple[PatchModel, Seams]:
-    """The model with equal borders where they are one curve up to a tolerance, and its seams.
+    """The model, with borders that are nearly the same curve made equal, and its seams.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ def join_further(
         return model, seams
     previous = model, seams
     count = model.patch_count
-    most = max(GROWTH * count, min(SQUARED * count**2, MOST)) + ALWAYS
-    most_points = GROWTH * _count_points(model) + POINTS
+    most = max(GROWTH * count, min(SQUARE_GROWTH * count**2, MAX_SQUARE)) + EXTRA
+    most_points = GROWTH * _count_points(model) + EXTRA_POINTS
     for _ in range(ROUNDS):
         cuts = find_cuts(seams, find_weld_distance(model, tolerance))
         if not len(cuts.at):
             break
-        lines = lines_of(model, cuts)
+        lines = find_lines(model, cuts)
         if not len(lines.at):
             break
         checkpoint()
@@ -83,14 +83,18 @@ def join_further(
 
 
 def _count_points(model: PatchModel) -> int:
-    """The control points of all patches."""
+    """The number of control points of all patches."""
     return sum(batch.points.size // 3 for batch in model.batches)
 
 
 def _snap_model(
     model: PatchModel, seams: Seams | None, tolerance: float
 ) -> tuple[PatchModel, Seams]:
-    """The model with near points made equal, and its seams; `seams` itself if nothing changes."""
+    """The model with near points made equal, and its seams.
+
+    If `seams` is not None, the model has no near points that differ, and both are returned as they
+    are.
+    """
     if seams is not None:
         return model, seams
     model = snap(model, tolerance)

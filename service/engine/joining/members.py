@@ -1,9 +1,10 @@
-"""Joins members of a group whose placed borders share a curve to one model.
+"""Joins members of a group into one model where their placed borders share a curve.
 
-Members that have an open edge in common after placing become one model, so that the steps that join
-patches join the members, too. The mesh is separated afterwards (`service.engine.scenes.apart`), so
-that each member is still a separate node. A member stays unchanged if it is swept, or if its
-channels differ from those of its neighbours: all vertices of one mesh have the same channels.
+Members that have an open edge in common, after they are placed, become one model. So the steps that
+join patches also join these members. The mesh of this model is separated afterwards
+(`service.engine.scenes.apart`), so that each member is a separate node. A member stays unchanged if
+it is a sweep, or if its channels differ from those of its neighbours, because all vertices of one
+mesh have the same channels.
 """
 
 from collections.abc import Sequence
@@ -25,27 +26,27 @@ from service.surface.sweep_model import SweepModel
 class Cluster:
     """Members that became one model.
 
-    `members` are their numbers in the original group. Member k of these has the parts [ends[k],
-    ends[k+1]) of the model. `swapped[k]` says whether its texture coordinates are its parameters u
-    and v, exchanged.
+    `members` has their numbers in the original group. Member `members[k]` has the parts [ends[k],
+    ends[k+1]) of the model. `are_uvs_swapped[k]` says whether its vertices have the parameters (v,
+    u) as texture coordinates, because the member was mirrored.
     """
 
     members: tuple[int, ...]
     ends: tuple[int, ...]
-    swapped: tuple[bool, ...]
+    are_uvs_swapped: tuple[bool, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JoinedGroup:
     """A group with one model for each cluster, and the original members.
 
-    Original member k, `originals[k]`, is member `at[k]` of `group`, alone or in one of the
-    `clusters`.
+    The original member `originals[k]` is in member `new_numbers[k]` of `group`, alone or, if it is
+    in one of the `clusters`, together with other members.
     """
 
     group: GroupModel
     originals: tuple[PlacedModel, ...]
-    at: tuple[int, ...]
+    new_numbers: tuple[int, ...]
     clusters: tuple[Cluster, ...]
 
 
@@ -58,13 +59,21 @@ def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any
 
 
 def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) -> JoinedGroup:
-    """The group, with members joined where they meet along an edge; parameters as in `join`."""
+    """The group with its members joined where they meet along an edge.
+
+    Parameters
+    ----------
+    tolerance : float
+        Share of the diagonal of the box about the control points; with 0 no member is joined.
+    allow : callable
+        Called with each model that was cut or joined; it raises an error if the model is too large.
+    """
     models: list[PatchModel | SweepModel] = []
     seams_of: dict[int, Seams] = {}
-    for number, placed in enumerate(group.models):
-        model = placed
-        if isinstance(placed, PatchModel):
-            model, seams = join(placed, tolerance, allow)
+    for number, original in enumerate(group.models):
+        model = original
+        if isinstance(original, PatchModel):
+            model, seams = join(original, tolerance, allow)
             seams_of[number] = seams
         models.append(model)
     group = replace(group, models=tuple(models))
@@ -73,57 +82,68 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         return unjoined
     clusters: list[Cluster] = []
     members: list[PlacedModel] = []
-    at = [-1] * len(group.members)
+    new_numbers = [-1] * len(group.members)
     for numbers in find_neighbours(group, seams_of, tolerance):
-        joint, are_mirrored = compose(group, numbers)
-        joint, seams = join(joint, tolerance, allow)
-        owner = _owners(joint, group, numbers)
+        joined_model, are_mirrored = compose(group, numbers)
+        joined_model, seams = join(joined_model, tolerance, allow)
+        owner = _find_owners(joined_model, group, numbers)
         low, high = np.full(len(seams.users), len(numbers)), np.full(len(seams.users), -1)
-        lines = ~seams.collapsed
-        np.minimum.at(low, seams.edge[lines], np.broadcast_to(owner[:, None], lines.shape)[lines])
-        np.maximum.at(high, seams.edge[lines], np.broadcast_to(owner[:, None], lines.shape)[lines])
+        is_line = ~seams.collapsed
+        np.minimum.at(
+            low, seams.edge[is_line], np.broadcast_to(owner[:, None], is_line.shape)[is_line]
+        )
+        np.maximum.at(
+            high, seams.edge[is_line], np.broadcast_to(owner[:, None], is_line.shape)[is_line]
+        )
         if not ((low < high) & (seams.users == 2)).any():
             continue
-        allow(joint)
+        allow(joined_model)
         parts = [len(_parts_of(group, n)) for n in numbers]
-        has_uvs = any(channel.kind == "uvs" for channel in joint.batches[0].channels)
-        swapped = tuple(each and not has_uvs for each in are_mirrored)
-        clusters.append(Cluster(tuple(numbers), tuple(np.cumsum([0, *parts]).tolist()), swapped))
+        has_uvs = any(channel.kind == "uvs" for channel in joined_model.batches[0].channels)
+        are_uvs_swapped = tuple(each and not has_uvs for each in are_mirrored)
+        clusters.append(
+            Cluster(tuple(numbers), tuple(np.cumsum([0, *parts]).tolist()), are_uvs_swapped)
+        )
         for n in numbers:
-            at[n] = len(members)
-        members.append(PlacedModel(joint.name, len(models)))
-        models.append(joint)
+            new_numbers[n] = len(members)
+        members.append(PlacedModel(joined_model.name, len(models)))
+        models.append(joined_model)
     if not clusters:
         return unjoined
     for n, member in enumerate(group.members):
-        if at[n] < 0:
-            at[n] = len(members)
+        if new_numbers[n] < 0:
+            new_numbers[n] = len(members)
             members.append(member)
-    used = sorted({member.model for member in members})
+    used_models = sorted({member.model for member in members})
     allow(*(model for model in models[len(group.models) :] if isinstance(model, PatchModel)))
-    place = {before: after for after, before in enumerate(used)}
+    number_after = {before: after for after, before in enumerate(used_models)}
     return JoinedGroup(
         replace(
             group,
-            models=tuple(models[before] for before in used),
-            members=tuple(replace(m, model=place[m.model]) for m in members),
+            models=tuple(models[before] for before in used_models),
+            members=tuple(replace(m, model=number_after[m.model]) for m in members),
         ),
         group.members,
-        tuple(at),
+        tuple(new_numbers),
         tuple(clusters),
     )
 
 
 def _parts_of(group: GroupModel, number: int) -> tuple[Part, ...]:
+    """The parts of a member that is not a sweep."""
     model = group.models[group.members[number].model]
     assert isinstance(model, PatchModel)
     return model.parts
 
 
-def _owners(joint: PatchModel, group: GroupModel, numbers: Sequence[int]) -> Ints:
-    """For every patch of a joint model, the position in `numbers` of its member."""
-    listed = np.arange(joint.patch_count) if joint.sequence is None else joint.sequence
+def _find_owners(joined_model: PatchModel, group: GroupModel, numbers: Sequence[int]) -> Ints:
+    """For each patch of the joined model, the position of its member in `numbers`."""
+    sequence = (
+        np.arange(joined_model.patch_count)
+        if joined_model.sequence is None
+        else joined_model.sequence
+    )
     parts = np.repeat(np.arange(len(numbers)), [len(_parts_of(group, n)) for n in numbers])
-    owner = np.empty(joint.patch_count, dtype=np.intp)
-    owner[listed] = np.repeat(parts, [part.last - part.first for part in joint.parts])
+    owner = np.empty(joined_model.patch_count, dtype=np.intp)
+    owner[sequence] = np.repeat(parts, [part.last - part.first for part in joined_model.parts])
     return owner

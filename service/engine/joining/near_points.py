@@ -1,10 +1,11 @@
 """Groups of points that are equal up to rounding.
 
 Two points are near if their distance is at most `reach`. Components are the connected components of
-the graph of near points. A component whose points are all near one another is a group. A wider
-component is not a group, because no point could represent all of its points; groups within it are
-found with 1/8 of `reach`, then with 1/64 and so on. So the two ends of a short edge stay two
-points, and points that differ from an end by rounding alone form a group with it.
+the graph of near points. A component whose points are all near each other is a group. A wider
+component is not a group, because no single point could represent all its points. The groups within
+a wider component are found with 1/8 of `reach`, then with 1/64 and so on. So the two ends of a
+short edge stay two points, and points that differ from an end by rounding alone form a group with
+it.
 """
 
 import numpy as np
@@ -14,30 +15,30 @@ from service.bases.unique_rows import unique_rows
 from service.engine.mesh.equal_points import find_possible_neighbours
 
 ROUNDS = 8
-"""Rounds of separating points by gaps along x, y and z: few need more than one."""
+"""The most rounds of separating points by gaps along x, y and z. Few models need more than one."""
 
 MAX_CROWD = 16
-"""The most points of a crowd, which no gap along an axis divides and which is wider than `reach`:
-all pairs of a crowd are compared. More points are not a group."""
+"""The most points of a crowd whose pairs are all compared. A crowd is a set of points that is wider
+than `reach` and that no gap along an axis divides. A larger crowd has no groups."""
 
 CHUNK = 1 << 12
-"""Crowds in one chunk of comparisons."""
+"""The number of crowds whose pairs are compared together."""
 
 FINER, LEVELS = 1 / 8, 4
-"""Factor of `reach` from one search within wide components to the next, and the number of
+"""The factor of `reach` from one search within wide components to the next, and the number of
 searches."""
 
 
 def group_near_points(points: FloatArray, reach: float) -> Ints:
-    """For each point (N, 3) the first point of its group; equal points are always in one group.
+    """For each point (N, 3), the number of the first point of its group, (N,).
 
-    Which points form a group does not depend on their order.
+    Equal points are always in one group. The groups do not depend on the order of the points.
     """
     first, number = unique_rows(points)
     leader, remaining = np.arange(len(first)), find_possible_neighbours(points[first], reach)
     remaining.sort()  # leaders are the first points of their groups
     for _ in range(LEVELS if len(remaining) else 0):
-        lead, is_wide = _groups(points[first[remaining]], reach)
+        lead, is_wide = _find_groups(points[first[remaining]], reach)
         leader[remaining] = remaining[lead]
         remaining = remaining[is_wide]
         if not len(remaining):
@@ -48,39 +49,41 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
     return least[leader][number]
 
 
-def _groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
-    """The first point of each point's group (N,), and whether it may be in a wide component."""
-    group = _gap_groups(points, reach)
+def _find_groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
+    """For each point (N,), the first point of its group, and whether a finer search may group it."""
+    group = _separate_by_gaps(points, reach)
     order = np.argsort(group, kind="stable")
     starts = run_starts(group[order])
     sizes = np.diff(starts, append=len(order))
     ordered = points[order]
     low, high = np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
-    wide = np.square(high - low).sum(axis=1) > reach**2
+    is_wide = np.square(high - low).sum(axis=1) > reach**2
     leader = np.arange(len(points))
-    is_joined = np.repeat(~wide, sizes)
+    is_joined = np.repeat(~is_wide, sizes)
     leader[order[is_joined]] = np.repeat(order[starts], sizes)[is_joined]
     for size in range(2, MAX_CROWD + 1):
-        crowds = starts[wide & (sizes == size), None] + np.arange(size)
+        crowds = starts[is_wide & (sizes == size), None] + np.arange(size)
         for begin in range(0, len(crowds), CHUNK):
             rows = order[crowds[begin : begin + CHUNK]]
-            leader[rows] = np.take_along_axis(rows, _cliques(points[rows], reach), axis=1)
-    is_left: Bools = np.zeros(len(points), dtype=bool)
-    is_left[order[~is_joined]] = True
-    is_left &= np.bincount(leader, minlength=len(points))[leader] == 1
-    return leader, is_left
+            leader[rows] = np.take_along_axis(
+                rows, _find_leaders_in_crowds(points[rows], reach), axis=1
+            )
+    is_ungrouped: Bools = np.zeros(len(points), dtype=bool)
+    is_ungrouped[order[~is_joined]] = True
+    is_ungrouped &= np.bincount(leader, minlength=len(points))[leader] == 1
+    return leader, is_ungrouped
 
 
 def run_starts(ordered: Ints) -> Ints:
-    """Where runs of equal numbers begin, (R,)."""
-    begins = np.ones(len(ordered), dtype=bool)
-    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
-    starts: Ints = begins.nonzero()[0]
+    """The positions where runs of equal numbers begin, (R,)."""
+    is_first = np.ones(len(ordered), dtype=bool)
+    np.not_equal(ordered[1:], ordered[:-1], out=is_first[1:])
+    starts: Ints = is_first.nonzero()[0]
     return starts
 
 
-def _gap_groups(points: FloatArray, reach: float) -> Ints:
-    """Numbers (N,) of groups between which there are gaps along an axis, wider than `reach`."""
+def _separate_by_gaps(points: FloatArray, reach: float) -> Ints:
+    """Numbers (N,) of groups that are separated by gaps along an axis, wider than `reach`."""
     group = np.zeros(len(points), dtype=np.intp)
     remaining = np.arange(len(points))
     for _ in range(ROUNDS):
@@ -89,14 +92,14 @@ def _gap_groups(points: FloatArray, reach: float) -> Ints:
             coordinate = points[remaining, axis]
             order = np.lexsort((coordinate, group[remaining]))
             remaining, coordinate = remaining[order], coordinate[order]
-            begins = np.ones(len(remaining), dtype=bool)
-            begins[1:] = (group[remaining[1:]] != group[remaining[:-1]]) | (
+            is_first = np.ones(len(remaining), dtype=bool)
+            is_first[1:] = (group[remaining[1:]] != group[remaining[:-1]]) | (
                 coordinate[1:] - coordinate[:-1] > reach
             )
             # Groups that are final have numbers below zero.
-            group[remaining] = np.cumsum(begins) - 1
-            ends = np.append(begins[1:], True)
-            is_single = begins & ends
+            group[remaining] = np.cumsum(is_first) - 1
+            is_last = np.append(is_first[1:], True)
+            is_single = is_first & is_last
             group[remaining[is_single]] = -1 - remaining[is_single]
             remaining = remaining[~is_single]
             if not len(remaining):
@@ -106,13 +109,18 @@ def _gap_groups(points: FloatArray, reach: float) -> Ints:
     return group
 
 
-def _cliques(points: FloatArray, reach: float) -> Ints:
-    """The first point of each point's component in crowds (G, m, 3), itself if that is wide."""
+def _find_leaders_in_crowds(points: FloatArray, reach: float) -> Ints:
+    """For each point of G crowds (G, m, 3), the first point of its component, or itself.
+
+    A point of a component that is wider than `reach` gets itself.
+    """
     differences = points[:, :, None] - points[:, None]
-    near: Bools = np.square(differences).sum(axis=3) <= reach**2
-    joined = near
+    is_near: Bools = np.square(differences).sum(axis=3) <= reach**2
+    is_connected = is_near
     for _ in range(MAX_CROWD.bit_length() - 1):
-        joined = np.matmul(joined.astype(np.float32), joined.astype(np.float32)) > 0
-    has_far = np.logical_or.reduce(joined & ~near, axis=2)
-    is_wide = np.logical_or.reduce(joined & has_far[:, None], axis=2)
-    return np.where(is_wide, np.arange(points.shape[1]), joined.argmax(axis=2))
+        is_connected = (
+            np.matmul(is_connected.astype(np.float32), is_connected.astype(np.float32)) > 0
+        )
+    has_far = np.logical_or.reduce(is_connected & ~is_near, axis=2)
+    is_wide = np.logical_or.reduce(is_connected & has_far[:, None], axis=2)
+    return np.where(is_wide, np.arange(points.shape[1]), is_connected.argmax(axis=2))

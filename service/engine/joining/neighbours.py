@@ -1,6 +1,7 @@
-"""Members of a group that may have an edge in common: a corner of one is on the border of another.
+"""Finds members of a group that may have an edge in common.
 
-Only members whose boxes meet and that have the same channels are compared.
+Two members may have an edge in common if a corner of one member is on the border of the other. Only
+members with the same channels are compared, and only if their bounding boxes meet.
 """
 
 from collections.abc import Mapping
@@ -19,15 +20,17 @@ from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_bounds
 
 FEW_MEMBERS = 1024
-"""Up to this number of members all pairs of boxes are compared."""
+"""Up to this number of members, all pairs of boxes are compared; of more members, no pair, because
+the number of pairs is the square."""
 
 
 def find_neighbours(
     group: GroupModel, seams: Mapping[int, Seams], tolerance: float
 ) -> list[list[int]]:
-    """Members that may meet, in their order: a corner of one is on the border of another.
+    """Lists of members that may meet, directly or through other members of their list.
 
-    `seams` are the seams of every model.
+    Two members may meet if a corner of one member is on the border of the other. `seams` has the
+    seams of each model by its number. The result has the numbers of members, in order.
     """
     placed: list[OpenBorder] = []
     owner: list[int] = []
@@ -42,16 +45,16 @@ def find_neighbours(
             owner.append(number)
     if len(placed) < 2:
         return []
-    places = np.concatenate([border.corners for border in placed])
-    diagonal, largest = np.linalg.norm(np.ptp(places, axis=0)), np.abs(places).max()
+    corners = np.concatenate([border.corners for border in placed])
+    diagonal, largest = np.linalg.norm(np.ptp(corners, axis=0)), np.abs(corners).max()
     models = (group.models[number] for number in {group.members[k].model for k in owner})
     ratio = max(find_knot_ratio(model) for model in models if isinstance(model, PatchModel))
     distance = weld_distance(float(diagonal), float(largest), ratio, tolerance)
     owners = np.repeat(owner, [len(border.corners) for border in placed])
-    together = group_near_points(places, distance)
-    pairs = np.stack([owners[together], owners], axis=1)
-    on = np.array(owner)[find_corners_on_edges(placed, distance)]
-    pairs = np.unique(np.concatenate([pairs, on]), axis=0)
+    first_near = group_near_points(corners, distance)
+    corner_pairs = np.stack([owners[first_near], owners], axis=1)
+    edge_pairs = np.array(owner)[find_corners_on_edges(placed, distance)]
+    pairs = np.unique(np.concatenate([corner_pairs, edge_pairs]), axis=0)
     leader = list(range(len(group.members)))
 
     def find_leader(number: int) -> int:
@@ -60,9 +63,9 @@ def find_neighbours(
             number = leader[number]
         return number
 
-    for one, other in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
-        if _list_channels(group, one) == _list_channels(group, other):
-            first, second = sorted((find_leader(one), find_leader(other)))
+    for pair in pairs[pairs[:, 0] != pairs[:, 1]].tolist():
+        if _list_channels(group, pair[0]) == _list_channels(group, pair[1]):
+            first, second = sorted(map(find_leader, pair))
             leader[second] = first
     clusters: dict[int, list[int]] = {}
     for number in range(len(leader)):
@@ -71,22 +74,25 @@ def find_neighbours(
 
 
 def _list_channels(group: GroupModel, number: int) -> list[tuple[str, str, int]]:
-    """The channels of the patches of a member."""
+    """Name, kind and dimension of each channel of a member."""
     model = group.models[group.members[number].model]
     assert isinstance(model, PatchModel)
     return [(c.name, c.kind, c.dimension) for c in model.batches[0].channels]
 
 
 def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
-    """Members with open edges whose boxes meet the box of another member."""
+    """Numbers of the members that have open edges and whose box meets the box of another member.
+
+    With more than `FEW_MEMBERS` members, boxes are not compared.
+    """
     numbers, boxes = [], []
     visited: set[tuple[int, bytes]] = set()
     for number, member in enumerate(group.members):
-        # Copies in one place cover each other; they do not meet along an edge.
-        place = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
-        if place in visited or member.model not in seams:
+        # Copies with equal placements cover each other; they do not meet along an edge.
+        copy = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
+        if copy in visited or member.model not in seams:
             continue
-        visited.add(place)
+        visited.add(copy)
         if seams[member.model].connectivity.open_count:
             numbers.append(number)
             boxes.append(place_bounds(group.models[member.model].bounds, member.matrix))
@@ -94,7 +100,8 @@ def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
         return numbers
     low, high = np.array(boxes).swapaxes(0, 1)
     slack = MAX_WELD_TOLERANCE * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
-    meet = (low[:, None] <= high + slack).all(axis=2)
-    meet &= meet.T
-    is_single = np.count_nonzero(meet, axis=1) < 2
-    return [number for number, is_alone in zip(numbers, is_single, strict=True) if not is_alone]
+    do_meet = (low[:, None] <= high + slack).all(axis=2)
+    do_meet &= do_meet.T
+    # Each box meets itself.
+    has_neighbour = np.count_nonzero(do_meet, axis=1) > 1
+    return [number for number, meets in zip(numbers, has_neighbour, strict=True) if meets]

@@ -1,4 +1,4 @@
-"""The open edges of models: their curves and their ends."""
+"""The open edges of models, which one patch alone has: their curves and their ends."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,14 +13,14 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OpenEdges:
-    """The open edges of a model that are lines, E of them.
+    """The E open edges of a model that are lines, not points.
 
     Attributes
     ----------
     curves : tuple of EdgeCurves
-        All edges of the model, by degree.
+        All edges of the model, one value for each degree.
     row : ndarray of int
-        For each edge of the model its number among the open edges; −1 for other edges.
+        For each edge of the model, its number among the open edges, or −1.
     side : ndarray of int, shape (E,)
         The only side (patch · 4 + side) of each edge.
     begin, end : ndarrays of int, shape (E,)
@@ -37,7 +37,7 @@ class OpenEdges:
 
 
 def find_open_edges(seams: Seams) -> OpenEdges:
-    """The open edges of a model that are lines."""
+    """The open edges of a model that are lines, not points."""
     connectivity = seams.connectivity
     lines = np.flatnonzero(
         connectivity.open_lines[connectivity.edge.ravel()] & ~connectivity.collapsed.ravel()
@@ -46,17 +46,17 @@ def find_open_edges(seams: Seams) -> OpenEdges:
     row = np.full(len(connectivity.users), -1)
     row[edge] = np.arange(len(edge))
     ends = [connectivity.corner[:, which].ravel()[lines] for which in (BEGINS, ENDS)]
-    against = connectivity.backward.ravel()[lines]
-    begin, end = np.where(against, ends[1], ends[0]), np.where(against, ends[0], ends[1])
+    is_backward = connectivity.backward.ravel()[lines]
+    begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
     return OpenEdges(seams.curves, row, lines, begin, end, seams.corner_points)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OpenBorder:
-    """The open edges of a model, K of them.
+    """The K open edges of a model or of a placed model.
 
-    `curves` are numbered from 0; `begin` and `end` (K,) are the numbers of the ends of each edge
-    among the `corners` (C, 3).
+    The ids of `curves` are the numbers 0 … K − 1; `begin` and `end` (K,) are the numbers of the
+    ends of each edge among the `corners` (C, 3).
     """
 
     curves: tuple[EdgeCurves, ...]
@@ -65,8 +65,8 @@ class OpenBorder:
     corners: FloatArray
 
     def move(self, place: Callable[[FloatArray], FloatArray]) -> "OpenBorder":
-        """The border with its points (N, 3) at other places."""
-        # No zero is negative: equal points have equal bits.
+        """The border with all its points moved by `place`, a function of points (N, 3)."""
+        # Adding 0.0 turns -0.0 into 0.0, so that equal points have equal bits.
         curves = (
             replace(c, points=(place(c.points.reshape(-1, 3)) + 0.0).reshape(c.points.shape))
             for c in self.curves
@@ -75,7 +75,7 @@ class OpenBorder:
 
 
 def find_open_border(seams: Seams) -> OpenBorder:
-    """The open edges of a model."""
+    """The open edges of a model without its other edges and corners."""
     edges = find_open_edges(seams)
     curves = (
         EdgeCurves(number, g.points[rows], None if g.weights is None else g.weights[rows])
@@ -87,7 +87,7 @@ def find_open_border(seams: Seams) -> OpenBorder:
 
 
 def iterate_degrees(edges: OpenEdges) -> Iterator[tuple[EdgeCurves, Ints, Ints]]:
-    """Curves of one degree, the rows of the open edges in them, and the numbers of these edges."""
+    """For each degree, yields the curves, which rows of them are open edges, and their numbers."""
     for group in edges.curves:
         number = edges.row[group.ids]
         rows = np.flatnonzero(number >= 0)

@@ -1,8 +1,8 @@
 """Makes edges equal that are nearly the same curve in different degrees.
 
-`service.engine.mesh.degree_matching` joins edges whose nets are equal after their degrees are
-raised to the same degree, up to the rounding of the raising. Nets of other systems may differ by
-more. Then this module replaces the net of the higher degree by the raised net of the lower degree.
+`service.engine.mesh.degree_matching` joins edges whose nets are equal after both are raised to the
+same degree, up to the rounding errors of raising. Nets from other systems may differ by more. Then
+this module replaces the net of the higher degree by the raised net of the lower degree.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class BorderWeights:
     values : ndarray of float64, shape (B,)
     scale : ndarray of float64, shape (B,), or None
         Logarithms of the common factors of weights (`service.engine.joining.common_factors`): equal
-        curves have equal values after division by e^scale. None if all are 0.
+        curves have equal values after division by e^scale. None if all logarithms are 0.
     near : float
         The largest difference of the logarithms of two weights that count as equal.
     """
@@ -42,13 +42,14 @@ class BorderWeights:
         return np.ones(len(self.values)) if self.scale is None else np.exp(self.scale)
 
 
-def raise_equal(
+def replace_by_raised_nets(
     pattern: EdgePattern, points: FloatArray, weights: BorderWeights | None, reach: float
 ) -> None:
     """Replaces points and weights of borders by those of the same curve in a lower degree.
 
-    Points (B, 3) are overwritten where the raised net of an edge of lower degree is at most `reach`
-    away, and its weights are near. The corners of such edges must be equal already.
+    The points (B, 3) of an edge are overwritten if an edge of lower degree, after raising, has all
+    its points at most `reach` away, and nearly equal weights. Both edges must already have equal
+    corners.
     """
     comparable = None if weights is None else weights.values / weights.factors
     connectivity = pattern.connectivity

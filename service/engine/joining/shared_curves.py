@@ -1,14 +1,15 @@
-"""Finds where open edges that are the same curve in pieces must be cut to become equal edges.
+"""Finds where open edges must be cut, so that pieces of them that are the same curve become one
+edge.
 
-Two borders may be one curve although their edges differ: one surface has a knot where the other has
-none, or two surfaces meet a third along one of its edges. A Bézier curve over an interval is
-determined by the interval, and stays the same after raising its degree, after inserting knots and
-after a linear change of the parameter. So:
+Two borders may be one curve although their edges differ: one surface has a knot where the other
+surface has no knot, or two surfaces meet a third surface along one of its edges. A Bézier curve
+stays the same curve after raising its degree, after inserting knots and after a linear change of
+the parameter. So:
 
-1. A corner that lies on an open edge, and not at its ends, may cut it (`corners_on_edges`).
-2. Pieces between the same two corners are one curve if they agree at 2 n + 1 parameters, n the
-   highest degree of all.
-3. A cut is made if a piece beside it is one curve with a piece of another edge.
+1. A corner that lies on an open edge, and not at its ends, may cut this edge (`corners_on_edges`).
+2. Two pieces between the same two corners are one curve if they agree at 2 n + 1 parameters, where
+   n is the highest degree of all edges.
+3. A corner cuts an edge if a piece beside the cut is one curve with a piece of another edge.
 """
 
 from dataclasses import dataclass
@@ -23,9 +24,9 @@ from service.engine.clustering import find_leaders
 from service.engine.joining.corners_on_edges import (
     CHUNK,
     MAX_PAIRS,
+    evaluate_curves,
     find_corner_candidates,
     place_corners,
-    points_at,
 )
 from service.engine.joining.open_edges import OpenEdges, find_open_edges, iterate_degrees
 from service.engine.mesh.connectivity import hash_arrays
@@ -34,11 +35,11 @@ from service.engine.mesh.seams import Seams
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cuts:
-    """Parameters where sides of patches must be cut: all of shape (K,).
+    """K parameters where sides of patches must be cut; all arrays have the shape (K,).
 
-    `patch` and `side` (`service.surface.sides`) name the side; `at`, strictly between 0 and 1, is
-    the parameter along the side. Parameters of the patch that differ by at most `slack` are the
-    same cut.
+    `patch` and `side` are the numbers of the patch and of its side (`service.surface.sides`); `at`,
+    strictly between 0 and 1, is the parameter along the side. Two parameters that differ by at most
+    `slack` are the same cut.
     """
 
     patch: Ints
@@ -52,16 +53,15 @@ class Cuts:
         return 256 + 32 * len(self.at)
 
 
-_NONE: Ints = np.empty(0, np.intp)
-NOWHERE = Cuts(_NONE, _NONE, np.empty(0), np.empty(0))
-"""No cuts."""
+_NO_NUMBERS: Ints = np.empty(0, np.intp)
+NO_CUTS = Cuts(_NO_NUMBERS, _NO_NUMBERS, np.empty(0), np.empty(0))
 
 CUTS: Cache[Cuts] = Cache(1 << 20)
 """The cached cuts of open edges."""
 
 
 def find_cuts(seams: Seams, reach: float) -> Cuts:
-    """Where open edges must be cut to become equal to others, cached for the same open edges.
+    """Finds where open edges must be cut, and caches the cuts for equal open edges.
 
     Parameters
     ----------
@@ -70,52 +70,53 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
     """
     connectivity, arrays = seams.connectivity, []
     if connectivity.open_count < 3:
-        return NOWHERE
+        return NO_CUTS
     for group in seams.curves:
         rows = connectivity.open_lines[group.ids].nonzero()[0]
         arrays += [group.points.take(rows, axis=0)]
         arrays += [] if group.weights is None else [group.weights.take(rows, axis=0)]
     key = ("cuts", connectivity.key, reach, hash_arrays(*arrays))
-    return CUTS.get(key, lambda: _cuts(seams, reach))
+    return CUTS.get(key, lambda: _search_cuts(seams, reach))
 
 
-def _cuts(seams: Seams, reach: float) -> Cuts:
+def _search_cuts(seams: Seams, reach: float) -> Cuts:
+    """Finds the cuts of open edges without the cache."""
     edges = find_open_edges(seams)
     edge, corner = find_corner_candidates(edges, reach)
     if not len(edge) or len(edge) > MAX_PAIRS:
-        return NOWHERE
+        return NO_CUTS
     checkpoint()
     at, slack, is_on = place_corners(edges, edge, edges.corners[corner], reach)
     edge, corner, at, slack = edge[is_on], corner[is_on], at[is_on], slack[is_on]
     if not len(edge):
-        return NOWHERE
+        return NO_CUTS
     order = np.lexsort((at, edge))
     edge, corner, at, slack = edge[order], corner[order], at[order], slack[order]
-    is_kept = _beside_shared(edges, edge, corner, at, reach)
+    is_kept = _is_beside_shared_piece(edges, edge, corner, at, reach)
     side = edges.side[edge[is_kept]]
     is_reversed = seams.backward.ravel()[side]
     at = np.where(is_reversed, 1 - at[is_kept], at[is_kept])
     return Cuts(side // 4, side % 4, at, slack[is_kept])
 
 
-def _beside_shared(
+def _is_beside_shared_piece(
     edges: OpenEdges, edge: Ints, corner: Ints, at: FloatArray, reach: float
 ) -> Bools:
-    """Whether beside each cut (K,) lies a piece that two edges share."""
-    cut = np.concatenate([edge, np.arange(len(edges.side))])
-    order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), cut))
-    owner = cut[order]
-    # A piece begins at every cut, and at every beginning of an edge.
+    """For each cut (K,), whether a piece beside it is also a piece of another edge."""
+    edge_of_piece = np.concatenate([edge, np.arange(len(edges.side))])
+    order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), edge_of_piece))
+    owner = edge_of_piece[order]
+    # A piece begins at each cut, and at the beginning of each edge.
     start = np.concatenate([at, np.zeros(len(edges.side))])[order]
     begin = np.concatenate([corner, edges.begin])[order]
-    ends = np.append(owner[1:] != owner[:-1], True)
-    stop = np.where(ends, 1.0, np.roll(start, -1))
-    end = np.where(ends, edges.end[owner], np.roll(begin, -1))
+    is_last = np.append(owner[1:] != owner[:-1], True)
+    stop = np.where(is_last, 1.0, np.roll(start, -1))
+    end = np.where(is_last, edges.end[owner], np.roll(begin, -1))
     degree = max(group.points.shape[1] - 1 for group, _, _ in iterate_degrees(edges))
     shares = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
-    back = begin > end
-    places = np.where(
-        back[:, None],
+    is_backward = begin > end
+    parameters = np.where(
+        is_backward[:, None],
         stop[:, None] + (start - stop)[:, None] * shares,
         start[:, None] + (stop - start)[:, None] * shares,
     )
@@ -125,20 +126,23 @@ def _beside_shared(
         row_of_edge[number] = rows
         piece_after = np.flatnonzero(row_of_edge[owner] >= 0)
         for part in row_slices(len(piece_after), 4 * len(shares) * (degree + 1), CHUNK):
-            part_rows = piece_after[part]
-            curve = row_of_edge[owner[part_rows]]
+            piece_rows = piece_after[part]
+            curve = row_of_edge[owner[piece_rows]]
             weights = None if group.weights is None else group.weights[curve]
-            values[part_rows] = points_at(group.points[curve], weights, places[part_rows])
+            values[piece_rows] = evaluate_curves(
+                group.points[curve], weights, parameters[piece_rows]
+            )
+    # Pieces between the same two corners are compared.
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     _, first, pair = np.unique(
         low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
-    far = reach * len(shares) ** 0.5
-    leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), far)
+    distance = reach * len(shares) ** 0.5
+    leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), distance)
     shared = np.bincount(leader, minlength=len(leader))[leader] > 1
-    # The pieces before and after each cut.
-    place = np.empty(len(order), dtype=np.intp)
-    place[order] = np.arange(len(order))
-    piece_after = place[: len(edge)]
+    # The piece after each cut, and the piece before it.
+    piece_number = np.empty(len(order), dtype=np.intp)
+    piece_number[order] = np.arange(len(order))
+    piece_after = piece_number[: len(edge)]
     is_shared: Bools = shared[piece_after] | shared[piece_after - 1]
     return is_shared

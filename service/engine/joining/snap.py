@@ -5,24 +5,25 @@ neighbours, may differ by rounding. Connectivity compares points bit for bit
 (`service.engine.mesh.connectivity`), so such points are made equal before meshing:
 
 - near points on the borders of patches form groups (`near_points`);
-- sides whose points are in the same groups, in one direction or the other, are one edge, and get
-  the points of that side whose net comes first in dictionary order;
-- near weights of equal points become 1 if one of them is 1, as those of polynomial patches are,
-  else the least of them; before, a common factor of each surface is divided out (`common_factors`);
+- two sides are one edge if the points of both, in equal or opposite order, are in the same groups;
+  all sides of an edge get the points of the side whose net comes first in dictionary order;
+- if the weights of equal points are nearly equal, all of them become 1 if one of them is 1 (as in
+  polynomial patches), else the least of them; before the comparison, weights are divided by a
+  common factor of each surface (`common_factors`);
 - sides that are one curve in several degrees get the raised net of the lowest degree
   (`raised_edges`);
-- corners, and sides that are one group, get the first point of their group in
+- corners, and sides whose points are all in one group, get the first point of their group in
   dictionary order;
-- patches of which two opposite sides become one edge become curves (`thin_patches`).
+- a patch becomes a curve if two of its opposite sides become one edge (`thin_patches`).
 
 So positions depend on the nets that meet and not on their order. Borders that are already equal do
 not change.
 
-Bound of the movement of the surface S = Σ b_i P_i, b_i = w_i B_i / Σ w_j B_j. New control points
-move S by at most the largest distance d of an old from a new control point. New weights: if the
-changes of all ln w_i lie in an interval of length h, each b_i changes by a factor between e^−h and
-e^h. With M the middle of the box about the patch and D its diagonal, S − M = Σ b_i (P_i − M)
-changes by at most (e^h − 1) D / 2.
+How far does the surface S = Σ b_i P_i move, with b_i = w_i B_i / Σ w_j B_j? New control points move
+S by at most the largest distance of an old control point from its new place. New weights move S
+too: if the changes of all ln w_i lie in an interval of length h, each b_i changes by a factor
+between e^−h and e^h. Let M be the middle of the box about the patch, and D its diagonal. Then S − M
+= Σ b_i (P_i − M) changes by at most (e^h − 1) D / 2.
 """
 
 from collections.abc import Sequence
@@ -35,7 +36,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.joining.common_factors import find_scales
 from service.engine.joining.near_points import group_near_points, run_starts
-from service.engine.joining.raised_edges import BorderWeights, raise_equal
+from service.engine.joining.raised_edges import BorderWeights, replace_by_raised_nets
 from service.engine.joining.thin_patches import collapse_thin_patches
 from service.engine.mesh.connectivity import EQUAL_WEIGHT
 from service.engine.mesh.edge_patterns import (
@@ -50,10 +51,11 @@ from service.engine.mesh.equal_points import find_weight_tolerance, find_weld_di
 from service.surface.lowered import PatchModel
 
 EQUAL_SCALED = 2.0**-47
-"""Logarithms of weights that were divided by factors count as equal up to this difference."""
+"""The largest difference of the logarithms of two weights that count as equal after both were
+divided by common factors."""
 
 ROUNDED_UP = 1 + 2.0**-40
-"""Factor that makes a computed bound an upper bound in spite of rounding."""
+"""The factor that makes a computed bound an upper bound in spite of rounding."""
 
 
 def snap(model: PatchModel, tolerance: float) -> PatchModel:
@@ -62,8 +64,8 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        Points are near if their distance is at most this share of the diagonal, or a little more
-        (`service.engine.mesh.equal_points.find_weld_distance`).
+        Points are near if their distance is at most this share of the diagonal. (The least distance
+        allows for rounding: `service.engine.mesh.equal_points.find_weld_distance`.)
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]
@@ -72,25 +74,27 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     group = group_near_points(border, distance)
     checkpoint()
     pattern = find_pattern(model.batches, group)
-    points = _equal_nets(pattern, border, group)
-    weights, changed = None, 0.0
+    points = _make_points_equal(pattern, border, group)
+    weights, weight_change = None, 0.0
     if any(batch.weights is not None for batch in model.batches):
         initial = np.concatenate([border_weights(batch) for batch in model.batches])
         near, logs = find_weight_tolerance(model, tolerance), np.log(initial)
-        scale = find_scales(pattern, points, logs, _owners(model, runs), near)
-        weights = BorderWeights(_equal_weights(initial, logs, scale, group, near), scale, near)
+        scale = find_scales(pattern, points, logs, _find_owners(model, runs), near)
+        weights = BorderWeights(_make_weights_equal(initial, logs, scale, group, near), scale, near)
     if not pattern.is_certain:
-        raise_equal(pattern, points, weights, distance)
+        replace_by_raised_nets(pattern, points, weights, distance)
     if weights is not None:
         change = np.log(weights.values / initial)
-        changed = float(change.max(initial=0.0) - change.min(initial=0.0))
+        weight_change = float(change.max(initial=0.0) - change.min(initial=0.0))
     distance_moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
-    distance_moved += expm1(changed) * model.largest_patch / 2
+    distance_moved += expm1(weight_change) * model.largest_patch / 2
     batches, first = list(model.batches), 0
     for number, run in enumerate(runs if distance_moved else ()):
-        run_rows = slice(first, first + len(run))
+        border_rows = slice(first, first + len(run))
         batches[number] = replace_border(
-            batches[number], points[run_rows], None if weights is None else weights.values[run_rows]
+            batches[number],
+            points[border_rows],
+            None if weights is None else weights.values[border_rows],
         )
         first += len(run)
     if pattern.connectivity.has_thin:
@@ -102,8 +106,8 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     return replace(model, batches=tuple(batches), moved=model.moved + distance_moved * ROUNDED_UP)
 
 
-def _equal_nets(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:
-    """Border points (B, 3) that are equal along equal edges, and at equal corners and poles.
+def _make_points_equal(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:
+    """New border points (B, 3): sides of one edge, one corner or one pole get equal points.
 
     `group` (B,) is the number of each point's group of near points.
     """
@@ -144,21 +148,21 @@ def _equal_inner_points(points: FloatArray, border: FloatArray, rows: Ints, edge
     leader[edge] = np.arange(len(edge))
     unequal = np.zeros(len(leader), dtype=bool)
     unequal[edge[(nets != nets[leader[edge]]).any(axis=(1, 2))]] = True
-    chosen = unequal[edge].nonzero()[0]
-    if not len(chosen):
+    is_changed = unequal[edge].nonzero()[0]
+    if not len(is_changed):
         return
-    rows, edge = rows[chosen], edge[chosen]
-    oriented, _, _ = orient_edges(nets[chosen], None)
+    rows, edge = rows[is_changed], edge[is_changed]
+    oriented, _, _ = orient_edges(nets[is_changed], None)
     order = np.lexsort((*oriented.reshape(len(oriented), -1).T[::-1], edge))
     order = order[run_starts(edge[order])]
     leader[edge[order]] = order
     points[rows[:, 1:-1]] = border[rows[leader[edge], 1:-1]]
 
 
-def _owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
+def _find_owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
     """The surface of each border point (B,); surfaces are numbered in the order of their patches.
 
-    Without domains each patch is a surface.
+    In a model without domains, each patch is a surface.
     """
     patches = np.arange(model.patch_count)
     if model.domains:
@@ -168,31 +172,33 @@ def _owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
     return np.repeat(patches, np.repeat(sizes, [batch.count for batch in model.batches]))
 
 
-def _equal_weights(
+def _make_weights_equal(
     weights: FloatArray, logs: FloatArray, scale: FloatArray | None, group: Ints, tolerance: float
 ) -> FloatArray:
-    """Weights (B,), where near weights at points of one group are made equal.
+    """New weights (B,): nearly equal weights at the points of one group become equal.
 
-    A run of weights of which each is near the next one becomes 1 if one of them is 1, as those of
-    polynomial patches are, else the least of them; runs wider than the tolerance stay. Differences
-    of a few roundings stay too, because `seams` ignores them. With a `scale` (B,), weights divided
-    by e^scale are compared. If several are least, the least before the division is taken, so that
-    the order of the patches has no effect.
+    The weights of each group are sorted. In a run, each weight is near the next weight. A run no
+    wider than the tolerance becomes 1 if one of its weights is 1 (as in polynomial patches), else
+    the least of its weights. Differences of a few roundings stay, because `seams` ignores them.
+
+    With a `scale` (B,), weights divided by e^scale are compared. If two of these are equally small,
+    the one with the smaller weight before the division counts as the least, so that the order of
+    the patches has no effect.
     """
     size = logs if scale is None else logs - scale
     order = np.lexsort((logs, size, group))
-    begins = np.ones(len(order), dtype=bool)
-    begins[1:] = (np.diff(group[order]) > 0) | (np.diff(size[order]) > tolerance)
-    starts = np.flatnonzero(begins)
+    is_run_start = np.ones(len(order), dtype=bool)
+    is_run_start[1:] = (np.diff(group[order]) > 0) | (np.diff(size[order]) > tolerance)
+    starts = np.flatnonzero(is_run_start)
     counts = np.diff(starts, append=len(order))
     width = size[order[starts + counts - 1]] - size[order[starts]]
     least = EQUAL_WEIGHT if scale is None else EQUAL_SCALED
-    chosen = np.repeat((width > least) & (width <= tolerance), counts)
-    leads, is_one = starts.copy(), np.flatnonzero(size[order] == 0)
-    leads[np.cumsum(begins)[is_one] - 1] = is_one
-    rows, lead = order[chosen], np.repeat(order[leads], counts)[chosen]
-    equal = weights.copy()
-    equal[rows] = weights[lead]
+    is_changed = np.repeat((width > least) & (width <= tolerance), counts)
+    leaders, is_one = starts.copy(), np.flatnonzero(size[order] == 0)
+    leaders[np.cumsum(is_run_start)[is_one] - 1] = is_one
+    rows, leader = order[is_changed], np.repeat(order[leaders], counts)[is_changed]
+    new_weights = weights.copy()
+    new_weights[rows] = weights[leader]
     if scale is not None:
-        equal[rows] *= np.exp(scale[rows] - scale[lead])
-    return equal
+        new_weights[rows] *= np.exp(scale[rows] - scale[leader])
+    return new_weights

@@ -1,15 +1,16 @@
-"""Replaces patches that are no wider than the distance of equal points by curves.
+"""Replaces thin patches by curves: patches no wider than the distance of points that count as
+equal.
 
-A knot span about as short as that distance lowers to thin patches, and narrow triangles are thin,
-too. Once near points are equal (`service.engine.joining.snap`), the control points of the two long
-sides are equal in pairs: both sides are one edge, and the neighbours across the patch meet there.
-So on each line from side to side all control points and weights become those of one side. Meshes
-omit such a patch (`service.engine.mesh.curve_patches`).
+A knot span about as short as this distance lowers to thin patches. Narrow triangles are thin, too.
+After near points were made equal (`service.engine.joining.snap`), the control points of the two
+long sides are equal in pairs: both sides are one edge, where the two neighbours of the patch meet.
+So on each line of control points from side to side, all control points and weights become those of
+one side. Meshes omit these patches (`service.engine.mesh.curve_patches`).
 
-If a control point moves by at most d, and the changes of all logarithms of weights lie in an
-interval of length h, no point of the patch is further from the curve than d + (e^h − 1) D / 2, with
-D the diagonal of the box about its control points. The proof is that of
-`service.engine.joining.snap`.
+If each control point moves by at most d, and the changes of all logarithms of weights lie in an
+interval of length h, no point of the patch is further from the curve than d + (e^h − 1) D / 2,
+where D is the diagonal of the box about the control points. `service.engine.joining.snap` has the
+proof.
 """
 
 from collections.abc import Sequence
@@ -22,20 +23,20 @@ from service.engine.mesh.curve_patches import find_thin, flatten_nets
 from service.surface.batches import Patches
 
 WIDTH = 2.0
-"""Largest distance of control points from the side, in units of `distance`, and of logarithms of
-weights, in units of `weight_tolerance`. Points of one edge are at most 1 apart. Points between two
-sides of a knot span lie between the sides, up to rounding."""
+"""The largest distance of control points from the side, in units of `distance`, and the largest
+difference of logarithms of weights, in units of `weight_tolerance`. Points of one edge are at most
+1 unit apart, and points between two sides of a knot span lie between the sides, up to rounding."""
 
 
 def collapse_thin_patches(
     batches: Sequence[Patches], connectivity: Connectivity, distance: float, weight_tolerance: float
 ) -> tuple[list[Patches], float]:
-    """The batches with thin patches as curves, and a bound of how far any point moved.
+    """The batches with thin patches as curves, and a bound of the distance that any point moved.
 
     Parameters
     ----------
     connectivity : Connectivity
-        Its sides that are one edge have equal control points, bit for bit.
+        Sides that are one edge in it must have equal control points, bit for bit.
     distance, weight_tolerance : float
         Points, and logarithms of weights, at most this far apart count as equal.
     """

@@ -24,12 +24,15 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
     meshes = list(scene.meshes)
     replaced: dict[int, PlacedModel] = {}
     for cluster in joined.clusters:
-        mesh = scene.meshes[scene.nodes[joined.at[cluster.members[0]]].model]
+        mesh = scene.meshes[scene.nodes[joined.new_numbers[cluster.members[0]]].model]
         for k, number in enumerate(cluster.members):
             placed = joined.originals[number]
             replaced[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
-    nodes = [replaced.get(k) or scene.nodes[at] for k, at in enumerate(joined.at)]
+    nodes = [
+        replaced.get(k) or scene.nodes[new_numbers]
+        for k, new_numbers in enumerate(joined.new_numbers)
+    ]
     used = sorted({node.model for node in nodes})
     place = {old: new for new, old in enumerate(used)}
     return replace(
@@ -49,7 +52,7 @@ def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
     number = np.zeros(len(mesh.positions), dtype=np.uint32)
     number[rows] = np.arange(len(rows))
     uvs = None if mesh.uvs is None else mesh.uvs[rows]
-    if uvs is not None and cluster.swapped[k]:
+    if uvs is not None and cluster.are_uvs_swapped[k]:
         uvs = uvs[:, ::-1]
     prefix = f"{name}/" if len(parts) > 1 else ""
     start = parts[0].triangles[0], parts[0].quads[0]
