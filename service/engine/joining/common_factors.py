@@ -1,5 +1,4 @@
-"""Finds common factors of the weights of surfaces, because homogeneous coordinates have a free
-factor.
+"""Common factors of the weights of surfaces: homogeneous coordinates are equal up to a factor.
 
 Two rational surfaces that meet along a curve may give this curve the weights w and λ w. To compare
 weights point by point, each surface k gets a factor e^(s_k). After division by these factors, the

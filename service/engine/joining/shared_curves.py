@@ -1,5 +1,4 @@
-"""Finds where open edges must be cut, so that pieces of them that are the same curve become one
-edge.
+"""Finds where open edges must be cut, so that equal pieces of them become one edge.
 
 Two borders may be one curve although their edges differ: one surface has a knot where the other
 surface has no knot, or two surfaces meet a third surface along one of its edges. A Bézier curve

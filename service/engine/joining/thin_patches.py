@@ -1,5 +1,4 @@
-"""Replaces thin patches by curves: patches no wider than the distance of points that count as
-equal.
+"""Replaces thin patches by curves: patches no wider than the distance of equal points.
 
 A knot span about as short as this distance lowers to thin patches. Narrow triangles are thin, too.
 After near points were made equal (`service.engine.joining.snap`), the control points of the two

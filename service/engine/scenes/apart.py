@@ -29,10 +29,7 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
             placed = joined.originals[number]
             replaced[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
-    nodes = [
-        replaced.get(k) or scene.nodes[new_numbers]
-        for k, new_numbers in enumerate(joined.new_numbers)
-    ]
+    nodes = [replaced.get(k) or scene.nodes[number] for k, number in enumerate(joined.new_numbers)]
     used = sorted({node.model for node in nodes})
     place = {old: new for new, old in enumerate(used)}
     return replace(
