@@ -50,7 +50,7 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
 
 
 def _find_groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
-    """For each point (N,), the first point of its group, and whether to search with less `reach`."""
+    """For each point (N,), the first point of its group, and whether a finer search may help."""
     group = _separate_by_gaps(points, reach)
     order = np.argsort(group, kind="stable")
     starts = run_starts(group[order])
