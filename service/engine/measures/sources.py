@@ -148,8 +148,8 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
 def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
-    clusters = {joined.at[cluster.members[0]]: cluster for cluster in joined.clusters}
-    single_members = {at: n for n, at in enumerate(joined.at) if at not in clusters}
+    clusters = {joined.new_numbers[cluster.members[0]]: cluster for cluster in joined.clusters}
+    single_members = {m: n for n, m in enumerate(joined.new_numbers) if m not in clusters}
     part, pieces, first = [], [], 0
     noise = moved = 0.0
     for number, member in enumerate(joined.group.members):
