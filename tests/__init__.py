@@ -1,2 +1,2 @@
-"""Tests, in the folders of the modules that they test; `oracles` has slow, independent
-computations."""
+"""Tests. The folders mirror those of `service/`; `oracles` has slow, independent computations, with
+which tests compare results."""

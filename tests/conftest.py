@@ -1,4 +1,7 @@
-"""Fixtures for all tests: a service on a port of its own; and the rules of a test run."""
+"""Fixtures for all tests, for example the URL of a running service; and hooks of pytest.
+
+The hooks choose which process runs which test, and make skipped tests fail in `.ci/run`.
+"""
 
 import os
 from collections.abc import Generator, Iterator
@@ -14,8 +17,8 @@ Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 # No test uses TLS, but each client of httpx would read all certificates of the system.
 os.environ["SSL_CERT_DIR"] = os.path.dirname(__file__)
 
-# The same few examples in every run; a slow example is not a failure.
-# `make test-properties` uses many more, random examples.
+# Every run tests each property on the same six examples, and no example is too slow.
+# `make test-properties` uses 300 random examples.
 hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=6)
 hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)
 hypothesis.settings.load_profile("surface")
@@ -23,8 +26,8 @@ hypothesis.settings.load_profile("surface")
 
 @pytest.fixture(scope="session")
 def server() -> Iterator[str]:
-    """URL of the running service, for the length of the test run."""
-    # Imported here, because the process that distributes the tests does not need it.
+    """The URL of one service that runs until the last test of this process ends."""
+    # The process that only distributes the tests calls no fixture, so it need not import FastAPI.
     from tests.live import run_service  # noqa: PLC0415
 
     with run_service() as url:
@@ -44,7 +47,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Schedulin
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One more process than processors, because tests wait for browsers and servers."""
+    """The number of test processes: one more than processors, because tests wait for browsers and
+    servers."""
     return len(os.sched_getaffinity(0)) + 1
 
 
@@ -59,9 +63,12 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
 
 
 def _fail_skipped(report: Report) -> Report:
-    """With TESTS_REQUIRE_TOOLS=1 a skipped test is a failed one."""
-    expected = hasattr(report, "wasxfail")
-    if report.skipped and not expected and os.environ.get("TESTS_REQUIRE_TOOLS") == "1":
+    """The report; with TESTS_REQUIRE_TOOLS=1 that of a skipped test becomes that of a failed test.
+
+    pytest also reports a test marked `xfail` as skipped; its report stays.
+    """
+    is_expected_failure = hasattr(report, "wasxfail")
+    if report.skipped and not is_expected_failure and os.environ.get("TESTS_REQUIRE_TOOLS") == "1":
         report.outcome = "failed"
-        report.longrepr = f"skipped where nothing may be skipped: {report.longrepr}"
+        report.longrepr = f"skipped, but TESTS_REQUIRE_TOOLS=1 forbids it: {report.longrepr}"
     return report

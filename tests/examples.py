@@ -6,7 +6,7 @@ from service.surface.lowered import PatchModel
 
 
 def lower_patches(source: str | Surface) -> PatchModel:
-    """The Bézier patches of an example, or of a surface that lowers to patches."""
+    """The Bézier patches of a surface, or of the built-in example of that name."""
     surface = find(source).surface() if isinstance(source, str) else source
     model = surface.lower()
     assert isinstance(model, PatchModel)

@@ -1,4 +1,7 @@
-"""Small surfaces in every form of a request, with all channels that the form can have."""
+"""Small surfaces of every kind, with and without channels; and whole requests for meshes of them.
+
+Tests use these as parameters, so that each test runs on every kind and every group of options.
+"""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -123,7 +126,7 @@ SURFACES: Mapping[str, Json] = MappingProxyType(
         },
     }
 )
-"""The surfaces by their titles."""
+"""JSON definitions of surfaces, by a title that tests show."""
 
 WIRES: Mapping[str, Json] = MappingProxyType(
     {
@@ -139,7 +142,7 @@ WIRES: Mapping[str, Json] = MappingProxyType(
         for faces in ("triangles", "none")
     }
 )
-"""Wireframes, as whole requests."""
+"""Whole requests for wireframes, by a title."""
 
 ADAPTIVE: Mapping[str, Json] = MappingProxyType(
     {
@@ -160,15 +163,21 @@ ADAPTIVE: Mapping[str, Json] = MappingProxyType(
     | {
         "group by tolerance": {
             "surface": SURFACES["group"]
-            | {"members": [m for m in SURFACES["group"]["members"] if m["surface"] is not TUBE]},
+            | {
+                "members": [
+                    member
+                    for member in SURFACES["group"]["members"]
+                    if member["surface"] is not TUBE
+                ]
+            },
             "tolerance": 0.05,
             "two_sided": True,
         }
     }
 )
-"""Meshes by tolerance, as whole requests."""
+"""Whole requests for meshes by tolerance, by a title."""
 
-CURVED: Mapping[str, Json] = MappingProxyType(
+WITH_CURVATURES: Mapping[str, Json] = MappingProxyType(
     {
         f"{name} with curvatures": request | {"curvatures": True}
         for name, request in (
@@ -178,15 +187,15 @@ CURVED: Mapping[str, Json] = MappingProxyType(
         )
     }
 )
-"""Meshes that carry curvatures, as whole requests."""
+"""Whole requests for meshes with curvatures, by a title."""
 
 REQUESTS: Mapping[str, Json] = MappingProxyType(
     {name: {"surface": surface, "resolution": [3, 4]} for name, surface in SURFACES.items()}
     | {name: request | {"resolution": 3} for name, request in WIRES.items()}
     | dict(ADAPTIVE)
-    | dict(CURVED)
+    | dict(WITH_CURVATURES)
 )
-"""A request for each."""
+"""All whole requests: each surface by resolution, and the three tables above."""
 
 CURVES: Mapping[str, Json] = MappingProxyType(
     {
@@ -199,3 +208,4 @@ CURVES: Mapping[str, Json] = MappingProxyType(
         },
     }
 )
+"""JSON definitions of curves, by a title."""

@@ -1,4 +1,4 @@
-"""Runs the service by uvicorn, or another server, on a free port of this machine."""
+"""Runs the service under uvicorn, or a small HTTP server, in a thread and on a free port."""
 
 import threading
 import time
@@ -15,22 +15,22 @@ from service.settings.values import Settings
 
 @contextmanager
 def run_service(
-    settings: Settings | None = None, around: Callable[[ASGIApp], ASGIApp] = lambda app: app
+    settings: Settings | None = None, wrap: Callable[[ASGIApp], ASGIApp] = lambda app: app
 ) -> Iterator[str]:
-    """URL of a service that runs in a thread of this process, until the block ends.
+    """The URL of a service that runs in a thread of this process until the block ends.
 
-    Its surfaces are kept in memory unless the settings say otherwise. The wrapper of the
-    application gets every request that reaches the server.
+    By default the service keeps its surfaces in memory. `wrap` returns the application that gets
+    the requests: for example one that counts requests, and then calls the service.
     """
     settings = settings or Settings()
-    app = around(create_app(settings))
+    app = wrap(create_app(settings))
     server = make_server(app, settings, host="127.0.0.1", port=0)
     thread = threading.Thread(target=server.run, name="service")
     thread.start()
     try:
         while not server.started:
             if not thread.is_alive():
-                raise RuntimeError("the service did not start; the error stands above")
+                raise RuntimeError("the service did not start; see the error printed above")
             time.sleep(0.01)
         yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
     finally:
@@ -40,9 +40,9 @@ def run_service(
 
 @contextmanager
 def serve(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
-    """The URL of a server with this handler, on a free port of this machine."""
+    """The URL of an HTTP server with this handler, which runs until the block ends."""
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as httpd:
-        thread = threading.Thread(target=httpd.serve_forever, name="served")
+        thread = threading.Thread(target=httpd.serve_forever, name="server")
         thread.start()
         try:
             yield f"http://127.0.0.1:{httpd.server_port}"

@@ -1,7 +1,8 @@
-"""Distributes tests to processes: a module to one process, and all tests in the browser to one.
+"""Distributes tests to processes: all tests of a module, and all tests in `tests/web`, run in one.
 
-A process closes its browser after the browser's tests. If it got one module of these now and
-another later, it would start the browser again, which takes longer than the tests.
+A process closes its browser after the last of its current tests that use the browser. If a process
+got one module of `tests/web` now and another later, it would start the browser twice, and a start
+takes longer than the tests.
 """
 
 import pytest
@@ -11,12 +12,12 @@ BROWSER = "tests/web"
 
 
 class Scheduling(LoadScopeScheduling):  # type: ignore[misc]
-    """Distributes by modules; all tests in the browser count as one module."""
+    """Distributes tests by modules; all tests in `tests/web` count as one module."""
 
     def _split_scope(self, nodeid: str) -> str:
         return BROWSER if nodeid.startswith(f"{BROWSER}/") else str(super()._split_scope(nodeid))
 
 
 def choose_scheduling(config: pytest.Config, log: object) -> Scheduling | None:
-    """Replaces xdist's own scheduling by modules."""
+    """The scheduling for the option `--dist loadscope`; None, xdist's own, for other options."""
     return Scheduling(config, log) if config.getoption("dist") == "loadscope" else None

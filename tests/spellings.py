@@ -1,7 +1,7 @@
-"""Random spellings of one surface.
+"""Random JSON texts that all define the same surface.
 
-A seeded generator changes the order of keys, the blanks and the spelling of numbers and strings,
-and writes or leaves out defaults.
+The texts differ in the order of keys, in blanks, in the spelling of numbers and strings, and in
+which defaults are written. A seeded generator makes the choices, so tests can repeat them.
 """
 
 from collections.abc import Mapping
@@ -13,10 +13,10 @@ from typing import Any
 from tests.forms import Json
 
 WHOLE_NUMBERS = frozenset({"patches", "triangles", "parts", "degree", "sides"})
-"""Fields of whole numbers, which have one spelling: 1.0 is not an index."""
+"""Fields of whole numbers: each number has only one spelling, because the service refuses 1.0."""
 
 NAMES: Mapping[str, str] = {"tube": "tube", "ribbon": "ribbon", "group": "group"}
-"""Default names of surfaces; other kinds are called `surface`."""
+"""Default names of surfaces by kind; for all other kinds the default is `surface`."""
 
 DEFAULTS: Mapping[str, Json] = {
     "bezier": {"type": "bezier", "attributes": {}},
@@ -28,71 +28,73 @@ DEFAULTS: Mapping[str, Json] = {
     "ribbon": {"facing": [0, 0, 1]},
     "group": {},
 }
-"""Defaults of each kind of surface, without its name and its axis."""
+"""Default values of fields by kind of surface, except `name` and `up`."""
 
-EYE = [[float(i == j) for j in range(4)] for i in range(4)]
+IDENTITY = [[float(i == j) for j in range(4)] for i in range(4)]
 
 
 def spell_surface(surface: Json, random: Random) -> str:
-    """One of the JSON texts of this surface."""
+    """A random JSON text that defines this surface."""
     return _spell_value(_spell_definition(surface, random), random, whole=False)
 
 
 def _spell_definition(content: Json, random: Random) -> Json:
-    """The definition, with or without each of its defaults."""
+    """An equal definition: each default is written or left out, and lists may become one value."""
     kind = content.get("type", "bezier")
     defaults = {"up": "y", "name": NAMES.get(kind, "surface")} | DEFAULTS[kind]
     if "camera" in content:
         del defaults["facing"]
-    spelled = _spell_defaults(content, defaults, random)
-    for key in {"degree", "knots"} & spelled.keys():
-        spelled[key] = _spell_directions(spelled[key], random)
-    for key in {"radius", "width"} & spelled.keys():
-        if not isinstance(spelled[key], list) and random.random() < 0.5:
-            spelled[key] = [spelled[key]]
-    if "curve" in spelled:
-        spelled["curve"] = _spell_curve(spelled["curve"], random)
-    if "surfaces" in spelled:
-        spelled["surfaces"] = [_spell_definition(single, random) for single in spelled["surfaces"]]
-    if "members" in spelled:
-        spelled["members"] = [_spell_member(member, random) for member in spelled["members"]]
-    return spelled
+    spelling = _spell_defaults(content, defaults, random)
+    for key in {"degree", "knots"} & spelling.keys():
+        spelling[key] = _spell_directions(spelling[key], random)
+    for key in {"radius", "width"} & spelling.keys():
+        if not isinstance(spelling[key], list) and random.random() < 0.5:
+            spelling[key] = [spelling[key]]
+    if "curve" in spelling:
+        spelling["curve"] = _spell_curve(spelling["curve"], random)
+    if "surfaces" in spelling:
+        spelling["surfaces"] = [
+            _spell_definition(single, random) for single in spelling["surfaces"]
+        ]
+    if "members" in spelling:
+        spelling["members"] = [_spell_member(member, random) for member in spelling["members"]]
+    return spelling
 
 
 def _spell_directions(value: Any, random: Random) -> Any:
     """A value for u and one for v, as a list of two, or as one value if they are equal."""
-    one, other = value if isinstance(value, list) else (value, value)
-    return one if one == other and random.random() < 0.5 else [one, other]
+    for_u, for_v = value if isinstance(value, list) else (value, value)
+    return for_u if for_u == for_v and random.random() < 0.5 else [for_u, for_v]
 
 
 def _spell_curve(content: Json, random: Random) -> Json:
     defaults: Json = {"type": "bezier"}
     if content.get("type") == "bspline":
         defaults = {"degree": 3, "knots": "clamped"}
-    spelled = _spell_defaults(content, defaults, random)
-    # Its own name and axis are not read.
-    others = {"name": random.choice(["curve", "a curve", "é"]), "up": random.choice("yz")}
-    return spelled | {key: value for key, value in others.items() if random.random() < 0.3}
+    spelling = _spell_defaults(content, defaults, random)
+    # The service ignores the name and the up axis of a curve that is swept.
+    ignored = {"name": random.choice(["curve", "a curve", "é"]), "up": random.choice("yz")}
+    return spelling | {key: value for key, value in ignored.items() if random.random() < 0.3}
 
 
 def _spell_member(content: Json, random: Random) -> Json:
     kind = content["surface"].get("type", "bezier")
-    named = content["surface"].get("name", NAMES.get(kind, "surface"))
-    spelled = _spell_defaults(content, {"name": named, "matrix": EYE}, random)
-    if len(spelled.get("color", ())) == 3 and random.random() < 0.5:
-        spelled["color"] = [*spelled["color"], 1]
-    return spelled | {"surface": _spell_definition(spelled["surface"], random)}
+    default_name = content["surface"].get("name", NAMES.get(kind, "surface"))
+    spelling = _spell_defaults(content, {"name": default_name, "matrix": IDENTITY}, random)
+    if len(spelling.get("color", ())) == 3 and random.random() < 0.5:
+        spelling["color"] = [*spelling["color"], 1]
+    return spelling | {"surface": _spell_definition(spelling["surface"], random)}
 
 
 def _spell_defaults(content: Json, defaults: Json, random: Random) -> Json:
-    """Each field with its default is written or left out."""
-    text = {key: value for key, value in content.items() if value != defaults.get(key)}
-    unsaid = {key: value for key, value in defaults.items() if content.get(key, value) == value}
-    return text | {key: value for key, value in unsaid.items() if random.random() < 0.5}
+    """An equal definition: each field that has its default value is written or left out."""
+    others = {key: value for key, value in content.items() if value != defaults.get(key)}
+    optional = {key: value for key, value in defaults.items() if content.get(key, value) == value}
+    return others | {key: value for key, value in optional.items() if random.random() < 0.5}
 
 
 def _spell_value(value: Any, random: Random, *, whole: bool) -> str:
-    """A random JSON text of a value."""
+    """A random JSON text of a value; with `whole`, its numbers are integers."""
     blank = random.choice(("", "", "", " ", "\n\t ")) if random.random() < 0.2 else ""
     if isinstance(value, dict):
         keys = random.sample(list(value), len(value))
@@ -116,14 +118,14 @@ def _spell_value(value: Any, random: Random, *, whole: bool) -> str:
 
 @lru_cache(maxsize=4096)
 def spell_number(number: float) -> tuple[str, ...]:
-    """Ways to write a number, all of exactly this value."""
+    """Numerals of JSON for exactly this number."""
     if number == 0:
         return ("0", "-0", "0.0", "-0.0", "0e0", "-0e5", "0.000E-3")
     sign, digits, exponent = Decimal(repr(number)).as_tuple()
     assert isinstance(exponent, int)
     text = ("-" if sign else "") + "".join(map(str, digits))
     plain = f"{Decimal(repr(number)):f}"
-    result = [
+    numerals = [
         repr(number),
         plain,
         f"{text}e{exponent}",
@@ -133,16 +135,20 @@ def spell_number(number: float) -> tuple[str, ...]:
         f"{Decimal(repr(number)):e}",
     ]
     if number == int(number):
-        result += [str(int(number)), str(int(number)) + "e0", str(int(number)) + "0e-1"]
-    assert all(float(numeral) == number for numeral in result)
-    return tuple(result)
+        numerals += [str(int(number)), str(int(number)) + "e0", str(int(number)) + "0e-1"]
+    assert all(float(numeral) == number for numeral in numerals)
+    return tuple(numerals)
 
 
 def _spell_string(text: str, random: Random) -> str:
-    """A string with some of its characters escaped; it has no characters that must be escaped."""
+    """A JSON text of a string; in one of ten, about half of the characters are escaped.
+
+    The string must have no characters that JSON requires to escape.
+    """
     if random.random() < 0.9:
         return f'"{text}"'
-    return '"' + "".join(_escape_character(c) if random.random() < 0.5 else c for c in text) + '"'
+    characters = (_escape_character(each) if random.random() < 0.5 else each for each in text)
+    return f'"{"".join(characters)}"'
 
 
 def _escape_character(character: str) -> str:

@@ -1,6 +1,7 @@
 """Hypothesis strategies for knot vectors and for splines over them.
 
-Knots are multiples of 1/16, so reversed knots, 3 − U, are exact too.
+Knots are multiples of 1/16, so sums and differences of knots are exact too, for example in a
+reversed knot vector.
 """
 
 from itertools import accumulate
@@ -29,20 +30,23 @@ class KnotVector(NamedTuple):
 def knot_vectors(
     draw: st.DrawFn,
     degree: st.SearchStrategy[int] | None = None,
-    parted: bool = False,
+    discontinuous: bool = False,
     max_spans: int = 5,
 ) -> KnotVector:
-    """Knots of any domain, clamped at both ends, at one or at none; each inner knot up to p times.
+    """Knot vectors of any domain, clamped at both ends, at one or at none.
 
-    With `parted` some occur p + 1 times, where the curve is discontinuous.
+    Each inner knot occurs at most p times. With `discontinuous` some occur p + 1 times, where the
+    curve may jump.
     """
     p = draw(st.integers(1, 5) if degree is None else degree)
     spans = draw(st.integers(1, max_spans))
     step = st.integers(1, 40)
     steps = draw(st.lists(step, min_size=spans, max_size=spans))
     breaks = list(accumulate(steps, initial=draw(st.integers(-50, 50))))
-    most = p + 1 if parted else p
-    inner = [x for b in breaks[1:-1] for x in [b] * draw(st.integers(1, most))]
+    max_multiplicity = p + 1 if discontinuous else p
+    inner: list[int] = []
+    for knot in breaks[1:-1]:
+        inner += [knot] * draw(st.integers(1, max_multiplicity))
     gap = st.integers(0, 20)
     before = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
     after = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
@@ -52,10 +56,10 @@ def knot_vectors(
 
 
 def random_points(count: int, seed: int, *shape: int) -> Array:
-    """Random control points (count, …, 3)."""
+    """Random control points, shape (count, *shape, 3)."""
     return np.random.default_rng(seed).uniform(-4, 4, (count, *shape, 3))
 
 
 def random_weights(count: int, seed: int, *shape: int) -> Array:
-    """Weights in [0.2, 5]."""
+    """Random weights in [0.2, 5], shape (count, *shape)."""
     return np.random.default_rng(seed).uniform(0.2, 5, (count, *shape))

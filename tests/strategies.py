@@ -1,7 +1,7 @@
 """Hypothesis strategies for control nets, weights and models of several patches.
 
-Coordinates are small multiples of 1/16, so that halving a net and subtracting its points are exact
-in floating point and equalities can be tested as equalities.
+Coordinates are small multiples of 1/16. So halving a net and subtracting its points are exact in
+floating point, and tests can compare results with `==`.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ from tests.oracles.exact import split
 Array = NDArray[np.float64]
 
 GRAIN = 16
-"""Coordinates are multiples of 1 / this number."""
+"""Coordinates are multiples of 1/GRAIN."""
 
 ROTATIONS = (0, 3, 5, 6)
 """The symmetries of the parameter square that keep its orientation; see `apply_symmetry`."""
@@ -61,14 +61,14 @@ def weights_like(net: Array) -> st.SearchStrategy[Array]:
 def weighted_nets(
     draw: st.DrawFn, base: st.SearchStrategy[Array] | None = None
 ) -> tuple[Array, Array | None]:
-    """A net with weights or, as often, without."""
+    """A net and its weights, or None in half of the examples."""
     net = draw(nets() if base is None else base)
     return net, draw(st.none() | weights_like(net))
 
 
 @st.composite
 def degenerate_nets(draw: st.DrawFn) -> Array:
-    """Nets with collapsed edges, repeated rows, everything on a line or in a point."""
+    """Nets with one to three of FAULTS, for example a collapsed edge or all points on a line."""
     net = draw(nets(degree=st.integers(1, 4))).copy()
     for fault in draw(st.lists(st.sampled_from(FAULTS), min_size=1, max_size=3)):
         net = fault(net)
@@ -135,9 +135,9 @@ def apply_symmetry(net: Array, symmetry: int) -> Array:
 
 
 def translate(net: Array, x: float, y: float = 0.0, z: float = 0.0) -> Array:
-    """The net in another place."""
-    there: Array = net + np.array([x, y, z])
-    return there
+    """The net, moved by (x, y, z)."""
+    moved: Array = net + np.array([x, y, z])
+    return moved
 
 
 def split_quarters(net: Array) -> list[Array]:
@@ -149,23 +149,24 @@ def split_quarters(net: Array) -> list[Array]:
 def build_model(
     patches: Iterable[Array], weights: Iterable[Array] | None = None, name: str = "model"
 ) -> PatchModel:
-    """A model of patches of any degrees; neighbours of one degree in the list share a batch.
+    """A model of patches of any degrees, given by their control nets (p+1, q+1, 3).
 
-    As in every surface, −0 is 0.
+    Consecutive patches of the same degrees share a batch. As in every surface, −0.0 becomes 0.0.
     """
-    nets_ = [np.array(net, dtype=np.float64) + 0.0 for net in patches]
-    ws = None if weights is None else [np.array(w, dtype=np.float64) for w in weights]
+    points = [np.array(net, dtype=np.float64) + 0.0 for net in patches]
+    weight_nets = None if weights is None else [np.array(w, dtype=np.float64) for w in weights]
     batches: list[TensorPatches] = []
     first = 0
-    for last in range(1, len(nets_) + 1):
-        if last == len(nets_) or nets_[last].shape != nets_[first].shape:
+    for end in range(1, len(points) + 1):
+        if end == len(points) or points[end].shape != points[first].shape:
             batches.append(
                 TensorPatches(
-                    np.stack(nets_[first:last]), None if ws is None else np.stack(ws[first:last])
+                    np.stack(points[first:end]),
+                    None if weight_nets is None else np.stack(weight_nets[first:end]),
                 )
             )
-            first = last
-    return PatchModel(name, tuple(batches), (Part(name, 0, len(nets_)),))
+            first = end
+    return PatchModel(name, tuple(batches), (Part(name, 0, len(points)),))
 
 
 @st.composite
@@ -180,26 +181,28 @@ def triangle_nets(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) -> 
 def triangle_heights(draw: st.DrawFn, degree: st.SearchStrategy[int] = degrees) -> Array:
     """A triangular net over a regular grid in x and y: s along x, t along y, normals upwards."""
     n = draw(degree)
-    places = np.array([(j, k) for _, j, k in triangles.keys(n)], dtype=float)
-    heights = draw(arrays.arrays(np.float64, len(places), elements=_multiples(4)))
-    return np.concatenate([places, heights[:, None]], axis=1)
+    grid = np.array([(j, k) for _, j, k in triangles.keys(n)], dtype=float)
+    heights = draw(arrays.arrays(np.float64, len(grid), elements=_multiples(4)))
+    return np.concatenate([grid, heights[:, None]], axis=1)
 
 
 def build_mixed_model(
     nets_: Sequence[Array], weights: Sequence[Array] | None = None, name: str = "model"
 ) -> PatchModel:
-    """A model of grids (p+1, q+1, 3) and triangles (K, 3), a batch each."""
+    """A model of tensor-product nets (p+1, q+1, 3) and triangular nets (K, 3), a batch for each."""
     batches: list[Patches] = []
     for number, net in enumerate(nets_):
         points = np.array(net, dtype=np.float64)[None] + 0.0
-        ws = None if weights is None else np.array(weights[number], dtype=np.float64)[None]
+        batch_weights = (
+            None if weights is None else np.array(weights[number], dtype=np.float64)[None]
+        )
         kind = TrianglePatches if net.ndim == 2 else TensorPatches
-        batches.append(kind(points, ws))
+        batches.append(kind(points, batch_weights))
     return PatchModel(name, tuple(batches), (Part(name, 0, len(batches)),))
 
 
 def lower_example(name: str) -> TensorPatches:
-    """The patches of an example that is one batch of grids."""
+    """The patches of a built-in example that lowers to one batch of tensor-product patches."""
     (batch,) = lower_patches(name).batches
     assert isinstance(batch, TensorPatches)
     return batch
@@ -218,8 +221,11 @@ def split_models(draw: st.DrawFn, oriented: bool = True) -> tuple[Array, list[Ar
 
 
 def build_cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
-    """Six bilinear patches on the faces of the unit cube, normals outward, each in a random
-    orientation."""
+    """Six bilinear patches on the faces of the unit cube.
+
+    Their normals point outwards, unless `symmetry`, one number for each face, reverses them (see
+    `apply_symmetry`).
+    """
     square = np.array([[[0, 0, 1], [0, 1, 1]], [[1, 0, 1], [1, 1, 1]]], dtype=float)
     faces: list[Any] = []
     for axis in range(3):
@@ -233,7 +239,7 @@ def build_cube(symmetry: Sequence[int] = (0,) * 6) -> list[Array]:
 
 @st.composite
 def placements(draw: st.DrawFn) -> Array:
-    """Affine matrices that do not flatten: random turns, stretches, shears and mirror images."""
+    """Invertible affine matrices (4, 4): random rotations, scalings, shears and mirror images."""
     entries = arrays.arrays(np.float64, (3, 3), elements=_multiples(2))
     linear = draw(entries.filter(lambda m: abs(np.linalg.det(m)) > 0.25))
     matrix = np.eye(4)

@@ -1,4 +1,4 @@
-"""docs/access.md: its commands work, its program signs as the service does, its tables are true."""
+"""docs/access.md agrees with the service: its commands, its program that signs, its tables."""
 
 import json
 import os
@@ -51,7 +51,7 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
         "SURFACE_SIGNING_KEYS": SECRET,
     }
     script = f'surface() {{ {sys.executable} -m service "$@"; }}\n' + "\n".join(read_blocks("sh"))
-    done = subprocess.run(
+    process = subprocess.run(
         [find_program("bash"), "-euc", script.replace(SERVED_AT, server)],
         cwd=tmp_path,
         env=environment,
@@ -59,54 +59,57 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
         text=True,
         check=True,
     )
-    key, line, *rest = done.stdout.splitlines()
-    # The output is as on the page, except for the digits.
-    forms = [shown.rstrip("…")[:-4] for shown in read_blocks("text")[0].splitlines()]
-    assert [printed[: len(form)] for printed, form in zip((key, line), forms, strict=True)] == forms
+    key, entry, *rest = process.stdout.splitlines()
+    # The page shows the first digits of a random key and of its hash; only the text before these
+    # digits must be equal.
+    beginnings = [shown.rstrip("…")[:-4] for shown in read_blocks("text")[0].splitlines()]
+    for printed, beginning in zip((key, entry), beginnings, strict=True):
+        assert printed.startswith(beginning)
     assert {file.name for file in tmp_path.iterdir()} == {"patch.glb", "saddle.glb"}
     for file in tmp_path.iterdir():
         assert file.read_bytes().startswith(b"glTF")
-    answer, _, printed = "".join(rest).partition("}")
-    for address in (json.loads(answer + "}")["url"], printed):
-        assert address.startswith("/v1/surfaces/utah-teapot/mesh.glb?resolution=16&expires=")
-        assert httpx.get(server + address).status_code == 200
-    assert httpx.get(server + printed.partition("&expires")[0]).status_code == 401
+    # The service returns a signed URL as JSON; then the command line prints one.
+    response, _, printed_url = "".join(rest).partition("}")
+    for url in (json.loads(response + "}")["url"], printed_url):
+        assert url.startswith("/v1/surfaces/utah-teapot/mesh.glb?resolution=16&expires=")
+        assert httpx.get(server + url).status_code == 200
+    assert httpx.get(server + printed_url.partition("&expires")[0]).status_code == 401
 
 
 def test_the_program_signs_as_the_service_does() -> None:
     (source,) = read_blocks("python")
     names: dict[str, object] = {}
     exec(compile(source, "docs/access.md", "exec"), names)
-    signed = names["signed"]
-    assert callable(signed)
+    sign_url = names["signed"]
+    assert callable(sign_url)
     path, expires = "/v1/surfaces/saddle/mesh.glb", int(time.time()) + 60
     for query in ("", "resolution=8,16&uvs=true", "overlays=boundary%2Ccontrol_net&faces=none"):
-        address = signed(SECRET, path, query, expires)
-        assert address == f"{path}?{Signer([SECRET]).sign(path, query, expires)}"
+        url = sign_url(SECRET, path, query, expires)
+        assert url == f"{path}?{Signer([SECRET]).sign(path, query, expires)}"
 
 
-def test_the_codes_are_those_of_the_service() -> None:
+def test_the_codes_and_statuses_of_errors_are_those_of_the_service() -> None:
     rows = re.findall(r"^\| `(\w+)` \| (\d+) \|", PAGE, re.M)
     codes = {(problem.code, str(problem.status)) for problem in PROBLEMS.values()}
     assert len(rows) == 5
     assert set(rows) <= codes
 
 
-def test_the_first_table_is_that_of_the_rules() -> None:
-    keys, private = Policy(Settings(api_keys=("a",))), Policy(SETTINGS)
+def test_the_table_of_calls_agrees_with_the_policy() -> None:
+    policy_with_keys, private_policy = Policy(Settings(api_keys=("a",))), Policy(SETTINGS)
     words = {"nothing": "open", "key": "a key", "key or signature": "a key, or a signed URL"}
     rows = re.findall(r"^\| (.*`(?:POST|GET /|/).*) \| (.*?) \| (.*?) \|$", PAGE, re.M)
     rows = [row for row in rows if "as `SURFACE_METRICS` says" not in row[1]]
-    for calls, with_keys, with_private in rows:
+    for calls, need_with_keys, need_if_private in rows:
         paths = re.findall(r"`(?:GET )?(/[^`]*)`", calls)
         requests = [("GET", path) for path in paths] or [("POST", "/v1/x"), ("DELETE", "/v1/x")]
         for method, path in requests:
-            assert words[keys.need(method, path)] == with_keys, path
-            assert words[private.need(method, path)] == with_private, path
+            assert words[policy_with_keys.need(method, path)] == need_with_keys, path
+            assert words[private_policy.need(method, path)] == need_if_private, path
     assert len(rows) == 4
 
 
-def test_the_headers_of_rates_are_as_shown(server: str) -> None:
+def test_the_rate_limit_headers_have_the_form_that_the_page_shows(server: str) -> None:
     shown = dict(re.findall(r"^\| `(RateLimit[\w-]*): (.*?)`", PAGE, re.M))
     headers = httpx.get(f"{server}/v1/formats").headers
     assert headers["ratelimit-policy"] == shown["RateLimit-Policy"]

@@ -1,4 +1,4 @@
-"""Cancellation of work."""
+"""Work that calls `checkpoint` ends when its caller cancels it, or when its time is over."""
 
 import time
 
@@ -29,7 +29,7 @@ def test_work_ends_when_its_time_is_over() -> None:
         checkpoint()
 
 
-def test_cancellation_comes_before_the_deadline() -> None:
+def test_cancelled_work_after_its_deadline_raises_cancelled() -> None:
     cancellation = Cancellation(deadline=0.0)
     cancellation.cancel()
     with pytest.raises(Cancelled):

@@ -17,11 +17,11 @@ DOCS = Path(__file__).parents[1] / "docs"
 METHODS = (DOCS / "methods.md").read_text(encoding="utf-8")
 
 
-def test_the_page_of_the_examples_lists_them_all() -> None:
+def test_the_page_of_examples_lists_all_examples() -> None:
     assert (DOCS / "examples.md").read_text(encoding="utf-8") == listing()
 
 
-def test_there_is_one_picture_for_each_example() -> None:
+def test_each_example_has_one_picture() -> None:
     for folder, names in (("examples", EXAMPLES), ("curves", REQUESTS["createCurve"])):
         pictures = [path.read_bytes()[:4] for path in (DOCS / folder).iterdir()]
         assert pictures == [b"\x89PNG"] * len(names)
@@ -29,14 +29,12 @@ def test_there_is_one_picture_for_each_example() -> None:
 
 
 def test_every_method_has_a_section() -> None:
-    first = METHODS.split("\n## ")[0]
-    assert [row.split("`")[1] for row in first.splitlines() if row.startswith("| `")] == [
-        "method",
-        *get_args(Method),
-    ]
+    introduction = METHODS.split("\n## ")[0]
+    rows = [line for line in introduction.splitlines() if line.startswith("| `")]
+    assert [row.split("`")[1] for row in rows] == ["method", *get_args(Method)]
 
 
-def test_limits_are_those_of_the_code() -> None:
+def test_limits_of_methods_are_those_of_the_code() -> None:
     single, double = MAX_DEGREE[np.float32], MAX_DEGREE[np.float64]
     assert f"Beyond degree {single} there, and beyond degree {double}" in " ".join(METHODS.split())
     assert Limits().max_multiplications == 5 * 10**9

@@ -29,17 +29,19 @@ def test_modules_are_short_and_have_a_docstring() -> None:
     for module in MODULES:
         text = module.read_text(encoding="utf-8")
         assert len(text.splitlines()) <= MAX_LINES, f"{to_relative(module)} is too long"
-        opens = re.match(r'\s*r?"""\S', text)
-        assert opens or not text.strip(), f"{to_relative(module)} does not say what it is for"
+        has_docstring = re.match(r'\s*r?"""\S', text)
+        assert has_docstring or not text.strip(), f"{to_relative(module)} has no docstring"
 
 
-def test_modules_that_are_spoken_of_exist() -> None:
-    """Names in backticks, of modules or of what stands in one."""
+def test_modules_that_docstrings_name_exist() -> None:
+    """A name in backticks is that of a module, of a package, or of a member of a module."""
     for module in MODULES:
         for name in re.findall(r"`(service(?:\.\w+)+)`", module.read_text(encoding="utf-8")):
             path = ROOT / name.replace(".", "/")
-            places = [path.with_suffix(".py"), path, path.parent.with_suffix(".py")]
-            assert any(place.exists() for place in places), f"{to_relative(module)}: {name}"
+            candidates = [path.with_suffix(".py"), path, path.parent.with_suffix(".py")]
+            assert any(candidate.exists() for candidate in candidates), (
+                f"{to_relative(module)}: {name}"
+            )
 
 
 def test_a_folder_of_code_has_more_than_one_file() -> None:
@@ -53,24 +55,26 @@ def test_constraints_pin_exact_versions_and_name_no_host() -> None:
 
 
 def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
-    """All packages that the service and its tests need, directly or not."""
-    pinned = {
-        str(canonicalize_name(n)): v for n, _, v in (line.partition("==") for line in CONSTRAINTS)
-    }
+    """Visits all packages that the service and its tests need, directly or through others."""
+    pins = (line.partition("==") for line in CONSTRAINTS)
+    pinned_versions = {str(canonicalize_name(name)): version for name, _, version in pins}
     extras = PROJECT["optional-dependencies"].values()
     waiting = [Requirement(text) for text in chain(PROJECT["dependencies"], *extras)]
-    installed: dict[str, str] = {}
-    seen: set[str] = set()
+    installed_versions: dict[str, str] = {}
+    visited: set[str] = set()
     while waiting:
         requirement = waiting.pop()
-        result = distribution(requirement.name)
-        installed[canonicalize_name(result.name)] = result.version
+        package = distribution(requirement.name)
+        installed_versions[canonicalize_name(package.name)] = package.version
         for extra in requirement.extras | {""}:
-            if (key := f"{result.name}[{extra}]") not in seen:
-                seen.add(key)
-                needs = map(Requirement, result.requires or [])
-                waiting += [n for n in needs if not n.marker or n.marker.evaluate({"extra": extra})]
-    assert installed == {name: pinned.get(name) for name in installed}
+            if (key := f"{package.name}[{extra}]") not in visited:
+                visited.add(key)
+                waiting += [
+                    needed
+                    for needed in map(Requirement, package.requires or [])
+                    if not needed.marker or needed.marker.evaluate({"extra": extra})
+                ]
+    assert installed_versions == {name: pinned_versions.get(name) for name in installed_versions}
 
 
 @pytest.mark.parametrize("lock", LOCKS, ids=to_relative)
@@ -82,19 +86,19 @@ def test_lock_files_pin_checksums_and_name_no_host(lock: Path) -> None:
         "dependencies"
     ]
     for name, version in expected.items():
-        # Some package has another name here: `npm:NAME@VERSION`.
+        # A package that is installed under another name has the version `npm:NAME@VERSION`.
         assert packages[f"node_modules/{name}"]["version"] == version.rpartition("@")[2]
     assert all("integrity" in package for name, package in packages.items() if name)
 
 
-def test_commands_of_the_readme_exist() -> None:
-    readme = "".join(
+def test_targets_of_make_that_pages_name_exist() -> None:
+    pages = "".join(
         (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")
     )
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    named = set(re.findall(r"(?:^|`)make ([a-z]+)", readme, re.MULTILINE))
-    assert {"serve", "test"} <= named
-    assert named <= set(re.findall(r"^([a-z]+):.*## ", makefile, re.MULTILINE))
+    targets = set(re.findall(r"(?:^|`)make ([a-z]+)", pages, re.MULTILINE))
+    assert {"serve", "test"} <= targets
+    assert targets <= set(re.findall(r"^([a-z]+):.*## ", makefile, re.MULTILINE))
 
 
 def test_changelog_has_this_version() -> None:

@@ -1,4 +1,4 @@
-"""Seconds by name: nested blocks count once, and threads count too."""
+"""Times of named blocks: a nested block is not reported; a thread with a copied context is."""
 
 import contextvars
 import threading
@@ -9,32 +9,40 @@ import pytest
 from service.measuring import Add, Measured, report_times
 
 
-def within(add: Add | None) -> None:
+def measure_blocks(add: Add | None) -> None:
+    """Runs measured blocks, nested, failing and in threads, with `add` as the receiver of times."""
     if add is not None:
         report_times(add)
     with Measured("outer"), Measured("inner"):
-        thread = threading.Thread(target=contextvars.copy_context().run, args=(other,))
-        thread.start()
-        thread.join()
+        run_in_thread()
     with pytest.raises(ValueError, match="wrong"), Measured("failed"):
         raise ValueError("wrong")
-    context = contextvars.copy_context()
-    thread = threading.Thread(target=context.run, args=(other,))
+    run_in_thread()
+
+
+def run_in_thread() -> None:
+    """Runs a measured block in another thread, with a copy of the context of this thread."""
+    thread = threading.Thread(target=contextvars.copy_context().run, args=(measure_pause,))
     thread.start()
     thread.join()
 
 
-def other() -> None:
+def measure_pause() -> None:
     with Measured("thread"):
         time.sleep(0)
 
 
-def test_each_measurement_counts_once() -> None:
-    calls: list[tuple[str, float]] = []
-    contextvars.copy_context().run(within, lambda name, seconds: calls.append((name, seconds)))
-    assert [name for name, _ in calls] == ["outer", "failed", "thread"]
-    assert all(seconds > 0 for _, seconds in calls)
+def test_blocks_inside_measured_blocks_are_not_reported() -> None:
+    times: list[tuple[str, float]] = []
+
+    def add(name: str, seconds: float) -> None:
+        times.append((name, seconds))
+
+    contextvars.copy_context().run(measure_blocks, add)
+    # The first thread runs inside "outer"; only the second reports its time.
+    assert [name for name, _ in times] == ["outer", "failed", "thread"]
+    assert all(seconds > 0 for _, seconds in times)
 
 
-def test_without_a_measuring_caller_nothing_is_recorded() -> None:
-    contextvars.copy_context().run(within, None)
+def test_blocks_work_if_no_caller_receives_times() -> None:
+    contextvars.copy_context().run(measure_blocks, None)

@@ -1,4 +1,7 @@
-"""The OpenAPI document: valid, committed as it is, complete, and true."""
+"""The OpenAPI document is valid and complete, and agrees with the code and with the responses.
+
+The file that is committed is the document that the code writes.
+"""
 
 import ast
 import json
@@ -58,20 +61,20 @@ def build_document(settings: Settings) -> dict[str, Any]:
 
 
 DOCUMENT: dict[str, Any] = json.loads(COMMITTED.read_text(encoding="utf-8"))
-"""The committed document; the first test compares it with the code."""
+"""The committed document; the first test below compares this document with that of the code."""
 SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
     "everything": build_full_settings(),
     "defaults": Settings(memory_bytes=1 << 44),
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
-"""Settings, each with another document."""
+"""Settings by name. The document depends on the settings, so each of these has its own document."""
 COMPUTING = [
     path
     for path, item in DOCUMENT["paths"].items()
     if "post" in item and path not in ("/v1/surfaces", "/v1/sign")
 ]
-"""Paths of the calls that compute a response from a body, and change nothing."""
+"""Paths to which clients POST a body and get a computed response, and which store nothing."""
 
 
 @pytest.fixture(scope="module")
@@ -84,22 +87,23 @@ def client() -> Iterator[Client]:
 def list_operations(
     document: dict[str, Any] = DOCUMENT,
 ) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Path, method and description of each operation."""
     for path, item in document["paths"].items():
         for method, operation in item.items():
             yield path, method, operation
 
 
 def list_errors(name: str, value: Any) -> list[str]:
-    """Errors by a component schema; its references are resolved within the document."""
+    """Messages that say where the value violates the component schema `name`."""
     return [error.message for error in build_validator(name).iter_errors(value)]
 
 
 LONG_BODY = 1 << 15
-"""Bytes of a body from which on the library that judges schemas takes seconds."""
+"""Bytes. For longer bodies, jsonschema would take seconds to compare them with a schema."""
 
 
 def shorten(value: Any) -> Any:
-    """A value with the first 30 elements of each list: for the others the schema is the same."""
+    """The value with at most 30 elements of each list, to save time: all have the same schema."""
     if isinstance(value, dict):
         return {name: shorten(each) for name, each in value.items()}
     return [shorten(each) for each in value[:30]] if isinstance(value, list) else value
@@ -107,6 +111,7 @@ def shorten(value: Any) -> Any:
 
 @cache
 def build_validator(name: str) -> Draft202012Validator:
+    """A validator of the component schema `name`, which finds other components of the document."""
     return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
 
 
@@ -122,29 +127,30 @@ def test_a_service_serves_its_document(client: Client) -> None:
 @pytest.mark.parametrize("name", SETTINGS)
 def test_document_is_valid(name: str) -> None:
     document = DOCUMENT if name == "everything" else build_document(SETTINGS[name])
-    if (
-        name == "everything"
-    ):  # the other documents have fewer parts of it, and judging them takes as long
+    # The other documents have only parts of this one, so it is enough to validate this one.
+    if name == "everything":
         OpenAPIV31SpecValidator(document).validate()
         for schema in document["components"]["schemas"].values():
             Draft202012Validator.check_schema(schema)
     for reference in list_references(document):
-        at: Any = document
-        for part in reference.removeprefix("#/").split("/"):
-            at = at[part.replace("~1", "/").replace("~0", "~")]
+        # A reference to a missing place raises KeyError.
+        value: Any = document
+        for key in reference.removeprefix("#/").split("/"):
+            value = value[key.replace("~1", "/").replace("~0", "~")]
     ids = {operation["operationId"] for _, _, operation in list_operations(document)}
     assert len(ids) == len(list(list_operations(document)))
     for _, _, operation in list_operations(document):
-        for status, answer in operation["responses"].items():
-            if "$ref" in answer:
-                error = document["components"]["responses"][answer["$ref"].rpartition("/")[2]]
+        for status, response in operation["responses"].items():
+            if "$ref" in response:
+                error = document["components"]["responses"][response["$ref"].rpartition("/")[2]]
                 for example in error["content"]["application/problem+json"]["examples"].values():
                     assert str(example["value"]["status"]) == status
-            for link in answer.get("links", {}).values():
+            for link in response.get("links", {}).values():
                 assert link["operationId"] in ids
 
 
 def list_references(value: Any) -> Iterator[str]:
+    """The values of all `$ref` in a JSON value."""
     if isinstance(value, dict):
         if isinstance(value.get("$ref"), str):
             yield value["$ref"]
@@ -169,9 +175,9 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
     with start_client(app) as client:
         for path, item in paths.items():
             url = path.replace("{id}", "0" * 64).replace("{suffix}", "glb")
-            answer = client.request("PATCH", url, b"", headers)
-            assert answer.status_code == 405, path
-            allowed = set(answer.headers["allow"].lower().split(", "))
+            response = client.request("PATCH", url, b"", headers)
+            assert response.status_code == 405, path
+            allowed = set(response.headers["allow"].lower().split(", "))
             assert allowed - {"head"} == item.keys()
         assert client.request("GET", "/metrics", b"", headers).status_code == (
             404 if settings.metrics == "off" else 200
@@ -179,7 +185,7 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
 
 
 def test_every_model_has_a_route() -> None:
-    """Each model belongs to a route, as a request or as a response."""
+    """The document names each model of a request or a response, so a route uses it."""
     names = {reference.rpartition("/")[2] for reference in list_references(DOCUMENT)}
     routes = sorted(file.name for file in (SERVICE / "api" / "routes").glob("[a-z]*.py"))
     for folder, base in (("schemas", RequestModel), ("api.models", ResponseModel)):
@@ -207,24 +213,32 @@ def test_operations_are_tagged_and_explained() -> None:
 
 def test_every_operation_names_the_responses_of_the_guard() -> None:
     for path, method, operation in list_operations():
-        result = operation["responses"].keys() & {"401", "403", "429"}
+        statuses = operation["responses"].keys() & {"401", "403", "429"}
         if path.startswith("/health"):
-            assert not result
+            assert not statuses
             assert "security" not in operation
             continue
-        closed = method != "get" or path.startswith("/v1/surfaces/") or path == "/metrics"
-        signed = method == "get" and path.startswith("/v1/surfaces/")
-        assert result == {"429"} | ({"401"} if closed else set()) | ({"403"} if signed else set())
-        for answer in operation["responses"].values():
-            assert "$ref" in answer or answer["headers"].keys() >= RATES
-        needed: list[dict[str, list[str]]] = [{"key": []}, {}] if signed else [{"key": []}]
-        assert operation.get("security") == (needed if closed else None)
+        needs_key = method != "get" or path.startswith("/v1/surfaces/") or path == "/metrics"
+        is_signable = method == "get" and path.startswith("/v1/surfaces/")
+        expected = {"429"}
+        if needs_key:
+            expected |= {"401"}
+        if is_signable:
+            expected |= {"403"}
+        assert statuses == expected
+        for response in operation["responses"].values():
+            assert "$ref" in response or response["headers"].keys() >= RATES
+        security: list[dict[str, list[str]]] = [{"key": []}]
+        if is_signable:
+            # The empty object means that the key is optional.
+            security.append({})
+        assert operation.get("security") == (security if needs_key else None)
         names = {parameter["name"] for parameter in operation.get("parameters", [])}
-        assert ({"expires", "signature"} <= names) is signed
+        assert ({"expires", "signature"} <= names) is is_signable
     assert DOCUMENT["components"]["securitySchemes"]["key"]["scheme"] == "bearer"
 
 
-def test_a_service_without_keys_asks_for_none() -> None:
+def test_the_document_of_a_service_without_keys_requires_no_keys() -> None:
     document = build_document(SETTINGS["defaults"])
     components = document["components"]
     assert "securitySchemes" not in components
@@ -247,10 +261,10 @@ def test_a_service_without_keys_asks_for_none() -> None:
 def test_every_media_type_is_listed(path: str, formats: Sequence[FileFormat]) -> None:
     for operation in DOCUMENT["paths"][path].values():
         content = operation["responses"]["200"]["content"]
-        assert set(content) == {f.media_type for f in formats}
+        assert set(content) == {fmt.media_type for fmt in formats}
 
 
-def test_every_problem_has_true_examples() -> None:
+def test_every_problem_has_valid_examples() -> None:
     for name, response in DOCUMENT["components"]["responses"].items():
         examples = response["content"]["application/problem+json"]["examples"]
         assert examples, name
@@ -259,85 +273,87 @@ def test_every_problem_has_true_examples() -> None:
 
 
 def list_examples(path: str, status: str = "") -> dict[str, Any]:
-    """Examples of requests by name, or of an answer, as JSON."""
+    """JSON examples by name: of the response with this status, or without one of the request."""
     operation = DOCUMENT["paths"][path]["post"]
-    about = operation["responses"][status] if status else operation["requestBody"]
-    examples: dict[str, Any] = about["content"]["application/json"]["examples"]
+    body = operation["responses"][status] if status else operation["requestBody"]
+    examples: dict[str, Any] = body["content"]["application/json"]["examples"]
     return {name: example["value"] for name, example in examples.items()}
 
 
 def find_schema(body: dict[str, Any]) -> str:
-    """The component that is the schema of a body, or of an answer, as JSON."""
+    """The name of the component that is the schema of the JSON body of a request or response."""
     reference: str = body["content"]["application/json"]["schema"]["$ref"]
     return reference.rpartition("/")[2]
 
 
 @pytest.mark.parametrize("path", COMPUTING)
-def test_examples_are_valid_and_answered(client: Client, path: str) -> None:
+def test_examples_are_valid_and_give_the_responses_shown(client: Client, path: str) -> None:
     operation = DOCUMENT["paths"][path]["post"]
-    request_schema, answer_schema = map(
-        find_schema, (operation["requestBody"], operation["responses"]["200"])
-    )
+    request_schema = find_schema(operation["requestBody"])
+    response_schema = find_schema(operation["responses"]["200"])
     shown = list_examples(path, "200")
     assert shown, f"call `show_responses` beside the route of {path} in service/api/routes/"
     requests = list_examples(path)
-    # Pages for trying calls fill these in, beside every example of a body.
-    parameters = operation.get("parameters", [])
-    assert not any("example" in p or "default" in p["schema"] for p in parameters)
+    # Swagger UI would add the example or default of a parameter to every example of a body.
+    for parameter in operation.get("parameters", []):
+        assert "example" not in parameter
+        assert "default" not in parameter["schema"]
     for name, request in requests.items():
         assert list_errors(request_schema, request) == []
-        answer = client.post(path, request)
-        assert answer.status_code == 200
-        assert list_errors(answer_schema, shorten(answer.json())) == []
+        response = client.post(path, request)
+        assert response.status_code == 200
+        assert list_errors(response_schema, shorten(response.json())) == []
         if path != "/v1/mesh" and name in shown:
-            assert answer.json() == shown[name]
+            assert response.json() == shown[name]
     assert path == "/v1/mesh" or shown.keys() <= requests.keys()
 
 
-def test_examples_of_storing_are_true(client: Client) -> None:
+def test_examples_of_storing_are_valid_and_give_the_responses_shown(client: Client) -> None:
     requests = list_examples("/v1/surfaces")
+    # The first request stores the surface (201); the service already has that of the second (200).
     for status in ("201", "200"):
         shown = list_examples("/v1/surfaces", status)
-        response = DOCUMENT["paths"]["/v1/surfaces"]["post"]["responses"][status]
-        assert set(response["headers"]) - RATES == {"Location", "Server-Timing", "X-Request-Id"}
+        documented = DOCUMENT["paths"]["/v1/surfaces"]["post"]["responses"][status]
+        assert set(documented["headers"]) - RATES == {"Location", "Server-Timing", "X-Request-Id"}
         assert shown.keys() == requests.keys()
         for name, request in requests.items():
             assert list_errors("SurfaceRequest", request) == []
-            answer = client.post("/v1/surfaces", request)
-            assert answer.status_code == int(status)
-            assert answer.json() == shown[name]
-            assert list_errors("StoredSurface", answer.json()) == []
+            response = client.post("/v1/surfaces", request)
+            assert response.status_code == int(status)
+            assert response.json() == shown[name]
+            assert list_errors("StoredSurface", response.json()) == []
             assert (
-                list_errors("SurfaceDocument", client.get(answer.headers["location"]).json()) == []
+                list_errors("SurfaceDocument", client.get(response.headers["location"]).json())
+                == []
             )
 
 
-def test_files_are_taken_with_their_examples(client: Client) -> None:
+def test_files_of_control_nets_are_documented_and_their_examples_accepted(client: Client) -> None:
     for path in ("/v1/mesh", "/v1/estimate"):
         operation = DOCUMENT["paths"][path]["post"]
         content = operation["requestBody"]["content"]
-        assert set(content) == {"application/json", *(d.media_type for d in DECODERS)}
+        assert set(content) == {"application/json", *(each.media_type for each in DECODERS)}
         for decoder in DECODERS:
-            about = content[decoder.media_type]
-            assert about["schema"]["description"]
-            assert (about["schema"].get("format") == "binary") == decoder.binary
-            assert decoder.binary or about["examples"]
-            for example in about.get("examples", {}).values():
+            documented = content[decoder.media_type]
+            assert documented["schema"]["description"]
+            assert (documented["schema"].get("format") == "binary") == decoder.binary
+            assert decoder.binary or documented["examples"]
+            for example in documented.get("examples", {}).values():
                 body, headers = example["value"].encode(), {"Content-Type": decoder.media_type}
                 assert client.request("POST", path, body, headers).status_code == 200
 
 
-def test_reads_with_all_their_examples_and_defaults_are_answered(client: Client) -> None:
-    """Requests as pages for trying calls fill them in."""
+def test_get_requests_with_all_examples_and_defaults_succeed(client: Client) -> None:
+    """Swagger UI prefills requests with the examples and defaults of all parameters."""
     assert client.post("/v1/surfaces", client.get("/v1/surfaces/saddle").json()).is_success
     for path, item in DOCUMENT["paths"].items():
         query: dict[str, Any] = {}
         url, headers = path, {}
         for parameter in item.get("get", {}).get("parameters", []):
-            name, shown = parameter["name"], list(parameter.get("examples", {}).values())
+            name, examples = parameter["name"], list(parameter.get("examples", {}).values())
             value = parameter.get("example", parameter["schema"].get("default"))
             if parameter["in"] == "path":
-                url = url.replace(f"{{{name}}}", shown[0]["value"])
+                url = url.replace(f"{{{name}}}", examples[0]["value"])
             elif value is not None and parameter["in"] == "query":
                 query[name] = ",".join(map(str, value)) if isinstance(value, list) else value
             elif value is not None:
@@ -348,13 +364,13 @@ def test_reads_with_all_their_examples_and_defaults_are_answered(client: Client)
 
 
 def test_query_parameters_beside_a_file_have_valid_examples() -> None:
-    parameters = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
-    beside = {parameter["name"]: parameter for parameter in parameters}
-    assert beside.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
+    listed = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
+    parameters = {parameter["name"]: parameter for parameter in listed}
+    assert parameters.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
     net = np.zeros((4, 4, 3))
     net[..., 0], net[..., 1] = np.indices((4, 4))
     for name in FIELDS:
-        for example in beside[name]["schema"]["examples"]:
+        for example in parameters[name]["schema"]["examples"]:
             text = ",".join(map(str, example)) if isinstance(example, list) else example
             document = document_from_query({"type": "bspline", name: text}.items())
             document["surface"]["control_net"] = net
@@ -366,45 +382,44 @@ def test_request_examples_show_every_kind_of_surface_every_option_and_every_oper
     shown = {mesh["surface"].get("type", KINDS[0]) for mesh in meshes}
     assert shown == set(KINDS), "show the kind in service/api/openapi/requests.json"
     options = SCHEMAS["MeshRequest"]["properties"]
-    by_themselves = {name for name, schema in options.items() if "examples" in schema}
-    assert set().union(*meshes) | by_themselves == set(options)
+    with_own_examples = {name for name, schema in options.items() if "examples" in schema}
+    assert set().union(*meshes) | with_own_examples == set(options)
     assert {op["op"] for each in conversions for op in each["operations"]} == set(OPERATIONS)
 
 
-def test_operations_are_described_and_their_examples_taken() -> None:
-    items = SCHEMAS["OperationDefinition"]["oneOf"]
+def test_operations_are_described_and_their_examples_accepted() -> None:
     surface = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
-    for reference in items:
-        fields = SCHEMAS[reference["$ref"].rpartition("/")[2]]["properties"]
+    for reference in SCHEMAS["OperationDefinition"]["oneOf"]:
+        schema = SCHEMAS[reference["$ref"].rpartition("/")[2]]
+        fields = schema["properties"]
         op = fields["op"]["const"]
         required = {
-            name: fields[name]["examples"][0]
-            for name in SCHEMAS[reference["$ref"].rpartition("/")[2]]["required"]
-            if name != "op"
+            name: fields[name]["examples"][0] for name in schema["required"] if name != "op"
         }
-        for name, schema in fields.items():
-            assert schema["description"], f"{op}.{name}"
-            for example in schema.get("examples", []):
+        for name, field in fields.items():
+            assert field["description"], f"{op}.{name}"
+            for example in field.get("examples", []):
                 operation = {"op": op} | required | {name: example}
                 request = {"surface": surface, "operations": [operation]}
                 validate_document(ConvertRequest, request).to_operations()
 
 
-def test_a_client_that_writes_out_all_defaults_may_ask_for_a_tolerance(client: Client) -> None:
+def test_a_request_with_all_defaults_written_out_may_have_a_tolerance(client: Client) -> None:
+    """The defaults of resolution do not conflict with a tolerance."""
     properties = SCHEMAS["MeshRequest"]["properties"]
     defaults = {name: field["default"] for name, field in properties.items() if "default" in field}
     assert {"faces", "two_sided"} <= defaults.keys()
     surface = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]}
-    answer = client.post("/v1/mesh", defaults | {"surface": surface, "tolerance": 0.1})
-    assert answer.status_code == 200
+    response = client.post("/v1/mesh", defaults | {"surface": surface, "tolerance": 0.1})
+    assert response.status_code == 200
 
 
-def test_poles_without_curvature_are_as_described(client: Client) -> None:
+def test_null_curvatures_at_a_pole_agree_with_the_schema(client: Client) -> None:
     cone = client.get("/v1/surfaces/cone").json()["surface"]
     query = {"surface": cone, "uv": [[0.5, 1]], "patch": 0, "derivatives": 2}
-    answer = client.post("/v1/points", query).json()
-    assert answer["mean_curvature"] == [None]
-    assert list_errors("Points", answer) == []
+    response = client.post("/v1/points", query).json()
+    assert response["mean_curvature"] == [None]
+    assert list_errors("Points", response) == []
 
 
 def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
@@ -417,7 +432,7 @@ def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
     assert corners == [len(face) for face in crease["faces"]] == [4, 4]
 
 
-def test_field_examples_are_taken() -> None:
+def test_field_examples_are_accepted() -> None:
     for name in ("BezierDefinition", "BsplineDefinition", "PatchesDefinition", "GroupDefinition"):
         fields = SCHEMAS[name]["properties"].items()
         value = {field: schema["examples"][0] for field, schema in fields if "examples" in schema}
@@ -449,15 +464,15 @@ def test_field_examples_are_taken() -> None:
         ("/v1/surfaces/none", "Problem"),
     ],
 )
-def test_responses_are_as_described(client: Client, url: str, name: str) -> None:
-    answer = client.get(url).json()
-    assert list_errors(name, answer) == []
-    assert set(answer) <= set(SCHEMAS[name]["properties"])
+def test_responses_agree_with_their_schemas(client: Client, url: str, name: str) -> None:
+    response = client.get(url).json()
+    assert list_errors(name, response) == []
+    assert set(response) <= set(SCHEMAS[name]["properties"])
 
 
 def compute_points(value: Any) -> bytes:
-    expected = validate_document(PointsRequest, value)
-    return plan_points(expected.to_surface(), expected.to_query()).run()
+    request = validate_document(PointsRequest, value)
+    return plan_points(request.to_surface(), request.to_query()).run()
 
 
 def parse_surface(value: Any) -> Surface:
@@ -474,9 +489,9 @@ def parse_surface(value: Any) -> Surface:
 def test_schemas_of_requests_are_no_stricter_than_the_code(
     name: str, cases: tuple[Hostile, ...], parse: Callable[[Any], object], least: int
 ) -> None:
-    """The code refuses every body that the schema refuses, so clients can check bodies
-    themselves."""
-    checked = 0
+    """The code refuses every body that the schema refuses; so a client that checks bodies by the
+    schema loses nothing. Of each list, more than `least` bodies must be refused by the schema."""
+    refused = 0
     for case in cases:
         body = case.build()
         try:
@@ -484,14 +499,14 @@ def test_schemas_of_requests_are_no_stricter_than_the_code(
         except (ValueError, RecursionError):
             continue
         if value is not None and list_errors(name, value):
-            checked += 1
+            refused += 1
             with pytest.raises(InvalidRequest):
                 parse(value)
-    assert checked > least
+    assert refused > least
 
 
 def list_schemas(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
-    """A schema and all properties within, with their places."""
+    """A schema and the schemas of all properties in it, each with its path, as `Mesh.report`."""
     yield name, schema
     for field, inner in schema.get("properties", {}).items():
         yield from list_schemas(f"{name}.{field}", inner)
@@ -501,25 +516,28 @@ def list_schemas(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
 
 def test_every_schema_and_every_property_is_described() -> None:
     for name, schema in SCHEMAS.items():
-        for where, result in list_schemas(name, schema):
-            assert result.get("description") or "$ref" in result, where
+        for path, inner in list_schemas(name, schema):
+            assert inner.get("description") or "$ref" in inner, path
 
 
-def test_files_are_texts_or_bytes_as_they_are_said_to_be() -> None:
-    path = DOCUMENT["paths"]["/v1/mesh"]["post"]["responses"]["200"]["content"]
+def test_binary_formats_are_documented_as_binary() -> None:
+    documented = DOCUMENT["paths"]["/v1/mesh"]["post"]["responses"]["200"]["content"]
     for fmt in FORMATS:
         content = render(find("saddle").surface(), MeshOptions((1, 1)), fmt)
         try:
             content.decode()
-            binary = False
+            is_binary = False
         except UnicodeDecodeError:
-            binary = True
-        assert (path[fmt.media_type]["schema"].get("format") == "binary") == binary
+            is_binary = True
+        assert (documented[fmt.media_type]["schema"].get("format") == "binary") == is_binary
 
 
 def find_codes() -> set[str]:
-    """Every code that the service gives an issue: the strings that `Issue` is made with."""
-    result: set[str] = set()
+    """All codes of issues in the source of the service: the first arguments of `Issue(…)`.
+
+    Some are arguments of a local function `_refusal`, or the value of a variable `code`.
+    """
+    codes: set[str] = set()
     texts = (file.read_text(encoding="utf-8") for file in SERVICE.rglob("*.py"))
     for text in filter(re.compile(r"\bIssue\(|\b_refusal\(|\bcode = ").search, texts):
         for node in ast.walk(ast.parse(text)):
@@ -530,14 +548,12 @@ def find_codes() -> set[str]:
             else:
                 continue
             choices = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]
-            # The first argument of another `_refusal` is a pointer.
-            words = {str(c.value) for c in choices if isinstance(c, ast.Constant)}
-            result |= {word for word in words if not word.startswith("/")}
-    return result
+            codes |= {str(choice.value) for choice in choices if isinstance(choice, ast.Constant)}
+    return codes
 
 
-def test_every_code_is_explained_and_nothing_else() -> None:
-    # The server refuses a connection with an issue that has the code of the problem.
+def test_the_description_explains_exactly_the_codes_of_the_service() -> None:
+    # If the server refuses a connection, the code of the issue is that of the problem.
     server = {
         problems.MALFORMED_REQUEST,
         problems.HEAD_TOO_SLOW,

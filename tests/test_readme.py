@@ -1,4 +1,4 @@
-"""All examples of the README are run, and give the output that it shows."""
+"""The examples of the README and of other pages run, and give the output that the pages show."""
 
 import json
 import re
@@ -20,8 +20,11 @@ from tests.programs import find_program
 
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "CONTRIBUTING.md", "docs/surfaces.md", "docs/questions.md")
-README = "".join((ROOT / name).read_text(encoding="utf-8") for name in PAGES)
+TEXT = "".join((ROOT / name).read_text(encoding="utf-8") for name in PAGES)
+"""The text of all pages."""
+
 SERVED_AT = "http://127.0.0.1:8000"
+"""URL of the service in the examples of all pages."""
 
 MODELS = {
     get_args(member)[1].tag: get_args(member)[0]
@@ -30,11 +33,11 @@ MODELS = {
 """The model of each kind of surface."""
 
 CHANNELS = {"colors", "uvs", "attributes"}
-MEMBER = {"name", "color", "matrix"}
+MEMBER_FIELDS = {"name", "color", "matrix"}
 """Fields of a member of a group."""
 
-BY_NAME = {"clamped", "uniform", "periodic"}
-"""Names of knot vectors."""
+KNOT_NAMES = {"clamped", "uniform", "periodic"}
+"""Words that a request may have in place of a knot vector."""
 
 
 class Block(NamedTuple):
@@ -44,29 +47,31 @@ class Block(NamedTuple):
     text: str
 
 
-BLOCKS = [Block(*found) for found in re.findall(r"^```(\w+)\n(.*?)^```$", README, re.M | re.S)]
+BLOCKS = [Block(*groups) for groups in re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, re.M | re.S)]
 OUTPUT_PAIRS = [pair for pair in pairwise(BLOCKS) if pair[1].language in {"json", "text"}]
+"""Pairs of an example and the block after the example, which shows its output."""
 REQUESTS = [block for block in BLOCKS if block.language == "sh" and "curl" in block.text]
 
 
 def read_section(title: str) -> str:
     """The text under a heading, up to the next heading."""
-    return re.split(rf"^#+ {re.escape(title)}$", README, flags=re.M)[1].split("\n#")[0]
+    return re.split(rf"^#+ {re.escape(title)}$", TEXT, flags=re.M)[1].split("\n#")[0]
 
 
 def run_shell(command: str, folder: Path) -> str:
-    done = subprocess.run(
+    """Runs a command with Bash in a folder; returns its output. A command that fails raises."""
+    process = subprocess.run(
         [find_program("bash"), "-euc", command],
         cwd=folder,
         capture_output=True,
         text=True,
         check=True,
     )
-    return done.stdout
+    return process.stdout
 
 
 def round_numbers(text: str) -> object:
-    """The value of a JSON text, its numbers without the last digits, which depend on the BLAS."""
+    """The value of a JSON text; numbers have 9 decimals, because later ones depend on the BLAS."""
     return json.loads(text, parse_float=lambda digits: round(float(digits), 9))
 
 
@@ -75,17 +80,19 @@ def test_there_are_three_requests_to_begin_with() -> None:
 
 
 @pytest.mark.parametrize("request_", REQUESTS, ids=[f"{n}" for n in range(len(REQUESTS))])
-def test_requests_are_answered_as_shown(request_: Block, server: str, tmp_path: Path) -> None:
+def test_requests_get_the_responses_that_the_page_shows(
+    request_: Block, server: str, tmp_path: Path
+) -> None:
     find_program("curl")
     np.save(tmp_path / "net.npy", np.arange(1200.0).reshape(20, 20, 3))
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
-    sent = set(tmp_path.iterdir())
+    input_files = set(tmp_path.iterdir())
     response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
     shown = [after.text for before, after in OUTPUT_PAIRS if before is request_]
     if shown:
         assert round_numbers(response) == round_numbers(shown[0])
         return
-    (file,) = set(tmp_path.iterdir()) - sent
+    (file,) = set(tmp_path.iterdir()) - input_files
     if file.name == "closest.json":
         assert len(json.loads(file.read_bytes())["distances"]) == 10
     elif file.suffix == ".json":
@@ -103,13 +110,13 @@ def test_programs_print_the_output_that_the_page_shows() -> None:
         assert printed.getvalue().strip() == shown.text.strip()
 
 
-def test_commands_without_a_server_work(
+def test_commands_in_sentences_work_without_a_server(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    """Runs the commands in the text of the pages."""
+    """Runs the commands that stand in sentences of the pages rather than in blocks."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "net.json").write_text('{"control_net": [[[0,0,0],[0,1,1]],[[1,0,1],[1,1,0]]]}')
-    commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", README)
+    commands = re.findall(r"`(surface (?:mesh|points|convert) [^`]+)`", TEXT)
     assert len(commands) == 4
     for command in commands:
         assert main(shlex.split(command)[1:]) == 0, command
@@ -118,14 +125,14 @@ def test_commands_without_a_server_work(
 
 
 def test_names_in_tables_exist() -> None:
-    """The reference, which is generated, has every name; the tables have those that matter most."""
+    """The tables name only fields that exist; the generated reference, tested apart, names all."""
     surfaces = re.findall(
         r"^\| `(\w+)`(?: \(.*?\))? \| (.*) \|$", read_section("What goes in"), re.M
     )
     kinds = [row for row in surfaces if row[0] in MODELS]
     assert len(kinds) >= 7
     for kind, text in kinds:
-        others = {"group": MEMBER, "bspline": BY_NAME}.get(kind, set())
+        others = {"group": MEMBER_FIELDS, "bspline": KNOT_NAMES}.get(kind, set())
         assert set(re.findall(r"`(\w+)`", text)) <= {*MODELS[kind].model_fields} | others, kind
     for title in ("What goes in", "Options of a mesh"):
         cells = re.findall(r"^\| (`.*?) \|", read_section(title).partition("| option |")[2], re.M)
@@ -135,28 +142,28 @@ def test_names_in_tables_exist() -> None:
 
 
 def test_channels_are_listed_for_the_kinds_that_have_them() -> None:
-    carry = {kind for kind, model in MODELS.items() if set(model.model_fields) >= CHANNELS}
+    kinds = {kind for kind, model in MODELS.items() if set(model.model_fields) >= CHANNELS}
     paragraph = (
         read_section("Kinds of surfaces").partition("Surfaces of patches")[2].partition("\n\n")[0]
     )
-    assert set(re.findall(r"`(\w+)`", paragraph)) >= carry | CHANNELS
+    assert set(re.findall(r"`(\w+)`", paragraph)) >= kinds | CHANNELS
 
 
 def test_the_map_of_the_house_shows_every_room() -> None:
     rooms = re.findall(r"^\| `([\w/.]+)` \|", read_section("The house"), re.M)
     for room in rooms:
         assert (ROOT / room).exists(), room
-    served = {
+    existing = {
         path.relative_to(ROOT).as_posix() + ("/" if path.is_dir() else "")
         for path in (ROOT / "service").iterdir()
         if not path.name.startswith("__")
     }
-    assert served == {room for room in rooms if room.startswith("service/")}
+    assert existing == {room for room in rooms if room.startswith("service/")}
 
 
-def test_files_that_are_linked_exist() -> None:
+def test_files_that_pages_name_exist() -> None:
     for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")):
         for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
             assert (page.parent / target).is_file(), (page.name, target)
-    for target in re.findall(r"(?:--file|--kustomize) (\S+)", README):
+    for target in re.findall(r"(?:--file|--kustomize) (\S+)", TEXT):
         assert (ROOT / target).exists(), target

@@ -1,4 +1,4 @@
-"""Requests to a busy service: the client repeats them a limited number of times."""
+"""A client repeats its request to a busy service, at most RETRIES times."""
 
 import json
 import threading
@@ -22,7 +22,7 @@ class BusyServer(HTTPServer):
 
 
 class Handler(BaseHTTPRequestHandler):
-    """Responds to one request."""
+    """Responds to one request as its server's `refusals` say."""
 
     server: BusyServer
 
@@ -30,17 +30,17 @@ class Handler(BaseHTTPRequestHandler):
         self.rfile.read(int(self.headers["Content-Length"]))
         self.server.requests += 1
         status, headers = self.server.refusals.pop(0) if self.server.refusals else (200, {})
-        kind, content = ("json", {}) if status == 200 else ("problem+json", BUSY)
+        subtype, content = ("json", {}) if status == 200 else ("problem+json", BUSY)
         body = json.dumps(content).encode()
         self.send_response(status)
-        sent = {"Content-Type": f"application/{kind}", "Content-Length": str(len(body))}
-        for header, value in (sent | headers).items():
+        headers |= {"Content-Type": f"application/{subtype}", "Content-Length": str(len(body))}
+        for header, value in headers.items():
             self.send_header(header, value)
         self.end_headers()
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Logs nothing."""
+        """Writes no log to the terminal."""
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def server() -> Iterator[BusyServer]:
 
 @pytest.fixture
 def waits(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """The seconds that the client would sleep."""
+    """The seconds of each call of `sleep` by the client, which does not really sleep."""
     waits: list[float] = []
     sleep: Callable[[float], None] = waits.append
     monkeypatch.setattr("service.remote.time", SimpleNamespace(sleep=sleep))
@@ -63,13 +63,18 @@ def waits(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def send(server: BusyServer, *refusals: tuple[int, dict[str, str]]) -> bytes:
+    """The body of the response to a request that the server first refuses with these responses."""
     server.refusals = list(refusals)
     return remote_document(f"http://127.0.0.1:{server.server_port}", "/v1/points", {})
 
 
 def test_request_is_repeated_after_retry_after(server: BusyServer, waits: list[float]) -> None:
-    later = [(429, {"Retry-After": "2"}), (503, {"Retry-After": "900"})]
-    assert send(server, *later, (429, {"Retry-After": "Sat, 21 Nov 2026 16:00:00 GMT"})) == b"{}"
+    refusals = [
+        (429, {"Retry-After": "2"}),
+        (503, {"Retry-After": "900"}),
+        (429, {"Retry-After": "Sat, 21 Nov 2026 16:00:00 GMT"}),
+    ]
+    assert send(server, *refusals) == b"{}"
     assert waits == [2.0, MAX_WAIT, MAX_WAIT]
 
 

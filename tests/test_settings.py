@@ -16,7 +16,7 @@ from service.settings.runtime import collect_rarely, half_of_memory, pause_colle
 from service.settings.values import Settings
 from tests.programs import run_python
 
-OTHER = {
+TEXTS = {
     "host": "::1",
     "cors_origins": "https://a, https://b",
     "trusted_proxies": "10.0.0.0/8",
@@ -35,6 +35,8 @@ OTHER = {
     "memory_bytes": "1 GB",
     "drain_delay": "2.5",
 }
+"""Texts of variables that differ from the defaults, for settings that are not whole numbers or have
+few valid values."""
 
 
 @pytest.fixture(autouse=True)
@@ -44,6 +46,7 @@ def _empty_environment(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def read_settings(monkeypatch: pytest.MonkeyPatch, **variables: str) -> Settings:
+    """The settings when these variables are set; `port="81"` sets SURFACE_PORT."""
     for name, text in variables.items():
         monkeypatch.setenv(f"SURFACE_{name.upper()}", text)
     return from_environment()
@@ -71,8 +74,8 @@ def test_surfaces_are_kept_in_the_folder_of_the_user_unless_another_place_is_nam
 
 
 def test_switches_are_words_or_digits(monkeypatch: pytest.MonkeyPatch) -> None:
-    for text, on in (("1", True), ("true", True), ("False", False), ("0", False)):
-        assert read_settings(monkeypatch, allow_delete=text).allow_delete is on
+    for text, value in (("1", True), ("true", True), ("False", False), ("0", False)):
+        assert read_settings(monkeypatch, allow_delete=text).allow_delete is value
 
 
 def test_sizes_may_have_a_unit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,19 +84,19 @@ def test_sizes_may_have_a_unit(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_setting_has_a_variable(monkeypatch: pytest.MonkeyPatch) -> None:
-    texts = {name: OTHER.get(name, "1024") for name in Settings.model_fields}
+    texts = {name: TEXTS.get(name, "1024") for name in Settings.model_fields}
     texts |= {
         name: "99" for name, field in Settings.model_fields.items() if field.annotation is float
     }
     settings = read_settings(monkeypatch, **texts)
-    same = [n for n in texts if getattr(settings, n) == getattr(Settings(), n)]
-    assert same == []
+    unchanged = [name for name in texts if getattr(settings, name) == getattr(Settings(), name)]
+    assert unchanged == []
     assert settings.cors_origins == ("https://a", "https://b")
-    assert [key.get_secret_value() for key in settings.signing_keys] == [OTHER["signing_keys"]]
+    assert [key.get_secret_value() for key in settings.signing_keys] == [TEXTS["signing_keys"]]
     assert settings.max_body_bytes == settings.threads == settings.workers == 1024
 
 
-def test_no_origins_is_a_list_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_empty_list_of_origins_is_valid(monkeypatch: pytest.MonkeyPatch) -> None:
     assert read_settings(monkeypatch, cors_origins="").cors_origins == ()
 
 
@@ -115,7 +118,7 @@ def test_no_origins_is_a_list_too(monkeypatch: pytest.MonkeyPatch) -> None:
         ("metrics", "maybe", "needed one of open, key, off."),
     ],
 )
-def test_nonsense_stops_the_start_and_is_named(
+def test_an_invalid_value_is_refused_with_the_name_of_its_variable(
     variable: str, text: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     name = f"SURFACE_{variable.upper()}"
@@ -123,17 +126,16 @@ def test_nonsense_stops_the_start_and_is_named(
         read_settings(monkeypatch, **{variable: text})
 
 
-def test_all_nonsense_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InvalidSettings) as caught:
+def test_the_error_names_all_invalid_variables(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InvalidSettings) as error:
         read_settings(monkeypatch, port="x", max_degree="y", tracing="z")
-    places = [line.partition(":")[0] for line in str(caught.value).splitlines()]
-    assert places == ["SURFACE_PORT", "SURFACE_MAX_DEGREE", "SURFACE_TRACING"]
+    variables = [line.partition(":")[0] for line in str(error.value).splitlines()]
+    assert variables == ["SURFACE_PORT", "SURFACE_MAX_DEGREE", "SURFACE_TRACING"]
 
 
-def test_flags_are_stronger_than_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_flags_override_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     settings = read_settings(monkeypatch, port="81", host="::1")
-    stronger = with_flags(settings, {"port": "82"})
-    assert stronger == settings.model_copy(update={"port": 82})
+    assert with_flags(settings, {"port": "82"}) == settings.model_copy(update={"port": 82})
     assert with_flags(settings, {}) == settings
 
 
@@ -146,7 +148,7 @@ def test_unknown_variable_is_reported(
     assert "SURFACE_MAX_VERTICE" in caplog.text
 
 
-def test_the_key_of_a_client_is_no_setting(
+def test_the_key_of_a_client_is_not_reported_as_an_unknown_variable(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = from_environment()
@@ -155,7 +157,7 @@ def test_the_key_of_a_client_is_no_setting(
     assert caplog.text == ""
 
 
-def test_defaults_are_within_their_own_bounds() -> None:
+def test_defaults_are_valid_values() -> None:
     for name, field in Settings.model_fields.items():
         assert Settings(**{name: field.default}) == Settings(), name
         assert field.description, name
@@ -169,37 +171,42 @@ def test_blas_is_pinned() -> None:
     assert {pool["num_threads"] for pool in pools} == {1}
 
 
-RESIDENT = """
+MEASURE_TRIMMING = """
 import numpy as np
 from pathlib import Path
 from service.settings.runtime import trim_heap, share_heap
 
 share_heap()
-resident = lambda: int(Path("/proc/self/statm").read_text().split()[1]) * 4096
-# Freeing a large block is what would raise the threshold, if it were not set.
+def measure_resident():
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+# Without `share_heap`, freeing a large block would raise the size from which on glibc returns a
+# freed block to the system at once.
 np.ones(1 << 21).sum()
-before = resident()
-kept = [np.ones(1 << (10 if k % 2 else 17)) for k in range(128)]
-kept = kept[1::2]
+before = measure_resident()
+blocks = [np.ones(1 << (10 if k % 2 else 17)) for k in range(128)]
+small_blocks = blocks[1::2]
+del blocks
 trim_heap()
-print(resident() - before)
+print(measure_resident() - before)
 """
+"""A program that prints how many bytes more are resident after large blocks are freed."""
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc has these settings")
-def test_memory_of_large_arrays_comes_back() -> None:
-    """64 MiB in blocks of 1 MiB are freed while small ones stay between them."""
-    done = run_python("-c", RESIDENT)
-    assert int(done.stdout) < 16 << 20
+def test_freed_memory_returns_to_the_system() -> None:
+    """The program frees 64 blocks of 1 MiB, with small blocks in use between them."""
+    process = run_python("-c", MEASURE_TRIMMING)
+    assert int(process.stdout) < 16 << 20
 
 
-def test_garbage_is_not_sought_while_documents_are_parsed() -> None:
+def test_garbage_collection_pauses_until_the_outermost_block_ends() -> None:
     with pause_collection(), pause_collection():
         assert not gc.isenabled()
     assert gc.isenabled()
 
 
-def test_garbage_is_sought_seldom() -> None:
+def test_garbage_is_collected_less_often_than_by_default() -> None:
     before = gc.get_threshold()
     try:
         gc.set_threshold(700, 10, 10)
@@ -221,14 +228,14 @@ def test_garbage_is_sought_seldom() -> None:
 def test_half_of_the_memory_is_that_of_the_control_group(
     group: str, files: dict[str, str], tmp_path: Path
 ) -> None:
-    """The limit of the own control group or of a parent, version 2 and version 1."""
+    """The limit stands in the process's control group or in a parent of it, in version 2 and 1."""
     process = tmp_path / "proc" / "self"
     process.mkdir(parents=True)
     (process / "cgroup").write_text(f"9:pids:/\n{group}\n", encoding="ascii")
     for name, text in files.items():
-        place = tmp_path / "sys" / "fs" / "cgroup" / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="ascii")
+        file = tmp_path / "sys" / "fs" / "cgroup" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="ascii")
     assert half_of_memory(tmp_path) == 1 << 28
     (process / "cgroup").unlink()
     assert half_of_memory(tmp_path) > 1 << 28

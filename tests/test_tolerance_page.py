@@ -1,4 +1,4 @@
-"""docs/tolerance.md names every option and valid codes, and its requests work."""
+"""docs/tolerance.md agrees with the service: its options, codes, numbers and requests."""
 
 import json
 import re
@@ -27,7 +27,7 @@ def read_first_column(title: str) -> list[str]:
     return re.findall(r"^\| `(\w+)` \|", PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0], re.M)
 
 
-def test_every_option_is_named() -> None:
+def test_the_table_lists_every_option_for_tolerances() -> None:
     assert sorted(read_first_column("Options")) == sorted(NAMES)
 
 
@@ -42,7 +42,7 @@ def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
 
 
 def write_row(tolerance: str) -> str:
-    """The table's row of the teapot at this tolerance."""
+    """The row that the table of the teapot must have for this tolerance."""
     options = MeshOptions(accuracy=Accuracy(tolerance=float(tolerance)))
     work = plan_mesh(EXAMPLES["utah-teapot"].surface(), options, BY_NAME["json"])
     report = work.build(*work.lower()).report
@@ -56,7 +56,7 @@ def write_row(tolerance: str) -> str:
 
 
 @pytest.mark.parametrize("tolerance", ["0.1", "0.01", "0.001"])
-def test_the_teapot_is_as_the_table_has_it(tolerance: str) -> None:
+def test_the_table_of_the_teapot_has_the_computed_numbers(tolerance: str) -> None:
     assert write_row(tolerance) in PAGE.splitlines()
 
 
@@ -72,15 +72,15 @@ def test_responses_are_within_the_requested_tolerance(
         assert 0 < float(bound[1]) <= 0.01
         assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
         return
-    reported: dict[str, Any] = json.loads(response)
+    document: dict[str, Any] = json.loads(response)
     if "/estimate" in command:
-        assert reported["accepted"]
+        assert document["accepted"]
         return
-    report = reported["report"]
+    report = document["report"]
     assert report["deviation_bound"] > 0
     request = json.loads(command.split("-d '")[1].rpartition("'")[0])
     if "relative_tolerance" in request:
-        diagonal = (1 + 4 + 4) ** 0.5
+        diagonal = (1 + 4 + 4) ** 0.5  # of the bounding box, 1 × 2 × 2, of the surface
         assert report["deviation_bound"] <= request["relative_tolerance"] * diagonal
         assert report["mesh_deviation_bound"] <= 2 * request["relative_tolerance"] * diagonal
     assert report["triangles"] <= request.get("max_triangles", 5000)

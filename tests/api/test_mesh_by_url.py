@@ -23,7 +23,7 @@ from service.settings.values import Settings
 from service.surface.examples import find
 from tests.api.client import Client, start_client
 from tests.api.digests import compute_digests
-from tests.packed import unpacked_gzip, unpacked_zstd
+from tests.decompression import decompress_gzip, decompress_zstd
 from tests.programs import run_python
 
 SADDLE = "/v1/surfaces/saddle/mesh.glb"
@@ -120,8 +120,8 @@ def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -
     tags = set()
     decoders: dict[str, Callable[[bytes], bytes]] = {
         "identity": bytes,
-        "gzip": unpacked_gzip,
-        "zstd": unpacked_zstd,
+        "gzip": decompress_gzip,
+        "zstd": decompress_zstd,
     }
     for coding, decoded in decoders.items():
         for _ in range(2):
@@ -141,7 +141,7 @@ def test_small_bodies_are_sent_as_they_are_unless_that_is_refused(fresh: Client)
         assert "content-encoding" not in response.headers
     forced = fresh.raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
     assert forced.headers["content-encoding"] == "gzip"
-    assert unpacked_gzip(forced.content) == response.content
+    assert decompress_gzip(forced.content) == response.content
     again = fresh.raw(url, {"Accept-Encoding": "gzip, zstd"})
     assert "content-encoding" not in again.headers
 
@@ -155,7 +155,7 @@ def test_responses_are_not_compressed_if_that_waits_for_memory(
         plain = fresh.raw(url, coded)
         assert "content-encoding" not in plain.headers
         forced = fresh.raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
-        assert unpacked_gzip(forced.content) == plain.content, "who takes nothing else waits"
+        assert decompress_gzip(forced.content) == plain.content, "who takes nothing else waits"
     assert fresh.raw(url, coded).headers["content-encoding"] == "gzip"
 
 

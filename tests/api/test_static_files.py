@@ -11,7 +11,7 @@ from service.api.app import create_app
 from service.api.static_files import StaticFile, StaticFiles
 from service.settings.values import Settings
 from tests.api.client import Client, start_client
-from tests.packed import unpacked_gzip, unpacked_zstd
+from tests.decompression import decompress_gzip, decompress_zstd
 
 SCRIPT = b"export const answer = 42;\n" * 1000
 
@@ -66,8 +66,8 @@ def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Fold
         packed = client.raw("/files/app.js", {"Accept-Encoding": "gzip"})
         best = client.raw("/files/app.js", {"Accept-Encoding": "gzip, deflate, br, zstd"})
         assert plain.content == SCRIPT
-        assert unpacked_gzip(packed.content) == SCRIPT
-        assert unpacked_zstd(best.content) == SCRIPT
+        assert decompress_gzip(packed.content) == SCRIPT
+        assert decompress_zstd(best.content) == SCRIPT
         codings = [a.headers.get("content-encoding") for a in (plain, packed, best)]
         assert codings == [None, "gzip", "zstd"]
         for response in (plain, packed, best):
@@ -119,5 +119,5 @@ def test_the_document_is_compressed(client: Client) -> None:
     response = client.raw("/openapi.json", {"Accept-Encoding": "zstd"})
     assert response.headers["content-encoding"] == "zstd"
     whole = client.get("/openapi.json", {"Accept-Encoding": "identity"})
-    assert unpacked_zstd(response.content) == whole.content
+    assert decompress_zstd(response.content) == whole.content
     assert len(response.content) < len(whole.content) / 5

@@ -25,7 +25,7 @@ def to_exact_points(rows: np.ndarray) -> list[tuple[Fraction, ...]]:
     return [tuple(to_fractions(row)) for row in rows]
 
 
-@given(knot_vectors(parted=True), seeds)
+@given(knot_vectors(discontinuous=True), seeds)
 def test_bezier_points_of_every_span_give_the_same_polynomial(
     vector: KnotVector, seed: int
 ) -> None:
@@ -43,7 +43,7 @@ def test_bezier_points_of_every_span_give_the_same_polynomial(
             )
 
 
-@given(knot_vectors(st.integers(1, 8), parted=True), seeds, st.booleans())
+@given(knot_vectors(st.integers(1, 8), discontinuous=True), seeds, st.booleans())
 def test_reversed_curves_have_bezier_points_with_the_same_bits(
     vector: KnotVector, seed: int, rational: bool
 ) -> None:
@@ -63,7 +63,7 @@ def test_reversed_curves_have_bezier_points_with_the_same_bits(
     )
 
 
-@given(knot_vectors(parted=True), seeds, st.booleans())
+@given(knot_vectors(discontinuous=True), seeds, st.booleans())
 def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
     vector: KnotVector, seed: int, rational: bool
 ) -> None:

@@ -52,7 +52,7 @@ def test_spans_are_right_continuous() -> None:
     np.testing.assert_array_equal(result, [2, 2, 4, 4, 5, 5, 5])
 
 
-@given(knot_vectors(parted=True), st.lists(shares_of_the_domain, max_size=4))
+@given(knot_vectors(discontinuous=True), st.lists(shares_of_the_domain, max_size=4))
 def test_basis_values_are_those_of_the_recursion_of_cox_and_de_boor(
     vector: KnotVector, shares: list[float]
 ) -> None:

@@ -35,7 +35,7 @@ def evaluate_exactly(
     return [float(c / w) for c in x]
 
 
-@given(knot_vectors(parted=True), seeds, st.integers(0, 3), intervals, st.booleans())
+@given(knot_vectors(discontinuous=True), seeds, st.integers(0, 3), intervals, st.booleans())
 def test_refined_knots_give_the_same_curve(
     vector: KnotVector, seed: int, more: int, ends: list[float], is_whole_domain: bool
 ) -> None:
@@ -68,7 +68,7 @@ def test_refined_knots_give_the_same_curve(
             )
 
 
-@given(knot_vectors(parted=True), seeds)
+@given(knot_vectors(discontinuous=True), seeds)
 def test_a_clamped_spline_over_its_own_knots_keeps_its_control_points(
     vector: KnotVector, seed: int
 ) -> None:

@@ -1,1 +1,1 @@
-"""Tests of the command `surface`."""
+"""Tests of the program `surface`."""

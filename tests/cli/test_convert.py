@@ -1,4 +1,4 @@
-"""`surface convert`, from its flags to its files and exit codes."""
+"""`surface convert`: its flags, the files that it reads and writes, and its errors."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "nam
 
 @pytest.fixture
 def net(tmp_path: Path) -> Path:
-    """A file that holds a bare surface."""
+    """The path of a file with a surface alone, without a request around it."""
     file = tmp_path / "net.json"
     file.write_text(json.dumps(SURFACE), encoding="utf-8")
     return file
@@ -42,11 +42,11 @@ def net(tmp_path: Path) -> Path:
         ("triangle", "lower", {"half": "lower"}),
     ],
 )
-def test_text_of_a_flag(name: str, text: str, expected: dict[str, Any]) -> None:
+def test_flags_become_operations(name: str, text: str, expected: dict[str, Any]) -> None:
     assert operations_from_text([(name, text)]) == ([name], [{"op": name, **expected}])
 
 
-def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) -> None:
+def test_operations_are_applied_in_the_order_of_the_flags(tmp_path: Path, net: Path) -> None:
     output = tmp_path / "out.json"
     flags = ["--elevate", "2,3", "--reverse", "u", "--split", "v=0.5", "--transpose"]
     for source in ("saddle", str(net)):
@@ -64,7 +64,7 @@ def test_flags_work_in_the_order_in_which_they_stand(tmp_path: Path, net: Path) 
     assert main(["mesh", str(output), "-o", str(tmp_path / "out.glb")]) == 0
 
 
-def test_a_file_may_bring_its_operations(tmp_path: Path) -> None:
+def test_a_file_may_contain_operations_and_flags_replace_them(tmp_path: Path) -> None:
     file, output = tmp_path / "request.json", tmp_path / "out.json"
     request = {"surface": SURFACE, "operations": [{"op": "elevate", "degree": 5}]}
     file.write_text(json.dumps(request), "utf-8")
@@ -95,13 +95,14 @@ REFUSALS = [
 
 
 @pytest.mark.parametrize(("flags", "text"), REFUSALS)
-def test_refused_operation_names_its_flag(
+def test_errors_of_an_operation_name_its_flag(
     server: str, net: Path, capsys: pytest.CaptureFixture[str], flags: list[str], text: str
 ) -> None:
+    """The error is the same, whether this process or a service computes the result."""
     command = ["convert", str(net), "-o", "x.json", *flags]
     assert main(command) == 1
-    local = capsys.readouterr().err
-    assert local.startswith(f"surface: {text}")
+    local_error = capsys.readouterr().err
+    assert local_error.startswith(f"surface: {text}")
     assert main([*command, "--url", server]) == 1
-    assert capsys.readouterr().err == local
+    assert capsys.readouterr().err == local_error
     assert not Path("x.json").exists()

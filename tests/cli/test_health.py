@@ -1,4 +1,4 @@
-"""`surface health`, the health check of a container."""
+"""`surface health`, which a container runs as its health check."""
 
 import socket
 from collections.abc import Iterator
@@ -17,22 +17,22 @@ from tests.programs import run_python
 
 @contextmanager
 def serve_once(response: bytes) -> Iterator[str]:
-    """The port of a server that accepts one connection and sends this response."""
+    """The port of a server that accepts one connection and sends these bytes as the response."""
 
-    def once() -> None:
+    def respond() -> None:
         connection, _ = listener.accept()
         with connection:
             connection.recv(1 << 16)
             connection.sendall(response)
 
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        thread = Thread(target=once)
+        thread = Thread(target=respond)
         thread.start()
         yield str(listener.getsockname()[1])
         thread.join()
 
 
-def test_a_ready_service(
+def test_a_ready_service_gives_exit_code_0(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with run_service() as url:
@@ -51,18 +51,20 @@ def test_a_ready_service(
     ],
     ids=["draining", "another program", "silence"],
 )
-def test_a_service_that_is_not_ready(
+def test_a_service_that_is_not_ready_gives_exit_code_1(
     response: bytes, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with serve_once(response) as port:
         assert main(["health", "--port", port]) == 1
-    shown = capsys.readouterr()
-    assert text in shown.err
-    assert shown.out == ""
+    output = capsys.readouterr()
+    assert text in output.err
+    assert output.out == ""
 
 
-def test_the_address_of_the_health_check(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The address is read as the service reads it; a wildcard becomes the loopback address."""
+def test_the_health_check_connects_to_the_address_of_the_service(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The command reads the settings of the service; a wildcard becomes the loopback address."""
     assert listening_at(None, None) == (Settings().host, Settings().port)
     assert listening_at("10.1.2.3", "81") == ("10.1.2.3", 81)
     monkeypatch.setenv("SURFACE_HOST", "::")
@@ -70,11 +72,11 @@ def test_the_address_of_the_health_check(monkeypatch: pytest.MonkeyPatch) -> Non
     assert listening_at(None, None) == ("::1", 82)
 
 
-def test_it_imports_no_slow_module() -> None:
+def test_the_health_check_imports_no_slow_module() -> None:
     code = (
         "import sys; from service.cli.main import main; main(['health', '--port', '1'])\n"
         "print(*{'numpy', 'pydantic', 'fastapi', 'uvicorn', 'asyncio'} & sys.modules.keys())"
     )
-    done = run_python("-c", code)
-    assert "no response" in done.stderr
-    assert done.stdout == "\n"
+    process = run_python("-c", code)
+    assert "no response" in process.stderr
+    assert process.stdout == "\n"

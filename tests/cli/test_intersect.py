@@ -18,12 +18,12 @@ def test_rays_from_flags_and_from_a_file(
     flags = ["--all", "--relative-thickness", "1e-8", "-o", "-"]
     rays = [word for row in RAYS.tolist() for word in ("--ray", ",".join(map(repr, row)))]
     assert main(["intersect", "sphere", *rays, *flags]) == 0
-    given = capsysbinary.readouterr().out
+    output = capsysbinary.readouterr().out
     assert main(["intersect", "sphere", "--rays", str(tmp_path / "rays.npy"), *flags]) == 0
-    assert capsysbinary.readouterr().out == given
+    assert capsysbinary.readouterr().out == output
     height = 0.95**0.5
     expected = [(5 - height) / 2, (5 + height) / 2, 2, 4]
-    assert json.loads(given)["t"] == pytest.approx(expected)
+    assert json.loads(output)["t"] == pytest.approx(expected)
 
 
 def test_a_ray_of_five_numbers_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

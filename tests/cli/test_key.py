@@ -1,4 +1,4 @@
-"""A service that needs a key, from the command line."""
+"""The command line sends the key in SURFACE_KEY to a service that requires a key."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ def server() -> Iterator[str]:
         yield url
 
 
-def test_the_key_of_the_environment_is_sent(
+def test_with_the_key_in_the_environment_commands_succeed(
     server: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SURFACE_KEY", KEY)
@@ -30,7 +30,7 @@ def test_the_key_of_the_environment_is_sent(
 
 
 @pytest.mark.parametrize(("key", "code"), [("", 1), ("sfk_0", 1), ("sfk_0\n", 2), ("schlüssel", 2)])
-def test_without_a_key_the_error_names_its_variable(
+def test_without_a_valid_key_the_error_names_the_variable(
     server: str,
     key: str,
     code: int,

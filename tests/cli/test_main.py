@@ -1,4 +1,4 @@
-"""The command `surface`, from its arguments to its files and exit codes."""
+"""The program `surface`: its arguments, the files that it reads and writes, and its exit codes."""
 
 import inspect
 import io
@@ -30,26 +30,23 @@ SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]], "nam
 
 @pytest.fixture
 def net(tmp_path: Path) -> Path:
-    """A file that holds a bare surface."""
+    """The path of a file with a surface alone, without a request around it."""
     file = tmp_path / "net.json"
     file.write_text(json.dumps(SURFACE), encoding="utf-8")
     return file
 
 
-def list_files(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
-
-
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
-def test_example_in_every_format_by_suffix(tmp_path: Path, fmt: Format) -> None:
+def test_the_suffix_of_the_output_selects_the_format(tmp_path: Path, fmt: Format) -> None:
     output = tmp_path / f"saddle.{fmt.suffix}"
     assert main(["mesh", "saddle", "-o", str(output), "--resolution", "3,4"]) == 0
     expected = render(find("saddle").surface(), MeshOptions((3, 4)), fmt)
     assert output.read_bytes() == expected
-    assert list_files(tmp_path) == [output.name]
+    # No temporary file is left beside the output.
+    assert list(tmp_path.iterdir()) == [output]
 
 
-def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Path) -> None:
+def test_flags_override_options_in_the_file(tmp_path: Path) -> None:
     file, output = tmp_path / "request.json", tmp_path / "mesh.json"
     file.write_text(json.dumps({"surface": SURFACE, "resolution": 9, "uvs": True}), "utf-8")
     assert main(["mesh", str(file), "-o", str(output), "--resolution", "2", "--no-normals"]) == 0
@@ -58,14 +55,14 @@ def test_options_of_the_command_are_stronger_than_those_of_the_file(tmp_path: Pa
     assert "normals" not in mesh
 
 
-def test_a_local_file_may_contain_many_blanks(tmp_path: Path) -> None:
-    """The limit of a body protects a server; local files have no such limit."""
+def test_a_local_file_may_be_larger_than_a_request_body(tmp_path: Path) -> None:
+    """The service limits the size of bodies to protect itself; the limit is not for local files."""
     file, output = tmp_path / "net.json", tmp_path / "net.off"
     file.write_text(json.dumps(SURFACE) + " " * (3 << 20), encoding="utf-8")
     assert main(["mesh", str(file), "-o", str(output), "--resolution", "1"]) == 0
 
 
-def test_standard_input_to_standard_output(
+def test_a_dash_is_standard_input_and_standard_output(
     net: Path, monkeypatch: pytest.MonkeyPatch, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(net.read_bytes())))
@@ -74,7 +71,7 @@ def test_standard_input_to_standard_output(
 
 
 @pytest.mark.parametrize(
-    ("content", "place"),
+    ("content", "location"),
     [
         ('{"surface": {"control_net": [[[0,0,0],[0,1,0]],[[1,0,0]]]}}', "/surface/control_net/1"),
         ('{"control_net": [[[0,0,0],[0,1,true]],[[1,0,0],[1,1,0]]]}', "/surface/control_net/0/1/2"),
@@ -84,13 +81,13 @@ def test_standard_input_to_standard_output(
         ("[1, 2", "line 1, column"),
     ],
 )
-def test_refusal_names_the_place_and_writes_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, place: str
+def test_errors_name_the_location_in_the_file_and_no_output_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, location: str
 ) -> None:
     file, output = tmp_path / "net.json", tmp_path / "mesh.glb"
     file.write_text(content, encoding="utf-8")
     assert main(["mesh", str(file), "-o", str(output)]) == 1
-    assert place in capsys.readouterr().err
+    assert location in capsys.readouterr().err
     assert not output.exists()
 
 
@@ -111,12 +108,14 @@ def test_refusal_names_the_place_and_writes_nothing(
         (["serve", "--port", "http"], "--port: got 'http', needed a whole number"),
     ],
 )
-def test_misuse(capsys: pytest.CaptureFixture[str], arguments: list[str], text: str) -> None:
+def test_wrong_arguments_give_exit_code_2(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], text: str
+) -> None:
     assert main(arguments) == 2
     assert text in capsys.readouterr().err
 
 
-def test_bad_settings_stop_the_command(
+def test_invalid_settings_give_exit_code_2(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SURFACE_MAX_VERTICES", "many")
@@ -135,27 +134,30 @@ def test_a_closed_pipe_has_an_exit_code_and_no_message(
     monkeypatch: pytest.MonkeyPatch, command: str, unbuffered: str
 ) -> None:
     monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
-    done = _run_bash(f"{COMMAND} {command}; exit ${{PIPESTATUS[0]}}")
-    assert (done.returncode, done.stderr) == (1, "")
+    process = _run_bash(f"{COMMAND} {command}; exit ${{PIPESTATUS[0]}}")
+    assert (process.returncode, process.stderr) == (1, "")
 
 
-def test_closed_standard_output() -> None:
-    done = _run_bash(f"{COMMAND} formats >&-")
-    assert (done.returncode, done.stderr) == (1, "surface: standard output is closed\n")
+def test_closed_standard_output_gives_an_error() -> None:
+    process = _run_bash(f"{COMMAND} formats >&-")
+    assert (process.returncode, process.stderr) == (1, "surface: standard output is closed\n")
 
 
-def test_closed_standard_input_and_closed_standard_error() -> None:
-    done = _run_bash(f"{COMMAND} mesh - -o x.glb <&-")
-    assert (done.returncode, done.stderr) == (1, "surface: standard input is closed\n")
-    done = _run_bash(f"{COMMAND} mesh sponge -o - --format glb 2>&-")
-    assert (done.returncode, done.stdout) == (2, "")
+def test_closed_standard_input_gives_an_error() -> None:
+    process = _run_bash(f"{COMMAND} mesh - -o x.glb <&-")
+    assert (process.returncode, process.stderr) == (1, "surface: standard input is closed\n")
+
+
+def test_with_closed_standard_error_the_exit_code_stays() -> None:
+    process = _run_bash(f"{COMMAND} mesh sponge -o - --format glb 2>&-")
+    assert (process.returncode, process.stdout) == (2, "")
 
 
 def _run_bash(script: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
 
 
-def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+def test_output_to_a_link_or_a_device_does_not_replace_it(tmp_path: Path) -> None:
     target, link = tmp_path / "target.glb", tmp_path / "link.glb"
     target.touch()
     link.symlink_to(target)
@@ -166,7 +168,7 @@ def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
     assert Path(os.devnull).is_char_device()
 
 
-def test_lists(capsys: pytest.CaptureFixture[str]) -> None:
+def test_examples_and_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["examples"]) == 0
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(EXAMPLES)
     assert main(["formats"]) == 0
@@ -181,7 +183,7 @@ def test_every_module_with_a_command_is_listed() -> None:
     assert modules == listed, "list the module in COMMANDS of service/cli/main.py"
 
 
-def test_every_option_has_its_flag(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_option_of_a_mesh_has_a_flag(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["mesh", "--help"])
     flags = capsys.readouterr().out.split()
@@ -197,18 +199,18 @@ def test_help_lists_the_exit_codes_and_imports_no_slow_modules(arguments: list[s
         "try: main(sys.argv[1:])\n"
         "except SystemExit: print(sorted({'numpy', 'fastapi', 'pydantic'} & set(sys.modules)))"
     )
-    done = run_python("-c", program, *arguments)
-    assert "exit codes:" in done.stdout
-    assert done.stdout.endswith("[]\n")
+    process = run_python("-c", program, *arguments)
+    assert "exit codes:" in process.stdout
+    assert process.stdout.endswith("[]\n")
 
 
-def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path) -> None:
-    ours, theirs = tmp_path / "ours.oogl", tmp_path / "theirs.oogl"
+def test_local_and_remote_meshes_are_equal(server: str, tmp_path: Path, net: Path) -> None:
+    local, remote = tmp_path / "local.oogl", tmp_path / "remote.oogl"
     options = ["--resolution", "3,2", "--overlays", "control_net,boundary", "--oogl", "off"]
     for source in ("utah-teapot", str(net)):
-        assert main(["mesh", source, "-o", str(ours), "--uvs", *options]) == 0
-        assert main(["mesh", source, "-o", str(theirs), "--uvs", *options, "--url", server]) == 0
-        assert ours.read_bytes() == theirs.read_bytes()
+        assert main(["mesh", source, "-o", str(local), "--uvs", *options]) == 0
+        assert main(["mesh", source, "-o", str(remote), "--uvs", *options, "--url", server]) == 0
+        assert local.read_bytes() == remote.read_bytes()
 
 
 @pytest.mark.parametrize("source", ["saddle", "file"])
@@ -222,18 +224,18 @@ def test_remote_work_gives_the_same_bytes(server: str, tmp_path: Path, net: Path
         ["--crease-angle", "wide", "--oogl", "x"],
     ],
 )
-def test_remote_refusal_reads_like_a_local_one(
+def test_local_and_remote_errors_are_equal(
     server: str, net: Path, capsys: pytest.CaptureFixture[str], source: str, options: list[str]
 ) -> None:
     command = ["mesh", str(net) if source == "file" else source, "-o", "x.glb", *options]
     assert main(command) == 1
-    local = capsys.readouterr().err
+    local_error = capsys.readouterr().err
     assert main([*command, "--url", server]) == 1
-    assert capsys.readouterr().err == local
-    assert local.startswith(f"surface: {options[0]}: ")
+    assert capsys.readouterr().err == local_error
+    assert local_error.startswith(f"surface: {options[0]}: ")
 
 
-def test_option_of_a_file_is_named_by_its_place_in_the_file(
+def test_errors_name_an_option_in_a_file_by_its_pointer(
     server: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "request.json"
@@ -243,32 +245,35 @@ def test_option_of_a_file_is_named_by_its_place_in_the_file(
         assert capsys.readouterr().err.startswith("surface: /overlays/0: ")
 
 
-class _Stranger(BaseHTTPRequestHandler):
-    """A server that is not this service, or is broken."""
+class _OtherServer(BaseHTTPRequestHandler):
+    """Responds to each request with a page: 200 below /welcome/, else 404.
+
+    Below /broken/ it responds with a problem of this service, 500.
+    """
 
     def do_GET(self) -> None:
-        broken = self.path.startswith("/broken/")
-        happy = self.path.startswith("/happy/")
+        is_broken = self.path.startswith("/broken/")
+        is_welcome = self.path.startswith("/welcome/")
         problem = {
             "status": 500,
             "code": "internal_error",
             "detail": "The fault is ours.",
             "errors": [],
         }
-        body = json.dumps(problem).encode() if broken else b"<h1>Welcome</h1>"
-        self.send_response(500 if broken else 200 if happy else 404)
-        self.send_header("Content-Type", "application/problem+json" if broken else "text/html")
+        body = json.dumps(problem).encode() if is_broken else b"<h1>Welcome</h1>"
+        self.send_response(500 if is_broken else 200 if is_welcome else 404)
+        self.send_header("Content-Type", "application/problem+json" if is_broken else "text/html")
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:
-        pass
+        """Writes no log to the terminal."""
 
 
 @pytest.fixture
-def stranger() -> Iterator[str]:
-    with serve(_Stranger) as url:
+def other_server() -> Iterator[str]:
+    with serve(_OtherServer) as url:
         yield url
 
 
@@ -276,14 +281,14 @@ def stranger() -> Iterator[str]:
     ("path", "text"),
     [
         ("", "not a surface service"),
-        ("/happy", "not a surface service"),
+        ("/welcome", "not a surface service"),
         ("/broken", "The fault is ours."),
     ],
 )
-def test_a_service_that_fails_or_does_not_exist(
-    stranger: str, capsys: pytest.CaptureFixture[str], path: str, text: str
+def test_a_server_that_fails_or_is_not_this_service_gives_exit_code_3(
+    other_server: str, capsys: pytest.CaptureFixture[str], path: str, text: str
 ) -> None:
-    assert main(["mesh", "saddle", "-o", "x.glb", "--url", stranger + path]) == 3
+    assert main(["mesh", "saddle", "-o", "x.glb", "--url", other_server + path]) == 3
     assert text in capsys.readouterr().err
 
 
@@ -297,7 +302,7 @@ def test_serve_responds_until_a_signal(tmp_path: Path) -> None:
     assert "Traceback" not in output
 
 
-def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_gives_exit_code_130(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -305,29 +310,31 @@ def test_interrupted_without_a_traceback(monkeypatch: pytest.MonkeyPatch) -> Non
     assert main(["serve"]) == 130
 
 
-def test_a_curve_in_a_file(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
-    """The file has a bare curve, or a request whose options the command line overrides."""
-    bare, request = tmp_path / "bare.json", tmp_path / "request.json"
-    bare.write_text('{"control_points": [[0, 0], [1, 1], [2, 0]]}')
+def test_curves_are_read_from_files(
+    tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """The file has a curve alone, or a request whose options the command line overrides."""
+    curve, request = tmp_path / "curve.json", tmp_path / "request.json"
+    curve.write_text('{"control_points": [[0, 0], [1, 1], [2, 0]]}')
     request.write_text(
         '{"curve": {"control_points": [[0, 0], [1, 1], [2, 0]]}, "resolution": 3,'
         ' "tangents": false}'
     )
     output = tmp_path / "curve.obj"
-    assert main(["curve", str(bare), "-o", str(output), "--resolution", "2"]) == 0
+    assert main(["curve", str(curve), "-o", str(output), "--resolution", "2"]) == 0
     assert output.read_text().splitlines()[-1] == "l 1 2 3"
     arguments = ["curve", str(request), "-o", "-", "--format", "json", "--tolerance", "0.01"]
     assert main([*arguments, "--tangents"]) == 0
     response = json.loads(capsysbinary.readouterr().out)
     assert response["report"]["deviation_bound"] <= 0.01
     assert len(response["tangents"]) == response["report"]["points"]
-    assert main(["curve", str(bare), "-o", str(tmp_path / "curve.stl")]) == 2
+    assert main(["curve", str(curve), "-o", str(tmp_path / "curve.stl")]) == 2
     assert main(["curve", str(tmp_path / "none.json"), "-o", str(output)]) == 2
-    assert main(["curve", str(bare), "-o", str(output), "--tolerance", "-1"]) == 1
+    assert main(["curve", str(curve), "-o", str(output), "--tolerance", "-1"]) == 1
     assert b"--tolerance" in capsysbinary.readouterr().err
 
 
 def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as exit_:
+    with pytest.raises(SystemExit) as error:
         main(["--version"])
-    assert (exit_.value.code, capsys.readouterr().out) == (0, f"surface {__version__}\n")
+    assert (error.value.code, capsys.readouterr().out) == (0, f"surface {__version__}\n")

@@ -1,4 +1,4 @@
-"""`surface measure`: flags and refusals."""
+"""`surface measure`: its flags and its errors."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ def test_flags_set_the_tolerance(capsysbinary: pytest.CaptureFixture[bytes]) -> 
     assert coarse["low"] < fine["low"] < fine["high"] < coarse["high"]
 
 
-def test_a_flag_that_is_wrong_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+def test_errors_name_the_flag(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["measure", "saddle", "--tolerance", "2", "-o", "-"]) == 1
     assert "--tolerance" in capsys.readouterr().err
 
@@ -29,6 +29,6 @@ def test_a_tolerance_that_takes_too_much_work_is_refused(
     path = tmp_path / "folded.json"
     path.write_text('{"control_net": [[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]}')
     assert main(["measure", str(path), "--tolerance", "1e-9", "-o", "-"]) == 1
-    refused = capsys.readouterr().err
-    assert "--tolerance" in refused
-    assert "for the area" in refused
+    error = capsys.readouterr().err
+    assert "--tolerance" in error
+    assert "for the area" in error

@@ -1,4 +1,4 @@
-"""Files of control points on the command line, read locally and by a service."""
+"""Files of control points on the command line, read by this process or by a service."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ TEAPOT = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 
 @pytest.fixture
 def files(tmp_path: Path) -> Path:
-    """A folder with one file of every kind."""
+    """A folder with files of all formats of control points."""
     net = np.zeros((5, 6, 4))
     net[..., 0], net[..., 1] = np.indices((5, 6))
     net[..., 2], net[..., 3] = net[..., 0] * net[..., 1] % 3, 1 + net[..., 0] % 2
@@ -38,7 +38,7 @@ def files(tmp_path: Path) -> Path:
 
 
 SPLINE = ["--type", "bspline", "--degree", "3,2", "--knots", "clamped,periodic", "--name", "n"]
-CASES: dict[str, list[str]] = {
+FLAGS: dict[str, list[str]] = {
     "net.npy": [],
     "single.npy": ["--up", "z", "--resolution", "2"],
     "saddle.bez": ["--tolerance", "0.1"],
@@ -47,22 +47,23 @@ CASES: dict[str, list[str]] = {
     "strip.teapot": ["--faces", "quads"],
     "strip.txt": ["--input-format", "teapot"],
 }
+"""Flags of `surface mesh` by the name of the input file."""
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", FLAGS)
 def test_local_and_remote_meshes_are_equal(server: str, files: Path, name: str) -> None:
-    ours, theirs = files / "ours.json", files / "theirs.json"
-    command = ["mesh", str(files / name), *CASES[name]]
-    assert main([*command, "-o", str(ours)]) == 0
-    assert main([*command, "-o", str(theirs), "--url", server]) == 0
-    assert ours.read_bytes() == theirs.read_bytes()
+    local, remote = files / "local.json", files / "remote.json"
+    command = ["mesh", str(files / name), *FLAGS[name]]
+    assert main([*command, "-o", str(local)]) == 0
+    assert main([*command, "-o", str(remote), "--url", server]) == 0
+    assert local.read_bytes() == remote.read_bytes()
 
 
 def test_an_array_with_flags_equals_the_json_document(files: Path) -> None:
-    by_flags, by_json = files / "flags.glb", files / "json.glb"
-    assert main(["mesh", str(files / "net.npy"), *SPLINE, "-o", str(by_flags)]) == 0
-    assert main(["mesh", str(files / "net.json"), "-o", str(by_json)]) == 0
-    assert by_flags.read_bytes() == by_json.read_bytes()
+    from_array, from_json = files / "array.glb", files / "json.glb"
+    assert main(["mesh", str(files / "net.npy"), *SPLINE, "-o", str(from_array)]) == 0
+    assert main(["mesh", str(files / "net.json"), "-o", str(from_json)]) == 0
+    assert from_array.read_bytes() == from_json.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -70,17 +71,18 @@ def test_an_array_with_flags_equals_the_json_document(files: Path) -> None:
     [["estimate"], ["convert", "--split", "u=0.5"], ["points", "--uv", "0.25,0.5"]],
     ids=lambda command: command[0],
 )
-def test_other_commands_read_them_too(server: str, files: Path, command: list[str]) -> None:
-    answers: list[Any] = []
+def test_other_commands_read_arrays_too(server: str, files: Path, command: list[str]) -> None:
+    """An array with flags and the JSON document give equal results, local and remote."""
+    results: list[Any] = []
     for source in ([str(files / "net.npy"), *SPLINE], [str(files / "net.json")]):
-        for there in ([], ["--url", server]):
-            output = files / "answer.json"
-            assert main([*command, *source, *there, "-o", str(output)]) == 0
-            answers.append(json.loads(output.read_bytes()))
-    assert all(response == answers[0] for response in answers)
+        for place in ([], ["--url", server]):
+            output = files / "result.json"
+            assert main([*command, *source, *place, "-o", str(output)]) == 0
+            results.append(json.loads(output.read_bytes()))
+    assert all(result == results[0] for result in results)
 
 
-REFUSED: list[tuple[list[str], int, str]] = [
+REFUSALS: list[tuple[list[str], int, str]] = [
     (["net.npy", "--type", "tube"], 1, "--type: "),
     (["net.npy", "--type", "bspline", "--degree", "99"], 1, "--degree: "),
     (["net.npy", "--type", "bspline", "--knots", "none"], 1, "--knots: "),
@@ -95,14 +97,16 @@ REFUSED: list[tuple[list[str], int, str]] = [
     (["net.json", "--degree", "3"], 2, "--degree: only for files of control points"),
     (["missing.npy"], 2, "no such file"),
 ]
+"""Arguments, the exit code, and the beginning of the error."""
 
 
-@pytest.mark.parametrize("number", range(len(REFUSED)), ids=lambda k: str(REFUSED[k]))
-def test_refusals_name_the_flag_or_the_line(
+@pytest.mark.parametrize("number", range(len(REFUSALS)), ids=lambda k: str(REFUSALS[k]))
+def test_errors_name_the_flag_or_the_line(
     server: str, files: Path, capsys: pytest.CaptureFixture[str], number: int
 ) -> None:
-    (source, *flags), code, text = REFUSED[number]
+    (source, *flags), code, text = REFUSALS[number]
+    # Every second case calls `surface estimate`, which reads files in the same way.
     command = (["mesh", "--format", "off"], ["estimate"])[number % 2]
-    for there in ([], ["--url", server]):
-        assert main([*command, str(files / source), *flags, *there, "-o", "-"]) == code
+    for place in ([], ["--url", server]):
+        assert main([*command, str(files / source), *flags, *place, "-o", "-"]) == code
         assert capsys.readouterr().err.startswith(f"surface: {text}")

@@ -1,4 +1,4 @@
-"""`surface points`: places on the command line and in files."""
+"""`surface points`: parameters from flags and from files."""
 
 import json
 from pathlib import Path
@@ -16,12 +16,13 @@ SADDLE = {"control_net": [[[-1, -1, 1], [-1, 1, -1]], [[1, -1, -1], [1, 1, 1]]]}
 
 
 def run_points(*arguments: str, capsysbinary: pytest.CaptureFixture[bytes]) -> dict[str, Any]:
+    """The output of `surface points` with these arguments: lists of points, normals and others."""
     assert main(["points", *arguments, "-o", "-"]) == 0
     columns: dict[str, Any] = json.loads(capsysbinary.readouterr().out)
     return columns
 
 
-def test_an_example_at_places_of_the_command_line(
+def test_points_of_an_example_at_parameters_from_flags(
     capsysbinary: pytest.CaptureFixture[bytes],
 ) -> None:
     flags = ("--uv", "0.5,0.5", "--uv", "0,1", "--derivatives", "2")
@@ -42,7 +43,7 @@ def test_flags_replace_fields_of_the_file(
     assert result == {"positions": [[1, 1, 1]]}
 
 
-def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+def test_a_triangle_at_barycentric_coordinates(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
     flags = ("--barycentric", "0.25,0.25,0.5", "--derivatives", "0")
     assert len(run_points("monkey-saddle", *flags, capsysbinary=capsysbinary)["positions"]) == 1
 
@@ -58,7 +59,7 @@ def test_a_triangle_at_barycentric_places(capsysbinary: pytest.CaptureFixture[by
         (("--derivatives", "1"), "uv"),
     ],
 )
-def test_a_refusal_names_the_flag(
+def test_errors_name_the_flag(
     flags: tuple[str, ...], text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["points", "saddle", "-o", "-", *flags]) == 1

@@ -1,4 +1,4 @@
-"""`surface project`: points from flags, from a file, and a curve."""
+"""`surface project`: points from flags and from a file, projected onto a surface or a curve."""
 
 import io
 import json
@@ -19,11 +19,11 @@ def test_points_from_flags_and_from_a_file(
     points.write_bytes(file.getvalue())
     flags = ["--relative-tolerance", "1e-6", "--sign", "-o", "-"]
     assert main(["project", "sphere", "--point", "0,0,5", "--point", "1,2,3", *flags]) == 0
-    given = capsysbinary.readouterr().out
+    output = capsysbinary.readouterr().out
     assert main(["project", "sphere", "--points", str(points), *flags]) == 0
-    assert capsysbinary.readouterr().out == given
-    assert json.loads(given)["distances"] == pytest.approx([4, 14**0.5 - 1])
-    assert json.loads(given)["signs"] == [1, 1]
+    assert capsysbinary.readouterr().out == output
+    assert json.loads(output)["distances"] == pytest.approx([4, 14**0.5 - 1])
+    assert json.loads(output)["signs"] == [1, 1]
 
 
 def test_a_request_with_a_curve(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:

@@ -1,4 +1,4 @@
-"""`surface section`: planes from flags and from a file, formats by suffix."""
+"""`surface section`: planes from flags and from a file; the suffix of the output is the format."""
 
 import json
 from pathlib import Path
@@ -13,16 +13,17 @@ def test_planes_from_flags_and_from_a_file(
 ) -> None:
     flags = ["--relative-tolerance", "0.01", "-o", "-", "--format", "json"]
     assert main(["section", "sphere", "--normal", "0,0,2", "--offsets", "0,0.6", *flags]) == 0
-    given = capsysbinary.readouterr().out
+    output = capsysbinary.readouterr().out
     assert main(["section", "sphere", "--point", "3,0,0", "--point", "0,0,0.6", *flags]) == 0
-    assert capsysbinary.readouterr().out == given
+    assert capsysbinary.readouterr().out == output
     request = tmp_path / "request.json"
     planes = {"normals": [[0, 0, 1]], "offsets": [0, 0.6]}
     surface = {"control_net": [[[0, 0, -1], [0, 1, -1]], [[0, 0, 1], [0, 1, 1]]]}
     request.write_text(json.dumps({"surface": surface, "planes": planes, "tolerance": 0.1}))
     assert main(["section", str(request), "-o", str(tmp_path / "section.svg")]) == 0
     assert (tmp_path / "section.svg").read_text().count("<path ") == 2
-    assert [len(s["polylines"]) for s in json.loads(given)["sections"]] == [1, 1]
+    sections = json.loads(output)["sections"]
+    assert [len(section["polylines"]) for section in sections] == [1, 1]
 
 
 def test_a_surface_without_planes_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

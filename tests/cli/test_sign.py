@@ -1,5 +1,4 @@
-"""`surface sign`: URLs that are signed without a service, and that services with the secret
-accept."""
+"""`surface sign` signs URLs without a service; a service with the same secret accepts them."""
 
 import pytest
 from pydantic import SecretStr
@@ -13,7 +12,7 @@ SECRET = "0123456789abcdef" * 2
 MESH = "/v1/surfaces/saddle/mesh.json?resolution=1"
 
 
-def test_the_url_responds(
+def test_the_service_accepts_the_signed_url(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SURFACE_SIGNING_KEYS", SECRET)
@@ -37,7 +36,7 @@ def test_the_url_responds(
         (SECRET, ["/etc/passwd", "--seconds", "1"], (1, "/url")),
     ],
 )
-def test_urls_that_are_not_signed(
+def test_refused_arguments_give_an_error_that_does_not_repeat_the_url(
     secret: str,
     arguments: list[str],
     expected: tuple[int, str],

@@ -1,4 +1,4 @@
-"""`surface store`: stores a surface at a service, and prints its URLs."""
+"""`surface store` stores a surface in a service, and prints its URLs."""
 
 import json
 from pathlib import Path
@@ -24,20 +24,21 @@ def net(tmp_path: Path) -> str:
 
 
 def read_output(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
+    """The printed lines, such as `id 5f…`, as a dictionary."""
     return dict(line.split() for line in capsys.readouterr().out.splitlines())
 
 
-def test_urls_are_printed_and_respond(
+def test_the_printed_urls_serve_the_surface(
     server: str, net: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    files = tmp_path / "net.npy"
-    np.save(files, NET.astype(np.float32))
-    for arguments in ([net], [net], [str(files), "--name", "sail"]):
+    array = tmp_path / "net.npy"
+    np.save(array, NET.astype(np.float32))
+    for arguments in ([net], [net], [str(array), "--name", "sail"]):
         assert main(["store", *arguments, "--url", server]) == 0
-        result = read_output(capsys)
-        assert result["id"] == ID
-        assert result["self"] == f"{server}/v1/surfaces/{ID}"
-        assert httpx.get(result["self"]).json()["surface"]["control_net"] == NET.tolist()
+        printed = read_output(capsys)
+        assert printed["id"] == ID
+        assert printed["self"] == f"{server}/v1/surfaces/{ID}"
+        assert httpx.get(printed["self"]).json()["surface"]["control_net"] == NET.tolist()
 
 
 @pytest.mark.parametrize(
@@ -52,15 +53,15 @@ def test_urls_are_printed_and_respond(
         (["store", "saddle", "--name", "x", "--url", "{server}"], 2, "--name"),
     ],
 )
-def test_commands_that_fail(
+def test_commands_that_fail_have_an_exit_code_and_an_error(
     server: str, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, text: str
 ) -> None:
-    assert main([part.format(server=server) for part in arguments]) == status
+    assert main([argument.format(server=server) for argument in arguments]) == status
     assert text in capsys.readouterr().err
 
 
-def test_a_service_is_needed(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ending:
+def test_store_requires_the_url_of_a_service(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as error:
         main(["store", "saddle"])
-    assert ending.value.code == 2
+    assert error.value.code == 2
     assert "--url" in capsys.readouterr().err

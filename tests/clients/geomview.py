@@ -1,4 +1,4 @@
-"""Geomview's own reader: `anytooff` loads an OOGL file and writes it as OFF."""
+"""Reads OOGL files with Geomview: its program `anytooff` loads a file and writes it as OFF."""
 
 import subprocess
 from dataclasses import dataclass
@@ -11,10 +11,11 @@ from tests.programs import find_program
 
 
 @dataclass(frozen=True)
-class Read:
-    """A file as Geomview read it: vertices as it stores them, float32, and faces.
+class GeomviewMesh:
+    """The vertices and faces that Geomview read from a file.
 
-    `colors`, red, green, blue and opacity, are None for a file without colours.
+    `vertices` (N, 3) are rounded to float32, as Geomview stores them. `faces` are lists of vertex
+    indices. `colors` (N, 4), red, green, blue and opacity, are None for a file without colours.
     """
 
     vertices: NDArray[np.float64]
@@ -22,30 +23,33 @@ class Read:
     colors: NDArray[np.float64] | None
 
 
-def read_oogl(content: bytes, folder: Path) -> Read:
-    """Loads a file as Geomview does; fails if Geomview prints an error, even if it continues."""
+def read_oogl(content: bytes, folder: Path) -> GeomviewMesh:
+    """The mesh that Geomview reads from `content`; the test fails if Geomview prints an error.
+
+    The content is written to a file in `folder`.
+    """
     path = folder / "model.oogl"
     path.write_bytes(content)
-    done = subprocess.run(
+    process = subprocess.run(
         [find_program("anytooff"), str(path)],
         capture_output=True,
         text=True,
         timeout=60,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
-    return _parse_off(done.stdout)
+    assert (process.returncode, process.stderr) == (0, ""), process.stderr
+    return _parse_off(process.stdout)
 
 
-def _parse_off(text: str) -> Read:
-    """The OFF in braces that `anytooff` writes: `{ [C][N]OFF counts vertices faces }`."""
+def _parse_off(text: str) -> GeomviewMesh:
+    """Parses the output of `anytooff`: `{ [C][N]OFF counts vertices faces }`."""
     words = iter(text.split())
     keyword = next(word for word in words if word != "{")
     assert keyword.endswith("OFF"), keyword
     columns = 3 + 3 * ("N" in keyword) + 4 * ("C" in keyword)
     vertices, faces, _edges = (int(next(words)) for _ in range(3))
     table = np.array([[float(next(words)) for _ in range(columns)] for _ in range(vertices)])
-    # Each face is on a line of its own; its colour may follow it.
+    # The last lines are the faces: the number of corners, the corners, and maybe a colour.
     lines = [line.split() for line in text.strip().rstrip("}").splitlines() if line.strip()]
-    loops = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-faces:]]
-    return Read(table[:, :3], loops, table[:, -4:] if "C" in keyword else None)
+    corners = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-faces:]]
+    return GeomviewMesh(table[:, :3], corners, table[:, -4:] if "C" in keyword else None)

@@ -1,6 +1,6 @@
-// Runs the Khronos glTF validator: for each line of standard input, the path of a file, it prints a
-// line of JSON, the report.
-// usage: node gltf_validator.mjs FOLDER_OF_THE_PACKAGE
+// Runs the Khronos glTF validator. Each line of standard input is the path of a file; for each file
+// the program prints the report as one line of JSON.
+// Usage: node gltf_validator.mjs FOLDER_OF_THE_PACKAGE
 
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";

@@ -12,13 +12,15 @@ from tests.programs import find_node_package, find_program
 SCRIPT = Path(__file__).with_suffix(".mjs")
 
 UNUSED = "UNUSED_OBJECT"
-"""The code of the validator's note about texture coordinates without a texture."""
+"""Code of an issue of the validator: for example, texture coordinates without a texture."""
 
 
 @cache
 def _start_validator() -> subprocess.Popen[str]:
-    """The process of the validator, started once, because starting Node takes longer than most
-    files."""
+    """The process of the validator, which reads paths of files and writes reports.
+
+    It starts only once, because starting Node takes longer than the validation of most files.
+    """
     command = [find_program("node"), str(SCRIPT), str(find_node_package("gltf-validator"))]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(process.kill)
@@ -26,7 +28,7 @@ def _start_validator() -> subprocess.Popen[str]:
 
 
 def validate(path: Path) -> dict[str, Any]:
-    """Return the report on a `.gltf` or `.glb` file; its issues are of every severity."""
+    """The validator's report on a `.gltf` or `.glb` file, with issues of all severities."""
     process = _start_validator()
     assert process.stdin is not None
     assert process.stdout is not None
@@ -36,7 +38,10 @@ def validate(path: Path) -> dict[str, Any]:
 
 
 def list_issues(content: bytes, path: Path) -> list[dict[str, Any]]:
-    """Issues of all severities in a file of this content, unused texture coordinates aside."""
+    """Issues of all severities in a glTF file, which this function writes to `path`.
+
+    Issues about unused texture coordinates are left out: the service writes no textures.
+    """
     path.write_bytes(content)
     messages: list[dict[str, Any]] = validate(path)["issues"]["messages"]
     return [

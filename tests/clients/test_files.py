@@ -1,4 +1,4 @@
-"""Files that users may have, sent by curl, and read by Geomview."""
+"""Files that users may have: curl sends them to the service, and Geomview reads the responses."""
 
 import subprocess
 from pathlib import Path
@@ -17,7 +17,7 @@ GEOMVIEW = Path("/usr/share/geomview/geom")
 
 
 def post_file(url: str, file: Path, media_type: str) -> bytes:
-    """The response to a file, which curl sends unchanged."""
+    """The body of the response to a POST request with this file as its body, sent by curl."""
     command = [
         find_program("curl"),
         "--silent",
@@ -32,7 +32,7 @@ def post_file(url: str, file: Path, media_type: str) -> bytes:
     return subprocess.run(command, capture_output=True, timeout=60, check=True).stdout
 
 
-def test_an_array_becomes_a_mesh(server: str, tmp_path: Path) -> None:
+def test_an_array_sent_by_curl_becomes_a_mesh(server: str, tmp_path: Path) -> None:
     net = np.random.default_rng(5).normal(size=(100, 100, 3))
     np.save(tmp_path / "net.npy", net)
     url = f"{server}/v1/mesh?type=bspline&format=glb&resolution=1"
@@ -42,7 +42,7 @@ def test_an_array_becomes_a_mesh(server: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkB.bez"])
-def test_geomview_draws_the_same_patches_before_and_after(
+def test_geomview_reads_the_same_patches_from_its_file_and_from_the_response(
     server: str, tmp_path: Path, name: str
 ) -> None:
     file = GEOMVIEW / name

@@ -1,4 +1,4 @@
-"""NumPy files: files of `numpy.save` are read bit for bit, all others are refused."""
+"""NumPy files: arrays that `numpy.save` writes are read bit for bit; invalid files are refused."""
 
 import io
 import tracemalloc
@@ -15,24 +15,27 @@ from numpy.typing import NDArray
 from service.decoders.npy import MAX_HEADER, decode
 from service.errors import MalformedBody, SurfaceError
 
-MOST = 1_000_000
+MAX_POINTS = 1_000_000
+"""The limit of control points, for tests in which it does not matter."""
+
 DTYPES = ("<f4", "<f8", ">f4", ">f8")
 
 
 def save_array(array: NDArray[Any], version: tuple[int, int] = (1, 0)) -> bytes:
-    """The file of an array, in one of the versions of the format."""
+    """The `.npy` file of an array, in one of the versions of the format."""
     file = io.BytesIO()
     np.lib.format.write_array(file, array, version=version)
     return file.getvalue()
 
 
 def write_file(text: str, numbers: bytes = b"", version: bytes = b"\1\0") -> bytes:
-    """A file with this header."""
+    """A `.npy` file with this text as its header, which may be invalid."""
     size = len(text).to_bytes(2 if version == b"\1\0" else 4, "little")
     return b"\x93NUMPY" + version + size + text.encode("latin-1") + numbers
 
 
 def write_header(descr: str = "'<f8'", order: str = "False", shape: str = "(2, 2, 3)") -> str:
+    """The text of a header; each argument is the text of a value, which may be invalid."""
     return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}\n"
 
 
@@ -54,30 +57,34 @@ def arrays(draw: st.DrawFn) -> NDArray[Any]:
     return np.asfortranarray(array) if draw(st.booleans()) else array
 
 
-def join_weights(tree: Mapping[str, Any]) -> NDArray[Any]:
-    """The array of control points of a surface."""
-    if tree["type"] == "patches":
-        points, weights = tree["vertices"][tree["patches"]], tree.get("weights")
-        weights = None if weights is None else weights[tree["patches"]]
+def join_weights(document: Mapping[str, Any]) -> NDArray[Any]:
+    """The control points (…, 3) of a decoded surface, with weights (…, 4): the file's array."""
+    if document["type"] == "patches":
+        points, weights = document["vertices"][document["patches"]], document.get("weights")
+        weights = None if weights is None else weights[document["patches"]]
     else:
-        points, weights = tree["control_net"], tree.get("weights")
+        points, weights = document["control_net"], document.get("weights")
     return points if weights is None else np.concatenate((points, weights[..., None]), axis=-1)
 
 
 @given(arrays(), st.sampled_from(((1, 0), (2, 0), (3, 0))))
-def test_saved_arrays_come_back_bit_for_bit(array: NDArray[Any], version: tuple[int, int]) -> None:
-    tree = decode(save_array(array, version), None, MOST)
-    assert tree["type"] == ("bezier" if array.ndim == 3 else "patches")
-    result = join_weights(tree)
+def test_saved_arrays_are_decoded_bit_for_bit(
+    array: NDArray[Any], version: tuple[int, int]
+) -> None:
+    document = decode(save_array(array, version), None, MAX_POINTS)
+    assert document["type"] == ("bezier" if array.ndim == 3 else "patches")
+    result = join_weights(document)
     assert (result.dtype.itemsize, result.shape) == (array.dtype.itemsize, array.shape)
     assert result.astype(array.dtype).tobytes() == array.tobytes()
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("arrange", [np.ascontiguousarray, np.asfortranarray])
-def test_a_net_is_a_window_on_the_bytes(dtype: str, arrange: Callable[..., Any]) -> None:
+def test_a_net_is_a_view_of_the_bytes_and_not_a_copy(
+    dtype: str, arrange: Callable[..., Any]
+) -> None:
     content = save_array(arrange(NET, dtype=dtype))
-    net = decode(content, "bspline", MOST)["control_net"]
+    net = decode(content, "bspline", MAX_POINTS)["control_net"]
     assert np.shares_memory(net, np.frombuffer(content, np.uint8))
     assert not net.flags.writeable
     np.testing.assert_array_equal(net, NET)
@@ -94,35 +101,35 @@ REPLACED = [
     (b"}  ", b"} 1"),
     (b"\1\0v", b"\3\0v"),
 ]
-"""Replacements in a header; the file may stay valid, or become almost valid."""
+"""Old and new bytes of a header; with the new bytes, the file stays valid or nearly valid."""
 
 
 @st.composite
-def damaged(draw: st.DrawFn) -> bytes:
-    """A file with some bytes changed, inserted, removed, or cut off."""
+def damaged_files(draw: st.DrawFn) -> bytes:
+    """A `.npy` file with some bytes changed, inserted, removed, or cut off at the end."""
     content = FILE
     for old, new in draw(st.lists(st.sampled_from(REPLACED), max_size=3)):
         content = content.replace(old, new)
     for _ in range(draw(st.integers(0, 3))):
-        place = draw(st.integers(0, len(content)))
+        position = draw(st.integers(0, len(content)))
         piece = draw(
             st.one_of(
                 st.binary(max_size=4),
                 st.sampled_from([b"9" * 18, b"(", b")", b"'", b",", b"{", b"}", b"0", b"-1", b"O"]),
             )
         )
-        removed = draw(st.one_of(st.just(len(piece)), st.integers(0, 4)))
-        content = content[:place] + piece + content[place + removed :]
+        removed_bytes = draw(st.one_of(st.just(len(piece)), st.integers(0, 4)))
+        content = content[:position] + piece + content[position + removed_bytes :]
     return content[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else content
 
 
-@given(damaged())
+@given(damaged_files())
 def test_damaged_files_are_refused_or_read_as_numpy_does_with_little_memory(content: bytes) -> None:
     result = None
     tracemalloc.start()
     try:
         with suppress(SurfaceError):
-            result = join_weights(decode(content, None, MOST))
+            result = join_weights(decode(content, None, MAX_POINTS))
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
@@ -137,7 +144,7 @@ def test_damaged_files_are_refused_or_read_as_numpy_does_with_little_memory(cont
 def test_every_truncation_is_refused() -> None:
     for end in range(len(FILE)):
         with pytest.raises(MalformedBody):
-            decode(FILE[:end], None, MOST)
+            decode(FILE[:end], None, MAX_POINTS)
 
 
 MALFORMED = {
@@ -146,8 +153,8 @@ MALFORMED = {
     "version 4": FILE.replace(b"NUMPY\1", b"NUMPY\4"),
     "version 1.1": FILE.replace(b"NUMPY\1\0", b"NUMPY\1\1"),
     "a byte more": FILE + b"\0",
-    "a header as long as it can be": b"\x93NUMPY\1\0\xff\xff" + b" " * 70_000,
-    "a longer one": b"\x93NUMPY\2\0\xff\xff\xff\xff" + FILE,
+    "the longest header of version 1": b"\x93NUMPY\1\0\xff\xff" + b" " * 70_000,
+    "the longest header of version 2": b"\x93NUMPY\2\0\xff\xff\xff\xff" + FILE,
     "no dictionary": write_file("1\n", BYTES),
     "two dictionaries": write_file(write_header() * 2, BYTES),
     "a list": write_file("[1, 2]\n", BYTES),
@@ -161,25 +168,27 @@ MALFORMED = {
     "an order that is a number": write_file(write_header(order="(1,)"), BYTES),
     "a length below zero": write_file(write_header(shape="(-2, -2, 3)"), BYTES),
     "a fraction": write_file(write_header(shape="(2.0, 2, 3)"), BYTES),
-    "more than there are bytes": write_file(
+    "a shape larger than the file": write_file(
         write_header(shape="(999999999999999999, 4, 3)"), BYTES
     ),
-    "more than there are integers": write_file(write_header(shape=f"({'9' * 40}, 4, 3)"), BYTES),
+    "a length of forty digits": write_file(write_header(shape=f"({'9' * 40}, 4, 3)"), BYTES),
     "brackets in brackets": write_file(write_header(shape="(" * 1500), BYTES),
     "numbers without commas": write_file(write_header(shape=f"({'1' * 2000}"), BYTES),
     "many blanks": write_file(write_header(shape="(" + " " * 2000 + "x)"), BYTES),
-    "no Latin": write_file(write_header(shape="(٢, 2, 3)".encode().decode("latin-1")), BYTES),
+    "a digit that is not ASCII": write_file(
+        write_header(shape="(٢, 2, 3)".encode().decode("latin-1")), BYTES
+    ),
 }
 
 
 @pytest.mark.parametrize("content", MALFORMED.values(), ids=list(MALFORMED))
 def test_files_that_are_not_npy_are_refused(content: bytes) -> None:
-    with pytest.raises(MalformedBody) as caught:
-        decode(content, None, MOST)
-    assert [issue.code for issue in caught.value.issues] == ["malformed_body"]
+    with pytest.raises(MalformedBody) as error:
+        decode(content, None, MAX_POINTS)
+    assert [issue.code for issue in error.value.issues] == ["malformed_body"]
 
 
-OTHERS: dict[str, tuple[bytes, str]] = {
+OTHER_TYPES: dict[str, tuple[bytes, str]] = {
     "objects": (write_file(write_header("'|O'"), b"\x80\4]"), "Python objects"),
     "structures": (write_file(write_header("[('x', '<f8')]"), BYTES), "structures"),
     "whole numbers": (save_array(NET.astype(np.int64)), "numbers of another type"),
@@ -189,53 +198,54 @@ OTHERS: dict[str, tuple[bytes, str]] = {
     "texts": (save_array(NET.astype("U4")), "numbers of another type"),
     "native order": (write_file(write_header("'=f8'"), BYTES), "numbers of another type"),
 }
+"""Files whose elements are not float32 or float64; and what the error says that the service got."""
 
 
-@pytest.mark.parametrize(("content", "got"), OTHERS.values(), ids=list(OTHERS))
+@pytest.mark.parametrize(("content", "got"), OTHER_TYPES.values(), ids=list(OTHER_TYPES))
 def test_numbers_of_another_type_are_refused(content: bytes, got: str) -> None:
-    with pytest.raises(SurfaceError) as caught:
-        decode(content, None, MOST)
-    issue = caught.value.issues[0]
+    with pytest.raises(SurfaceError) as error:
+        decode(content, None, MAX_POINTS)
+    issue = error.value.issues[0]
     assert (issue.code, issue.got) == ("wrong_type", got)
 
 
 @pytest.mark.parametrize(
     "shape", [(), (3,), (4, 3), (2, 2, 2), (2, 2, 5), (1, 2, 2, 2), (1, 1, 2, 2, 3)]
 )
-def test_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
-    with pytest.raises(SurfaceError) as caught:
-        decode(save_array(np.zeros(shape)), None, MOST)
-    assert caught.value.issues[0].code == "wrong_dimension"
+def test_shapes_that_are_not_control_nets_are_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(SurfaceError) as error:
+        decode(save_array(np.zeros(shape)), None, MAX_POINTS)
+    assert error.value.issues[0].code == "wrong_dimension"
 
 
 @pytest.mark.parametrize("shape", [(0, 2, 3), (2, 0, 3), (0, 4, 4, 3), (10**15, 0, 3), (2, 2, 0)])
 def test_empty_arrays_are_refused(shape: tuple[int, ...]) -> None:
     content = write_file(write_header(shape=str(shape)))
-    with pytest.raises(SurfaceError) as caught:
-        decode(content, None, MOST)
-    assert caught.value.issues[0].code == "empty_list"
+    with pytest.raises(SurfaceError) as error:
+        decode(content, None, MAX_POINTS)
+    assert error.value.issues[0].code == "empty_list"
 
 
-def test_control_points_are_counted_before_anything_is_made_of_them() -> None:
-    for array, where in ((NET, "/surface/control_net"), (NET[None], "/surface/vertices")):
+def test_arrays_with_too_many_control_points_are_refused() -> None:
+    for array, pointer in ((NET, "/surface/control_net"), (NET[None], "/surface/vertices")):
         assert decode(save_array(array), None, 4)
-        with pytest.raises(SurfaceError) as caught:
+        with pytest.raises(SurfaceError) as error:
             decode(save_array(array), None, 3)
-        issue = caught.value.issues[0]
-        assert (issue.code, issue.pointer) == ("too_many_control_points", where)
+        issue = error.value.issues[0]
+        assert (issue.code, issue.pointer) == ("too_many_control_points", pointer)
 
 
 @pytest.mark.parametrize(
     ("array", "kind"), [(NET, "patches"), (NET, "tube"), (NET[None], "bezier"), (NET[None], "")]
 )
-def test_kinds_that_an_array_cannot_be_are_refused(array: NDArray[Any], kind: str) -> None:
-    with pytest.raises(SurfaceError) as caught:
-        decode(save_array(array), kind, MOST)
-    assert caught.value.issues[0].pointer == "/surface/type"
+def test_kinds_that_do_not_fit_the_array_are_refused(array: NDArray[Any], kind: str) -> None:
+    with pytest.raises(SurfaceError) as error:
+        decode(save_array(array), kind, MAX_POINTS)
+    assert error.value.issues[0].pointer == "/surface/type"
 
 
 def test_headers_of_other_programs_are_read() -> None:
-    """Keys in another order, no blanks, no comma at the end, padding: all are valid for NumPy."""
+    """NumPy accepts keys in any order, any blanks, no comma at the end, and padding."""
     for text in (
         "{'shape':(2,2,3),'fortran_order':False,'descr':'<f8'}",
         "{ 'descr' : '<f8' , 'fortran_order' : False , 'shape' : ( 2 , 2 , 3 , ) , }",
@@ -243,4 +253,4 @@ def test_headers_of_other_programs_are_read() -> None:
     ):
         content = write_file(text, BYTES)
         np.testing.assert_array_equal(np.load(io.BytesIO(content)), NET)
-        np.testing.assert_array_equal(decode(content, None, MOST)["control_net"], NET)
+        np.testing.assert_array_equal(decode(content, None, MAX_POINTS)["control_net"], NET)

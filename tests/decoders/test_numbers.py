@@ -1,4 +1,4 @@
-"""Numbers in texts are read exactly, for any division of the text into pieces."""
+"""Numbers in texts are read exactly; the text may be cut into pieces of any length."""
 
 import numpy as np
 import pytest
@@ -9,17 +9,19 @@ from service.decoders.numbers import line_of_number, read_numbers
 from service.errors import SurfaceError
 
 
-def read(text: bytes, most: int = 10**6) -> list[float]:
-    result: list[float] = read_numbers(
-        text, 0, len(text), most, lambda: too_many("more", most)
+def read(text: bytes, max_numbers: int = 10**6) -> list[float]:
+    """The numbers of a text; a text with more than `max_numbers` is refused."""
+    values: list[float] = read_numbers(
+        text, 0, len(text), max_numbers, lambda: too_many("more", max_numbers)
     ).tolist()
-    return result
+    return values
 
 
 @pytest.mark.parametrize("piece", [1, 2, 7, 64, 1 << 16])
 def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: int) -> None:
     monkeypatch.setattr(numbers, "PIECE", piece)
     values = np.random.default_rng(3).normal(size=500) * 10.0 ** np.arange(-250, 250)
+    # A line break follows every third number.
     text = "".join(
         f"{value!r}{', ' if i % 3 else chr(10)}" for i, value in enumerate(values.tolist())
     )
@@ -27,7 +29,7 @@ def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: 
 
 
 @pytest.mark.parametrize("piece", [1, 2, 3, 5, 1 << 16])
-def test_words_are_counted_before_they_are_read(
+def test_words_are_counted_and_too_many_are_refused(
     monkeypatch: pytest.MonkeyPatch, piece: int
 ) -> None:
     monkeypatch.setattr(numbers, "PIECE", piece)
@@ -38,13 +40,14 @@ def test_words_are_counted_before_they_are_read(
                 read(text, count - 1)
 
 
-def test_the_line_of_a_number() -> None:
+def test_each_number_is_on_the_line_that_is_computed() -> None:
     text = b"head 1,2\n\n3 ,\n4 5"
     assert [line_of_number(text, 4, index) for index in range(5)] == [1, 1, 3, 4, 4]
 
 
-def test_only_the_needed_numbers_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numbers_after_the_limit_are_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numbers, "PIECE", 16)
     assert read(b"1 " * 100, 100) == [1.0] * 100
     with pytest.raises(SurfaceError, match="more control points"):
-        read(b"1 " * 100 + b"x", 100)  # the text after them is not read
+        # Reading "x" would raise another error.
+        read(b"1 " * 100 + b"x", 100)

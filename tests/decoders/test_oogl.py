@@ -1,4 +1,4 @@
-"""OOGL patches: the files that we write and that Geomview reads; errors name the line."""
+"""OOGL patches: files of this service and of Geomview are read; errors name the line."""
 
 import subprocess
 import tracemalloc
@@ -26,28 +26,30 @@ from service.surface.lowered import PatchModel
 from tests.clients.geomview import read_oogl
 from tests.programs import find_program
 
-MOST = 1_000_000
+MAX_POINTS = 1_000_000
+"""The limit of control points, for tests in which it does not matter."""
+
 GEOMVIEW = Path("/usr/share/geomview/geom")
 
 
-def encode_exact(surface: Surface, *overlays: Any) -> bytes:
-    """The exact patches of a surface as OOGL."""
+def encode_patches(surface: Surface, *overlays: Any) -> bytes:
+    """An OOGL file with the Bézier patches of a surface, in place of a mesh."""
     options = MeshOptions(overlays=overlays)
     return render(surface, options, BY_NAME["oogl"], EncodeOptions("bez"))
 
 
 def read_surface(content: bytes) -> Surface:
-    """The surface in a file, checked like any other document."""
-    tree = decode(content, None, MOST)
-    return validate_document(MeshRequest, {"surface": tree}).to_surface()
+    """The surface in a file, validated like the document of a request."""
+    document = decode(content, None, MAX_POINTS)
+    return validate_document(MeshRequest, {"surface": document}).to_surface()
 
 
 def read_batch(content: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Control points and weights of the patches in a file, (P, p+1, q+1, …)."""
-    tree = decode(content, None, MOST)
-    weights = tree.get("weights")
-    grids = tree["patches"]
-    return tree["vertices"][grids], None if weights is None else weights[grids]
+    """Control points (P, p+1, q+1, 3) of the patches in a file; weights (P, p+1, q+1) or None."""
+    document = decode(content, None, MAX_POINTS)
+    weights = document.get("weights")
+    patches = document["patches"]
+    return document["vertices"][patches], None if weights is None else weights[patches]
 
 
 def lower_example(name: str) -> PatchModel:
@@ -58,7 +60,7 @@ def lower_example(name: str) -> PatchModel:
 
 @pytest.mark.parametrize("name", ["utah-teapot", "bourke-1111", "saddle", "tveit"])
 def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
-    points, weights = read_batch(encode_exact(find(name).surface()))
+    points, weights = read_batch(encode_patches(find(name).surface()))
     (expected,) = lower_example(name).batches
     assert expected.weights is None
     assert weights is None
@@ -66,8 +68,8 @@ def test_encoded_patches_decode_to_equal_control_points(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["sphere", "torus", "cylinder"])
-def test_rational_patches_come_back_within_a_rounding(name: str) -> None:
-    points, weights = read_batch(encode_exact(find(name).surface(), "control_net", "boundary"))
+def test_rational_patches_are_decoded_up_to_rounding(name: str) -> None:
+    points, weights = read_batch(encode_patches(find(name).surface(), "control_net", "boundary"))
     (expected,) = lower_example(name).batches
     np.testing.assert_array_equal(weights, expected.weights)
     np.testing.assert_allclose(points, expected.points, rtol=1e-15, atol=0)
@@ -78,8 +80,8 @@ def test_corners_carry_colours_and_texture_coordinates() -> None:
         b"STCBEZ213\n 0 0 0 1 0 0 2 0 0  0 1 0 1 1 0 2 1 0\n 0 0 1 0 0 1 1 1\n"
         b"1 0 0 1  0 1 0 1  0 0 1 1  1 1 1 1\n"
     )
-    tree = decode(text, None, MOST)
-    uvs, colors = (tree[name][tree["patches"]][0] for name in ("uvs", "colors"))
+    document = decode(text, None, MAX_POINTS)
+    uvs, colors = (document[name][document["patches"]][0] for name in ("uvs", "colors"))
     np.testing.assert_array_equal(uvs[:, 0], [[0, 0], [0.5, 0], [1, 0]])
     np.testing.assert_array_equal(uvs[:, 1], [[0, 1], [0.5, 1], [1, 1]])
     np.testing.assert_array_equal(colors[[0, 2, 0, 2], [0, 0, 1, 1], :3],
@@ -88,28 +90,28 @@ def test_corners_carry_colours_and_texture_coordinates() -> None:
     assert read_surface(text.replace(b"STCBEZ213", b"CBEZ213_ST")) is not None
 
 
-def test_colours_of_ours_come_back_at_the_corners() -> None:
-    content = encode_exact(find("bourke-1111-colors").surface())
+def test_colours_of_an_encoded_file_are_decoded_exactly() -> None:
+    content = encode_patches(find("bourke-1111-colors").surface())
     assert b"CBEZ" in content
-    tree = decode(content, None, MOST)
-    again = encode_exact(validate_document(MeshRequest, {"surface": tree}).to_surface())
+    document = decode(content, None, MAX_POINTS)
+    again = encode_patches(validate_document(MeshRequest, {"surface": document}).to_surface())
     assert again == content
 
 
-def test_patches_of_several_degrees_are_a_group_and_nothing_is_lost() -> None:
+def test_patches_of_several_degrees_become_a_group_of_all_patches() -> None:
     text = b"LIST { BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 } { LIST { = BEZ 2 1 3\n" + (
         b"0 0 1 1 0 1 2 0 1 0 1 1 1 1 1 2 1 1 } } { BEZ114 0 0 0 2 2 0 0 2 0 2 0 2 2 2 0 2 }"
     )
-    tree = decode(text, None, MOST)
-    assert tree["type"] == "group"
-    first, second = (member["surface"] for member in tree["members"])
+    document = decode(text, None, MAX_POINTS)
+    assert document["type"] == "group"
+    first, second = (member["surface"] for member in document["members"])
     assert first["patches"].shape == (2, 2, 2)
     assert second["patches"].shape == (1, 3, 2)
-    # One of the two has weights, so the other has as well.
+    # One of the two patches of degree 1 has weights, so the other patch gets weights 1.
     np.testing.assert_array_equal(first["weights"], [1] * 4 + [2] * 4)
     np.testing.assert_array_equal(first["vertices"][4:], first["vertices"][:4])
     assert "weights" not in second
-    surface = validate_document(MeshRequest, {"surface": tree}).to_surface()
+    surface = validate_document(MeshRequest, {"surface": document}).to_surface()
     assert len(render(surface, MeshOptions((1, 1)), BY_NAME["stl"])) == 84 + 50 * 6
 
 
@@ -132,10 +134,10 @@ FORMS = [
     b"STBEZ113 " + FLAT + b" 0 0 1 0 0 1 1 1",
     b"CBEZ113 " + FLAT + b" 1 1 1 1" * 4,
 ]
-"""One patch in all the forms of the format."""
+"""Files with the same patch, each written in another way that the format allows."""
 
-OURS_ALONE = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
-"""Texts that Geomview refuses, or draws differently."""
+ONLY_THIS_DECODER = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
+"""Parts of FORMS that this decoder reads, but Geomview refuses or draws differently."""
 
 
 @pytest.mark.parametrize("text", FORMS)
@@ -146,45 +148,45 @@ def test_every_form_is_read(text: bytes) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", [text for text in FORMS if not any(part in text for part in OURS_ALONE)]
+    "text", [text for text in FORMS if not any(part in text for part in ONLY_THIS_DECODER)]
 )
 def test_geomview_reads_these_forms_too(text: bytes, tmp_path: Path) -> None:
-    read = read_oogl(text, tmp_path)
-    assert len(read.vertices) >= 4
-    assert (read.vertices.min(), read.vertices.max()) == (0, 1)
+    mesh = read_oogl(text, tmp_path)
+    assert len(mesh.vertices) >= 4
+    assert (mesh.vertices.min(), mesh.vertices.max()) == (0, 1)
 
 
 @pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkA.bez"])
-def test_geomviews_own_files_are_the_surfaces_that_geomview_draws(name: str) -> None:
+def test_points_of_geomviews_example_files_are_those_that_geomview_computes(name: str) -> None:
     file = GEOMVIEW / name
     if not file.exists():
         pytest.skip("Geomview's examples are not installed")
-    dice = 5
-    done = subprocess.run(
-        [find_program("bez2mesh"), str(dice), str(file)],
+    samples = 5
+    process = subprocess.run(
+        [find_program("bez2mesh"), str(samples), str(file)],
         capture_output=True,
         timeout=60,
         check=True,
     )
-    # Each patch is a MESH of dice × dice lines: x y z, and sometimes a normal.
-    lines = [line.split() for line in done.stdout.decode().splitlines()]
-    numbers = [line for line in lines if len(line) in (3, 6) and line[0][-1].isdigit()]
-    drawn = np.array([line[:3] for line in numbers], dtype=float)
+    # bez2mesh writes samples × samples lines for each patch: x y z, and sometimes a normal.
+    lines = [line.split() for line in process.stdout.decode().splitlines()]
+    number_lines = [line for line in lines if len(line) in (3, 6) and line[0][-1].isdigit()]
+    expected = np.array([line[:3] for line in number_lines], dtype=float)
     model = read_surface(file.read_bytes()).lower()
     assert isinstance(model, PatchModel)
     (patches,) = model.batches
-    ours = render(read_surface(file.read_bytes()), MeshOptions((dice - 1, dice - 1), weld=False),
-                  BY_NAME["obj"])  # fmt: skip
+    options = MeshOptions((samples - 1, samples - 1), weld=False)
+    obj = render(read_surface(file.read_bytes()), options, BY_NAME["obj"])
     points = np.array(
-        [line.split()[1:4] for line in ours.decode().splitlines() if line.startswith("v ")],
+        [line.split()[1:4] for line in obj.decode().splitlines() if line.startswith("v ")],
         dtype=float,
     )
-    assert len(drawn) == len(points) == patches.count * dice * dice
-    ours_sorted, theirs = (np.sort(p.reshape(-1, 3), axis=0) for p in (points, drawn))
-    np.testing.assert_allclose(ours_sorted, theirs, atol=2e-5)
+    assert len(expected) == len(points) == patches.count * samples * samples
+    # Geomview may number the points in another order, and has float32.
+    np.testing.assert_allclose(np.sort(points, axis=0), np.sort(expected, axis=0), atol=2e-5)
 
 
-REFUSED: dict[str, tuple[bytes, str, int]] = {
+REFUSALS: dict[str, tuple[bytes, str, int]] = {
     "nothing": (b"", "malformed_body", 1),
     "a comment": (b"# BEZ\n#", "malformed_body", 2),
     "another object": (b"\nOFF 3 1 0\n", "malformed_body", 2),
@@ -219,45 +221,47 @@ REFUSED: dict[str, tuple[bytes, str, int]] = {
     "weight 0": (b"BEZ114 0 0 0 1\n1 0 0 1\n0 1 0 0\n1 1 0 1", "weight_not_positive", 3),
     "weight -1": (b"BEZ114 0 0 0 1\n1 0 0 1\n0 1 0 1\n1 1 0\n-1", "weight_not_positive", 5),
 }
+"""Files, with the code and the line of the error."""
 
 
-@pytest.mark.parametrize(("text", "code", "line"), REFUSED.values(), ids=list(REFUSED))
+@pytest.mark.parametrize(("text", "code", "line"), REFUSALS.values(), ids=list(REFUSALS))
 def test_errors_name_the_line(text: bytes, code: str, line: int) -> None:
-    with pytest.raises(SurfaceError) as caught:
-        decode(text, None, MOST)
-    issue = caught.value.issues[0]
+    with pytest.raises(SurfaceError) as error:
+        decode(text, None, MAX_POINTS)
+    issue = error.value.issues[0]
     assert issue.code == code
     assert f"(line {line})" in issue.message
+    # An error does not repeat the input.
     assert "zq9x7" not in str(issue)
 
 
 @pytest.mark.parametrize("content", ["BEZ113 é".encode(), b"BEZ113\0", "BEZ113".encode("utf-16")])
-def test_other_characters_than_ascii_are_refused(content: bytes) -> None:
+def test_characters_that_are_not_ascii_are_refused(content: bytes) -> None:
     with pytest.raises(MalformedBody):
-        decode(content, None, MOST)
+        decode(content, None, MAX_POINTS)
 
 
-def test_control_points_are_counted_over_the_whole_file() -> None:
+def test_the_limit_of_control_points_is_for_the_whole_file() -> None:
     text = b"LIST" + b"{BEZ113 " + FLAT + b"}" + b"{BEZ113 " + FLAT + b" " + FLAT + b"}"
     assert decode(text, None, 12)
-    for most in (11, 4, 3):
-        with pytest.raises(SurfaceError) as caught:
-            decode(text, None, most)
-        assert caught.value.issues[0].code == "too_many_control_points"
+    for limit in (11, 4, 3):
+        with pytest.raises(SurfaceError) as error:
+            decode(text, None, limit)
+        assert error.value.issues[0].code == "too_many_control_points"
 
 
-@pytest.mark.parametrize("nothing", [b"{VECT 1}", b"{LIST}", b"{appearance {} VECT 1}"])
-def test_objects_without_patches_are_counted_too(nothing: bytes) -> None:
+@pytest.mark.parametrize("empty_object", [b"{VECT 1}", b"{LIST}", b"{appearance {} VECT 1}"])
+def test_too_many_objects_without_patches_are_refused(empty_object: bytes) -> None:
     patches = (b"{BEZ113 " + FLAT + b"}") * 3
-    beside = b"{VECT 1}" * (FREE_OBJECTS // 2 - 4)
-    assert decode(b"LIST" + patches + beside, None, 12)
-    with pytest.raises(SurfaceError) as caught:
-        decode(b"LIST" + patches + nothing * (FREE_OBJECTS // 2 + 1), None, 12)
-    assert caught.value.issues[0].code == "too_many_control_points"
+    few_objects = b"{VECT 1}" * (FREE_OBJECTS // 2 - 4)
+    assert decode(b"LIST" + patches + few_objects, None, 12)
+    with pytest.raises(SurfaceError) as error:
+        decode(b"LIST" + patches + empty_object * (FREE_OBJECTS // 2 + 1), None, 12)
+    assert error.value.issues[0].code == "too_many_control_points"
 
 
 def test_long_texts_are_refused_before_much_memory_is_used() -> None:
-    """From 8 MiB of text, only the allowed number of values is read into memory."""
+    """The decoder reads a text of 8 MiB only until the numbers exceed the limit."""
     for piece in (b"1 ", b"#\n", b"1e1 ", b"{BEZ113 " + FLAT + b"}", b"\n"):
         text = b"LIST {BBP " + piece * ((8 << 20) // len(piece))
         tracemalloc.start()
@@ -275,6 +279,6 @@ WORDS = st.sampled_from(
 
 
 @given(st.lists(WORDS, max_size=12).map(b" ".join))
-def test_any_text_is_patches_or_refused(text: bytes) -> None:
+def test_any_text_is_decoded_or_refused(text: bytes) -> None:
     with suppress(SurfaceError):
-        assert decode(text, None, MOST)["type"] in ("patches", "group")
+        assert decode(text, None, MAX_POINTS)["type"] in ("patches", "group")

@@ -1,4 +1,4 @@
-"""The teapot's text: every layout is the same surface, or the error names the line."""
+"""The text format of the teapot: all layouts give the same surface; errors name the line."""
 
 from contextlib import suppress
 
@@ -12,10 +12,11 @@ from service.errors import SurfaceError
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 
-MOST = 1_000_000
+MAX_POINTS = 1_000_000
+"""The limit of control points, for tests in which it does not matter."""
 
 
-def teapot() -> PatchSurface:
+def build_teapot() -> PatchSurface:
     surface = find("utah-teapot").surface()
     assert isinstance(surface, PatchSurface)
     return surface
@@ -35,17 +36,19 @@ def write_text(surface: PatchSurface, comma: str = ",", rows: bool = False) -> s
 @pytest.mark.parametrize("comma", [",", " ", ", ", "\t", " ,\t"])
 @pytest.mark.parametrize("rows", [False, True])
 @pytest.mark.parametrize("end", ["\n", "\r\n", " \n\n"])
-def test_the_teapot_comes_back(comma: str, rows: bool, end: str) -> None:
-    surface = teapot()
+def test_the_text_of_the_teapot_is_decoded_to_equal_arrays(
+    comma: str, rows: bool, end: str
+) -> None:
+    surface = build_teapot()
     content = write_text(surface, comma, rows).replace("\n", end).encode()
-    tree = decode(content, None, MOST)
-    np.testing.assert_array_equal(tree["vertices"], surface.vertices)
-    np.testing.assert_array_equal(tree["patches"], surface.patches)
+    document = decode(content, None, MAX_POINTS)
+    np.testing.assert_array_equal(document["vertices"], surface.vertices)
+    np.testing.assert_array_equal(document["patches"], surface.patches)
 
 
 @st.composite
 def surfaces(draw: st.DrawFn) -> PatchSurface:
-    """Patches of any degree over vertices of whole numbers, which look like indices."""
+    """Patches of any degree. Coordinates are whole numbers, so vertices look like indices."""
     side, count = draw(st.integers(2, 5)), draw(st.integers(1, 4))
     vertices = draw(st.integers(1, 40))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
@@ -54,62 +57,64 @@ def surfaces(draw: st.DrawFn) -> PatchSurface:
 
 
 @given(surfaces(), st.booleans())
-def test_any_layout_is_found_again(surface: PatchSurface, rows: bool) -> None:
-    tree = decode(write_text(surface, rows=rows).encode(), None, MOST)
-    np.testing.assert_array_equal(tree["patches"], surface.patches)
-    np.testing.assert_array_equal(tree["vertices"], surface.vertices)
+def test_any_layout_is_decoded_to_equal_arrays(surface: PatchSurface, rows: bool) -> None:
+    document = decode(write_text(surface, rows=rows).encode(), None, MAX_POINTS)
+    np.testing.assert_array_equal(document["patches"], surface.patches)
+    np.testing.assert_array_equal(document["vertices"], surface.vertices)
 
 
-GOOD = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
+VALID = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 
-REFUSED = {
+REFUSALS = {
     "nothing": ("", "malformed_body", 1),
-    "a word": (GOOD.replace("5,6\n6", "zq9x7,6\n6"), "malformed_body", 3),
-    "no number of patches": (GOOD[2:] + "0,0,0\n", "malformed_body", 1),
-    "no patches": (GOOD.replace("2\n1", "0\n1"), "malformed_body", 1),
-    "half a patch": (GOOD.replace("2\n1", "1.5\n1"), "malformed_body", 1),
-    "a patch less": (GOOD.replace("2\n1", "3\n1"), "malformed_body", 4),
-    "an index less": (GOOD.replace("3,4,5,6", "3,4,5"), "malformed_body", 3),
+    "a word": (VALID.replace("5,6\n6", "zq9x7,6\n6"), "malformed_body", 3),
+    "no number of patches": (VALID[2:] + "0,0,0\n", "malformed_body", 1),
+    "no patches": (VALID.replace("2\n1", "0\n1"), "malformed_body", 1),
+    "half a patch": (VALID.replace("2\n1", "1.5\n1"), "malformed_body", 1),
+    "a patch less": (VALID.replace("2\n1", "3\n1"), "malformed_body", 4),
+    "an index less": (VALID.replace("3,4,5,6", "3,4,5"), "malformed_body", 3),
     "an index less everywhere": (
-        GOOD.replace("3,4,5,6", "3,4,5").replace("1,2,3,4", "1,2,3"), "malformed_body", 4),
-    "index 0": (GOOD.replace("3,4,5,6", "3,4,5,0"), "index_out_of_range", 3),
-    "index 7": (GOOD.replace("3,4,5,6", "3,4,5,7"), "index_out_of_range", 3),
-    "index -1": (GOOD.replace("3,4,5,6", "-1,4,5,6"), "index_out_of_range", 3),
-    "a fraction of an index": (GOOD.replace("3,4,5,6", "3.5,4,5,6"), "index_out_of_range", 3),
+        VALID.replace("3,4,5,6", "3,4,5").replace("1,2,3,4", "1,2,3"), "malformed_body", 4),
+    "index 0": (VALID.replace("3,4,5,6", "3,4,5,0"), "index_out_of_range", 3),
+    "index 7": (VALID.replace("3,4,5,6", "3,4,5,7"), "index_out_of_range", 3),
+    "index -1": (VALID.replace("3,4,5,6", "-1,4,5,6"), "index_out_of_range", 3),
+    "a fraction of an index": (VALID.replace("3,4,5,6", "3.5,4,5,6"), "index_out_of_range", 3),
     "no number of vertices": ("2\n1,2,3,4\n3,4,5,6\n", "malformed_body", 3),
-    "a vertex less": (GOOD.replace("6\n0", "7\n0"), "malformed_body", 10),
-    "a vertex more": (GOOD + "1,1,1\n", "malformed_body", 11),
+    "a vertex less": (VALID.replace("6\n0", "7\n0"), "malformed_body", 10),
+    "a vertex more": (VALID + "1,1,1\n", "malformed_body", 11),
     "a vertex more, far below": (
-        GOOD + "\n ,\n" * 70_000 + "1,1,1\n", "malformed_body", 140_011),
-    "a coordinate less": (GOOD.replace("1,0,1", "1,0"), "malformed_body", 7),
-    "a coordinate more": (GOOD.replace("1,0,1", "1,0,1,1"), "malformed_body", 7),
-    "1e999": (GOOD.replace("1,0,1", "1,1e999,1"), "not_finite", 7),
-    "NaN": (GOOD.replace("1,0,1", "1,0,NaN"), "not_finite", 7),
+        VALID + "\n ,\n" * 70_000 + "1,1,1\n", "malformed_body", 140_011),
+    "a coordinate less": (VALID.replace("1,0,1", "1,0"), "malformed_body", 7),
+    "a coordinate more": (VALID.replace("1,0,1", "1,0,1,1"), "malformed_body", 7),
+    "1e999": (VALID.replace("1,0,1", "1,1e999,1"), "not_finite", 7),
+    "NaN": (VALID.replace("1,0,1", "1,0,NaN"), "not_finite", 7),
     "a huge number among indices": (
-        GOOD.replace("3,4,5,6\n", "3,4,5,6,1e308\n"), "malformed_body", 3),
-    "bytes": (GOOD.replace("1,0,1", "1,\0,1"), "malformed_body", 7),
+        VALID.replace("3,4,5,6\n", "3,4,5,6,1e308\n"), "malformed_body", 3),
+    "bytes": (VALID.replace("1,0,1", "1,\0,1"), "malformed_body", 7),
 }  # fmt: skip
+"""Texts, with the code and the line of the error."""
 
 
-@pytest.mark.parametrize(("text", "code", "line"), REFUSED.values(), ids=list(REFUSED))
+@pytest.mark.parametrize(("text", "code", "line"), REFUSALS.values(), ids=list(REFUSALS))
 def test_errors_name_the_line(text: str, code: str, line: int) -> None:
-    with pytest.raises(SurfaceError) as caught:
-        decode(text.encode(), None, MOST)
-    issue = caught.value.issues[0]
+    with pytest.raises(SurfaceError) as error:
+        decode(text.encode(), None, MAX_POINTS)
+    issue = error.value.issues[0]
     assert issue.code == code
     assert f"(line {line})" in issue.message
+    # An error does not repeat the input.
     assert "zq9x7" not in str(issue)
 
 
-def test_control_points_are_counted() -> None:
-    assert decode(GOOD.encode(), None, 8)
-    for text in (GOOD, "1\n" + "1 " * 100, "9" * 90):
-        with pytest.raises(SurfaceError) as caught:
+def test_texts_with_too_many_control_points_are_refused() -> None:
+    assert decode(VALID.encode(), None, 8)
+    for text in (VALID, "1\n" + "1 " * 100, "9" * 90):
+        with pytest.raises(SurfaceError) as error:
             decode(text.encode(), None, 7)
-        assert caught.value.issues[0].code in ("too_many_control_points", "malformed_body")
+        assert error.value.issues[0].code in ("too_many_control_points", "malformed_body")
 
 
 @given(st.text("0123456789,. \n-e", max_size=60))
-def test_any_text_is_patches_or_refused(text: str) -> None:
+def test_any_text_is_decoded_or_refused(text: str) -> None:
     with suppress(SurfaceError):
-        assert decode(text.encode(), None, MOST)["patches"].ndim == 3
+        assert decode(text.encode(), None, MAX_POINTS)["patches"].ndim == 3

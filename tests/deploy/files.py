@@ -1,4 +1,4 @@
-"""Readers of the files in `deploy/`."""
+"""Reads the files in `deploy/`, and checks limits of memory and time that all of them have."""
 
 import subprocess
 from collections.abc import Mapping
@@ -14,53 +14,54 @@ from service.settings.values import Settings
 ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
 USER = 10001
-"""The user of the image."""
+"""Id of the user and group that the image runs as."""
 
 
-def load(path: Path) -> Any:
-    """A YAML file."""
+def load_yaml(path: Path) -> Any:
+    """The value of a YAML file."""
     return yaml.safe_load(path.read_text(encoding="utf-8"))
 
 
-def run(*command: str | Path, stdin: str = "") -> str:
-    """The output of a command; its failure fails the test, with its error output."""
-    done = subprocess.run(
+def run_command(*command: str | Path, stdin: str = "") -> str:
+    """The standard output of a command; if the command fails, the test fails with its output."""
+    process = subprocess.run(
         command, input=stdin, capture_output=True, text=True, timeout=300, check=False
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    assert process.returncode == 0, process.stdout + process.stderr
+    return process.stdout
 
 
 def read_variables(path: Path) -> dict[str, str]:
-    """The variables of a file with one variable on each line."""
+    """The variables of a file of lines `NAME=value`, without comments."""
     lines = path.read_text(encoding="utf-8").splitlines()
     pairs = (line.partition("=") for line in lines if line and not line.startswith("#"))
     return {name: value for name, _, value in pairs}
 
 
-LIMIT = 1 << 30
-"""Bytes that a container may take."""
+MEMORY_LIMIT = 1 << 30
+"""Bytes of memory that a container may take."""
+
+PROCESS_BYTES = 200_000_000
+"""Bytes that the process takes at most in addition to SURFACE_MEMORY_BYTES (docs/runbook.md)."""
 
 
 def build_settings(environment: Mapping[str, str]) -> Settings:
-    """The settings from these variables; an unknown variable fails the test."""
-    ours = {
+    """The settings from the variables `SURFACE_…`; with an unknown one the test fails."""
+    texts = {
         name.removeprefix(PREFIX).lower(): value
         for name, value in environment.items()
         if name.startswith(PREFIX)
     }
-    assert ours.keys() <= Settings.model_fields.keys()
-    return with_flags(Settings(memory_bytes=LIMIT // 2), ours)
+    assert texts.keys() <= Settings.model_fields.keys()
+    return with_flags(Settings(memory_bytes=MEMORY_LIMIT // 2), texts)
 
 
-def check_limits(settings: Settings, limit: int, patience: int) -> None:
-    """Checks that running requests and the process fit into a limit of memory, with a reserve, and
-    that the longest request and the drain end between SIGTERM and SIGKILL.
+def check_limits(settings: Settings, memory_limit: int, stop_seconds: int) -> None:
+    """Checks that the service fits into its limits of memory and of time to stop.
+
+    Requests and the process must leave a reserve of 30 % of `memory_limit`, in bytes. The service
+    must end in the `stop_seconds` between SIGTERM and SIGKILL, with a reserve of 5 seconds.
     """
-    assert settings.memory_bytes + PROCESS < 0.7 * limit
-    assert settings.drain_timeout >= settings.request_timeout, "the longest request ends"
-    assert patience >= settings.drain_delay + settings.drain_timeout + 5
-
-
-PROCESS = 200_000_000
-"""Bytes that a process may take beside SURFACE_MEMORY_BYTES: together less than 600 MB."""
+    assert settings.memory_bytes + PROCESS_BYTES < 0.7 * memory_limit
+    assert settings.drain_timeout >= settings.request_timeout, "the longest request must end"
+    assert stop_seconds >= settings.drain_delay + settings.drain_timeout + 5

@@ -1,4 +1,4 @@
-"""The compose file follows the specification, and agrees with the service and the documents."""
+"""The compose file follows the specification of Compose, and agrees with the service."""
 
 from ipaddress import ip_address, ip_network
 from typing import Any
@@ -7,11 +7,20 @@ import pytest
 
 from service import __version__
 from service.settings.values import Settings
-from tests.deploy.files import DEPLOY, ROOT, build_settings, check_limits, load, read_variables, run
+from tests.deploy.files import (
+    DEPLOY,
+    MEMORY_LIMIT,
+    ROOT,
+    build_settings,
+    check_limits,
+    load_yaml,
+    read_variables,
+    run_command,
+)
 from tests.programs import find_program
 
 FILE = DEPLOY / "compose.yaml"
-SERVICES: dict[str, dict[str, Any]] = load(FILE)["services"]
+SERVICES: dict[str, dict[str, Any]] = load_yaml(FILE)["services"]
 INSTANCES = ("surface", "surface-2")
 every_service = pytest.mark.parametrize("name", SERVICES)
 instances = pytest.mark.parametrize("name", INSTANCES)
@@ -21,19 +30,19 @@ def read_settings(name: str) -> Settings:
     return build_settings(SERVICES[name]["environment"])
 
 
-def test_it_follows_the_specification() -> None:
-    run(find_program("check-jsonschema"), "--builtin-schema", "vendor.compose-spec", FILE)
+def test_the_file_follows_the_specification() -> None:
+    run_command(find_program("check-jsonschema"), "--builtin-schema", "vendor.compose-spec", FILE)
 
 
-def test_a_laptop_starts_the_service_alone() -> None:
-    alone = [name for name, each in SERVICES.items() if not each.get("profiles")]
-    assert alone == ["surface"]
+def test_without_a_profile_only_one_instance_of_the_service_starts() -> None:
+    without_profile = [name for name, each in SERVICES.items() if not each.get("profiles")]
+    assert without_profile == ["surface"]
     assert SERVICES["surface"]["env_file"] == [{"path": "surface.env", "required": False}]
     assert SERVICES["surface"]["ports"] == ["127.0.0.1:8000:8000"]
 
 
 @every_service
-def test_container_may_not_write_nor_gain_rights(name: str) -> None:
+def test_containers_cannot_write_to_their_image_or_gain_privileges(name: str) -> None:
     service = SERVICES[name]
     assert service["read_only"]
     assert service["cap_drop"] == ["ALL"]
@@ -45,7 +54,7 @@ def test_container_may_not_write_nor_gain_rights(name: str) -> None:
 
 
 @every_service
-def test_image_is_pinned(name: str) -> None:
+def test_images_are_pinned_to_a_version(name: str) -> None:
     image, _, tag = SERVICES[name]["image"].partition(":")
     assert tag not in ("", "latest")
     if name in INSTANCES:
@@ -53,18 +62,18 @@ def test_image_is_pinned(name: str) -> None:
 
 
 @every_service
-def test_nothing_is_open_to_the_world(name: str) -> None:
+def test_ports_are_published_on_the_loopback_address_only(name: str) -> None:
     assert all(port.startswith("127.0.0.1:") for port in SERVICES[name].get("ports", []))
 
 
 @every_service
-def test_no_secret_has_a_default(name: str) -> None:
-    """Secrets come from files that git ignores; the examples beside them leave them empty."""
+def test_secrets_have_no_defaults(name: str) -> None:
+    """Secrets stand in files that git ignores. For each there is an example, without secrets."""
     words = ("PASSWORD", "SECRET", "KEYS", "ACCESS_KEY")
     for variable in SERVICES[name].get("environment", {}):
         assert not any(word in variable for word in words)
-    for given in SERVICES[name].get("env_file", []):
-        file = given if isinstance(given, str) else given["path"]
+    for entry in SERVICES[name].get("env_file", []):
+        file = entry if isinstance(entry, str) else entry["path"]
         example = read_variables(DEPLOY / f"{file}.example")
         secrets = {key for key in example if any(word in key for word in words)}
         assert secrets
@@ -73,24 +82,25 @@ def test_no_secret_has_a_default(name: str) -> None:
 
 
 @instances
-def test_limits_leave_room_for_the_settings(name: str) -> None:
+def test_the_settings_fit_into_the_limits_of_the_container(name: str) -> None:
     assert SERVICES[name]["mem_limit"] == "1g"
-    patience = int(SERVICES[name]["stop_grace_period"].removesuffix("s"))
-    check_limits(read_settings(name), 1 << 30, patience)
+    stop_seconds = int(SERVICES[name]["stop_grace_period"].removesuffix("s"))
+    check_limits(read_settings(name), MEMORY_LIMIT, stop_seconds)
     assert read_settings(name).threads == SERVICES[name]["cpus"]
 
 
 @instances
 def test_only_the_proxy_is_trusted(name: str) -> None:
-    (subnet,) = load(FILE)["networks"]["front"]["ipam"]["config"]
-    url = ip_address(SERVICES["proxy"]["networks"]["front"]["ipv4_address"])
-    assert read_settings(name).trusted_proxies == (str(url),)
-    assert url in ip_network(subnet["subnet"])
-    assert url not in ip_network(subnet["ip_range"]), "another container might have it"
+    (subnet,) = load_yaml(FILE)["networks"]["front"]["ipam"]["config"]
+    proxy_address = ip_address(SERVICES["proxy"]["networks"]["front"]["ipv4_address"])
+    assert read_settings(name).trusted_proxies == (str(proxy_address),)
+    assert proxy_address in ip_network(subnet["subnet"])
+    # Docker gives addresses of `ip_range` to other containers.
+    assert proxy_address not in ip_network(subnet["ip_range"])
     assert "front" in SERVICES[name]["networks"]
 
 
-def test_both_instances_use_the_store_of_the_file() -> None:
+def test_both_instances_use_the_store_in_surface_env() -> None:
     settings = read_variables(DEPLOY / "surface.env.example")
     assert build_settings(settings).store == "s3://surfaces"
     store = read_variables(DEPLOY / "store.env.example")
@@ -99,9 +109,10 @@ def test_both_instances_use_the_store_of_the_file() -> None:
     assert "s3_region = " + f'"{settings["AWS_REGION"]}"' in (
         DEPLOY / "garage" / "garage.toml"
     ).read_text(encoding="utf-8")
-    assert SERVICES["surface-2"]["env_file"] == ["surface.env"], "none without it"
+    # Two instances need a common store, so the second does not start without this file.
+    assert SERVICES["surface-2"]["env_file"] == ["surface.env"]
 
 
 @pytest.mark.parametrize("name", ["store", "prometheus", "grafana"])
-def test_health_requests_the_service(name: str) -> None:
+def test_other_containers_have_health_checks(name: str) -> None:
     assert SERVICES[name]["healthcheck"]["test"][0] == "CMD"

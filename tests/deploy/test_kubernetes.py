@@ -1,4 +1,4 @@
-"""The Kubernetes manifests are valid, and agree with the service and the documents."""
+"""The Kubernetes manifests are valid, and agree with the service."""
 
 from functools import cache
 from typing import Any
@@ -13,13 +13,21 @@ from service.api.app import create_app
 from service.api.observing.health import DEADLINE
 from service.settings.values import Settings
 from service.storage.address import open_store
-from tests.deploy.files import DEPLOY, USER, build_settings, check_limits, load, run
+from tests.deploy.files import (
+    DEPLOY,
+    MEMORY_LIMIT,
+    USER,
+    build_settings,
+    check_limits,
+    load_yaml,
+    run_command,
+)
 from tests.programs import find_program
 
 KUBERNETES = "1.37"
 FOLDER = DEPLOY / "kubernetes"
 OVERLAYS = sorted(path.name for path in (FOLDER / "overlays").iterdir())
-CUSTOM = {"ServiceMonitor", "PrometheusRule"}
+OPERATOR_KINDS = {"ServiceMonitor", "PrometheusRule"}
 """Kinds of the Prometheus Operator, which Kubernetes itself does not define."""
 
 Manifest = dict[str, Any]
@@ -29,37 +37,40 @@ overlays = pytest.mark.parametrize("overlay", OVERLAYS)
 @cache
 def build_overlay(overlay: str) -> dict[tuple[str, str], Manifest]:
     """The manifests of an overlay, by kind and name, after validation."""
-    text = run(find_program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
+    text = run_command(find_program("kubectl"), "kustomize", FOLDER / "overlays" / overlay)
     manifests = list(yaml.safe_load_all(text))
     for each in manifests:
-        if each["kind"] not in CUSTOM:
+        if each["kind"] not in OPERATOR_KINDS:
             kubernetes_validate.validate(each, KUBERNETES, strict=True)
-    named = {(each["kind"], each["metadata"]["name"]): each for each in manifests}
-    assert len(named) == len(manifests)
-    return named
+    by_name = {(each["kind"], each["metadata"]["name"]): each for each in manifests}
+    assert len(by_name) == len(manifests)
+    return by_name
 
 
 def select_kind(overlay: str, kind: str) -> list[Manifest]:
-    return [each for (kind_of, _), each in build_overlay(overlay).items() if kind_of == kind]
+    """All manifests of this kind."""
+    return [each for each in build_overlay(overlay).values() if each["kind"] == kind]
 
 
 def find_only(overlay: str, kind: str) -> Manifest:
-    """The only object of its kind."""
-    (only,) = select_kind(overlay, kind)
-    return only
+    """The only manifest of this kind."""
+    (manifest,) = select_kind(overlay, kind)
+    return manifest
 
 
 def find_pod(overlay: str) -> Any:
+    """The specification of the pods of the only deployment."""
     return find_only(overlay, "Deployment")["spec"]["template"]["spec"]
 
 
 def find_container(overlay: str) -> Any:
+    """The specification of the only container in the pod."""
     (container,) = find_pod(overlay)["containers"]
     return container
 
 
 def read_settings(overlay: str) -> Settings:
-    """The service's settings from the variables of the pod."""
+    """The settings of the service from the environment variables of its container."""
     config = find_only(overlay, "ConfigMap")
     reference = {"configMapRef": {"name": config["metadata"]["name"]}}
     assert reference in find_container(overlay)["envFrom"]
@@ -67,7 +78,7 @@ def read_settings(overlay: str) -> Settings:
 
 
 @overlays
-def test_all_objects_are_in_one_namespace_of_restricted_pods(overlay: str) -> None:
+def test_all_objects_are_in_one_namespace_with_restricted_pods(overlay: str) -> None:
     namespace = find_only(overlay, "Namespace")
     assert namespace["metadata"]["labels"]["pod-security.kubernetes.io/enforce"] == "restricted"
     for (kind, _), each in build_overlay(overlay).items():
@@ -81,7 +92,7 @@ def test_image_is_of_this_version(overlay: str) -> None:
 
 
 @overlays
-def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
+def test_pods_cannot_write_to_their_image_or_gain_privileges(overlay: str) -> None:
     pod = find_pod(overlay)
     account = find_only(overlay, "ServiceAccount")
     assert pod["serviceAccountName"] == account["metadata"]["name"]
@@ -98,19 +109,22 @@ def test_pod_may_not_write_nor_gain_rights(overlay: str) -> None:
 
 
 @overlays
-def test_limits_leave_room_for_the_settings(overlay: str) -> None:
+def test_the_settings_fit_into_the_limits_of_the_container(overlay: str) -> None:
     settings = read_settings(overlay)
     limit = find_container(overlay)["resources"]["limits"]["memory"]
     assert limit == "1Gi"
-    check_limits(settings, 1 << 30, find_pod(overlay)["terminationGracePeriodSeconds"])
-    assert settings.threads > 0, "the processors of the node would be counted"
+    check_limits(settings, MEMORY_LIMIT, find_pod(overlay)["terminationGracePeriodSeconds"])
+    # With 0 the service would start one thread for each processor of the node.
+    assert settings.threads > 0
     if select_kind(overlay, "Ingress"):
-        assert settings.drain_delay >= 5, "the load balancer needs time to notice"
-    assert "lifecycle" not in find_container(overlay), "the service itself waits"
+        # In this time the load balancer notices that the pod is not ready.
+        assert settings.drain_delay >= 5
+    # A `preStop` hook that waits is not necessary, because the service itself waits.
+    assert "lifecycle" not in find_container(overlay)
 
 
 @overlays
-def test_service_finds_the_pods(overlay: str) -> None:
+def test_the_service_selects_the_pods_and_their_port(overlay: str) -> None:
     template = find_only(overlay, "Deployment")["spec"]["template"]
     service = find_only(overlay, "Service")["spec"]
     assert service["selector"].items() <= template["metadata"]["labels"].items()
@@ -123,7 +137,7 @@ def test_service_finds_the_pods(overlay: str) -> None:
 
 
 @overlays
-def test_probed_paths_are_routes(overlay: str) -> None:
+def test_probes_request_routes_of_the_service(overlay: str) -> None:
     container = find_container(overlay)
     probes = ("startupProbe", "livenessProbe", "readinessProbe")
     for probe in probes:
@@ -136,30 +150,31 @@ def test_probed_paths_are_routes(overlay: str) -> None:
 
 
 @overlays
-def test_traffic_goes_to_the_port_of_the_service_only(overlay: str) -> None:
+def test_network_policies_allow_only_needed_traffic(overlay: str) -> None:
+    """Into the pods to the port of the service; out of them to DNS and HTTPS, only for a bucket."""
     policies = {
         each["metadata"]["name"]: each["spec"] for each in select_kind(overlay, "NetworkPolicy")
     }
-    nothing = policies.pop("nothing")
-    assert nothing == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
+    default = policies.pop("nothing")
+    assert default == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
     labels = find_only(overlay, "Service")["spec"]["selector"]
     for spec in policies.values():
         assert spec["podSelector"]["matchLabels"] == labels
         for rule in spec.get("ingress", []):
-            assert rule["from"], "from all addresses"
+            assert rule["from"], "a rule without `from` allows all addresses"
             assert rule["ports"] == [{"port": "http", "protocol": "TCP"}]
-    out = {
+    egress_ports = {
         port["port"]
         for spec in policies.values()
         for rule in spec.get("egress", [])
         for port in rule["ports"]
     }
-    in_bucket = read_settings(overlay).store.startswith("s3://")
-    assert out == ({53, 443} if in_bucket else set())
+    uses_bucket = read_settings(overlay).store.startswith("s3://")
+    assert egress_ports == ({53, 443} if uses_bucket else set())
 
 
-def test_a_volume_has_one_replica() -> None:
-    """Two replicas would not see each other's surfaces, or could not both mount the volume."""
+def test_with_a_volume_one_replica_runs() -> None:
+    """Two replicas with a volume each would store different surfaces; one volume has one pod."""
     claim = find_only("local", "PersistentVolumeClaim")
     assert claim["spec"]["accessModes"] == ["ReadWriteOnce"]
     deployment = find_only("local", "Deployment")["spec"]
@@ -174,10 +189,10 @@ def test_a_volume_has_one_replica() -> None:
     assert settings.store_quota < 10 << 30
 
 
-def test_in_production_replicas_share_a_bucket_and_one_may_go() -> None:
+def test_in_production_replicas_share_a_bucket_and_one_may_stop() -> None:
     deployment = find_only("production", "Deployment")
     scaling = find_only("production", "HorizontalPodAutoscaler")["spec"]
-    assert "replicas" not in deployment["spec"], "the autoscaler says how many"
+    assert "replicas" not in deployment["spec"], "the autoscaler sets the number"
     target = scaling["scaleTargetRef"]
     assert (target["kind"], target["name"]) == ("Deployment", deployment["metadata"]["name"])
     assert scaling["minReplicas"] >= 2
@@ -193,18 +208,18 @@ def test_in_production_replicas_share_a_bucket_and_one_may_go() -> None:
         assert each["labelSelector"] == deployment["spec"]["selector"]
 
 
-def test_in_production_keys_are_a_file_that_may_change() -> None:
+def test_in_production_keys_are_in_a_file_that_may_change() -> None:
     (volume,) = find_pod("production")["volumes"]
     assert volume["secret"]["secretName"] == "surface-keys"
     assert not volume["secret"].get("optional"), "without keys every client may compute and store"
     (mount,) = find_container("production")["volumeMounts"]
     assert mount["readOnly"]
-    assert "subPath" not in mount, "what is mounted so never changes"
+    assert "subPath" not in mount, "a file mounted by subPath does not change with its secret"
     folder, _, _ = read_settings("production").api_keys_file.rpartition("/")
     assert (mount["name"], mount["mountPath"]) == (volume["name"], folder)
 
 
-def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
+def test_the_ingress_leads_to_all_routes_except_those_for_operators() -> None:
     ingress = find_only("production", "Ingress")["spec"]
     (rule,) = ingress["rules"]
     assert ingress["tls"][0]["hosts"] == [rule["host"]]
@@ -212,20 +227,21 @@ def test_ingress_leads_to_every_route_but_those_for_operators() -> None:
     service = {"name": "surface-service", "port": {"name": "http"}}
     assert all(each["backend"] == {"service": service} for each in paths)
     exact = {each["path"] for each in paths if each["pathType"] == "Exact"}
-    below = {each["path"] for each in paths if each["pathType"] == "Prefix"}
+    prefixes = {each["path"] for each in paths if each["pathType"] == "Prefix"}
 
     def is_reached(path: str) -> bool:
-        return path in exact or any(f"{path}/".startswith(f"{each}/") for each in below)
+        return path in exact or any(f"{path}/".startswith(f"{each}/") for each in prefixes)
 
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
-    inside = {"/health/live", "/health/ready", "/metrics"}
-    assert {path for path in routes | inside if path and not is_reached(path)} == inside
+    for_operators = {"/health/live", "/health/ready", "/metrics"}
+    unreached = {path for path in routes | for_operators if path and not is_reached(path)}
+    assert unreached == for_operators
     annotations = find_only("production", "Ingress")["metadata"]["annotations"]
     seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
     assert seconds > read_settings("production").request_timeout
 
 
-def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:
+def test_prometheus_gives_the_service_the_job_name_that_alerts_use() -> None:
     service = find_only("monitored", "Service")
     monitor = find_only("monitored", "ServiceMonitor")["spec"]
     assert monitor["selector"]["matchLabels"].items() <= service["metadata"]["labels"].items()
@@ -235,6 +251,6 @@ def test_operator_watches_the_service_by_the_name_that_alerts_know() -> None:
     assert endpoint["path"] == "/metrics"
 
 
-def test_alerts_are_those_of_prometheus() -> None:
-    alerts = load(DEPLOY / "prometheus" / "alerts.yaml")
+def test_the_alerts_equal_those_in_the_folder_of_prometheus() -> None:
+    alerts = load_yaml(DEPLOY / "prometheus" / "alerts.yaml")
     assert find_only("monitored", "PrometheusRule")["spec"] == alerts

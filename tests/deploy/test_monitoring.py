@@ -1,9 +1,10 @@
-"""Alerts and the dashboard: valid for Prometheus, with metrics that exist, and documented."""
+"""The alerts and the dashboard are valid and documented, and use only metrics that exist."""
 
 import json
 import re
 import shutil
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,42 +15,44 @@ from prometheus_client.parser import text_string_to_metric_families as families
 from service.api.app import create_app
 from service.settings.values import Settings
 from tests.api.client import start_client
-from tests.deploy.files import DEPLOY, ROOT, load, run
+from tests.deploy.files import DEPLOY, ROOT, load_yaml, run_command
 from tests.programs import find_program
 
 ALERTS = DEPLOY / "prometheus" / "alerts.yaml"
 CONFIG = DEPLOY / "prometheus" / "prometheus.yml"
 PAGE = ROOT / "docs" / "alerts.md"
-RULES: list[dict[str, Any]] = load(ALERTS)["groups"][0]["rules"]
+RULES: list[dict[str, Any]] = load_yaml(ALERTS)["groups"][0]["rules"]
 DASHBOARD = DEPLOY / "grafana" / "dashboards" / "surface.json"
 PANELS: list[dict[str, Any]] = json.loads(DASHBOARD.read_text(encoding="utf-8"))["panels"]
 EXPRESSIONS = [target["expr"] for panel in PANELS for target in panel["targets"]]
 NAME = re.compile(r"\b(?:surface|process|python)_\w+")
 
 SERVICE = 'job="surface-service",instance="a"'
-TOOK = "surface_http_request_duration_seconds"
-POOLS = f'surface_memory_limit_bytes{{{SERVICE},pool="large"}}'
+"""Labels of all samples of an instance."""
+
+DURATION = "surface_http_request_duration_seconds"
+MEMORY_LIMIT = f'surface_memory_limit_bytes{{{SERVICE},pool="large"}}'
 FIRING: dict[str, dict[str, str]] = {
     "SurfaceAbsent": {f"up{{{SERVICE}}}": "0x200", 'up{job="other"}': "1x200"},
     "SurfaceRestarts": {f"process_start_time_seconds{{{SERVICE}}}": "0x30 1 2 3 4 4x170"},
     "SurfaceNotReady": {f"surface_ready{{{SERVICE}}}": "0x200"},
     "SurfaceErrors": {
-        f'{TOOK}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+2x200",
-        f'{TOOK}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+98x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+2x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+98x200",
     },
     "SurfaceSlow": {
-        f'{TOOK}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="10.0"}}': "0+90x200",
-        f'{TOOK}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="30.0"}}': "0+100x200",
-        f'{TOOK}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="10.0"}}': "0+90x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="30.0"}}': "0+100x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
     },
     "SurfaceBusy": {f'surface_refused_total{{{SERVICE},code="busy"}}': "0+12x200"},
     "SurfaceMemoryLent": {
         f'surface_memory_bytes{{{SERVICE},pool="large"}}': "95x200",
-        POOLS: "100x200",
+        MEMORY_LIMIT: "100x200",
     },
     "SurfaceMemoryAbovePrediction": {
         f"process_resident_memory_bytes{{{SERVICE}}}": "610e6x200",
-        POOLS: "400e6x200",
+        MEMORY_LIMIT: "400e6x200",
     },
     "SurfaceStoreFailing": {f"surface_store_answering{{{SERVICE}}}": "0x200"},
     "SurfaceStoreNearlyFull": {
@@ -66,18 +69,21 @@ FIRING: dict[str, dict[str, str]] = {
         f"surface_cache_misses_total{{{SERVICE}}}": "0+90x200",
     },
 }
-"""Numbers, minute by minute, that make each alert fire."""
+"""For each alert, time series that make it fire: series and values, one value for each minute.
+
+The values are in the notation of `promtool test rules`: `0+2x200` is 0, and then 200 times 2 more.
+"""
 
 QUIET: dict[str, dict[str, str]] = {
-    "well": {
-        f'{TOOK}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+0x200",
-        f'{TOOK}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+100x200",
-        f'{TOOK}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="10.0"}}': "0+100x200",
-        f'{TOOK}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
+    "normal load": {
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+0x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+100x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="10.0"}}': "0+100x200",
+        f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
         f'surface_refused_total{{{SERVICE},code="busy"}}': "0+1x200",
         f'surface_refused_total{{{SERVICE},code="invalid_request"}}': "0+900x200",
         f'surface_memory_bytes{{{SERVICE},pool="large"}}': "200e6x200",
-        POOLS: "400e6x200",
+        MEMORY_LIMIT: "400e6x200",
         f"process_resident_memory_bytes{{{SERVICE}}}": "590e6x200",
         f"process_start_time_seconds{{{SERVICE}}}": "0x50 1x150",
         f"surface_ready{{{SERVICE}}}": "1x200",
@@ -89,15 +95,16 @@ QUIET: dict[str, dict[str, str]] = {
         f"surface_cache_hits_total{{{SERVICE}}}": "0+90x200",
         f"surface_cache_misses_total{{{SERVICE}}}": "0+90x200",
     },
-    # Without a quota the store is never nearly full; without requests, none is slow or missed.
+    # Without a quota the store is never nearly full; without requests, no ratio has a value.
     "idle": {f"surface_store_quota_bytes{{{SERVICE}}}": "0x200"},
-    # Rare restarts and refused probes need no alert.
-    "rolling": {
+    # During a rolling update, instances restart and refuse readiness probes for a short time.
+    "rolling update": {
         f"surface_ready{{{SERVICE}}}": "1x50 0 0 1x150",
-        f'{TOOK}_count{{{SERVICE},route="/health/ready",status="5xx"}}': "0+60x200",
-        f'{TOOK}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+100x200",
+        f'{DURATION}_count{{{SERVICE},route="/health/ready",status="5xx"}}': "0+60x200",
+        f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+100x200",
     },
 }
+"""Time series during which no alert may fire."""
 
 
 @pytest.fixture(scope="module")
@@ -106,43 +113,42 @@ def promtool() -> str:
 
 
 @pytest.fixture(scope="module")
-def scraped() -> set[str]:
-    """Names of all samples of an application, also of families that have no samples yet."""
+def sample_names() -> set[str]:
+    """Names of all samples at /metrics, also of metrics that have no samples yet."""
     with start_client(create_app(Settings())) as client:
         client.get("/v1/surfaces/saddle/mesh.glb?resolution=2")
-        result = client.get("/metrics").text
-    return {name for family in families(result) for name in _find_names(family.name, family.type)}
+        text = client.get("/metrics").text
+    return {name for family in families(text) for name in _list_names(family.name, family.type)}
 
 
-def _find_names(name: str, kind: str) -> Iterator[str]:
-    ends = {
+def _list_names(name: str, kind: str) -> Iterator[str]:
+    """Names of the samples of a metric of this type."""
+    suffixes = {
         "counter": ("_total",),
         "summary": ("_count", "_sum"),
         "histogram": ("_count", "_sum", "_bucket"),
     }
-    yield from (name + end for end in ends.get(kind, ("",)))
+    yield from (name + suffix for suffix in suffixes.get(kind, ("",)))
 
 
-def test_panels_differ_in_place_and_title() -> None:
-    places = {(panel["gridPos"]["x"], panel["gridPos"]["y"]) for panel in PANELS}
-    for different in (places, {p["title"] for p in PANELS}, {p["id"] for p in PANELS}):
-        assert len(different) == len(PANELS)
+def test_panels_differ_in_position_title_and_id() -> None:
+    positions = {(panel["gridPos"]["x"], panel["gridPos"]["y"]) for panel in PANELS}
+    titles, ids = ({panel[key] for panel in PANELS} for key in ("title", "id"))
+    assert len(positions) == len(titles) == len(ids) == len(PANELS)
 
 
-def test_every_named_metric_exists(scraped: set[str]) -> None:
+def test_metrics_in_alerts_and_panels_exist(sample_names: set[str]) -> None:
     for expression in (*EXPRESSIONS, *(rule["expr"] for rule in RULES)):
-        named = {name for name in NAME.findall(expression) if name != "surface-service"}
-        assert named <= scraped, expression
+        assert set(NAME.findall(expression)) <= sample_names, expression
 
 
-def test_all_of_ours_is_on_the_dashboard(scraped: set[str]) -> None:
-    named = {name for expression in EXPRESSIONS for name in NAME.findall(expression)}
-    ours = {name for name in scraped if name.startswith("surface_")}
-    left = {"surface_cache_limit_bytes", f"{TOOK}_sum"}
-    assert ours - named == left
+def test_the_dashboard_shows_the_metrics_of_the_service(sample_names: set[str]) -> None:
+    shown = {name for expression in EXPRESSIONS for name in NAME.findall(expression)}
+    metrics = {name for name in sample_names if name.startswith("surface_")}
+    assert metrics - shown == {"surface_cache_limit_bytes", f"{DURATION}_sum"}
 
 
-def test_every_alert_is_explained() -> None:
+def test_every_alert_is_documented() -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert re.findall(r"^## (\w+)$", page, re.MULTILINE) == [rule["alert"] for rule in RULES]
     for rule in RULES:
@@ -152,43 +158,47 @@ def test_every_alert_is_explained() -> None:
 
 
 def test_prometheus_accepts_the_rules(promtool: str) -> None:
-    run(promtool, "check", "config", str(CONFIG))
-    run(promtool, "check", "rules", "--lint-fatal", str(ALERTS))
+    run_command(promtool, "check", "config", str(CONFIG))
+    run_command(promtool, "check", "rules", "--lint-fatal", str(ALERTS))
 
 
-def test_prometheus_parses_the_numbers(promtool: str) -> None:
+def test_prometheus_accepts_the_metrics_of_the_service(promtool: str) -> None:
     with start_client(create_app(Settings())) as client:
         for url in ("/v1/surfaces/saddle/mesh.glb", "/v1/surfaces/saddle/mesh.glb", "/nowhere"):
             client.get(url)
-        result = client.get("/metrics").text
-    run(promtool, "check", "metrics", stdin=result)
+        text = client.get("/metrics").text
+    run_command(promtool, "check", "metrics", stdin=text)
 
 
-def test_each_alert_fires_when_it_should_and_no_other(promtool: str, tmp_path: Path) -> None:
+def test_the_series_of_each_alert_make_it_fire_and_no_other_alert(
+    promtool: str, tmp_path: Path
+) -> None:
     shutil.copy(ALERTS, tmp_path / "alerts.yaml")
-    well = {f"up{{{SERVICE}}}": "1x200"}
-    also = {"SurfaceAbsent": ["SurfaceAbsent", "SurfaceDown"]}
-    assert {name for names in also.values() for name in names} | FIRING.keys() == {
-        rule["alert"] for rule in RULES
-    }
-    tests = [_test(well | series, also.get(alert, [alert])) for alert, series in FIRING.items()]
-    tests += [_test(well | series, []) for series in QUIET.values()]
+    up = {f"up{{{SERVICE}}}": "1x200"}
+    # If all instances are absent, each of them is also down.
+    firing = {alert: [alert] for alert in FIRING}
+    firing["SurfaceAbsent"].append("SurfaceDown")
+    assert set(chain(*firing.values())) == {rule["alert"] for rule in RULES}
+    tests = [_build_test(up | series, firing[alert]) for alert, series in FIRING.items()]
+    tests += [_build_test(up | series, []) for series in QUIET.values()]
     file = tmp_path / "tests.yaml"
-    whole = {"rule_files": ["alerts.yaml"], "evaluation_interval": "1m", "tests": tests}
-    file.write_text(yaml.safe_dump(whole), "utf-8")
-    run(promtool, "test", "rules", str(file))
+    document = {"rule_files": ["alerts.yaml"], "evaluation_interval": "1m", "tests": tests}
+    file.write_text(yaml.safe_dump(document), "utf-8")
+    run_command(promtool, "test", "rules", str(file))
 
 
-def _test(series: dict[str, str], firing: list[str]) -> dict[str, Any]:
-    # Restarts at 30 to 34 minutes count for 15 minutes; cache misses alert after 2 hours.
-    at = "150m" if firing in ([], ["SurfaceCacheMisses"]) else "40m"
+def _build_test(series: dict[str, str], firing: list[str]) -> dict[str, Any]:
+    """A test for promtool: with these series, exactly these alerts fire."""
+    # SurfaceRestarts fires for 15 minutes after the restarts at 30 to 34 minutes, and
+    # SurfaceCacheMisses after 2 hours.
+    time = "150m" if firing in ([], ["SurfaceCacheMisses"]) else "40m"
     return {
         "interval": "1m",
         "input_series": [{"series": name, "values": values} for name, values in series.items()],
         "promql_expr_test": [
             {
                 "expr": 'sum by (alertname) (ALERTS{alertstate="firing"}) > 0',
-                "eval_time": at,
+                "eval_time": time,
                 "exp_samples": [
                     {"labels": f'{{alertname="{name}"}}', "value": 1} for name in firing
                 ],

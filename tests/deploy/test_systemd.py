@@ -1,4 +1,4 @@
-"""The systemd unit is valid, is confined, and agrees with the service."""
+"""The systemd unit is valid, confines the service, and agrees with its settings."""
 
 import re
 import shutil
@@ -6,7 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.deploy.files import DEPLOY, build_settings, check_limits, read_variables, run
+from tests.deploy.files import (
+    DEPLOY,
+    MEMORY_LIMIT,
+    build_settings,
+    check_limits,
+    read_variables,
+    run_command,
+)
 from tests.programs import find_program
 
 UNIT = DEPLOY / "systemd" / "surface-service.service"
@@ -16,13 +23,14 @@ SETTINGS = build_settings(read_variables(DEPLOY / "systemd" / "surface.env.examp
 
 
 def read_value(name: str) -> str:
+    """The value of a directive that occurs once in the unit."""
     (value,) = (value for key, _, value in LINES if key == name)
     return value
 
 
 @pytest.fixture
 def unit(tmp_path: Path) -> Path:
-    """A copy of the unit with a program that exists on this machine."""
+    """A copy of the unit that starts a program that exists on this machine, `true`."""
     text = UNIT.read_text(encoding="utf-8")
     assert PROGRAM in text
     copy = tmp_path / UNIT.name
@@ -31,23 +39,23 @@ def unit(tmp_path: Path) -> Path:
 
 
 def test_systemd_accepts_the_unit(unit: Path) -> None:
-    run(find_program("systemd-analyze"), "verify", unit)
+    run_command(find_program("systemd-analyze"), "verify", unit)
 
 
-def test_it_is_confined(unit: Path) -> None:
-    """systemd's own rating is from 0, confined, to 10, exposed."""
-    reported = run(
+def test_the_unit_is_confined(unit: Path) -> None:
+    """systemd rates the exposure of a unit from 0, confined, to 10, exposed."""
+    report = run_command(
         find_program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit
     )
-    (rating,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", reported)
+    (rating,) = re.findall(r"exposure level for \S+: ([\d.]+) OK", report)
     assert float(rating) <= 1.5
 
 
-def test_limits_leave_room_for_the_settings() -> None:
+def test_the_settings_fit_into_the_limits_of_the_unit() -> None:
     assert read_value("MemoryMax") == "1G"
-    check_limits(SETTINGS, 1 << 30, int(read_value("TimeoutStopSec")))
+    check_limits(SETTINGS, MEMORY_LIMIT, int(read_value("TimeoutStopSec")))
     assert SETTINGS.max_connections < int(read_value("LimitNOFILE"))
 
 
-def test_the_store_is_in_a_directory_that_it_may_write() -> None:
+def test_the_store_is_in_a_directory_that_the_unit_may_write() -> None:
     assert f"SURFACE_STORE=%S/{read_value('StateDirectory')} " in read_value("Environment")

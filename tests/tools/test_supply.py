@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from service import __version__
-from tests.deploy.files import run
+from tests.deploy.files import run_command
 from tests.programs import find_program
 from tools.supply.licences import PAGE, READ, Unread, check, licence, page, statement
 from tools.supply.packages import BUNDLED, ROOT, needed, scripts
@@ -99,7 +99,9 @@ def test_bases_of_the_image_are_exact() -> None:
 
 
 def test_updates_are_looked_for_wherever_something_is_pinned() -> None:
-    run(find_program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT)
+    run_command(
+        find_program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT
+    )
     updates = yaml.safe_load(DEPENDABOT.read_text(encoding="utf-8"))["updates"]
     watched = {(each["package-ecosystem"], each["directory"]) for each in updates}
     locks = {("npm", f"/{folder}") for folder in ("web", "tests/web")}

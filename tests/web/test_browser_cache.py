@@ -42,7 +42,7 @@ def watched() -> Iterator[Watched]:
         built.append(Watched(app))
         return built[0]
 
-    with run_service(around=around) as url:
+    with run_service(wrap=around) as url:
         built[0].url = url
         yield built[0]
 

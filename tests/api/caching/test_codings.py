@@ -11,7 +11,7 @@ from service.api.caching.codings import (
     compress,
     parse_accepted_codings,
 )
-from tests.packed import unpacked_gzip, unpacked_zstd
+from tests.decompression import decompress_gzip, decompress_zstd
 
 TEXT = b"v 0.25 0.5 1\n" * 1000
 
@@ -64,8 +64,8 @@ def test_the_same_bytes_at_any_time(coding: Coding, monkeypatch: pytest.MonkeyPa
 
 def test_files_are_those_of_their_formats() -> None:
     for content in (b"", b"x", TEXT):
-        assert unpacked_gzip(COMPRESS["gzip"](content)) == content
-        assert unpacked_zstd(COMPRESS["zstd"](content)) == content
+        assert decompress_gzip(COMPRESS["gzip"](content)) == content
+        assert decompress_zstd(COMPRESS["zstd"](content)) == content
 
 
 @pytest.mark.parametrize("coding", COMPRESS)
