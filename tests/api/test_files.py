@@ -17,7 +17,7 @@ from service.surface.examples import find
 from service.surface.patches import PatchSurface
 from tests.api.client import Client, start_client
 from tests.api.hostile_files import NPY, OOGL, TEAPOT, build_net, save_array
-from tests.decoders.test_npy import damaged
+from tests.decoders.test_npy import damaged_files
 
 WAVE = np.stack(
     (*np.meshgrid(np.arange(12.0), np.arange(9.0), indexing="ij"), np.zeros((12, 9))), axis=-1
@@ -179,7 +179,7 @@ def changed_text(draw: st.DrawFn) -> tuple[bytes, str]:
     return b" ".join(words), media_type
 
 
-@given(st.one_of(changed_text(), damaged().map(lambda content: (content, NPY))))
+@given(st.one_of(changed_text(), damaged_files().map(lambda content: (content, NPY))))
 def test_no_damage_to_a_file_breaks_the_service(client: Client, file: tuple[bytes, str]) -> None:
     response = post_file(client, *file, "resolution=1&format=glb")
     assert response.status_code in (200, 400, 422)

@@ -28,7 +28,7 @@ from service.surface.curve import BezierCurve, BsplineCurve
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, content_key
 from tests.forms import ARC, PATCH, SURFACES, TENT, WAVES, Json
-from tests.spellings import EYE, spell_number, spell_surface
+from tests.spellings import IDENTITY, spell_number, spell_surface
 
 LIMITS = DocumentLimits()
 IDS: Path = Path(__file__).parents[1] / "golden" / "ids.json"
@@ -71,7 +71,7 @@ MORE: dict[str, Json] = {
     "members that say nothing": {
         "type": "group",
         "members": [
-            {"surface": PATCH, "matrix": EYE, "color": [0, 1, 0.5, 1], "name": "surface"},
+            {"surface": PATCH, "matrix": IDENTITY, "color": [0, 1, 0.5, 1], "name": "surface"},
             {"surface": TENT | {"name": "tent"}},
         ],
     },
