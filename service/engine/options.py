@@ -123,7 +123,7 @@ class MeshOptions:
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "The weld tolerance is a part of the diagonal that rounding may account for.",
+                    "The weld tolerance is a share of the diagonal, only as large as rounding errors.",
                     "/weld_tolerance",
                     f"{self.weld_tolerance:.6g}",
                     f"0 to {MAX_WELD_TOLERANCE:.0e}",
@@ -170,6 +170,6 @@ class MeshOptions:
                     "A mesh without faces needs isoparametric curves or overlays.",
                     "/faces",
                     "no faces, isocurves or overlays",
-                    "one of them",
+                    "isocurves or overlays, or faces",
                 )
             )

@@ -12,7 +12,7 @@ import numpy as np
 from service.engine.joining.corners_on_edges import find_corners_on_edges
 from service.engine.joining.near_points import group_near_points
 from service.engine.joining.open_edges import OpenBorder, find_open_border
-from service.engine.mesh.equal_points import find_knot_ratio, weld_distance
+from service.engine.mesh.equal_points import compute_weld_distance, find_knot_ratio
 from service.engine.mesh.seams import Seams
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.engine.scenes.scene import place_points
@@ -49,7 +49,7 @@ def find_neighbours(
     diagonal, largest = np.linalg.norm(np.ptp(corners, axis=0)), np.abs(corners).max()
     models = (group.models[number] for number in {group.members[k].model for k in owner})
     ratio = max(find_knot_ratio(model) for model in models if isinstance(model, PatchModel))
-    distance = weld_distance(float(diagonal), float(largest), ratio, tolerance)
+    distance = compute_weld_distance(float(diagonal), float(largest), ratio, tolerance)
     owners = np.repeat(owner, [len(border.corners) for border in placed])
     first_near = group_near_points(corners, distance)
     corner_pairs = np.stack([owners[first_near], owners], axis=1)

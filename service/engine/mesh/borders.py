@@ -14,25 +14,25 @@ def find_mesh_borders(
     mesh_faces: tuple[IndexArray, IndexArray],
     welds: IndexArray | None,
 ) -> tuple[int, bool]:
-    """The number of edges that only one face uses, and whether exactly two use every edge.
+    """The number of edges that only one face uses, and whether exactly two faces use each edge.
 
-    Usually this is the sum of the divisions of open edges. All edges are counted only if that sum
-    may be wrong: faces may share an edge that is not on an edge of a patch, or two faces on an edge
-    of a patch may not share it.
+    Usually that number is the sum of the divisions of open edges. All edges of faces are counted
+    only if this sum may be wrong: faces of different patches may share an edge that is not on an
+    edge of the patches, or two faces on an edge of a patch may not share it.
     """
     seams = layout.connectivity
     lines = ~seams.collapsed
-    # With one division, different edges between the same corners are one line of the mesh, and a
-    # patch between two poles vanishes.
-    coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
+    # With one division, two edges of patches between the same corners are one line of the mesh, and
+    # a patch between two poles vanishes.
+    is_coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
     # With two divisions, both halves of a side that returns to its beginning are one line.
     returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
-    coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
+    is_coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
     if options.weld:
-        must_count = coarse or seams.is_folded or _is_met_twice(layout)
+        must_count = is_coarse or seams.is_folded or _share_cut_corner(layout)
     else:
         # Each face at a pole has a different vertex there.
-        must_count = coarse or layout.has_poles
+        must_count = is_coarse or layout.has_poles
     if must_count:
         return count_borders(mesh_faces, welds)
     if not options.weld:
@@ -42,11 +42,11 @@ def find_mesh_borders(
     return boundary, boundary == 0 and bool((uses <= 2).all())
 
 
-def _is_met_twice(layout: Layout) -> bool:
+def _share_cut_corner(layout: Layout) -> bool:
     """Whether two patches share both sides of a corner that a line of the mesh cuts off.
 
-    That line, from side to side, then belongs to the meshes of both patches; with two divisions,
-    also if the corners are at different ends of the sides.
+    The meshes of both patches then contain this line. With two divisions, they also contain it if
+    the corners are at different ends of the sides.
     """
     lines = layout.connectivity.cut_corners >> 1
     codes = (lines[..., 0] * len(layout.connectivity.users) + lines[..., 1])[lines[..., 0] >= 0]
@@ -56,7 +56,7 @@ def _is_met_twice(layout: Layout) -> bool:
 def count_borders(
     mesh_faces: tuple[IndexArray, IndexArray], welds: IndexArray | None
 ) -> tuple[int, bool]:
-    """The number of edges that only one face uses, and whether two use every edge, by counting.
+    """Counts the edges that only one face uses; also returns whether two faces use each edge.
 
     `welds` has for each vertex the first vertex at its position; None if all positions differ.
     """
@@ -73,8 +73,8 @@ def count_borders(
             line |= np.maximum(begin, end)
             count += len(rows)
     lines.sort()
-    # The first row of each line, in the order of their ends; and the number of rows.
-    begins = np.ones(count + 1, dtype=bool)
-    begins[1:-1] = lines[1:] != lines[:-1]
-    boundary = int((begins[:-1] & begins[1:]).sum())
-    return boundary, bool(begins[::2].all() and not begins[1::2].any())
+    # Equal lines are now consecutive. `is_first` marks the first of them, and the end of the array.
+    is_first = np.ones(count + 1, dtype=bool)
+    is_first[1:-1] = lines[1:] != lines[:-1]
+    boundary = int((is_first[:-1] & is_first[1:]).sum())
+    return boundary, bool(is_first[::2].all() and not is_first[1::2].any())

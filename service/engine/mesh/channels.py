@@ -1,8 +1,8 @@
 """Colours, texture coordinates and attributes at all samples of a layout.
 
-A channel is a polynomial of its own degree over the parameters of each patch, so it is evaluated
-like the points, but separately. Samples at one place whose values differ by rounding alone get
-equal values, bit for bit: so welding only compares values for equality.
+On each patch a channel is a polynomial, whose degree may differ from that of the points, so it is
+evaluated separately. If the values of samples at one place differ by rounding alone, they become
+equal bit for bit: then welding only compares values for equality.
 """
 
 from dataclasses import dataclass, replace
@@ -28,26 +28,28 @@ from service.surface.lowered import Domain, PatchModel
 from service.surface.sides import take_side
 
 CHUNK_VALUES = 1 << 20
-"""Values in one chunk."""
+"""The number of values in one chunk."""
 
 SAME_RANGE = 2.0**-16
-"""Values whose difference is below this share of the channel's range count as equal."""
+"""Two values count as equal if their difference is below this share of the channel's range."""
 
 SAME_VALUE = 2.0**-20
-"""Values whose difference is below this share of the largest value count as equal, too: eight units
-in the last place of a float32."""
+"""Two values also count as equal if their difference is below this share of the largest value:
+eight units in the last place of float32."""
 
 
 TINY = float(np.finfo(np.float32).smallest_subnormal)
+"""The smallest positive number of float32."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChannelRows:
     """The values (N, d) of one channel at all samples, in the precision of the mesh.
 
-    If the channel has a `unit`, values whose quotient is nearly 1 count as equal, and a value is
-    small if its product with the unit is below 1. An `exact` channel compares bit for bit:
-    parameters are exact, because a surface may change much between near parameters.
+    If the channel has a `unit`, large values count as equal if their quotient is nearly 1, and
+    small values if their difference is nearly 0; a value is small if its product with the unit is
+    below 1. The values of an `exact` channel are equal only bit for bit. Parameters are exact,
+    because a surface may change much between near parameters.
     """
 
     name: str
@@ -56,15 +58,18 @@ class ChannelRows:
     unit: float | None = None
     exact: bool = False
 
-    def take(self, chosen: Ints) -> "ChannelRows":
-        """The chosen rows, in this order."""
-        return replace(self, values=self.values.take(chosen, axis=0))
+    def take(self, rows: Ints) -> "ChannelRows":
+        """The channel with only these rows, in this order."""
+        return replace(self, values=self.values.take(rows, axis=0))
 
 
 def sample_channels(
     model: PatchModel, layout: Layout, dtype: Real, uvs: bool
 ) -> tuple[ChannelRows, ...]:
-    """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
+    """The rows of every channel of the model.
+
+    If `uvs`, and the model has no texture coordinates, the parameters are a channel, too.
+    """
     channels = model.batches[0].channels
     rows_by_channel = [
         ChannelRows(channel.name, channel.kind, _build_rows(model, layout, number, dtype))
@@ -79,14 +84,14 @@ def sample_channels(
 def split_by_kind(
     channels: tuple[ChannelRows, ...],
 ) -> tuple[RealArray | None, RealArray | None, tuple[tuple[str, RealArray], ...]]:
-    """Texture coordinates, colours, and named attributes, in the form of `Mesh`."""
+    """Texture coordinates, colours, and named attributes, as `Mesh` stores them."""
     by_kind = {channel.kind: channel.values for channel in channels if channel.kind != "attribute"}
     named = tuple((c.name, c.values) for c in channels if c.kind == "attribute")
     return by_kind.get("uvs"), by_kind.get("colors"), named
 
 
 def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
-    """For each sample the first sample at its place with the same value in every channel.
+    """For each sample, the first sample at its place that has the same value in every channel.
 
     Values that differ by rounding alone become equal, channel by channel.
 
@@ -95,10 +100,11 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     place : ndarray of int, shape (N,)
         For each sample, the number of one sample at its position, the same for all samples there.
     channels : tuple of ChannelRows
-        Written into.
+        Their values are overwritten.
     """
     identity = np.arange(len(place))
-    # The few samples that share their place with another sample, numbered from 0.
+    # Only the few samples that share their place with another sample are compared. `spot` numbers
+    # their places, `local` their values.
     shared = np.zeros(len(place), dtype=bool)
     shared[place != identity] = True
     shared[place[shared]] = True
@@ -117,10 +123,11 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
 
 
 def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
-    """Values of a channel in units of the largest difference that counts as zero.
+    """The values (N, d) in units of the largest difference that counts as zero.
 
-    With a unit, arsinh is applied first. It is linear near 0 and logarithmic far from 0: so small
-    values are compared by their difference, and large values by their quotient.
+    If the channel has a unit, the result uses the arsinh of the values. The arsinh is linear near 0
+    and logarithmic far from 0: so differences compare small values by their difference, and large
+    values by their quotient.
     """
     if channel.unit is None:
         return values * _scale(channel.values)
@@ -129,7 +136,7 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
 
 
 def _scale(values: RealArray) -> FloatArray:
-    """1 divided by the difference that counts as zero, column by column; 0 for columns of zeros."""
+    """For each column, 1 divided by the largest difference that counts as zero; 0 for zeros."""
     low, high = (bound.astype(np.float64) for bound in find_extent(values))
     same = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
     # Values that float32 rounds to zero count as zero.
@@ -154,13 +161,12 @@ def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> 
             rows[samples] = np.einsum("ni,nid->nd", basis, edges)
     if channel.kind == "colors":
         np.clip(rows, 0.0, 1.0, out=rows)
-    # As for points: adding 0.0 turns -0.0 into 0.0.
-    np.add(rows, 0.0, out=rows)
+    np.add(rows, 0.0, out=rows)  # turns -0.0 into 0.0, as for points
     return rows
 
 
 def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
-    """B(u) C B(v)ᵀ for every component of every patch, computed in float64."""
+    """Writes B(u) C B(v)ᵀ for every component of every patch, computed in float64."""
     a, b = channel.nets.shape[1] - 1, channel.nets.shape[2] - 1
     along_u, along_v = sample_basis(a, block.resolution[0]), sample_basis(b, block.resolution[1]).T
     for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
@@ -171,14 +177,14 @@ def _write_grids(channel: Channel, block: Block, out: RealArray) -> None:
 
 
 def _write_triangles(channel: Channel, block: Block, out: RealArray) -> None:
-    """Σ B_ijk C_ijk at all samples of every triangle, row by row."""
+    """Writes Σ B_ijk C_ijk at all samples of every triangle."""
     for rows in row_slices(len(block.patches), block.count, CHUNK_VALUES):
         nets = channel.nets[block.patches[rows]]
         out[rows] = evaluate_triangles(nets, block.resolution[0])
 
 
 def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) -> RealArray:
-    """Parameters (N, 2) of every sample: in the domain of its surface, or in its patch."""
+    """Parameters (N, 2) of all samples, in the domains of surfaces; without domains, of patches."""
     rows = np.empty((layout.size, 2), dtype=dtype)
     for block in layout.blocks:
         if block.is_triangle:
@@ -203,7 +209,7 @@ def _parameter_rows(layout: Layout, domains: tuple[Domain, ...], dtype: Real) ->
 
 
 def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
-    """(s, t) of every sample of triangles."""
+    """Writes the parameters (s, t) of all samples of triangles."""
     divisions = block.resolution[0]
     out = rows[block.base : block.base + block.count * len(block.patches)]
     out = out.reshape(len(block.patches), block.count, 2)
@@ -213,7 +219,7 @@ def _write_triangle_parameters(block: Block, rows: RealArray) -> None:
 
 
 def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray, FloatArray]:
-    """First and last u, and v, of patches by their numbers in the model: (m, 2) each."""
+    """The first and the last u, and v, of patches with these numbers in the model: (m, 2) each."""
     if not domains:
         unit = np.tile([0.0, 1.0], (len(patches), 1))
         return unit, unit
@@ -224,7 +230,7 @@ def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray,
     )
     owner = np.searchsorted(first, patches, side="right") - 1
     row, column = np.divmod(patches - first[owner], columns[owner] - 1)
-    # The knots of all domains, one after another.
+    # The knots of all domains are in one array, one domain after another.
     row += (np.cumsum(rows) - rows)[owner]
     column += (np.cumsum(columns) - columns)[owner]
     u, v = (np.concatenate(knots) for knots in zip(*((d.u, d.v) for d in domains), strict=True))
@@ -232,9 +238,10 @@ def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray,
 
 
 def _span_ends(knots: FloatArray, span: NDArray[np.intp]) -> FloatArray:
+    """The two knots at the ends of each span, (m, 2)."""
     return np.stack([knots[span], knots[span + 1]], axis=1)
 
 
 def _interpolate(limits: FloatArray, t: FloatArray) -> FloatArray:
-    """Parameters (m, R+1) from limits (m, 2); the ends are equal to the limits bit for bit."""
+    """Equally spaced parameters (m, R+1) between limits (m, 2), which they include bit for bit."""
     return limits[:, :1] * (1.0 - t) + limits[:, 1:] * t

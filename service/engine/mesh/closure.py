@@ -31,29 +31,30 @@ from service.surface.sides import take_side
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]
 
 SAME_PARTIAL = 1e-6
-"""Largest difference of partials, in units of the longest on the seam: nets are often written with
-six digits."""
+"""The largest difference of two partials that count as equal, in units of the longest partial on
+the seam. Nets are often written with six digits."""
 
 SAME_PLANE = 1e-6
-"""Largest difference of unit normals: an angle in radians."""
+"""The largest difference of two unit normals that count as equal: an angle in radians."""
 
 NO_PLANE = 1e-9
-"""Sine of the angle, or length in units of the longest, below which two tangents span no plane."""
+"""Two tangents span no plane if the sine of their angle is smaller than this, or if the length of
+the partial is smaller than this share of the longest partial."""
 
 CHUNK_PATCHES = 1024
-"""Number of patches along a seam in one chunk."""
+"""The number of patches along a seam that are compared together."""
 
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """The continuity of the seams along u and along v; None where the surface is open."""
+    """The continuity of the seams where the surface closes along u and v; None where it is open."""
 
     u: Continuity | None
     v: Continuity | None
 
 
 OPEN = Closure(None, None)
-"""The closure of a surface whose sides are all different edges."""
+"""The closure of a surface that is open along u and along v."""
 
 
 def find_closure(model: PatchModel, connectivity: Connectivity | None = None) -> Closure | None:
@@ -83,7 +84,10 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
 def _find_continuity(
     batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
-    """Continuity of the seam of this side of the first patches and the next side of the last."""
+    """Continuity of the seam of side `side` of the first patches and the opposite side of the last.
+
+    None if the control points of both sides differ.
+    """
     begin, end = take_side(batch.points, side)[first], take_side(batch.points, side + 1)[last]
     if not np.array_equal(begin, end):
         return None
@@ -97,8 +101,8 @@ def _find_continuity(
 class _Border:
     """A side of the patches along one border of the surface.
 
-    `line` (M, n+1, 3) has the Bézier points on the side, `next` (M, n+1, 3) those of the next line;
-    `factor` times their difference is the partial across the border.
+    `line` (M, n+1, 3) are the control points on the side, `next` (M, n+1, 3) those of the next
+    line. `factor` times the difference of both is the net of the partial across the border.
     """
 
     line: FloatArray
@@ -107,32 +111,32 @@ class _Border:
     next_weights: FloatArray
     factor: float
 
-    def across(self, place: FloatArray, basis: FloatArray) -> FloatArray:
-        """The partial across the border at points S of it, (M, K, 3).
+    def across(self, point: FloatArray, basis: FloatArray) -> FloatArray:
+        """The partial across the border at its points S, (M, K, 3).
 
         S_u = p/h Σ_j B_j w_1j (P_1j − S) / Σ_j B_j w_0j
         """
         total = self.line_weights @ basis.T
         shares = basis * self.next_weights[:, np.newaxis]
-        difference: FloatArray = shares @ self.next - shares.sum(axis=-1)[..., np.newaxis] * place
+        difference: FloatArray = shares @ self.next - shares.sum(axis=-1)[..., np.newaxis] * point
         difference *= (self.factor / total)[..., np.newaxis]
         return difference
 
-    def along(self, place: FloatArray, basis: FloatArray) -> FloatArray:
+    def along(self, point: FloatArray, basis: FloatArray) -> FloatArray:
         """A tangent of the border at its points S, (M, K, 3), of any length.
 
         W S' ~ Σ_j B_j^{n−1} (w_{j+1} (P_{j+1} − S) − w_j (P_j − S))
         """
         change = np.diff(self.line * self.line_weights[..., np.newaxis], axis=1)
         tangent: FloatArray = basis @ change
-        tangent -= (np.diff(self.line_weights, axis=1) @ basis.T)[..., np.newaxis] * place
+        tangent -= (np.diff(self.line_weights, axis=1) @ basis.T)[..., np.newaxis] * point
         return tangent
 
     def points(self, basis: FloatArray) -> FloatArray:
         """The points S of the border, (M, K, 3)."""
         shares = basis * self.line_weights[:, np.newaxis]
-        place: FloatArray = shares @ self.line / shares.sum(axis=-1)[..., np.newaxis]
-        return place
+        point: FloatArray = shares @ self.line / shares.sum(axis=-1)[..., np.newaxis]
+        return point
 
     def take(self, run: slice) -> "_Border":
         """The border of the patches of a run."""
@@ -146,45 +150,54 @@ class _Border:
 
     @property
     def longest(self) -> float:
-        """Upper bound of the partials across the border, without the effect of weights."""
+        """The length of the longest vector in the nets of the partial across the border."""
         return abs(self.factor) * float(np.linalg.norm(self.next - self.line, axis=-1).max())
 
 
 def _build_border(batch: TensorPatches, patches: Ints, side: int, factor: float) -> _Border:
     """One side of patches as a border, with points relative to the middle of the batch."""
-    line, beside = (take_side(batch.points, side, k)[patches] - batch.middle for k in range(2))
+    line, next_line = (take_side(batch.points, side, k)[patches] - batch.middle for k in range(2))
     weights = np.ones(batch.points.shape[:-1]) if batch.weights is None else batch.weights
-    line_weights, weights_beside = (take_side(weights, side, k)[patches] for k in range(2))
-    return _Border(line, beside, line_weights, weights_beside, -factor if side % 2 else factor)
+    line_weights, next_weights = (take_side(weights, side, k)[patches] for k in range(2))
+    return _Border(line, next_line, line_weights, next_weights, -factor if side % 2 else factor)
 
 
 def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
-    """The continuity of the seam of two borders with equal points; None if their weights differ."""
+    """The continuity of the seam of two borders with equal control points.
+
+    None if their weights differ by more than a common factor.
+    """
     if not _has_equal_weights(first, last):
         return None
     degree = first.line.shape[1] - 1
-    places = sample_parameters(4 * degree)
-    basis, below = bernstein(degree, places), bernstein(degree - 1, places)
+    parameters = sample_parameters(4 * degree)
+    basis, lower_basis = bernstein(degree, parameters), bernstein(degree - 1, parameters)
     longest = max(first.longest, last.longest)
-    distance, planes, smooth = 0.0, 0, True
+    distance, plane_count, is_smooth = 0.0, 0, True
     for start in range(0, len(first.line), CHUNK_PATCHES):
-        ours, theirs = (
+        first_run, last_run = (
             border.take(slice(start, start + CHUNK_PATCHES)) for border in (first, last)
         )
-        seam = ours.points(basis)
-        a, b, t = ours.across(seam, basis), theirs.across(seam, basis), ours.along(seam, below)
+        seam = first_run.points(basis)
+        a, b, t = (
+            first_run.across(seam, basis),
+            last_run.across(seam, basis),
+            first_run.along(seam, lower_basis),
+        )
         distance = max(distance, float(np.linalg.norm(a - b, axis=-1).max()))
         normal, is_plane = _find_normals(a, t, longest)
         other, is_other_plane = _find_normals(b, t, longest)
-        both = is_plane & is_other_plane
-        planes += int(both.sum())
-        has_turned = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
-        smooth = (
-            smooth and not (has_turned & both).any() and bool((is_plane == is_other_plane).all())
+        have_planes = is_plane & is_other_plane
+        plane_count += int(have_planes.sum())
+        differs = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
+        is_smooth = (
+            is_smooth
+            and not (differs & have_planes).any()
+            and bool((is_plane == is_other_plane).all())
         )
     if distance <= SAME_PARTIAL * longest and longest > 0:
         return "C1"
-    return "G1" if smooth and planes else "C0"
+    return "G1" if is_smooth and plane_count else "C0"
 
 
 def _find_normals(
@@ -200,5 +213,5 @@ def _find_normals(
 
 def _has_equal_weights(first: _Border, last: _Border) -> bool:
     """Whether the weights of two borders are the same up to a common factor."""
-    ours, theirs = (b.line_weights / b.line_weights.max() for b in (first, last))
-    return bool((np.abs(ours - theirs) <= SAME_WEIGHT).all())
+    first_run, last_run = (b.line_weights / b.line_weights.max() for b in (first, last))
+    return bool((np.abs(first_run - last_run) <= SAME_WEIGHT).all())

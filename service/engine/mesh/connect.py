@@ -1,8 +1,8 @@
-"""The seams of a model. The connectivity is found once for each pattern of equal points.
+"""Finds the seams of a model; the connectivity is cached for each pattern of equal points.
 
-Sides of one degree are one edge if their control points are equal, in one direction or the other.
-If sides of several degrees may be equal after raising, or weights differ, `find_seams` compares the
-coordinates each time.
+Two sides of one degree are one edge if their control points are equal, in equal or opposite order.
+If sides of different degrees may be the same curve, or weights differ, the pattern does not
+suffice, and `find_seams` compares coordinates.
 """
 
 from collections.abc import Hashable
@@ -34,18 +34,18 @@ from service.surface.lowered import Domain, PatchModel
 
 
 def connect(model: PatchModel) -> Seams:
-    """Distinct edges and corners of all patches of a model.
+    """The seams of a model: distinct edges and corners of all its patches.
 
-    They are the edges and corners of `find_seams`. But their numbers and directions are those of
-    the first patches that have them, so that the connectivity does not depend on coordinates.
+    Edges and corners are numbered in the order of the first patches that have them, and directed as
+    in these patches, so that the connectivity does not depend on coordinates.
     """
     seams = connect_if_apart(model, 0.0)
-    assert seams is not None  # points at distance 0 are equal
+    assert seams is not None  # with tolerance 0, unequal points are never near
     return seams
 
 
 def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
-    """The seams as from `connect`; None if unequal points or weights may be near.
+    """The seams that `connect` returns, or None if unequal points or weights may be near.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
         weights = None
         if any(batch.weights is not None for batch in batches):
             weights = np.concatenate([border_weights(batch) for batch in batches])
-        seams = pattern.seams(border, weights)
+        seams = pattern.build_seams(border, weights)
         if tolerance and seams is None and weights is not None:
             weight_tolerance = find_weight_tolerance(model, tolerance)
             if _are_near(weights, weight_tolerance) or pattern.has_near_weights(
@@ -78,8 +78,9 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:
     """Whether open borders may be the same curve in pieces (`service.engine.joining.join`).
 
-    Borders of several surfaces may be, the border of one patch may not. The border of one spline
-    may meet itself if it returns to a corner, or consists of two loops.
+    The borders of several surfaces may have a curve in common; the border of a single patch may
+    not. The border of a single spline may meet itself if it returns to a corner, or consists of two
+    loops.
     """
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
@@ -92,7 +93,7 @@ def may_be_cut(model: PatchModel, seams: Seams) -> bool:
 
 
 def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) -> bool:
-    """Whether a spline that closes one way has two open borders whose boxes meet."""
+    """Whether a spline that closes along u or along v has two open borders whose boxes meet."""
     assert isinstance(batch, TensorPatches)
     grid = len(domain.u) - 1, len(domain.v) - 1
     for sides in (0, 2):
@@ -113,9 +114,10 @@ def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) 
 def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool:
     """Whether any two points of `border`, the points on all borders, may be near but not equal.
 
-    For a single patch the corners suffice: if they are neither near nor equal, no sides are one
-    edge and no side is one point. Pieces of one surface have equal points between them, unless the
-    surface has a gap there: so their corners and the border of the surface suffice.
+    For a single patch, comparing its corners suffices: if no two corners are near or equal, no two
+    sides are one edge and no side is one point. Neighbouring pieces of one surface have equal
+    points between them, unless the surface has a gap there: so comparing the corners of all pieces
+    and the points on the border of the surface suffices.
     """
     batch, domain = model.batches[0], model.domain
     if isinstance(batch, TensorPatches) and model.patch_count == 1:
@@ -140,22 +142,22 @@ def _are_near(weights: FloatArray, tolerance: float) -> bool:
 def _find_pattern(
     model: PatchModel, border: FloatArray, forms: tuple[Hashable, ...], distance: float
 ) -> tuple[EdgePattern, bool]:
-    """The pattern of the border points of a model: mostly that of the last model of its form.
+    """The pattern of the border points of a model: usually that of the last model of this form.
 
-    The second result is true if it is certain that unequal points are further apart than
-    `distance`.
+    The second result is True if unequal points are certainly further apart than `distance`.
     """
     pattern: object
     if len(border) <= FEW_POINTS:
-        few = find_first_equals(border)
+        first_equals = find_first_equals(border)
         pattern = MESH_PLANS.get(
-            ("edges", forms, few), lambda: find_pattern(model.batches, np.array(few))
+            ("edges", forms, first_equals),
+            lambda: find_pattern(model.batches, np.array(first_equals)),
         )
         assert isinstance(pattern, EdgePattern)
         return pattern, False
-    last = ("last edges", forms)
-    pattern = MESH_PLANS.find(last)
-    if isinstance(pattern, EdgePattern) and pattern.equal.is_right_for(border, distance):
+    last_key = ("last edges", forms)
+    pattern = MESH_PLANS.find(last_key)
+    if isinstance(pattern, EdgePattern) and pattern.equal.fits(border, distance):
         return pattern, True
     columns = 0 if model.domain is None else _count_plain_columns(model.batches[0], model.domain)
     numbers = None if columns else find_equal_points(border)
@@ -166,22 +168,23 @@ def _find_pattern(
         ),
     )
     assert isinstance(pattern, EdgePattern)
-    MESH_PLANS.put(last, pattern)
+    MESH_PLANS.put(last_key, pattern)
     return pattern, False
 
 
 def _count_plain_columns(batch: Patches, domain: Domain) -> int:
-    """M_v, the number of patches along v, if patches meet exactly like the cells of a grid; else 0.
+    """The number of patches along v if patches meet exactly like the cells of a grid; else 0.
 
-    Neighbours then have equal control points on the side between them, and all corners of the grid
-    differ, so that no two other sides have both ends in common.
+    Patches meet exactly like cells if neighbours have equal control points on the side between
+    them, and if all corners of the grid differ, so that no other two sides have both ends in
+    common.
     """
     if not isinstance(batch, TensorPatches):
         return 0
     grid = len(domain.u) - 1, len(domain.v) - 1
     nets = batch.points.reshape(*grid, *batch.points.shape[1:])
-    meet = np.array_equal(nets[:-1, :, -1], nets[1:, :, 0])
-    if not (meet and np.array_equal(nets[:, :-1, :, -1], nets[:, 1:, :, 0])):
+    meets_along_u = np.array_equal(nets[:-1, :, -1], nets[1:, :, 0])
+    if not (meets_along_u and np.array_equal(nets[:, :-1, :, -1], nets[:, 1:, :, 0])):
         return 0
     corners = np.empty((grid[0] + 1, grid[1] + 1, 3))
     corners[:-1, :-1], corners[-1, :-1] = nets[:, :, 0, 0], nets[-1, :, -1, 0]

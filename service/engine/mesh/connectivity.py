@@ -1,8 +1,9 @@
 """Connectivity: which sides of patches are one edge, which corners are one point, and poles.
 
-It depends on which control points are equal, and not on their coordinates. So it is found once for
-a pattern of equal points (`service.engine.mesh.seams`), and everything that follows from it and
-from the resolution is planned once (`service.engine.mesh.layout`, `service.engine.mesh.plans`).
+The connectivity depends on which control points are equal, and not on their coordinates. So it is
+found once for each pattern of equal points (`service.engine.mesh.connect`). What follows from the
+connectivity and the resolution alone is planned once (`service.engine.mesh.layout`,
+`service.engine.mesh.plans`).
 """
 
 from collections.abc import Sequence
@@ -20,8 +21,8 @@ from service.surface.batches import Patches, TrianglePatches
 from service.surface.sides import BEGINS, ENDS
 
 SAME_WEIGHT = 2.0**-44
-"""The largest difference of the weights of one edge on its two sides, after division by the largest
-weight: a common factor changes their last digits."""
+"""The largest difference between the weights that two patches give to one edge, after division by
+the largest weight: dividing by a common factor changes the last digits."""
 
 EQUAL_WEIGHT = 2.0**-50
 """The largest difference of weights that count as equal if all other weights of their edge are
@@ -35,7 +36,7 @@ class Connectivity:
     Attributes
     ----------
     counts : tuple of int
-        Patches of each batch.
+        The number of patches of each batch.
     is_triangle : ndarray of bool, shape (P,)
         Which patches are triangles.
     edge : ndarray of int, shape (P, 4)
@@ -49,7 +50,7 @@ class Connectivity:
     users : ndarray of int, shape (E,)
         The number of sides of each edge; an edge with 1 side is on the border of the model.
     corners : int
-        Distinct points at corners, C.
+        The number C of distinct points at corners.
     """
 
     counts: tuple[int, ...]
@@ -63,7 +64,7 @@ class Connectivity:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
+        """Bytes of all arrays."""
         arrays = (self.is_triangle, self.edge, self.backward, self.collapsed, self.corner)
         return sum(array.nbytes for array in (*arrays, self.users))
 
@@ -81,12 +82,12 @@ class Connectivity:
 
     @cached_property
     def is_joined(self) -> bool:
-        """Whether two sides of any patches are one edge."""
+        """Whether any two sides are one edge."""
         return bool((self.users > 1).any())
 
     @cached_property
     def open_lines(self) -> Bools:
-        """Which edges are lines with only one side, shape (E,)."""
+        """Which edges are open lines: lines, not points, that only one side has, shape (E,)."""
         lines = np.zeros(len(self.users), dtype=bool)
         lines[self.edge[~self.collapsed]] = True
         lines &= self.users == 1
@@ -94,7 +95,7 @@ class Connectivity:
 
     @cached_property
     def open_count(self) -> int:
-        """The number of lines with only one side."""
+        """The number of open lines."""
         return int(np.count_nonzero(self.open_lines))
 
     @cached_property
@@ -112,15 +113,16 @@ class Connectivity:
 
     @cached_property
     def thin_sides(self) -> Ints:
-        """For each patch a side that is one point while the two beside it are one edge, (P,).
+        """For each patch (P,), a side that is one point while the two sides beside it are one edge.
 
-        −1 stands for no such side. On a tensor-product patch the opposite side is a point, too: the
-        number is 0 or 2. Such a patch may be a curve (`service.engine.mesh.curve_patches`).
+        Patches without this side have −1. On a tensor-product patch, the opposite side must be one
+        point, too; the result is then 0 or 2. A patch with this side may be a curve
+        (`service.engine.mesh.curve_patches`).
         """
         thin_side = np.full(len(self.edge), -1)
         for is_triangle, table in ((False, BESIDE_OF_GRID), (True, BESIDE_OF_TRIANGLE)):
-            for side, (one, other) in table.items():
-                is_thin = self.collapsed[:, side] & (self.edge[:, one] == self.edge[:, other])
+            for side, (first, second) in table.items():
+                is_thin = self.collapsed[:, side] & (self.edge[:, first] == self.edge[:, second])
                 if not is_triangle:
                     is_thin &= self.collapsed[:, side + 1]
                 thin_side[is_thin & (self.is_triangle == is_triangle)] = side
@@ -128,17 +130,17 @@ class Connectivity:
 
     @cached_property
     def has_thin(self) -> bool:
-        """Whether any patch may be a curve."""
+        """Whether any patch has one of the `thin_sides`, and so may be a curve."""
         return bool((self.thin_sides >= 0).any())
 
     @cached_property
     def cut_corners(self) -> Ints:
-        """Corners of patches that a line of the mesh cuts off: the ends of that line, (P, 3, 2).
+        """The lines of the mesh that cut off corners of patches, as pairs of ends, (P, 3, 2).
 
-        The line joins the samples next to the corner on both sides. Each of its ends is the number
-        of the edge, times two, plus 1 if the corner is at the end of the edge. On a grid the
-        diagonals cut off the corners (0, 0) and (1, 1), and -1 fills the third place. A triangle
-        has a small triangle at each corner.
+        Such a line joins the samples next to the corner on both of its sides. An end of the line is
+        described by 2 · edge, plus 1 if the corner is at the end of that edge. On a grid, diagonals
+        of cells cut off the corners (0, 0) and (1, 1), and −1 fills the third row. On a triangle,
+        lines cut off all three corners.
         """
         is_grid = ~self.is_triangle[:, None, None]
         sides = np.where(is_grid, GRID_CORNERS[0], TRIANGLE_CORNERS[0])
@@ -150,24 +152,24 @@ class Connectivity:
         return lines
 
     @cached_property
-    def twice_cut(self) -> Bools:
-        """Which of the `cut_corners`, between two lines, belong to several patches: (P, 3)."""
+    def is_cut_twice(self) -> Bools:
+        """Which of the `cut_corners` several patches have, (P, 3), on sides that are lines."""
         _, number = unique_rows(self.cut_corners.reshape(-1, 2).astype(np.float64))
-        several: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
-        points = np.zeros(len(self.users), dtype=bool)
-        points[self.edge[self.collapsed]] = True
-        several &= self.cut_corners[..., 0] >= 0
-        several &= ~points[self.cut_corners >> 1].any(axis=2)
-        return several
+        is_shared: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
+        is_point = np.zeros(len(self.users), dtype=bool)
+        is_point[self.edge[self.collapsed]] = True
+        is_shared &= self.cut_corners[..., 0] >= 0
+        is_shared &= ~is_point[self.cut_corners >> 1].any(axis=2)
+        return is_shared
 
 
 BESIDE_OF_GRID = {0: (2, 3), 2: (0, 1)}
 BESIDE_OF_TRIANGLE = {0: (1, 2), 1: (0, 2), 2: (0, 1)}
-"""The two sides beside a side."""
+"""For each side, the two sides beside it."""
 
 GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])
 TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]])
-"""The sides at the corners that are cut off, and whether each side ends there."""
+"""The two sides at each corner that is cut off, and whether each side ends at this corner."""
 
 
 def triangular_patches(batches: Sequence[Patches]) -> Bools:
@@ -176,7 +178,7 @@ def triangular_patches(batches: Sequence[Patches]) -> Bools:
 
 
 def hash_arrays(*arrays: NDArray[Any]) -> bytes:
-    """A key for arrays: their BLAKE2b hash of 32 bytes, as safe against collisions as SHA-256."""
+    """A key for arrays: their BLAKE2b hash of 32 bytes, which resists collisions like SHA-256."""
     digest = blake2b(digest_size=32)
     for array in arrays:
         digest.update(str(array.shape).encode())

@@ -1,8 +1,8 @@
 """Counts the vertices and faces of a mesh without computing them.
 
-The counts depend on which borders are one edge and which are one point, and not on other
-coordinates. So the index patterns of patches, and the edges and corners of the model, determine
-them.
+The counts depend on which borders are one edge and which are one point, but not on coordinates in
+any other way. So the counts follow from the index patterns of the patches, and from the edges and
+corners of the model.
 """
 
 from collections.abc import Sequence
@@ -39,10 +39,10 @@ class Counts:
 
 
 def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
-    """The exact counts that `tessellate` will report for a model at its resolution.
+    """The exact counts that `tessellate` will report for a model at the resolution of the options.
 
-    This takes little more time than finding the shared edges, unless two sides of a patch are one
-    edge, or a side has one division: then every face at a border is examined.
+    Counting takes little longer than finding the shared edges. If two sides of a patch are one
+    edge, or a side has one division, it takes longer, because each face at a border is examined.
     """
     kind = options.faces
     connectivity = connect(model).connectivity
@@ -50,19 +50,19 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
         connectivity = connect(leave_out_curves(model, connectivity)).connectivity
     layout = Layout.plan(connectivity, options.resolution)
     groups = [_Group(shape, each, _count_shape(shape, kind)) for shape, each in layout.shapes]
-    triangles = sum(len(group.patches) * group.tally.triangles for group in groups)
-    quads = sum(len(group.patches) * group.tally.quads for group in groups)
+    triangles = sum(len(group.patches) * group.counts.triangles for group in groups)
+    quads = sum(len(group.patches) * group.counts.quads for group in groups)
     if not (layout.is_framed or (options.weld and layout.has_shared_samples)):
         return Counts(layout.size, triangles, quads)
-    complete = all(group.tally.complete for group in groups)
-    if complete and not layout.may_fold and options.weld:
+    is_complete = all(group.counts.is_complete for group in groups)
+    if is_complete and not layout.may_fold and options.weld:
         return Counts(_count_positions(layout, groups), triangles, quads)
 
     place = layout.leaders
     if layout.may_fold:
-        counts = [_count_proper(layout, group, kind, place) for group in groups]
+        counts = [_count_proper_faces(layout, group, kind, place) for group in groups]
         triangles, quads = (sum(column) for column in zip(*counts, strict=True))
-    if options.weld and complete:
+    if options.weld and is_complete:
         vertices = _count_positions(layout, groups)
     else:
         vertices = _count_used_positions(
@@ -71,12 +71,12 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     return Counts(vertices, triangles, quads)
 
 
-class _Tally(NamedTuple):
-    """Numbers of faces of one shape; `complete` says whether each of its positions is in a face."""
+class _ShapeCounts(NamedTuple):
+    """Numbers of faces of one shape; `is_complete` says whether each position is in a face."""
 
     triangles: int
     quads: int
-    complete: bool
+    is_complete: bool
 
 
 class _Group(NamedTuple):
@@ -84,32 +84,34 @@ class _Group(NamedTuple):
 
     shape: AnyShape
     patches: Ints
-    tally: _Tally
+    counts: _ShapeCounts
 
 
-def _count_shape(shape: AnyShape, kind: Faces) -> _Tally:
+def _count_shape(shape: AnyShape, kind: Faces) -> _ShapeCounts:
     """The tally of a shape; its faces at the border are examined one by one."""
     if isinstance(shape, TriangleShape) and not any(shape.collapsed[:3]):
-        return _Tally(shape.divisions**2, 0, complete=True)
+        return _ShapeCounts(shape.divisions**2, 0, is_complete=True)
     if isinstance(shape, Shape) and not shape.is_framed and not any(shape.collapsed):
-        return _Tally(
-            *_count_cell_faces(shape.resolution[0] * shape.resolution[1], kind), complete=True
+        return _ShapeCounts(
+            *_count_cell_faces(shape.resolution[0] * shape.resolution[1], kind), is_complete=True
         )
 
     def build() -> Ints:
-        (triangles, quads), inside = _build_border_faces(shape, kind)
+        (triangles, quads), inner_cells = _build_border_faces(shape, kind)
         merged = merge_collapsed(shape)
-        missing = merged == np.arange(len(merged))
+        is_missing = merged == np.arange(len(merged))
         for rows in (triangles, quads):
-            missing[merged[rows]] = False
-        if inside and isinstance(shape, Shape):
+            is_missing[merged[rows]] = False
+        if inner_cells and isinstance(shape, Shape):
             ru, rv = shape.resolution
-            missing[: (ru + 1) * (rv + 1)].reshape(ru + 1, rv + 1)[1:-1, 1:-1] = False
-        more = _count_cell_faces(inside, kind)
-        return np.array([len(triangles) + more[0], len(quads) + more[1], not missing.any()])
+            is_missing[: (ru + 1) * (rv + 1)].reshape(ru + 1, rv + 1)[1:-1, 1:-1] = False
+        cell_faces = _count_cell_faces(inner_cells, kind)
+        return np.array(
+            [len(triangles) + cell_faces[0], len(quads) + cell_faces[1], not is_missing.any()]
+        )
 
-    triangles, quads, complete = PLANS.array(("tally", shape, kind), build).tolist()
-    return _Tally(triangles, quads, complete=bool(complete))
+    triangles, quads, is_complete = PLANS.array(("tally", shape, kind), build).tolist()
+    return _ShapeCounts(triangles, quads, is_complete=bool(is_complete))
 
 
 def _build_border_faces(shape: AnyShape, kind: Faces) -> tuple[tuple[IndexArray, IndexArray], int]:
@@ -128,21 +130,21 @@ def _count_cell_faces(count: int, kind: Faces) -> tuple[int, int]:
     return (2 * count, 0) if kind == "triangles" else (0, count)
 
 
-def _count_proper(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tuple[int, int]:
+def _count_proper_faces(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tuple[int, int]:
     """Numbers of triangles and quads of a group, without those that have two equal vertices.
 
     A quad with two equal neighbouring vertices counts as a triangle.
     """
-    (triangles, quads), inside = _build_border_faces(group.shape, kind)
+    (triangles, quads), inner_cells = _build_border_faces(group.shape, kind)
     vertices = place[layout.patch_samples(group.patches, group.shape)]
-    more = _count_cell_faces(inside * len(group.patches), kind)
-    around = vertices[:, quads]
-    different = _count_distinct(around)
-    sided = (around == np.roll(around, -1, axis=-1)).any(axis=-1)
-    halved = int(((different == 3) & sided).sum())
+    cell_faces = _count_cell_faces(inner_cells * len(group.patches), kind)
+    corner_places = vertices[:, quads]
+    distinct_counts = _count_distinct(corner_places)
+    has_equal_neighbours = (corner_places == np.roll(corner_places, -1, axis=-1)).any(axis=-1)
+    halved = int(((distinct_counts == 3) & has_equal_neighbours).sum())
     return (
-        int((_count_distinct(vertices[:, triangles]) == 3).sum()) + halved + more[0],
-        int((different == 4).sum()) + more[1],
+        int((_count_distinct(vertices[:, triangles]) == 3).sum()) + halved + cell_faces[0],
+        int((distinct_counts == 4).sum()) + cell_faces[1],
     )
 
 
@@ -155,10 +157,10 @@ def _count_distinct(vertices: Ints) -> Ints:
 
 def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
     """The number of distinct positions: those inside patches, those inside edges, and corners."""
-    inside = sum(len(group.patches) * group.shape.inner for group in groups)
+    inner_cells = sum(len(group.patches) * group.shape.inner for group in groups)
     lines = np.zeros(len(layout.divisions), dtype=bool)
     lines[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
-    return inside + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
+    return inner_cells + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
 
 
 def _count_used_positions(

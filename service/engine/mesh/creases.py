@@ -10,7 +10,7 @@ from service.engine.clustering import find_leaders
 from service.engine.mesh.connectivity import hash_arrays
 
 OPPOSITE = 1e-6
-"""A sum of unit normals shorter than this has no direction."""
+"""If the sum of unit normals is shorter than this, it has no reliable direction."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,9 +39,9 @@ class Averages:
 
     @staticmethod
     def from_leaders(leader: Ints, members: Ints | None = None) -> "Averages":
-        """The groups of samples, given the first sample `leader` (N,) of each sample's group.
+        """Makes the groups from `leader` (N,), the first sample of each sample's group.
 
-        `members` are the samples that are not their own leaders, if the caller has them already.
+        `members` are the samples that are not their own leaders, if the caller knows them.
         """
         if members is None:
             members = np.flatnonzero(leader != np.arange(len(leader)))
@@ -60,16 +60,16 @@ class Averages:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sharing:
-    """For samples at one place, the samples whose vertices they share.
+    """Which of the samples at one place share a vertex.
 
     Attributes
     ----------
     leaders : ndarray of int, shape (n,)
         For each member of the groups of samples at one place, the sample whose vertex it shares.
     key : bytes
-        Equal for equal leaders.
+        A key that is equal for equal leaders.
     is_averaged : bool
-        Whether the normals of the leaders are already the means.
+        Whether the normals of the leaders are already the mean normals.
     """
 
     leaders: Ints
@@ -78,15 +78,15 @@ class Sharing:
 
 
 def chord_length(angle: float) -> float:
-    """The distance of two unit vectors at this angle, in radians."""
+    """The distance between the ends of two unit vectors at this angle, in radians."""
     return 2 * sin(angle / 2)
 
 
 def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing | None:
-    """Groups the samples at one place whose normals are within an angle: they share a vertex.
+    """Groups samples at one place whose normals differ by at most an angle: they share a vertex.
 
-    The first sample of a place leads the first group; the first sample whose normal is at a larger
-    angle leads the next group (`service.engine.clustering`).
+    The first sample at a place leads the first group. The first sample whose normal differs by more
+    leads the next group (`service.engine.clustering`).
 
     Parameters
     ----------
@@ -99,30 +99,29 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     Returns
     -------
     Sharing or None
-        None if all samples at one place share their vertex: there is no crease.
+        None if the mesh has no crease: all samples at one place share one vertex.
     """
     sample_normals = normals.take(places.members, axis=0)
     step = sample_normals - normals.take(places.first, axis=0)
-    near = np.vecdot(step, step) <= chord_length(angle) ** 2
-    if np.count_nonzero(near) == len(near):
+    is_near = np.vecdot(step, step) <= chord_length(angle) ** 2
+    if np.count_nonzero(is_near) == len(is_near):
         return None
-    rest = np.flatnonzero(~near)
+    rest = np.flatnonzero(~is_near)
     slot = places.slot[rest]
     first = np.empty(len(places.leaders), np.intp)
-    first[slot[::-1]] = np.arange(len(rest))[
-        ::-1
-    ]  # in reverse order, so that the first member stays
+    # In reverse order, the first member of each slot is written last, and stays.
+    first[slot[::-1]] = np.arange(len(rest))[::-1]
     group = find_leaders(first[slot], sample_normals[rest], chord_length(angle))
     leader = places.first.copy()
     leader[rest] = places.members[rest[group]]
-    return Sharing(leader, hash_arrays(near, group))
+    return Sharing(leader, hash_arrays(is_near, group))
 
 
 def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     """The mean direction (n_0 + … + n_k) / |n_0 + … + n_k| of each group, (G, 3).
 
-    Opposite normals have no mean; if the crease angle lets them share a vertex, the first normal
-    counts.
+    Opposite normals have no mean direction. If the crease angle lets them share a vertex, the
+    result is the first normal.
     """
     first = normals.take(averages.leaders, axis=0).astype(np.float64)
     member_normals = normals.take(averages.members, axis=0).astype(np.float64)

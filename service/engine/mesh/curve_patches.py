@@ -1,12 +1,14 @@
-"""Patches that are curves: they have no area, so a mesh omits them.
+"""Leaves out patches that are curves: they have no area, so a mesh omits them.
 
-A patch is a curve if its control points and weights are equal on each line from one of its long
-sides to the other, as over a knot span of no width. These two sides are one edge. The triangles
-between them would have no area, and more than two triangles would use the edge. The mesh omits the
-patch if another patch of its part has the edge, or the corner if the patch is one point: then every
-point of the patch is also a point of the other patch, which the bound of the deviation covers. If
-all patches of a part are curves on patches of other parts, the mesh omits them, too; the part then
-has no triangles, and no bound.
+A patch is a curve if, on each line of control points from one long side to the other long side, all
+control points and weights are equal. (A knot span of width 0 lowers to patches like this.) The two
+long sides are one edge. Triangles between them would have no area, and more than two triangles
+would use the edge.
+
+The mesh omits the patch if another patch of the same part has this edge; or, for a patch that is
+one point, this corner. Then every point of the patch is also a point of the other patch, which the
+bound of the deviation covers. If all patches of a part are curves on patches of other parts, the
+mesh omits them, too; the part then has no triangles, and no bound.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,24 +40,24 @@ def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchMode
     # A patch that is one point may be a corner of other patches.
     is_point = connectivity.collapsed[thin, np.where(side == 2, 0, 2)]
     keys = np.where(is_point, -1 - connectivity.corner[thin, 0], edge)
-    stays = np.ones(model.patch_count, dtype=bool)
-    stays[thin] = False
+    is_kept = np.ones(model.patch_count, dtype=bool)
+    is_kept[thin] = False
     part = model.part_numbers
     keys_of_patches = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
-    stays[thin] = ~np.isin(keys, keys_of_patches[stays])
-    lasts = np.bincount(part[stays], minlength=len(model.parts)) > 0
+    is_kept[thin] = ~np.isin(keys, keys_of_patches[is_kept])
+    has_kept_patch = np.bincount(part[is_kept], minlength=len(model.parts)) > 0
     width = int(np.ptp(keys_of_patches)) + 1
     in_part = np.isin(
-        keys + width * part[thin], (keys_of_patches + width * part[:, np.newaxis])[stays]
+        keys + width * part[thin], (keys_of_patches + width * part[:, np.newaxis])[is_kept]
     )
-    stays[thin] |= lasts[part[thin]] & ~in_part
-    return model if stays.all() else _take_patches(model, stays)
+    is_kept[thin] |= has_kept_patch[part[thin]] & ~in_part
+    return model if is_kept.all() else _take_patches(model, is_kept)
 
 
 def find_thin(
     batches: Sequence[Patches], connectivity: Connectivity
 ) -> Iterator[tuple[int, Ints, Ints]]:
-    """The patches that may be curves, by batch and by the side that is a point.
+    """Yields the patches that may be curves, grouped by batch and by the side that is a point.
 
     Yields
     ------
@@ -63,7 +65,8 @@ def find_thin(
     rows : ndarray of int
         The patches, numbered within the batch.
     line : ndarray of int, shape (n,)
-        For each control point of a net, the point of a long side on the same line.
+        For each control point of a net, the control point on a long side that is on the same line
+        across the patch.
     """
     first = 0
     for number, batch in enumerate(batches):
@@ -80,7 +83,7 @@ def flatten_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | N
 
 
 def _find_lines(batch: Patches, side: int) -> Ints:
-    """`line` of `find_thin`: lines are parallel to the side that is a point."""
+    """The result `line` of `find_thin`; the lines are parallel to the side that is a point."""
     if isinstance(batch, TensorPatches):
         p, q = batch.degree
         number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
@@ -88,19 +91,19 @@ def _find_lines(batch: Patches, side: int) -> Ints:
         return np.broadcast_to(begin, number.shape).ravel()
     n = batch.side_degrees[0]
     i, j, k = exponents(n)
-    # On a line k, j or i is constant: it begins on the side s = 0, or on t = 0.
+    # k, j or i is constant on a line, which begins on the side s = 0 or on the side t = 0.
     return row_number(n, *((0 * j, k), (j, 0 * k), (n - i, 0 * k))[(2, 0, 1).index(side)])
 
 
-def _take_patches(model: PatchModel, stays: Bools) -> PatchModel:
-    """The model with the patches (P,) that stay; each surface becomes one or more grids."""
+def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
+    """The model with the patches for which `is_kept` (P,); surfaces become one or more grids."""
     domains: list[Domain] = []
     numbers: list[Ints] = []
     count = 0
     for surface in surfaces_of(model):
         rows, columns = len(surface.u) - 1, len(surface.v) - 1
         grid = surface.first + np.arange(rows * columns).reshape(rows, columns)
-        for (top, bottom), (left, right) in _rectangles(stays[grid]):
+        for (top, bottom), (left, right) in _rectangles(is_kept[grid]):
             block = grid[top:bottom, left:right].ravel()
             u, v = surface.u[top : bottom + 1], surface.v[left : right + 1]
             domains.append(Domain(u, v, count))
@@ -110,13 +113,13 @@ def _take_patches(model: PatchModel, stays: Bools) -> PatchModel:
     ends = np.cumsum([0, *(batch.count for batch in model.batches)])
     pieces: list[list[Patches]] = []
     for batch, (first, last) in zip(model.batches, pairwise(ends.tolist()), strict=True):
-        kept = owner[(owner >= first) & (owner < last)] - first
-        pieces.append([batch.take(kept)] if len(kept) else [])
+        kept_rows = owner[(owner >= first) & (owner < last)] - first
+        pieces.append([batch.take(kept_rows)] if len(kept_rows) else [])
     return rebuild(model, pieces, owner, tuple(domains))
 
 
 def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """Rows and columns of rectangles that cover the true cells (m, n), each once."""
+    """Yields (first, last) rows and columns of rectangles that cover each true cell (m, n) once."""
     for top, bottom in _runs((cells[1:] != cells[:-1]).any(axis=1)):
         row = cells[top]
         for left, right in _runs(row[1:] != row[:-1]):
@@ -125,5 +128,5 @@ def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]
 
 
 def _runs(changes: Bools) -> Iterator[tuple[int, int]]:
-    """Runs of equal lines (first, last), given whether each line differs from the next (n − 1,)."""
+    """Yields runs (first, last) of equal lines; `changes` says which lines differ from the next."""
     return pairwise([0, *(np.flatnonzero(changes) + 1).tolist(), len(changes) + 1])

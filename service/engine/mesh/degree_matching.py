@@ -1,9 +1,9 @@
 """Finds edges of different degrees that are the same curve.
 
-Every Bézier curve of degree n is one of degree n + 1 too (`service.bases.polynomials.elevate`), so
-a cubic patch may meet a quadratic patch along an edge although only the end points are the same.
-Raising the degree rounds. So curves count as one if their nets in the highest degree are equal up
-to rounding, and their ends bit for bit.
+Each Bézier curve of degree n has also a net of degree n + 1 (`service.bases.polynomials.elevate`).
+So a cubic patch may meet a quadratic patch along an edge although only the ends of their nets are
+equal. Raising the degree rounds. So two curves count as the same curve if their nets, raised to the
+higher degree, are equal up to rounding, and their ends are equal bit for bit.
 """
 
 from collections.abc import Sequence
@@ -16,21 +16,21 @@ from service.engine.clustering import find_leaders
 from service.engine.mesh.edges import EdgeCurves
 
 SAME_CURVE = 2.0**-44
-"""The largest difference of nets of one curve, relative to the largest coordinate; for weights,
-relative to the weight. No point of one curve is then further from the other than ten times this
-difference: √3 + 1 comes from the nets, 4 √3 from the weights, and the rest from the rounding when
-degrees are raised."""
+"""The largest difference of two nets of the same curve, relative to the largest coordinate; for
+weights, relative to the weight. No point of one curve is then further from the other curve than ten
+times this difference: the nets contribute √3 + 1, the weights 4 √3, and the rounding errors of
+raising degrees the rest."""
 
 
-def find_lowest(
+def find_lowest_degree_edges(
     curves: Sequence[EdgeCurves], lines: Bools, begin: Ints, end: Ints
 ) -> tuple[Ints, Bools]:
-    """For each edge the edge of lowest degree that is the same curve, and their directions.
+    """For each edge, the edge of lowest degree that is the same curve, and whether it is reversed.
 
     Parameters
     ----------
     curves : sequence of EdgeCurves
-        All distinct edges, E of them, by degree.
+        All E distinct edges, one value for each degree.
     lines : ndarray of bool, shape (E,)
         Which edges are not points.
     begin, end : ndarray of int, shape (E,)
@@ -50,32 +50,42 @@ def find_lowest(
     pair, edges, highest = find_candidates(lines, degree, begin, end)
     for common in np.unique(highest).tolist():
         has_degree = highest == common
-        edge, place = edges[has_degree], pair[has_degree]
-        # Every edge in the direction from one corner of its pair to the other; closed edges in both
-        # directions.
-        back = begin[edge] > end[edge]
+        edge, pair_of_edge = edges[has_degree], pair[has_degree]
+        # Each edge is compared in the direction from the lower to the higher number of its corners,
+        # an edge that ends at its beginning in both directions.
+        is_backward = begin[edge] > end[edge]
         loops = np.flatnonzero(begin[edge] == end[edge])
-        edge, place = np.concatenate([edge, edge[loops]]), np.concatenate([place, place[loops]])
-        back = np.concatenate([back, ~back[loops]])
+        edge, pair_of_edge = (
+            np.concatenate([edge, edge[loops]]),
+            np.concatenate([pair_of_edge, pair_of_edge[loops]]),
+        )
+        is_backward = np.concatenate([is_backward, ~is_backward[loops]])
         # Edges of low degree have low numbers, so they lead the groups.
-        order = np.lexsort((back, edge, place))
-        edge, back, place = edge[order], back[order], place[order]
-        _, first, number = np.unique(place, return_index=True, return_inverse=True)
-        lowest = find_leaders(first[number], _values(curves, edge, back, common), SAME_CURVE)
-        joins = degree[edge[lowest]] < degree[edge]
-        leader[edge[joins]] = edge[lowest[joins]]
-        is_reversed[edge[joins]] = back[joins] != back[lowest[joins]]
+        order = np.lexsort((is_backward, edge, pair_of_edge))
+        edge, is_backward, pair_of_edge = edge[order], is_backward[order], pair_of_edge[order]
+        _, first, number = np.unique(pair_of_edge, return_index=True, return_inverse=True)
+        lowest = find_leaders(
+            first[number], _to_comparable_rows(curves, edge, is_backward, common), SAME_CURVE
+        )
+        has_lower_degree = degree[edge[lowest]] < degree[edge]
+        leader[edge[has_lower_degree]] = edge[lowest[has_lower_degree]]
+        is_reversed[edge[has_lower_degree]] = (
+            is_backward[has_lower_degree] != is_backward[lowest[has_lower_degree]]
+        )
     return leader, is_reversed
 
 
 def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
-    """Edges between pairs of corners with edges of several degrees.
+    """Edges that may be the same curve: edges of several degrees join the same two corners.
 
     Returns
     -------
-    pair, edges, highest : ndarray of int, shape (m,)
-        A number for the two corners, the edge, and the highest degree of the edges between the
-        corners.
+    pair : ndarray of int, shape (m,)
+        A number for the two corners of each edge.
+    edges : ndarray of int, shape (m,)
+        The numbers of the edges.
+    highest : ndarray of int, shape (m,)
+        The highest degree of the edges between the same corners.
     """
     edges = np.flatnonzero(lines)
     low, high = np.minimum(begin, end)[edges], np.maximum(begin, end)[edges]
@@ -83,28 +93,32 @@ def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple
     least, most = np.full(len(pair), 1 << 30), np.zeros(len(pair), dtype=np.intp)
     np.minimum.at(least, pair, degree[edges])
     np.maximum.at(most, pair, degree[edges])
-    several = (least < most)[pair]
-    return pair[several], edges[several], most[pair[several]]
+    has_several_degrees = (least < most)[pair]
+    return pair[has_several_degrees], edges[has_several_degrees], most[pair[has_several_degrees]]
 
 
-def _values(curves: Sequence[EdgeCurves], edge: Ints, back: Bools, degree: int) -> FloatArray:
-    """Edges raised to one degree as rows of numbers; nearly equal curves have nearly equal rows.
+def _to_comparable_rows(
+    curves: Sequence[EdgeCurves], edge: Ints, is_backward: Bools, degree: int
+) -> FloatArray:
+    """A row of numbers for each edge; the rows of nearly equal curves are nearly equal.
 
-    A row has the net in units of its largest coordinate, and the logarithms of that coordinate and
-    of the weights.
+    A row has the control points of the edge after raising its degree, in units of the largest
+    coordinate, the logarithms of the weights, and the logarithm of the largest coordinate.
     """
     nets = np.zeros((len(edge), degree + 1, 4))
     for group in curves:
-        place = np.searchsorted(group.ids, edge).clip(max=len(group.ids) - 1)
-        rows = np.flatnonzero(group.ids[place] == edge)
+        pair_of_edge = np.searchsorted(group.ids, edge).clip(max=len(group.ids) - 1)
+        rows = np.flatnonzero(group.ids[pair_of_edge] == edge)
         if not len(rows):
             continue
-        weights = None if group.weights is None else group.weights[place[rows]].T
-        points, weights = elevate((group.points[place[rows]].swapaxes(0, 1), weights), degree)
+        weights = None if group.weights is None else group.weights[pair_of_edge[rows]].T
+        points, weights = elevate(
+            (group.points[pair_of_edge[rows]].swapaxes(0, 1), weights), degree
+        )
         nets[rows, :, :3] = points.swapaxes(0, 1)
         if weights is not None:
             nets[rows, :, 3] = np.log(weights / weights.max(axis=0)).T
-    nets[back] = nets[back, ::-1]
+    nets[is_backward] = nets[is_backward, ::-1]
     size = np.abs(nets[..., :3]).max(axis=(1, 2))
     nets[..., :3] /= size[:, None, None]
     return np.concatenate([nets.reshape(len(edge), -1), np.log(size)[:, None]], axis=1)

@@ -1,12 +1,13 @@
-"""The connectivity of a pattern of equal control points, and the rows of its edges and corners.
+"""The connectivity that follows from a pattern of equal control points.
 
-The pattern is a number for each point on the borders of patches, equal for equal points. It
-determines which sides are one edge, and the rows of border points of each edge and corner. A few
-gathers then give the points themselves.
+A pattern has a number for each control point on the borders of patches; equal points have equal
+numbers. The pattern determines which sides are one edge, and which border points belong to each
+edge and corner. So for other coordinates with the same pattern, only these points must be looked
+up.
 
-Rational sides are one edge if their weights are, too, up to a common factor. If their weights, the
-largest made 1, are equal bit for bit wherever the points are, the pattern is sufficient; if not,
-`service.engine.mesh.seams` compares all coordinates.
+Rational sides are one edge only if their weights are also equal, up to a common factor. The pattern
+is sufficient if, after division by the largest weight of each side, the weights of equal sides are
+equal bit for bit. If not, `service.engine.mesh.seams` compares all coordinates.
 """
 
 from collections.abc import Sequence
@@ -35,16 +36,18 @@ class EdgePattern:
     ----------
     connectivity : Connectivity
     corners : ndarray of int, shape (C,)
+        The border point at each corner.
     ids : tuple of ndarray of int, shape (E_n,)
         For each degree n, the numbers of its edges.
     edges : tuple of ndarray of int, shape (E_n, n+1)
-        For each degree n, the border points of the first side of every edge.
+        For each degree n, the border points of the first side of each edge.
     sides : tuple of (ndarray of int, shape (S_n, n+1), ndarray of int, shape (S_n,))
-        For each degree all sides, in the direction of their edges, and the row of `edges` for each.
+        For each degree n, the border points of all sides, in the directions of their edges, and the
+        row of `edges` for each side.
     is_certain : bool
         False if edges of several degrees may be one curve.
     equal : EqualPoints
-        The equal border points.
+        Which border points are equal.
     """
 
     connectivity: Connectivity
@@ -57,47 +60,50 @@ class EdgePattern:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
+        """Bytes of all arrays."""
         arrays = [
             self.corners,
             *self.ids,
             *self.edges,
-            *(each for pair in self.sides for each in pair),
+            *(array for pair in self.sides for array in pair),
         ]
         arrays += [self.equal.number, self.equal.leaders]
         return sum(array.nbytes for array in arrays) + self.connectivity.nbytes
 
-    def seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
-        """The seams with these border points (B, 3) and weights (B,); None if weights differ."""
+    def build_seams(self, border: FloatArray, weights: FloatArray | None) -> Seams | None:
+        """The seams of border points (B, 3) and their weights (B,).
+
+        The result is None if two sides of an edge have different weights.
+        """
         curves = []
         for ids, rows, (sides, number) in zip(self.ids, self.edges, self.sides, strict=True):
             side_weights = None
             if weights is not None:
-                # Only the ratio of weights matters.
+                # A common factor of weights does not change a curve.
                 side_weights = weights[sides]
                 side_weights /= side_weights.max(axis=1, keepdims=True)
-                lead = np.empty((len(rows), sides.shape[1]))
-                lead[number[::-1]] = side_weights[::-1]
-                if not np.array_equal(side_weights, lead[number]):
+                first_weights = np.empty((len(rows), sides.shape[1]))
+                first_weights[number[::-1]] = side_weights[::-1]
+                if not np.array_equal(side_weights, first_weights[number]):
                     return None
-                side_weights = lead
+                side_weights = first_weights
             curves.append(EdgeCurves(ids, border.take(rows, axis=0), side_weights))
         return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
 
     def has_near_weights(self, weights: FloatArray, tolerance: float) -> bool:
-        """Whether weights (B,) of two sides of an edge may be near, but not by rounding alone."""
+        """Whether two sides of an edge may have near weights (B,), beyond rounding."""
         for sides, number in self.sides:
             side_weights = weights[sides]
             side_weights /= side_weights.max(axis=1, keepdims=True)
-            lead = side_weights[np.unique(number, return_index=True)[1]]
-            differences = np.abs(side_weights - lead[number]).max(axis=1)
+            first_weights = side_weights[np.unique(number, return_index=True)[1]]
+            differences = np.abs(side_weights - first_weights[number]).max(axis=1)
             if ((differences > SAME_WEIGHT / 8) & (differences <= 4 * tolerance)).any():
                 return True
         return False
 
 
 def border_points(batch: Patches) -> FloatArray:
-    """Control points on the borders of all patches: (P b, 3)."""
+    """The control points on the borders of all patches, (P b, 3): b points for each patch."""
     border, _, _ = _border_rows(*_form(batch))
     points: FloatArray = batch.points.reshape(batch.count, -1, 3).take(border, axis=1)
     return points.reshape(-1, 3)
@@ -126,7 +132,11 @@ def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | Non
 
 @lru_cache(maxsize=256)
 def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
-    """The points of a net on its border; and the numbers, among these, of its sides and corners."""
+    """The control points of a net on its border, (b,), and which of these are on sides and corners.
+
+    The second result has the border points of each of the four sides, the third of the four
+    corners.
+    """
     if is_triangle:
         sides = [*triangle.side_rows(p), np.array([triangle.count_points(p) - 1])]
     else:
@@ -141,13 +151,14 @@ def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, .
 
 
 def _form(batch: Patches) -> tuple[bool, int, int]:
+    """Whether the patches are triangles, and their degrees along u and v."""
     if isinstance(batch, TrianglePatches):
         return True, batch.degree, batch.degree
     return False, *batch.degree
 
 
 def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
-    """The connectivity of border points, given numbers (B,) that are equal for equal points."""
+    """Finds the pattern from a number for each border point, (B,), equal for equal points."""
     places: dict[int, list[Ints]] = {}
     rows: dict[int, list[Ints]] = {}
     corners: list[Ints] = []
@@ -165,7 +176,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     collapsed = np.empty(4 * patches, np.bool_)
     ids: list[Ints] = []
     edges: list[Ints] = []
-    sides_of: list[tuple[Ints, Ints]] = []
+    sides_by_degree: list[tuple[Ints, Ints]] = []
     for degree in sorted(places):
         place, side_rows = np.concatenate(places[degree]), np.concatenate(rows[degree])
         order = np.argsort(place)
@@ -179,9 +190,13 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         edge[place] = first + number
         backward[place] = is_reversed ^ is_reversed[leader[number]]
         edges.append(side_rows[leader])
-        sides_of.append((np.where(backward[place, None], side_rows[:, ::-1], side_rows), number))
-    at_corners = np.concatenate(corners)
-    stand_in, corner = find_first_rows(numbers[at_corners].reshape(-1, 1).astype(np.float64))
+        sides_by_degree.append(
+            (np.where(backward[place, None], side_rows[:, ::-1], side_rows), number)
+        )
+    corner_points = np.concatenate(corners)
+    first_at_corner, corner = find_first_rows(
+        numbers[corner_points].reshape(-1, 1).astype(np.float64)
+    )
     connectivity = Connectivity(
         counts=tuple(batch.count for batch in batches),
         is_triangle=triangular_patches(batches),
@@ -190,22 +205,22 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         collapsed=collapsed.reshape(-1, 4),
         corner=corner.reshape(-1, 4),
         users=np.bincount(edge),
-        corners=len(stand_in),
+        corners=len(first_at_corner),
     )
     is_certain = not _may_be_raised(connectivity, edges)
     return EdgePattern(
         connectivity,
-        at_corners.ravel()[stand_in],
+        corner_points.ravel()[first_at_corner],
         tuple(ids),
         tuple(edges),
-        tuple(sides_of),
+        tuple(sides_by_degree),
         is_certain,
         EqualPoints.from_number(numbers),
     )
 
 
 def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
-    """Whether two corners have lines of several degrees between them."""
+    """Whether lines of different degrees join the same two corners."""
     if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
         return False
     _, side = np.unique(connectivity.edge, return_index=True)

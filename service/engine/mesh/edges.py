@@ -1,8 +1,8 @@
 """Distinct edges as curves, and their samples.
 
-Every distinct edge is sampled once, by operations that depend on the edge alone, and not on its
-direction; all its patches copy these samples. So there are no cracks, for any order of the patches,
-and if some patches are computed separately.
+Each distinct edge is sampled once, by operations that depend on the edge alone, and not on its
+direction; all patches of the edge copy these samples. So meshes have no cracks, in any order of the
+patches, and also between patches that are computed separately.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,9 +21,10 @@ from service.engine.options import Method
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EdgeCurves:
-    """Distinct edges of one degree n: Bézier curves.
+    """E distinct edges of one degree n: Bézier curves.
 
-    `ids` (E,), `points` (E, n+1, 3), `weights` (E, n+1) or None; the largest weight of each is 1.
+    `ids` (E,) are the numbers of the edges, `points` (E, n+1, 3) their control points, and
+    `weights` (E, n+1) their weights, or None. The largest weight of each edge is 1.
     """
 
     ids: Ints
@@ -31,7 +32,7 @@ class EdgeCurves:
     weights: FloatArray | None
 
     def take(self, is_chosen: Bools) -> "EdgeCurves":
-        """The edges k with `is_chosen[k]`; usually all edges."""
+        """The edges with a number k for which `is_chosen[k]` is true."""
         chosen = is_chosen[self.ids]
         if chosen.all():
             return self
@@ -45,7 +46,7 @@ METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxy
         "forward_difference": forward_difference.evaluate_curves,
     }
 )
-"""The methods other than `matrix`, on curves."""
+"""The methods other than `matrix`, for curves."""
 
 
 def sample_edges(
@@ -74,46 +75,53 @@ def sample_edges(
     for group in curves:
         chosen = group if is_chosen is None else group.take(is_chosen)
         if method == "matrix":
-            parts.append(_sample(chosen.points, chosen.weights, divisions))
+            parts.append(_sample_by_matrix(chosen.points, chosen.weights, divisions))
         else:
-            parts.append(_sample_by(METHODS[method], chosen.points, chosen.weights, divisions))
+            parts.append(
+                _sample_by_method(METHODS[method], chosen.points, chosen.weights, divisions)
+            )
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
 def orient_edges(
     points: FloatArray, weights: FloatArray | None
 ) -> tuple[FloatArray, FloatArray | None, Bools]:
-    """Reverses edges (E, n+1, d) whose reversed points come first in dictionary order.
+    """Reverses the edges (E, n+1, d) whose reversed points come first in dictionary order.
 
-    The points and weights (E, n+1) are overwritten; the third result says which edges were
-    reversed. The first coordinates decide for most edges; the weights are compared last.
+    The points and weights (E, n+1) are overwritten; the third result (E,) says which edges were
+    reversed. For most edges the first coordinates of both ends decide; weights are compared last.
     """
     first, last = points[:, 0, 0], points[:, -1, 0]
-    turn = first > last
-    tied = np.flatnonzero(first == last)
-    if len(tied):
-        tied_points = points[tied]
-        rows, turned = (
-            tied_points.reshape(len(tied_points), -1),
-            tied_points[:, ::-1].reshape(len(tied_points), -1),
+    is_reversed = first > last
+    undecided = np.flatnonzero(first == last)
+    if len(undecided):
+        undecided_points = points[undecided]
+        rows, reversed_rows = (
+            undecided_points.reshape(len(undecided_points), -1),
+            undecided_points[:, ::-1].reshape(len(undecided_points), -1),
         )
         if weights is not None:
-            rows = np.concatenate([rows, weights[tied]], axis=1)
-            turned = np.concatenate([turned, weights[tied, ::-1]], axis=1)
-        at = np.arange(len(rows)), (rows != turned).argmax(axis=1)
-        turn[tied] = rows[at] > turned[at]
-    points[turn] = points[turn, ::-1]
+            rows = np.concatenate([rows, weights[undecided]], axis=1)
+            reversed_rows = np.concatenate([reversed_rows, weights[undecided, ::-1]], axis=1)
+        first_difference = np.arange(len(rows)), (rows != reversed_rows).argmax(axis=1)
+        is_reversed[undecided] = rows[first_difference] > reversed_rows[first_difference]
+    points[is_reversed] = points[is_reversed, ::-1]
     if weights is not None:
-        weights[turn] = weights[turn, ::-1]
-    return points, weights, turn
+        weights[is_reversed] = weights[is_reversed, ::-1]
+    return points, weights, is_reversed
 
 
-def _sample_by(
+def _sample_by_method(
     method: Callable[[FloatArray, int], FloatArray],
     points: FloatArray,
     weights: FloatArray | None,
     divisions: int,
 ) -> FloatArray:
+    """Samples (R+1, E, 3) of edges by a method that depends on the direction.
+
+    Each edge is sampled in the direction of `orient_edges`, so that its samples do not depend on
+    the direction in which it is given.
+    """
     points, weights, is_reversed = orient_edges(
         points.copy(), None if weights is None else weights.copy()
     )
@@ -128,8 +136,8 @@ def _sample_by(
     return values.swapaxes(0, 1)
 
 
-def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
-    """Samples (R+1, E, 3) of all edges, over long contiguous rows."""
+def _sample_by_matrix(points: FloatArray, weights: FloatArray | None, divisions: int) -> FloatArray:
+    """Samples (R+1, E, 3) of edges, by operations on long contiguous rows."""
     count, terms = points.shape[:2]
     basis = PLANS.array(
         ("edges", terms, divisions), lambda: sample_basis(terms - 1, divisions).T[:, :, np.newaxis]
@@ -149,9 +157,9 @@ def _sample(points: FloatArray, weights: FloatArray | None, divisions: int) -> F
 
 
 def _sum_pairs(terms: FloatArray) -> FloatArray:
-    """The sum of n+1 terms, shape (n+1, ...), which are overwritten.
+    """The sum of n+1 terms, (n+1, …), which are overwritten.
 
-    It is equal bit for bit for the terms in opposite order.
+    The terms in opposite order give the same sum, bit for bit.
     """
     half = len(terms) // 2
     terms[:half] += terms[: -half - 1 : -1]
@@ -162,6 +170,6 @@ def _sum_pairs(terms: FloatArray) -> FloatArray:
 
 
 def _find_polynomial(weights: FloatArray) -> Bools:
-    """Which edges have equal weights: they are sampled as polynomial edges, for equal bits."""
-    is_plain: Bools = (weights == 1.0).all(axis=1)
-    return is_plain
+    """Which edges have only weights 1: they get the same bits as polynomial edges."""
+    is_polynomial: Bools = (weights == 1.0).all(axis=1)
+    return is_polynomial

@@ -1,4 +1,4 @@
-"""Faces of vertices: the index pattern of each patch, with samples replaced by vertices."""
+"""Joins the faces of all patches: index patterns in which samples are replaced by vertices."""
 
 from itertools import pairwise
 
@@ -14,10 +14,10 @@ from service.engine.options import Faces
 def join_faces(
     layout: Layout, welding: Welding | None, kind: Faces, sequence: Ints | None
 ) -> tuple[IndexArray, IndexArray, Ints]:
-    """Triangles (T, 3) and quads (Q, 4), patch by patch in sequence.
+    """Triangles (T, 3) and quads (Q, 4) of all patches, in the order `sequence`.
 
-    Without a welding, sample k is vertex k. The third result, (2, P + 1), has the numbers of
-    triangles and of quads before each patch, and their totals.
+    Without a welding, sample k is vertex k. The third result, (2, P + 1), counts the triangles and
+    the quads before each patch; the last column has the totals.
     """
     groups = layout.shapes
     patterns = [build_faces(shape, kind) for shape, _ in groups]
@@ -41,7 +41,7 @@ def join_faces(
                 continue
             samples = layout.patch_samples(patches, shape)
             vertices = samples if welding is None else welding.vertex[samples]
-            # One gather writes all faces of all patches of this shape.
+            # One array operation finds the vertices of all patches of this shape.
             corner_numbers = np.take(vertices.astype(np.uint32), local, axis=1)
             for run in _find_runs(position[patches]):
                 first = ends[position[patches[run.start]]] - len(local)
@@ -62,39 +62,47 @@ def _find_runs(numbers: Ints) -> list[slice]:
 
 
 def _count_before(counts: Ints) -> Ints:
-    """The faces before each patch, and the totals, (2, P + 1), from the faces of each patch."""
+    """The number of faces before each patch, and the totals, (2, P + 1), from counts (2, P)."""
     return np.concatenate([np.zeros((2, 1), dtype=np.intp), counts.cumsum(axis=1)], axis=1)
 
 
 def _drop_slivers(
     triangles: IndexArray, quads: IndexArray, counts: Ints, place: Ints
 ) -> tuple[IndexArray, IndexArray, Ints]:
-    """Drops faces with two vertices at one place; a quad with one such pair becomes a triangle.
+    """Drops faces with two vertices at one place; a quad with one pair of them becomes a triangle.
 
-    Patterns handle sides that are one point. But if two sides that meet are one edge, the diagonal
-    of the cell between them is a point, too. With one division, a side that returns to its
+    Patterns already handle sides that are one point. But if two sides that meet are one edge, the
+    diagonal of the cell between them is a point, too. With one division, a side that returns to its
     beginning is a point, and a patch that closes is a line.
+
+    `counts` (2, P) are the numbers of triangles and quads of each patch, `place` (V,) is the first
+    vertex at the place of each vertex. Returns the new triangles, quads and counts.
     """
     total = counts.shape[1]
     owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)
-    around = place[quads]
-    repeated = around == np.roll(around, -1, axis=1)
+    corner_places = place[quads]
+    repeated = corner_places == np.roll(corner_places, -1, axis=1)
     is_quad = (
-        ~repeated.any(axis=1) & (around[:, 0] != around[:, 2]) & (around[:, 1] != around[:, 3])
+        ~repeated.any(axis=1)
+        & (corner_places[:, 0] != corner_places[:, 2])
+        & (corner_places[:, 1] != corner_places[:, 3])
     )
     halved = np.flatnonzero(repeated.sum(axis=1) == 1)
-    # Leave out the first of the two corners that coincide.
-    keep = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
-    halves = np.take_along_axis(quads[halved], keep[repeated[halved].argmax(axis=1)], axis=1)
+    # For each corner of a quad, the three corners besides it: of two corners that coincide, the
+    # first is left out.
+    other_corners = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
+    halves = np.take_along_axis(
+        quads[halved], other_corners[repeated[halved].argmax(axis=1)], axis=1
+    )
     triangles = np.concatenate([triangles, halves])
     owner = np.concatenate([owner, owner_of_quad[halved]])
-    corner = place[triangles]
-    distinct = (corner != np.roll(corner, -1, axis=1)).all(axis=1)
-    order = np.flatnonzero(distinct)[np.argsort(owner[distinct], kind="stable")]
-    left = np.stack(
+    triangle_places = place[triangles]
+    is_proper = (triangle_places != np.roll(triangle_places, -1, axis=1)).all(axis=1)
+    order = np.flatnonzero(is_proper)[np.argsort(owner[is_proper], kind="stable")]
+    new_counts = np.stack(
         [
             np.bincount(owner[order], minlength=total),
             np.bincount(owner_of_quad[is_quad], minlength=total),
         ]
     )
-    return triangles[order], quads[is_quad], left
+    return triangles[order], quads[is_quad], new_counts

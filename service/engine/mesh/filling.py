@@ -1,7 +1,7 @@
 """Positions, normals and channels at all samples of a layout.
 
-Grids are evaluated patch by patch; then every border is overwritten with the samples of its edge,
-which depend on the edge alone.
+Grids are evaluated patch by patch. Then the samples of each border are overwritten with those of
+its edge, which depend on the edge alone.
 """
 
 from dataclasses import dataclass, replace
@@ -27,7 +27,10 @@ from service.surface.lowered import PatchModel
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SampleRows:
-    """All samples in one run: (N, 3), (N, 3) or None, and (N, d) of every channel."""
+    """All samples of a mesh: positions (N, 3), normals (N, 3) or None, and channels (N, d).
+
+    `poles` is the number of samples at which du × dv vanishes.
+    """
 
     positions: RealArray
     normals: RealArray | None
@@ -55,9 +58,9 @@ def fill_vertices(rows: SampleRows, plan: FacePlan) -> SampleRows:
 
 
 def _keep_rows(rows: RealArray, is_kept: Bools) -> RealArray:
-    """The rows (N, d) of which `is_kept` (N,) is true."""
-    kept: RealArray = _view_items(rows)[is_kept].view(rows.dtype).reshape(-1, rows.shape[1])
-    return kept
+    """The rows (N, d) for which `is_kept` (N,) is true."""
+    new_rows: RealArray = _view_items(rows)[is_kept].view(rows.dtype).reshape(-1, rows.shape[1])
+    return new_rows
 
 
 def _view_items(rows: RealArray) -> NDArray[np.void]:

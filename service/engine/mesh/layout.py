@@ -1,9 +1,9 @@
 """The rows of the samples of a model, patch after patch.
 
-A patch is a grid of samples in its own resolution; a triangle is rows of samples in the larger of
+The samples of a patch are a grid of its resolution; those of a triangle are rows, in the larger of
 the two numbers of divisions. If a neighbour divides a shared edge more finely, the patch is
-*framed*: its border follows the edges, and the samples that its grid lacks have separate rows at
-the end.
+*framed*: it takes the samples of its border from the edges. The samples that its grid lacks are in
+rows at the end, after those of all grids.
 """
 
 from collections.abc import Hashable, Iterator, Sequence
@@ -23,7 +23,7 @@ from service.surface.batches import Patches
 from service.surface.sides import along_sides
 
 FINE = 4
-"""Least divisions along u and along v at which collapsed sides remove only single faces."""
+"""From this number of divisions along u and along v, a collapsed side removes only single faces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +35,11 @@ class Layout(SampleRuns):
     resolution : tuple of int
         Requested divisions along u and v.
     blocks : tuple of Block
-        Grids of ordinary patches, then grids of framed patches.
+        The grids of patches that are not framed, then the grids of framed patches.
     divisions : ndarray of int, shape (E,)
-        Divisions of every distinct edge.
+        The number of divisions of each distinct edge.
     size : int
-        Number of samples.
+        The number of samples.
     """
 
     resolution: tuple[int, int]
@@ -58,7 +58,7 @@ class Layout(SampleRuns):
 
     @property
     def key(self) -> Hashable:
-        """Equal for layouts that are equal."""
+        """A key that is equal for equal layouts."""
         return self.connectivity.key, self.resolution
 
     @staticmethod
@@ -114,12 +114,12 @@ class Layout(SampleRuns):
 
     @property
     def nbytes(self) -> int:
-        """Most bytes of the layout and of the values derived from it."""
+        """An upper bound of the bytes of the layout and of the values that are cached with it."""
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
     def split_batches(self, batches: Sequence[Patches]) -> list[tuple[Block, Patches]]:
-        """The blocks, each with its patches from the batches of a model."""
+        """The blocks, each together with its patches from the batches of a model."""
         return [
             (
                 block,
@@ -132,12 +132,12 @@ class Layout(SampleRuns):
 
     @cached_property
     def is_framed(self) -> bool:
-        """Whether any side has samples besides those of its grid."""
+        """Whether any patch is framed with extra samples on a side."""
         return bool((self.extra >= 0).any())
 
     @cached_property
     def may_fold(self) -> bool:
-        """Whether faces may have two vertices at one place that no pattern handles."""
+        """Whether index patterns may not omit all faces that have two vertices at one place."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
     @cached_property
@@ -153,58 +153,59 @@ class Layout(SampleRuns):
 
     @cached_property
     def has_shared_samples(self) -> bool:
-        """Whether samples of one patch or of several have places in common."""
+        """Whether two samples, of one patch or of two patches, have one place."""
         # A triangle has three corners.
         corners = self.connectivity.corner.size - int(np.count_nonzero(self.is_triangle))
         return self.connectivity.is_joined or self.connectivity.corners < corners or self.has_poles
 
     @cached_property
     def leaders(self) -> Ints:
-        """For each sample the first sample at its place: on the same edge, corner or pole."""
+        """For each sample, the first sample at its place (N,): the same edge, corner or pole."""
         place = np.arange(self.size)
         edge = self.connectivity.edge.ravel()
         for divisions, sides in self.side_groups():
             samples = self.find_side_samples(sides, divisions)
             # The first side of each edge represents all its sides.
-            _, first, back = np.unique(edge[sides], return_index=True, return_inverse=True)
-            place[samples] = samples[first][back]
+            _, first, inverse = np.unique(edge[sides], return_index=True, return_inverse=True)
+            place[samples] = samples[first][inverse]
         corners = self.corner_samples()
         corner = self.connectivity.corner
-        _, first, back = np.unique(corner, return_index=True, return_inverse=True)
-        stand_in = corners.ravel()[first]
-        place[corners] = stand_in[back.reshape(corners.shape)]
-        samples, at = self.find_collapsed_samples()
-        place[samples] = stand_in[at]
+        _, first, inverse = np.unique(corner, return_index=True, return_inverse=True)
+        first_at_corner = corners.ravel()[first]
+        place[corners] = first_at_corner[inverse.reshape(corners.shape)]
+        samples, corner_of_sample = self.find_collapsed_samples()
+        place[samples] = first_at_corner[corner_of_sample]
         return place
 
     @cached_property
     def averages(self) -> Averages:
-        """Groups of all samples at one place, whose normals are averaged if the model is smooth."""
+        """The groups of samples at one place; normals are averaged where the model is smooth."""
         return Averages.from_leaders(self.leaders)
 
     @cached_property
     def border_writes(self) -> BorderWrites:
-        """The samples of edges that replace those on the borders of patches."""
+        """Which samples of edges and corners replace the samples on the borders of patches."""
         edge = self.connectivity.edge.ravel()
         groups: list[tuple[int, Bools | None]] = []
         targets, sources = [], []
         first = 0
         by_divisions = [*self.side_groups()]
         for divisions, sides in by_divisions:
-            chosen = np.zeros(len(self.divisions), dtype=bool)
-            # Sampling edges that are one point is faster than skipping them.
-            chosen[edge[sides] if len(by_divisions) > 1 else slice(None)] = True
-            groups.append((divisions, None if chosen.all() else chosen))
-            count = int(np.count_nonzero(chosen))
-            row = np.cumsum(chosen)[edge[sides]] - 1 + first
+            has_divisions = np.zeros(len(self.divisions), dtype=bool)
+            # If all edges have equal divisions, all are sampled, also edges that are one point,
+            # because leaving them out takes longer.
+            has_divisions[edge[sides] if len(by_divisions) > 1 else slice(None)] = True
+            groups.append((divisions, None if has_divisions.all() else has_divisions))
+            count = int(np.count_nonzero(has_divisions))
+            row = np.cumsum(has_divisions)[edge[sides]] - 1 + first
             # The ends of a side are corners.
             inside = np.arange(1, divisions)
             sources.append((row[:, None] + count * inside).ravel())
             targets.append(self.find_side_samples(sides, divisions)[:, 1:-1].ravel())
             first += count * (divisions + 1)
-        poles, at = self.find_collapsed_samples()
+        poles, corner_of_sample = self.find_collapsed_samples()
         targets += [self.corner_samples().ravel(), poles]
-        sources += [first + self.connectivity.corner.ravel(), first + at]
+        sources += [first + self.connectivity.corner.ravel(), first + corner_of_sample]
         return BorderWrites(tuple(groups), np.concatenate(targets), np.concatenate(sources))
 
     @cached_property
@@ -220,7 +221,7 @@ class Layout(SampleRuns):
                 self.rv[:, None],
                 sides,
                 connectivity.collapsed,
-                connectivity.twice_cut[:, :2] & ~self.is_triangle[:, None],
+                connectivity.is_cut_twice[:, :2] & ~self.is_triangle[:, None],
             ],
             axis=1,
         )
@@ -237,7 +238,7 @@ class Layout(SampleRuns):
         return tuple(numbers_by_shape)
 
     def side_groups(self) -> Iterator[tuple[int, Ints]]:
-        """Sides that are lines (patch · 4 + side), by the divisions of their edges."""
+        """For each number of divisions, yields the sides (patch · 4 + side) that are lines."""
         divisions = self.divisions[self.connectivity.edge.ravel()]
         lines = ~self.connectivity.collapsed.ravel()
         for number in np.unique(divisions[lines]).tolist():

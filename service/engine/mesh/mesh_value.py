@@ -30,7 +30,7 @@ class Overlay:
     Attributes
     ----------
     positions : ndarray, shape (K, 3)
-        In the precision and relative to the origin of the mesh.
+        In the dtype of the positions of the mesh, and relative to its origin.
     segments : ndarray of uint32, shape (L, 2)
         Pairs of rows of `positions`.
     cells : ndarray of uint32, shape (C, 4), or None
@@ -77,8 +77,8 @@ class Mesh:
     attributes : tuple of (name, ndarray of shape (V, d))
         The other channels of the surface.
     step : float
-        A power of two; all positions, those of overlays, and the origin are multiples of it. 0
-        without such a grid.
+        A power of two: all positions, also those of overlays, and the origin are multiples of it. 0
+        if positions are not rounded to a grid.
     """
 
     name: str

@@ -20,7 +20,7 @@ def draw_overlays(
     origin: FloatArray,
     dtype: Real,
 ) -> tuple[Overlay, ...]:
-    """The requested overlays, in the precision and relative to the origin of the mesh."""
+    """The requested overlays; positions have this dtype and are relative to the origin."""
     return tuple(
         control_net(model, origin, dtype)
         if name == "control_net"
@@ -30,30 +30,33 @@ def draw_overlays(
 
 
 def control_net(model: PatchModel, origin: FloatArray, dtype: Real) -> Overlay:
-    """All control points, with segments between neighbours, and cells on tensor-product nets."""
+    """The control net: all control points, segments between neighbours, and cells.
+
+    Cells are omitted if the model has triangular nets.
+    """
     positions, segments, cells = [], [], []
     first = 0
     for batch in model.nets:
         positions.append((batch.points - origin).reshape(-1, 3).astype(dtype))
-        each = first + np.arange(batch.count) * (len(positions[-1]) // batch.count)
+        first_points = first + np.arange(batch.count) * (len(positions[-1]) // batch.count)
         if isinstance(batch, TrianglePatches):
             lines = _triangle_pattern(batch.degree)
         else:
             lines, quads = _net_pattern(batch)
-            cells.append((quads + each[:, None, None]).reshape(-1, 4))
-        segments.append((lines + each[:, None, None]).reshape(-1, 2))
+            cells.append((quads + first_points[:, None, None]).reshape(-1, 4))
+        segments.append((lines + first_points[:, None, None]).reshape(-1, 2))
         first += len(positions[-1])
     return Overlay(
         "control_net",
         np.concatenate(positions),
         np.concatenate(segments).astype(np.uint32),
-        # Cells alone do not show a net that has triangles.
+        # Cells alone do not show triangular nets.
         np.concatenate(cells).astype(np.uint32) if len(cells) == len(model.nets) else None,
     )
 
 
 def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
-    """Segments (L, 2) and cells (C, 4) of one net, i slower than j."""
+    """Segments (L, 2) and cells (C, 4) of one net; control point (i, j) has index i (q + 1) + j."""
     p, q = batch.degree
     number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
     along_u = np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2)
@@ -80,8 +83,8 @@ def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype
     segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
     first = 0
     for number in np.unique(divisions[lines]).tolist():
-        chosen = lines & (divisions == number)
-        points = sample_edges(seams.curves, chosen, number, options.method) - origin
+        has_divisions = lines & (divisions == number)
+        points = sample_edges(seams.curves, has_divisions, number, options.method) - origin
         points = points.swapaxes(0, 1)
         index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)
         segments.append(np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2))

@@ -1,8 +1,9 @@
 """Index patterns: the faces of one patch as indices of its samples, without coordinates.
 
-A pattern depends on numbers of divisions and on which sides are one point; it is cached for all
-patches of that shape. Local numbering: sample (i, j) is i (Rv+1) + j; then come the inner samples
-of sides u = 0, u = 1, v = 0, v = 1 whose divisions differ from the grid. Samples of a triangle are
+A pattern depends on the numbers of divisions and on which sides are one point; one cached pattern
+serves all patches of that shape. The samples of a patch have local indices: sample (i, j) of the
+grid has index i (Rv+1) + j. If the divisions of a side differ from the grid, its inner samples have
+the next indices; the order of the sides is u = 0, u = 1, v = 0, v = 1. Samples of a triangle are
 numbered row by row (`service.bases.triangle`).
 """
 
@@ -30,10 +31,10 @@ NO_QUADS: IndexArray = np.empty((0, 4), dtype=np.uint32)
 class Shape:
     """The shape of a patch, which determines its pattern.
 
-    `sides` are the divisions of the borders; if one differs from that of the grid, strips of
-    triangles frame all four borders. `collapsed` marks the sides that are one point. `turned` marks
-    whether the first and the last cell are split along (0, 0)–(1, 1); all other cells are split
-    along the other diagonal.
+    `sides` are the divisions of the four sides. If the divisions of a side differ from those of the
+    grid, the patch is framed: strips of triangles run along all four sides. `collapsed` says which
+    sides are one point. `turned` says whether the first and the last cell are split along
+    (0, 0)–(1, 1); all other cells are split along the other diagonal.
     """
 
     resolution: tuple[int, int]
@@ -48,25 +49,25 @@ class Shape:
 
     @property
     def is_framed(self) -> bool:
-        """Whether a border has other divisions than the grid."""
+        """Whether the divisions of a side differ from those of the grid."""
         return self.sides != self.grid_divisions
 
     @property
     def inner(self) -> int:
-        """Number of samples inside the patch, not on its border."""
+        """The number of samples inside the patch, not on its border."""
         return (self.resolution[0] - 1) * (self.resolution[1] - 1)
 
 
 @dataclass(frozen=True, slots=True)
 class TriangleShape:
-    """The shape of a triangular patch, which determines its pattern; it is never framed."""
+    """The shape of a triangular patch, which determines its pattern. Triangles are never framed."""
 
     divisions: int
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)
 
     @property
     def inner(self) -> int:
-        """Number of samples inside the patch, not on its border."""
+        """The number of samples inside the patch, not on its border."""
         return (self.divisions - 1) * (self.divisions - 2) // 2
 
 
@@ -76,21 +77,21 @@ AnyShape: TypeAlias = Shape | TriangleShape
 def build_faces(shape: AnyShape, kind: Faces) -> tuple[IndexArray, IndexArray]:
     """Triangles (T, 3) and quads (Q, 4) of a patch of this shape, as local indices; read-only.
 
-    Cells have the order (i,j) (i+1,j) (i+1,j+1) (i,j+1) and are split along (1,0)–(0,1), except
-    those that are turned. Faces without area at a collapsed side are omitted; a quad there may
-    become a triangle. A triangular patch of R divisions has R² triangles for every kind of faces:
-    row by row, upright and reversed ones in turn.
+    A cell has the corners (i,j) (i+1,j) (i+1,j+1) (i,j+1), in this order. It is split along
+    (1,0)–(0,1), unless it is turned. Faces without area at a collapsed side are omitted; a quad
+    there may become a triangle. A triangular patch of R divisions has R² triangles, also if quads
+    are requested. They are listed row by row; in a row, upright and reversed triangles alternate.
     """
     if isinstance(shape, TriangleShape):
-        return PLANS.array(("triangles", shape), lambda: _rows_of_triangles(shape)), NO_QUADS
-    triangles = PLANS.array(("triangles", shape, kind), lambda: _build(shape, kind)[0])
+        return PLANS.array(("triangles", shape), lambda: _build_triangle_rows(shape)), NO_QUADS
+    triangles = PLANS.array(("triangles", shape, kind), lambda: _build_grid_faces(shape, kind)[0])
     if kind == "triangles":
         return triangles, NO_QUADS
-    return triangles, PLANS.array(("quads", shape), lambda: _build(shape, kind)[1])
+    return triangles, PLANS.array(("quads", shape), lambda: _build_grid_faces(shape, kind)[1])
 
 
 def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
-    """Local indices that occur in the faces of this shape, ascending; read-only."""
+    """The local indices that occur in the faces of this shape, in ascending order; read-only."""
 
     def build() -> NDArray[np.intp]:
         triangles, quads = build_faces(shape, kind)
@@ -99,25 +100,26 @@ def find_used_samples(shape: AnyShape, kind: Faces) -> NDArray[np.intp]:
     return PLANS.array(("used", shape, kind), build)
 
 
-def _build(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+def _build_grid_faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
+    """Triangles and quads of a tensor-product patch of this shape, as local indices."""
     ru, rv = shape.resolution
     if not shape.is_framed and not any(shape.collapsed):
         if kind == "quads":
-            return NO_TRIANGLES, _repeat_rows(_row_of_cells(rv), ru, rv + 1)
-        return _turn_corners(
-            shape, _repeat_rows(_split_quads(_row_of_cells(rv)), ru, rv + 1)
+            return NO_TRIANGLES, _repeat_rows(_build_cell_row(rv), ru, rv + 1)
+        return _turn_corner_cells(
+            shape, _repeat_rows(_split_quads(_build_cell_row(rv)), ru, rv + 1)
         ), NO_QUADS
-    cells = _repeat_rows(_row_of_cells(rv), ru, rv + 1).astype(np.intp)
+    cells = _repeat_rows(_build_cell_row(rv), ru, rv + 1).astype(np.intp)
     if shape.is_framed:
         cells = cells.reshape(ru, rv, 4)[1:-1, 1:-1].reshape(-1, 4)
     return _build_cells(shape, kind, cells)
 
 
 def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
-    """Triangles and quads of a patch of this shape, without those of inner cells.
+    """Triangles and quads of a patch of this shape, without those of its inner cells.
 
-    The (Ru − 2)(Rv − 2) inner cells touch no border, so their faces do not depend on the sides. So
-    faces can be counted by the rim, in a time that grows with Ru + Rv.
+    The (Ru − 2)(Rv − 2) inner cells touch no side, so their faces do not depend on the sides. So
+    all faces can be counted from these faces at the rim, in a time that grows with Ru + Rv.
     """
     ru, rv = shape.resolution
     corner = np.arange(0)
@@ -144,12 +146,12 @@ def _build_cells(
     if kind == "quads":
         is_quad = _find_proper(merged[cells])
         quads, cells = cells[is_quad], cells[~is_quad]
-    triangles = np.concatenate([_turn_corners(shape, _split_quads(cells)), *strips])
+    triangles = np.concatenate([_turn_corner_cells(shape, _split_quads(cells)), *strips])
     triangles = triangles[_find_proper(merged[triangles])]
     return triangles.astype(np.uint32), quads.astype(np.uint32)
 
 
-def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
+def _build_triangle_rows(shape: TriangleShape) -> IndexArray:
     """Triangles (m,j) (m,j+1) (m+1,j) and (m,j+1) (m+1,j+1) (m+1,j), shape (T, 3)."""
     divisions = shape.divisions
     ends = triangle.side_rows(divisions)[1]
@@ -166,7 +168,7 @@ def _rows_of_triangles(shape: TriangleShape) -> IndexArray:
     return triangles
 
 
-def _row_of_cells(columns: int) -> IndexArray:
+def _build_cell_row(columns: int) -> IndexArray:
     """The quads between the first two lines of samples, shape (Rv, 4)."""
     j = np.arange(columns, dtype=np.uint32)
     below = np.uint32(columns + 1)
@@ -174,7 +176,7 @@ def _row_of_cells(columns: int) -> IndexArray:
 
 
 def _repeat_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
-    """A row of faces, repeated for every line of cells: one addition makes all indices."""
+    """The faces of all rows of cells, from the faces of the first row, by one addition."""
     offsets = np.arange(rows, dtype=np.uint32) * np.uint32(step)
     return (row + offsets[:, None, None]).reshape(-1, row.shape[1])
 
@@ -184,11 +186,11 @@ def _split_quads(cells: NDArray[Index]) -> NDArray[Index]:
     return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
-def _turn_corners(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
-    """The halves of cells, with the first and the last cell split along the other diagonal."""
+def _turn_corner_cells(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
+    """The triangles, with the first and the last cell split along the other diagonal if turned."""
     ru, rv = shape.resolution
     if min(ru, rv) < 2:
-        # The other diagonal would run from border to border as well.
+        # The other diagonal, too, would join two sides.
         return triangles
     for turned, begin in zip(shape.turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
         first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if turned else []
@@ -199,7 +201,7 @@ def _turn_corners(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index]:
 
 
 def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
-    """Local indices, equal for all samples of a collapsed side."""
+    """All local indices, where the samples of a collapsed side have one common index."""
     if isinstance(shape, TriangleShape):
         indices = np.arange(triangle.count_points(shape.divisions))
         borders = list(triangle.side_rows(shape.divisions))
@@ -218,17 +220,17 @@ def merge_collapsed(shape: AnyShape) -> NDArray[np.intp]:
     return indices
 
 
-def _merge(indices: NDArray[np.intp], points: Iterable[NDArray[np.intp]]) -> None:
-    """Makes the indices along each line equal."""
-    for line in points:
-        # Two collapsed sides that meet are the same point.
-        among = np.zeros(len(indices), dtype=bool)
-        among[indices[line]] = True
-        indices[among[indices]] = indices[line].min()
+def _merge(indices: NDArray[np.intp], sides: Iterable[NDArray[np.intp]]) -> None:
+    """Makes the indices along each of these sides equal."""
+    for side in sides:
+        # If two collapsed sides meet, both are the same point.
+        is_same_point = np.zeros(len(indices), dtype=bool)
+        is_same_point[indices[side]] = True
+        indices[is_same_point[indices]] = indices[side].min()
 
 
 def _find_proper(faces: Ints) -> NDArray[np.bool_]:
     """Which faces do not repeat a vertex."""
     ordered = np.sort(faces, axis=1)
-    keep: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
-    return keep
+    is_proper: NDArray[np.bool_] = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
+    return is_proper

@@ -1,8 +1,8 @@
 """Vertices and faces of a mesh, planned once for a layout and the samples that share vertices.
 
-If a model is smooth across its edges, all samples at one place are one vertex, and the plan depends
-on the layout alone. If creases, colours or texture coordinates separate some samples, the plan also
-depends on which samples share vertices.
+If a model is smooth across its edges, all samples at one place become one vertex, and the plan
+depends on the layout alone. If creases, colours or texture coordinates separate samples at one
+place, the plan also depends on which samples share vertices.
 """
 
 from dataclasses import dataclass
@@ -37,20 +37,21 @@ class FacePlan:
     Attributes
     ----------
     is_vertex : ndarray of bool, shape (N,), or None
-        The samples that become vertices, in their order; None if every sample does.
+        Which samples become vertices, in the same order; None if all samples do.
     means : Averages and ndarray of int, shape (G,), or None
-        Groups of samples that share a vertex, which gets their mean normal, and the number of that
-        vertex.
+        Groups of samples that share a vertex, and the number of the vertex of each group. The
+        vertex gets the mean of their normals.
     triangles : ndarray of uint32, shape (T, 3)
     quads : ndarray of uint32, shape (Q, 4)
     ends : ndarray of int, shape (2, P + 1)
-        Triangles and quads before each patch, in the order of the patches in the mesh.
+        The number of triangles and of quads before each patch, in the order of the mesh; then both
+        totals.
     grids, welds
         As in `Mesh`.
     position_count : int
         The number of distinct positions.
-    boundary_edges : int
-    watertight : bool
+    boundary_edges, watertight
+        As in `MeshReport`.
     """
 
     is_vertex: Bools | None
@@ -66,12 +67,12 @@ class FacePlan:
 
     @property
     def nbytes(self) -> int:
-        """Bytes held."""
+        """Bytes of all arrays."""
         return sum(array.nbytes for array in self.arrays)
 
     @property
     def arrays(self) -> list[NDArray[Any]]:
-        """All arrays."""
+        """All arrays of the plan."""
         arrays: list[NDArray[Any] | None] = [self.triangles, self.quads, self.ends, *self.grids]
         arrays += [self.is_vertex, self.welds]
         if self.means is not None:
@@ -88,22 +89,23 @@ def plan_faces(
     Parameters
     ----------
     sharing : Sharing or None
-        Which samples at one place share a vertex; None if all of them do. Not used if the options
-        turn welding off.
+        Which samples at one place share a vertex; None if all of them do. It is not used if the
+        options turn welding off.
     sequence : ndarray of int, shape (P,), or None
         The order of the patches in the mesh.
     """
     pattern = b"" if sharing is None else (sharing.key, sharing.is_averaged)
     order = b"" if sequence is None else hash_arrays(sequence)
     key = ("faces", layout.key, options.faces, options.weld, options.normals, pattern, order)
-    plan = MESH_PLANS.get(key, lambda: _plan(layout, options, sharing, sequence))
+    plan = MESH_PLANS.get(key, lambda: _build_plan(layout, options, sharing, sequence))
     assert isinstance(plan, FacePlan)
     return plan
 
 
-def _plan(
+def _build_plan(
     layout: Layout, options: MeshOptions, sharing: Sharing | None, sequence: Ints | None
 ) -> FacePlan:
+    """Builds the plan without the cache."""
     welding = means = None
     if layout.is_framed or (options.weld and layout.has_shared_samples):
         used = _find_used(layout, options.faces) if layout.is_framed or layout.has_poles else None
@@ -146,7 +148,7 @@ def _plan(
 
 
 def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
-    """Groups of samples that share a vertex, and that vertex; only groups that occur in faces."""
+    """Groups of samples that share a vertex, and these vertices; only vertices in faces."""
     averages = Averages.from_leaders(leader)
     vertex = np.searchsorted(welding.samples, averages.leaders)
     vertex = np.minimum(vertex, len(welding.samples) - 1)
@@ -158,7 +160,10 @@ def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
 
 
 def _find_used(layout: Layout, kind: Faces) -> Ints:
-    """Samples that occur in faces: without those that a frame replaces, and fewer at each pole."""
+    """The numbers of the samples that occur in faces, with repetitions.
+
+    Samples of grids that framed sides replace do not occur, and of the samples at a pole only some.
+    """
     samples = [
         layout.patch_samples(patches, shape)[:, find_used_samples(shape, kind)].ravel()
         for shape, patches in layout.shapes

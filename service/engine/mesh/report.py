@@ -6,32 +6,49 @@ from typing import TypeAlias
 from service.engine.mesh.closure import Closure
 
 Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
-"""Least and greatest values of two quantities."""
+"""(least, greatest) of Gaussian curvature, and of mean curvature."""
 
 ENGINE = 3
-"""Version of the numbers. It is raised only if the same request would give other numbers."""
+"""The version of the numbers: it is raised only if the same request would give other numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshReport:
-    """The report on a mesh; formats include as much of it as they can.
+    """The report on a mesh; each format writes the attributes that it can store.
 
-    `vertices` counts positions, also where several vertices share one. `bounds_min` and
-    `bounds_max` are the bounds of the stored vertices, in model coordinates. `boundary_edges`
-    counts the edges that only one face uses; `watertight` means that every edge is used by exactly
-    two. `poles_repaired` counts the samples at which du × dv vanishes and the normal is a limit.
-    `closure` is the continuity of the seams of a surface that closes; None if the patches are not
-    pieces of one surface. `engine` is the version of the numbers (`ENGINE`).
-
-    `deviation_bound`, in model units: it is proved that no point of the surface is further than
-    this from the stored faces; None without faces of a parametric surface. `mesh_deviation_bound`,
-    if requested: no point of the faces is further than this from the surface. `normal_angle`, in
-    radians, if requested: the largest measured angle between the normals at two vertices that an
-    edge joins. `curvature`, if requested: least and greatest Gaussian, then mean curvature of the
-    vertices. `merged_knots`: the number of B-spline knots that differed from the knot before by
-    rounding alone, and count as equal. `moved`, in model units: control points that were equal up
-    to rounding were made equal, and no point of the surface moved further than this; it is part of
-    the bounds.
+    Attributes
+    ----------
+    vertices : int
+        The number of distinct positions; several vertices may share one position.
+    bounds_min, bounds_max : (x, y, z)
+        The bounds of the stored vertices, in model coordinates.
+    watertight : bool
+        Whether exactly two faces use each edge.
+    boundary_edges : int
+        The number of edges that only one face uses.
+    poles_repaired : int
+        The number of samples at which du × dv vanishes and the normal is a limit.
+    closure : Closure or None
+        The continuity of the seams of a surface that closes; None if the patches are not pieces of
+        one surface.
+    deviation_bound : float or None
+        Model units. It is proved that no point of the surface is further than this from the stored
+        faces. None if the mesh has no faces of a parametric surface.
+    mesh_deviation_bound : float or None
+        Model units, if requested. No point of the faces is further than this from the surface.
+    normal_angle : float or None
+        Radians, if requested. The largest measured angle between the normals at the two ends of an
+        edge.
+    curvature : Ranges or None
+        If requested, the least and the greatest Gaussian and mean curvature of the vertices.
+    merged_knots : int
+        The number of B-spline knots that differed from the knot before by rounding alone, and count
+        as equal to it.
+    moved : float
+        Model units. Control points that were equal up to rounding were made equal; no point of the
+        surface moved further than this. The bounds of the deviation include it.
+    engine : int
+        The version of the numbers (`ENGINE`).
     """
 
     vertices: int

@@ -1,6 +1,6 @@
-"""Numbers of the samples of patches: of grids, of rows of triangles, and of framed sides.
+"""Numbers of the samples of patches: on grids, in rows of triangles, and on framed sides.
 
-`BorderWrites` lists the samples that the samples of edges replace.
+`BorderWrites` lists the samples of borders that are replaced by the samples of edges.
 """
 
 from collections.abc import Iterator
@@ -15,16 +15,28 @@ from service.engine.mesh.connectivity import Connectivity
 from service.engine.mesh.patterns import AnyShape, TriangleShape
 from service.surface.sides import BEGINS, ENDS, along_sides
 
-_NONE: Ints = np.empty(0, dtype=np.intp)
+_NO_SAMPLES: Ints = np.empty(0, dtype=np.intp)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Block:
     """Patches of one batch with equal resolutions; their samples have consecutive numbers.
 
-    `batch` is the number of the batch, `first` its first patch in the model; `patches` are numbers
-    within the batch, `is_batch` says whether they are all patches of the batch, and `base` is the
-    first sample.
+    Attributes
+    ----------
+    batch : int
+        The number of the batch.
+    first : int
+        The number of the first patch of the batch in the model.
+    patches : ndarray of int
+        The patches of the block, numbered within the batch.
+    resolution : (Ru, Rv)
+    base : int
+        The number of the first sample of the block.
+    is_triangle : bool
+        Whether the patches are triangles.
+    is_batch : bool
+        Whether the block has all patches of the batch.
     """
 
     batch: int
@@ -37,7 +49,7 @@ class Block:
 
     @property
     def count(self) -> int:
-        """Samples of one patch."""
+        """The number of samples of one patch."""
         if self.is_triangle:
             return triangle.count_points(self.resolution[0])
         return (self.resolution[0] + 1) * (self.resolution[1] + 1)
@@ -50,11 +62,11 @@ class BorderWrites:
     Attributes
     ----------
     groups : tuple of (int, ndarray of bool, shape (E,), or None)
-        A number of divisions R, and the edges with R divisions; None for all edges. A table of
-        points contains the (R + 1) E_R samples of each group, ordered by parameter, then the
-        corners (C,).
+        For each number of divisions R, which of the edges have R divisions; None for all edges. A
+        table lists the (R + 1) E_R samples of each group, ordered by parameter, and then the C
+        corners.
     targets, sources : ndarrays of int, shape (n,)
-        Samples of the model, and the row of the table for each sample.
+        Numbers of samples of the model, and for each of them the row of the table that replaces it.
     """
 
     groups: tuple[tuple[int, Bools | None], ...]
@@ -70,11 +82,15 @@ class SampleRuns:
     ----------
     connectivity : Connectivity
         Edges and corners that the patches share.
-    base, ru, rv : ndarrays of int, shape (P,)
-        First sample and grid of every patch.
-    extra, inner : ndarrays of int, shape (P, 4)
-        First inner sample of each side whose divisions differ from its grid, else -1; and the
-        number of its inner samples.
+    base : ndarray of int, shape (P,)
+        The number of the first sample of each patch.
+    ru, rv : ndarrays of int, shape (P,)
+        The divisions of the grid of each patch.
+    extra : ndarray of int, shape (P, 4)
+        If the divisions of a side differ from its grid, the number of its first inner sample; else
+        −1.
+    inner : ndarray of int, shape (P, 4)
+        The number of extra inner samples of each side.
     """
 
     connectivity: Connectivity
@@ -92,12 +108,12 @@ class SampleRuns:
     @cached_property
     def pinched_sides(self) -> Bools:
         """Which sides are one point but have several samples, shape (P, 4)."""
-        several = self.connectivity.collapsed.copy()
-        several[self.is_triangle, 3] = False
-        return several
+        is_pinched = self.connectivity.collapsed.copy()
+        is_pinched[self.is_triangle, 3] = False
+        return is_pinched
 
     def find_grid_samples(self, sides: Ints, divisions: int) -> Ints:
-        """Samples of the grids along sides (patch · 4 + side) that have R divisions: (n, R+1)."""
+        """Numbers (n, R+1) of the grid samples along sides (patch · 4 + side) of R divisions."""
         patch, side = np.divmod(sides, 4)
         ru, columns = self.ru[patch], self.rv[patch] + 1
         begin = np.choose(side, [0, ru * columns, 0, columns - 1]) + self.base[patch]
@@ -110,12 +126,16 @@ class SampleRuns:
         return samples.astype(np.intp, copy=False)
 
     def find_side_samples(self, sides: Ints, divisions: int) -> Ints:
-        """Samples along sides (patch · 4 + side) in the direction of their edges: (n, R+1)."""
+        """Numbers (n, R+1) of the samples along sides, in the directions of their edges.
+
+        A side is given as patch · 4 + side, and has extra samples if its divisions differ from its
+        grid.
+        """
         samples = self.find_grid_samples(sides, divisions)
         extra = self.extra.ravel()[sides]
         has_extra = extra >= 0
         if has_extra.any():
-            # From corner to corner through the extra samples of the side.
+            # From corner to corner, the extra samples of the side replace those of the grid.
             ends = ENDS[sides[has_extra] % 4]
             samples[has_extra, 1:] = extra[has_extra, None] + np.arange(divisions)
             samples[has_extra, -1] = self.corner_samples()[sides[has_extra] // 4, ends]
@@ -124,7 +144,7 @@ class SampleRuns:
         return samples
 
     def patch_samples(self, patches: Ints, shape: AnyShape) -> Ints:
-        """Samples of patches of one shape in the local numbering of its pattern: (n, …)."""
+        """Numbers (n, …) of the samples of patches of one shape, in the order of local indices."""
         if isinstance(shape, TriangleShape):
             return self.base[patches, None] + np.arange(triangle.count_points(shape.divisions))
         count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
@@ -139,7 +159,7 @@ class SampleRuns:
         return np.concatenate(runs, axis=1)
 
     def iterate_extras(self, block: Block) -> Iterator[tuple[int, Ints, FloatArray, Ints]]:
-        """Extra samples of the framed sides of a block, side by side (0 … 3).
+        """The extra samples of the framed patches of a block, for one side after another (0 … 3).
 
         Yields
         ------
@@ -149,21 +169,22 @@ class SampleRuns:
         along : ndarray of float64, shape (n,)
             The parameter of each sample along the side.
         samples : ndarray of int, shape (n,)
+            The numbers of the samples.
         """
         numbers = block.first + block.patches
         for side in range(4):
-            separate = np.flatnonzero(self.extra[numbers, side] >= 0)
-            if not len(separate):
+            has_extras = np.flatnonzero(self.extra[numbers, side] >= 0)
+            if not len(has_extras):
                 continue
-            inner = self.inner[numbers[separate], side]
-            row = np.repeat(np.arange(len(separate)), inner)
+            inner = self.inner[numbers[has_extras], side]
+            row = np.repeat(np.arange(len(has_extras)), inner)
             k = np.arange(len(row)) - np.repeat(np.cumsum(inner) - inner, inner)
-            samples = self.extra[numbers[separate], side][row] + k
-            yield side, block.patches[separate[row]], (k + 1) / (inner[row] + 1), samples
+            samples = self.extra[numbers[has_extras], side][row] + k
+            yield side, block.patches[has_extras[row]], (k + 1) / (inner[row] + 1), samples
 
     def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""
-        samples, corners = [_NONE], [_NONE]
+        samples, corners = [_NO_SAMPLES], [_NO_SAMPLES]
         lines = np.stack(along_sides(self.ru, self.rv), axis=1)
         collapsed = np.flatnonzero(self.pinched_sides)
         corner = self.connectivity.corner[:, BEGINS].ravel()

@@ -1,9 +1,9 @@
 """Finds sides of patches that are one edge, by their control points alone.
 
-Two sides are one edge if their control points are equal, in either direction, and their weights are
-equal up to a common factor. Sides of different degrees are one edge if this holds after the lower
-degree is raised to the higher (`service.engine.mesh.degree_matching`); then the edge has the lower
-degree. Every distinct edge is sampled once (`service.engine.mesh.edges`).
+Two sides are one edge if their control points are equal, in equal or opposite order, and their
+weights are equal up to a common factor. Two sides of different degrees are one edge if this is true
+after the lower degree is raised to the higher degree (`service.engine.mesh.degree_matching`); the
+edge then has the lower degree. Each distinct edge is sampled once (`service.engine.mesh.edges`).
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from service.bases.unique_rows import find_first_rows, unique_rows
 from service.cancellation import checkpoint
 from service.engine.clustering import find_leaders
 from service.engine.mesh.connectivity import SAME_WEIGHT, Connectivity, triangular_patches
-from service.engine.mesh.degree_matching import find_lowest
+from service.engine.mesh.degree_matching import find_lowest_degree_edges
 from service.engine.mesh.edges import EdgeCurves
 from service.surface.batches import Patches
 from service.surface.sides import BEGINS, ENDS
@@ -32,7 +32,7 @@ class Seams:
     corner_points : ndarray of float64, shape (C, 3)
         The distinct points at corners.
     curves : tuple of EdgeCurves
-        The distinct edges, by degree.
+        The distinct edges, one value for each degree.
     """
 
     connectivity: Connectivity
@@ -65,29 +65,31 @@ class Seams:
         return self.connectivity.users
 
     def renumber(self) -> "Seams":
-        """The seams, with edges and corners in the order and the direction of their first sides."""
+        """The seams with edges and corners numbered and directed as in their first patches."""
         connectivity = self.connectivity
         _, side = np.unique(connectivity.edge, return_index=True)
-        against = connectivity.backward.ravel()[side]
+        is_backward = connectivity.backward.ravel()[side]
         curves, first = [], 0
         rank = np.empty(len(side), np.intp)
         for group in self.curves:
             order = np.argsort(side[group.ids])
-            old, new = group.ids[order], np.arange(first, first + len(order))
-            rank[old] = new
-            points, is_reversed = group.points[order], against[old]
+            old_ids, new_ids = group.ids[order], np.arange(first, first + len(order))
+            rank[old_ids] = new_ids
+            points, is_reversed = group.points[order], is_backward[old_ids]
             points[is_reversed] = points[is_reversed, ::-1]
             weights = None if group.weights is None else group.weights[order]
             if weights is not None:
                 weights[is_reversed] = weights[is_reversed, ::-1]
-            curves.append(EdgeCurves(new, points, weights))
+            curves.append(EdgeCurves(new_ids, points, weights))
             first += len(order)
-        stand_in, number = find_first_rows(connectivity.corner.reshape(-1, 1).astype(np.float64))
+        first_corner, number = find_first_rows(
+            connectivity.corner.reshape(-1, 1).astype(np.float64)
+        )
         renumbered = Connectivity(
             counts=connectivity.counts,
             is_triangle=connectivity.is_triangle,
             edge=rank[connectivity.edge],
-            backward=connectivity.backward ^ against[connectivity.edge],
+            backward=connectivity.backward ^ is_backward[connectivity.edge],
             collapsed=connectivity.collapsed,
             corner=number.reshape(-1, 4),
             users=np.bincount(rank[connectivity.edge].ravel()),
@@ -95,7 +97,7 @@ class Seams:
         )
         return Seams(
             renumbered,
-            self.corner_points[connectivity.corner.ravel()[stand_in]],
+            self.corner_points[connectivity.corner.ravel()[first_corner]],
             tuple(curves),
         )
 
@@ -112,8 +114,8 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         points, weights, is_reversed = _direct_sides(sides)
         place = sides.place
         if weights is not None:
-            # Where weights differ by rounding, the least count, so that the order of patches does
-            # not matter.
+            # If the weights of an edge differ by rounding, the edge gets the least of them, so that
+            # the order of the patches does not matter.
             order = np.lexsort(weights.T)
             place, is_reversed = place[order], is_reversed[order]
             points, weights = points[order], weights[order]
@@ -151,20 +153,23 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
 def _join_degrees(
     edge: Ints, backward: Bools, curves: list[EdgeCurves], collapsed: Bools, corner: Ints
 ) -> tuple[Ints, Bools, list[EdgeCurves]]:
-    """New sides (P · 4,) and edges: edges that are one curve in several degrees are joined."""
+    """Joins edges that are the same curve in several degrees.
+
+    Returns the new `edge` and `backward` of all sides, (P · 4,) each, and the new curves.
+    """
     _, side = np.unique(edge, return_index=True)
-    against = backward[side]
+    is_backward = backward[side]
     begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
-    begin, end = np.where(against, end, begin), np.where(against, begin, end)
-    leader, is_reversed = find_lowest(curves, ~collapsed.ravel()[side], begin, end)
+    begin, end = np.where(is_backward, end, begin), np.where(is_backward, begin, end)
+    leader, is_reversed = find_lowest_degree_edges(curves, ~collapsed.ravel()[side], begin, end)
     is_kept = leader == np.arange(len(leader))
     number = np.cumsum(is_kept) - 1
-    left = []
+    new_curves = []
     for group in curves:
         rows = is_kept[group.ids]
         weights = None if group.weights is None else group.weights[rows]
-        left.append(EdgeCurves(number[group.ids[rows]], group.points[rows], weights))
-    return number[leader[edge]], backward ^ is_reversed[edge], left
+        new_curves.append(EdgeCurves(number[group.ids[rows]], group.points[rows], weights))
+    return number[leader[edge]], backward ^ is_reversed[edge], new_curves
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -177,7 +182,7 @@ class _Sides:
 
 
 def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
-    """Sides of all patches of all batches, grouped by degree."""
+    """The sides of all patches, one value for each degree, in ascending order."""
     groups: dict[int, list[_Sides]] = {}
     first = 0
     for batch in batches:
@@ -189,28 +194,36 @@ def _sides_by_degree(batches: Sequence[Patches]) -> list[_Sides]:
 
 
 def _join_sides(parts: list[_Sides]) -> _Sides:
+    """One value with the sides of all parts, which have one degree."""
     points = np.concatenate([part.points for part in parts])
     weights = None
     if any(part.weights is not None for part in parts):
         weights = np.concatenate(
             [np.ones(p.points.shape[:2]) if p.weights is None else p.weights for p in parts]
         )
-        # Only the ratio of weights matters.
+        # A common factor of weights does not change a curve.
         weights = weights / weights.max(axis=1, keepdims=True)
     return _Sides(np.concatenate([part.place for part in parts]), points, weights)
 
 
 def _direct_sides(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
-    """Each side in the direction in which its numbers come first in dictionary order."""
+    """Points and weights of each side, in the direction that comes first in dictionary order.
+
+    The third result says which sides were reversed.
+    """
     rows = sides.points.reshape(len(sides.points), -1)
     reversed_rows = sides.points[:, ::-1].reshape(rows.shape)
     if sides.weights is not None:
         rows = np.concatenate([rows, sides.weights], axis=1)
         reversed_rows = np.concatenate([reversed_rows, sides.weights[:, ::-1]], axis=1)
     differs = rows != reversed_rows
-    at = np.arange(len(rows)), differs.argmax(axis=1)
-    turn = rows[at] > reversed_rows[at]
-    points = np.where(turn[:, None, None], sides.points[:, ::-1], sides.points)
+    first_difference = np.arange(len(rows)), differs.argmax(axis=1)
+    is_reversed = rows[first_difference] > reversed_rows[first_difference]
+    points = np.where(is_reversed[:, None, None], sides.points[:, ::-1], sides.points)
     if sides.weights is None:
-        return points, None, turn
-    return points, np.where(turn[:, None], sides.weights[:, ::-1], sides.weights), turn
+        return points, None, is_reversed
+    return (
+        points,
+        np.where(is_reversed[:, None], sides.weights[:, ::-1], sides.weights),
+        is_reversed,
+    )

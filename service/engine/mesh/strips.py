@@ -1,7 +1,7 @@
 """Strips of triangles between the border of a patch and the next line of its grid.
 
-If a neighbour divides a shared edge more finely, all four sides of the patch follow the edges: a
-strip joins the samples of each side to the grid inside.
+If a neighbour divides a shared edge more finely, all four sides of the patch have the samples of
+their edges. A strip of triangles then joins the samples of each side to the grid inside.
 """
 
 from itertools import pairwise
@@ -20,7 +20,8 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     Parameters
     ----------
     number : ndarray of int, shape (Ru+1, Rv+1)
-        The indices of the grid; the indices of the extra samples of the sides follow, side by side.
+        The indices of the grid. The next indices are those of the extra samples of the sides, one
+        side after another.
     sides : tuple of int
         Divisions of the sides.
     """
@@ -32,35 +33,37 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     )
     first = number.size
     strips = []
-    for (border, inner, turn), divisions in zip(lines, sides, strict=True):
+    for (border, inner, is_reversed), divisions in zip(lines, sides, strict=True):
         if divisions == len(border) - 1:
             outer = border
         else:
-            between = np.arange(first, first + divisions - 1)
-            outer = np.concatenate([border[:1], between, border[-1:]])
+            inner_samples = np.arange(first, first + divisions - 1)
+            outer = np.concatenate([border[:1], inner_samples, border[-1:]])
             first += divisions - 1
-        strips.append(_strip(outer.tolist(), inner.tolist(), len(border) - 1, turn))
+        strips.append(_build_strip(outer.tolist(), inner.tolist(), len(border) - 1, is_reversed))
     return strips
 
 
-def _strip(outer: list[int], inner: list[int], divisions: int, turn: bool) -> NDArray[np.intp]:
-    """Triangles between a side and the shorter line of samples beside it.
+def _build_strip(
+    outer: list[int], inner: list[int], divisions: int, is_reversed: bool
+) -> NDArray[np.intp]:
+    """Triangles (T, 3) between a side, `outer`, and the shorter line of samples beside it, `inner`.
 
-    Both run over the parameter of the side: `outer` in equal divisions from 0 to 1, `inner` from
-    1/R to 1 − 1/R. Each triangle advances by one sample on one of the lines: on the line whose next
+    The samples of `outer` have equal distances from parameter 0 to 1, those of `inner` from 1/R to
+    1 − 1/R, where R is `divisions`. Each triangle advances by one sample, on the line whose next
     sample has the smaller parameter.
     """
     last = len(outer) - 1
     triangles = []
-    b = 0
-    for a, (begin, end) in enumerate(pairwise(outer)):
-        # An exact comparison of (a+1)/last with (b+2)/R, in integers.
-        while b < len(inner) - 1 and (b + 2) * last < (a + 1) * divisions:
-            triangles.append((begin, inner[b], inner[b + 1]))
-            b += 1
-        triangles.append((begin, inner[b], end))
-    while b < len(inner) - 1:
-        triangles.append((outer[-1], inner[b], inner[b + 1]))
-        b += 1
+    j = 0
+    for i, (begin, end) in enumerate(pairwise(outer)):
+        # Integers compare (i+1)/last with (j+2)/R exactly.
+        while j < len(inner) - 1 and (j + 2) * last < (i + 1) * divisions:
+            triangles.append((begin, inner[j], inner[j + 1]))
+            j += 1
+        triangles.append((begin, inner[j], end))
+    while j < len(inner) - 1:
+        triangles.append((outer[-1], inner[j], inner[j + 1]))
+        j += 1
     strip = np.array(triangles, dtype=np.intp)
-    return strip[:, ::-1] if turn else strip
+    return strip[:, ::-1] if is_reversed else strip

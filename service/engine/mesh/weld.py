@@ -31,10 +31,10 @@ def weld(
     *,
     alike: Ints | None = None,
 ) -> Welding:
-    """Merges samples at one place whose normals agree; writes their mean into `normals`.
+    """Merges samples at one place whose normals nearly agree; writes their mean into `normals`.
 
-    Vertices have the order of their first samples, so that the vertices of a single patch keep
-    their order.
+    Vertices have the order of their first samples. So the vertices of a single patch have the order
+    of its samples.
 
     Parameters
     ----------
@@ -47,10 +47,11 @@ def weld(
     crease_angle : float
         Radians; samples whose normals are at a larger angle are not merged.
     merge : bool
-        False makes each sample a separate vertex.
+        If False, each sample becomes a separate vertex.
     alike : ndarray of int, optional
-        For each sample, one sample at its place with the same colour, texture coordinates and so
-        on. Other samples are separate vertices, but may share the mean of their normals.
+        For each sample, one sample at its place that has equal colours, texture coordinates and
+        attributes. Samples with different ones become separate vertices, but may share the mean of
+        their normals.
     """
     leader = merge_samples(place, normals, crease_angle, alike) if merge else np.arange(len(place))
     return number_vertices(place, leader, used)
@@ -59,7 +60,7 @@ def weld(
 def merge_samples(
     place: Ints, normals: RealArray | None, crease_angle: float, alike: Ints | None
 ) -> Ints:
-    """For each sample the sample whose vertex it shares; writes mean normals into `normals`.
+    """For each sample, the sample whose vertex it shares; writes mean normals into `normals`.
 
     Parameters and rules are those of `weld`.
     """
@@ -88,11 +89,11 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
         is_used[leader[used]] = True
         is_kept &= is_used
     samples = np.flatnonzero(is_kept)
-    # The first vertex at every place: in reverse order, the first one is written last.
+    # The first vertex at each place: in reverse order, it is written last, and stays.
     first = np.zeros(len(place), dtype=np.intp)
     first[place[samples[::-1]]] = identity[: len(samples)][::-1]
-    # A sample without a face is not a vertex. If a grid refers to it, it gets the vertex of its
-    # place.
+    # A sample without a face is not a vertex. If a grid refers to this sample, the grid gets the
+    # vertex at its place.
     number = first[place]
     number[samples] = identity[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])
@@ -101,7 +102,7 @@ def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
 def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
     """The welding without the vertices that these faces do not use.
 
-    Vertices at a place that no face uses stay, because a grid may refer to them.
+    If no face uses any vertex at a place, its vertices stay, because a grid may refer to them.
     """
     used = np.zeros(len(welding.samples), dtype=bool)
     for rows in faces:
@@ -118,7 +119,7 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
 
 
 def find_shared_positions(welding: Welding | None) -> IndexArray | None:
-    """The first vertex at each vertex's position; None where all positions differ."""
+    """For each vertex, the first vertex at its position; None if all positions differ."""
     if welding is None or bool((welding.welds == np.arange(len(welding.welds))).all()):
         return None
     return welding.welds.astype(np.uint32)

@@ -1,8 +1,8 @@
 """Gaussian, mean and principal curvatures from first and second partials.
 
-The second form is taken with the unit normal n along S_u × S_v: S_uu · n, S_uv · n, S_vv · n. So a
-curvature is positive where the surface bends towards its normal, and a sphere of radius r whose
-normals point outwards has K = 1/r² and H = −1/r.
+The second form S_uu · n, S_uv · n, S_vv · n has the unit normal n along S_u × S_v. So a curvature
+is positive where the surface bends towards its normal. A sphere of radius r whose normals point
+outwards has K = 1/r² and H = −1/r.
 
 References
 ----------
@@ -33,13 +33,14 @@ class Curvatures:
 
 
 def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
-    """K, H, k_1, k_2 from the second form in an orthonormal frame: (4, m).
+    """Curvatures K, H, k_1, k_2, shape (4, m), from the second form in an orthonormal frame.
 
     With e_1 along S_u and e_2 = n × e_1 the form has the matrix (a b; b c), and
 
         K = a c − b²,  H = (a + c)/2,  k = H ± √(((a − c)/2)² + b²)
 
-    At umbilics this loses no digits, unlike H² − K. Not finite where S_u × S_v vanishes.
+    At umbilics this formula loses no digits, unlike √(H² − K). The result is not finite where
+    S_u × S_v vanishes.
 
     Parameters
     ----------

@@ -14,17 +14,17 @@ from service.surface.batches import TensorPatches
 from service.surface.sides import take_corners
 
 COUNTS = (1, 3, 6)
-"""Numbers of partials up to each order."""
+"""The number of partials up to the orders 0, 1 and 2."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Jets:
-    """Partials, normals and curvatures at m parameters; None if not requested.
+    """Partials, normals and curvatures at m parameters; values that are not requested are None.
 
     Attributes
     ----------
     partials : ndarray of float64, shape (1, 3 or 6, m, 3)
-        S; S_u, S_v; S_uu, S_uv, S_vv.
+        S, then S_u and S_v, then S_uu, S_uv and S_vv.
     normals : ndarray of float64, shape (m, 3), or None
         Unit normals; limits where S_u × S_v vanishes.
     degenerate : ndarray of bool, shape (m,), or None
@@ -41,7 +41,7 @@ class Jets:
 def evaluate_jets(
     patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, order: int
 ) -> Jets:
-    """Partials of patch `index[k]` at (u[k], v[k]) up to an order; normals and curvatures.
+    """Partials up to an order, normals and curvatures of patch `index[k]` at (u[k], v[k]).
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def evaluate_jets(
     u, v : ndarray of float64, shape (m,)
         Parameters in [0, 1].
     order : 0, 1 or 2
-        Normals come with the first partials, curvatures with the second.
+        The order of the partials. From order 1 on, normals are computed; with order 2, curvatures.
 
     References
     ----------
@@ -71,14 +71,14 @@ def evaluate_jets(
             normals[rows], degenerate[rows] = find_normals(nets, which, *parameters)
         if order > 1:
             local_curvatures = regular_curvatures(local, normals[rows])
-            pole = degenerate[rows]
-            if pole.any():
-                u_pole, v_pole = u[rows[pole]], v[rows[pole]]
-                local_curvatures[:, pole] = find_limit_curvatures(
-                    nets, which[pole], u_pole, v_pole, normals[rows[pole]]
+            is_pole = degenerate[rows]
+            if is_pole.any():
+                u_pole, v_pole = u[rows[is_pole]], v[rows[is_pole]]
+                local_curvatures[:, is_pole] = find_limit_curvatures(
+                    nets, which[is_pole], u_pole, v_pole, normals[rows[is_pole]]
                 )
-            beside = find_curvatures_near(nets, which, *parameters, normals[rows])
-            local_curvatures = np.where(np.isnan(beside), local_curvatures, beside)
+            near_poles = find_curvatures_near(nets, which, *parameters, normals[rows])
+            local_curvatures = np.where(np.isnan(near_poles), local_curvatures, near_poles)
             curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_ends(patches, index, u, v, partials[0])
     return Jets(
@@ -92,7 +92,7 @@ def evaluate_jets(
 def _partials(
     nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, order: int
 ) -> FloatArray:
-    """Partials of the surface, in the local coordinates of its net: (1, 3 or 6, m, 3)."""
+    """Partials of the surface, (1, 3 or 6, m, 3), in the local coordinates of the nets."""
     p, q = nets.degree
     along_u = [bernstein(p - k, u) if k <= p else None for k in range(order + 1)]
     along_v = [bernstein(q - k, v) if k <= q else None for k in range(order + 1)]
@@ -107,11 +107,12 @@ def _partials(
 
 
 def project_partials(x: FloatArray) -> FloatArray:
-    """Partials of S = X/w from those of the homogeneous (X, w): (1, 3 or 6, m, 4) to (…, m, 3).
+    """Partials (1, 3 or 6, m, 3) of S = X/w from those of the homogeneous (X, w), (…, m, 4).
 
         S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
 
-    Coordinates are relative to a point near the surface, where rounding errors are smallest.
+    The coordinates should be relative to a point near the surface: rounding errors are then
+    smallest.
     """
     w = x[..., 3:]
     s = np.empty((*x.shape[:-1], 3))
@@ -129,7 +130,7 @@ def project_partials(x: FloatArray) -> FloatArray:
 def _write_ends(
     patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, points: FloatArray
 ) -> None:
-    """Writes control points to corners and to sides that are one point, for equal bits."""
+    """Replaces points at corners and on sides that are one point by the exact control points."""
     corners = take_corners(patches.points)
     for side, (on_side, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
         rows = np.flatnonzero(on_side)

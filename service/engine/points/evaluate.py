@@ -28,19 +28,20 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
         ("principal_curvatures", 2),
     ),
 )
-"""Columns of each order of derivatives, with their widths; width 0 is a column of truth values."""
+"""For each order of derivatives, the names and widths of its columns; width 0 is a column of
+bool."""
 
 SERIES = 100_000
-"""Least multiplications of the power series of curvatures at or near a pole."""
+"""The least number of multiplications for the power series of curvatures at or near one pole."""
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> Columns:
-    """The columns up to an order of derivatives, one row for each place, float64.
+    """The columns up to an order of derivatives, in float64, with one row for each place.
 
-    Partials are those with respect to the parameters of the surface: ∂/∂u = (1/width) ∂/∂local.
-    Curvatures are NaN where their limit at a pole is infinite or does not exist. Values that
-    float64 cannot store are infinite, for example the curvature of a patch that is 1e-200 long.
+    Partials are derivatives by the parameters of the surface: ∂/∂u = (1/width) ∂/∂local. Curvatures
+    are NaN where their limit at a pole is infinite or does not exist. Values that float64 cannot
+    store are infinite, for example the curvature of a patch that is 1e-200 long.
     """
     count = len(places.patch)
     columns: dict[str, Column] = {
@@ -82,8 +83,8 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
 def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> int:
     """The number of multiplications of a query if S_u × S_v vanishes at all its places.
 
-    It is the sum for the normal polynomial of each patch with a place, of degree (3p, 3q) if
-    rational, else (2p, 2q), for its value at each place, and for the series of curvatures at poles.
+    The number is a sum over the normal polynomial of each patch with a place (its degree is (3p,
+    3q) if rational, else (2p, 2q)), its value at each place, and the series of curvatures at poles.
     """
     if order == 0:
         return 0
@@ -98,27 +99,28 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
         place = 3 * (factor * p + 1) * (factor * q + 1)
         total += len(np.unique(index)) * patch + len(rows) * place
         if order == 2:
-            near = find_near_poles(batch, index, places.local[rows])
-            total += int(near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
+            is_near = find_near_poles(batch, index, places.local[rows])
+            total += int(is_near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
     return total
 
 
 def find_near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
-    """Which places of patches `index` of a batch are at or near a side that is one point."""
+    """Which local parameters (m, 2) of patches `index` are at or near a side that is one point."""
     u, v = local.T
     collapsed = batch.collapsed[index]
     if isinstance(batch, TensorPatches):
         distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
         degree = max(batch.degree)
     else:
-        # The fourth side of a triangle is always one corner; no series is needed there.
+        # The fourth side of a triangle is always one corner, where no series is needed.
         distances, collapsed = np.stack([u, 1 - u - v, v], axis=1), collapsed[:, :3]
         degree = batch.degree
-    near: Bools = np.any(collapsed & (distances <= NEAR / degree), axis=1)
-    return near
+    is_near: Bools = np.any(collapsed & (distances <= NEAR / degree), axis=1)
+    return is_near
 
 
 def _empty(count: int, width: int) -> Column:
+    """An uninitialised column with `count` rows; width 0 is a column of bool."""
     if width == 0:
         return np.empty(count, dtype=bool)
     return np.empty(count if width == 1 else (count, width))

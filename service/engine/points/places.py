@@ -10,7 +10,8 @@ from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
 SAME_SUM = 1e-9
-"""The largest difference of the sum of three barycentric coordinates from 1: clients round them."""
+"""The largest difference of the sum of three barycentric coordinates from 1; it allows for rounding
+by clients."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -22,9 +23,9 @@ class ParameterPoints:
     patch : ndarray of int, shape (m,)
         Numbers of patches, counted over all batches.
     local : ndarray of float64, shape (m, 2)
-        Parameters of the patch, in [0, 1]; (s, t) on a triangle.
+        Parameters (u, v) of the patch, in [0, 1]; (s, t) on a triangle.
     widths : ndarray of float64, shape (m, 2)
-        The widths of the patch in the parameters of the surface.
+        The widths of the patch along u and v, in parameters of the surface.
     """
 
     patch: Ints
@@ -53,12 +54,12 @@ class PointsQuery:
 
     @property
     def field(self) -> str:
-        """The field of the request with the parameters."""
+        """The name of the request's field that has the parameters."""
         return "uv" if self.places.shape[1] == 2 else "barycentric"
 
 
 def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
-    """The places of a query.
+    """The patch and the local parameters of each place of a query.
 
     A knot belongs to the patch that begins there, and the end of the domain to the last patch.
     Barycentric coordinates are divided by their sum.
@@ -72,17 +73,17 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
         raise InvalidRequest(
             Issue(
                 "unexpected_patch",
-                "The parameters are those of the whole surface, which tell the patch.",
+                "The parameters of the surface already determine the patch.",
                 "/patch",
                 "patch numbers",
                 "none for this kind of surface",
             )
         )
-    numbers = _patch_numbers(len(model.domains) or model.patch_count, query)
-    patch = _first_patches(model)[numbers]
-    _check_form(model, patch, query)
+    numbers = _find_patch_numbers(len(model.domains) or model.patch_count, query)
+    patch = _find_first_patches(model)[numbers]
+    _check_coordinates(model, patch, query)
     if query.field == "barycentric":
-        local = _unit_sums(query.places)[:, 1:]
+        local = _normalize_sums(query.places)[:, 1:]
         return ParameterPoints(patch, local, np.ones(local.shape))
     if not model.domains:
         unit = np.array([0.0, 1.0])
@@ -93,14 +94,14 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
         rows, domain = np.flatnonzero(numbers == number), model.domains[number]
         knots, uv = (domain.u, domain.v), query.places[rows]
         _check_inside(uv, knots, rows)
-        (k, u, wu), (m, v, wv) = (_span(uv[:, axis], line) for axis, line in enumerate(knots))
+        (k, u, wu), (m, v, wv) = (_find_spans(uv[:, axis], line) for axis, line in enumerate(knots))
         patch[rows] += k * (len(domain.v) - 1) + m
         local[rows], widths[rows] = np.stack([u, v], axis=1), np.stack([wu, wv], axis=1)
     return ParameterPoints(patch, local, widths)
 
 
-def _first_patches(model: PatchModel) -> Ints:
-    """For each patch of the request, the number of its first patch in the model."""
+def _find_first_patches(model: PatchModel) -> Ints:
+    """For each surface or patch of the request, the number of its first patch in the model."""
     if model.domains:
         return np.array([domain.first for domain in model.domains])
     if model.order is None:
@@ -110,11 +111,11 @@ def _first_patches(model: PatchModel) -> Ints:
     return row
 
 
-def _unit_sums(places: FloatArray) -> FloatArray:
+def _normalize_sums(places: FloatArray) -> FloatArray:
     """Barycentric coordinates (m, 3) divided by their sum; refuses invalid coordinates."""
     total = places.sum(axis=1)
-    inside = (places >= 0).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
-    if not inside.all():
+    is_inside = (places >= 0).all(axis=1) & (np.abs(total - 1) <= SAME_SUM)
+    if not is_inside.all():
         raise InvalidRequest(
             *(
                 Issue(
@@ -124,14 +125,14 @@ def _unit_sums(places: FloatArray) -> FloatArray:
                     f"a least number of {places[row].min():.6g}, a sum of {total[row]:.10g}",
                     "no number below 0, a sum of 1",
                 )
-                for row in np.flatnonzero(~inside)[:MAX_ISSUES].tolist()
+                for row in np.flatnonzero(~is_inside)[:MAX_ISSUES].tolist()
             )
         )
-    same: FloatArray = places / total[:, np.newaxis]
-    return same
+    normalized: FloatArray = places / total[:, np.newaxis]
+    return normalized
 
 
-def _check_form(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
+def _check_coordinates(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
     """Refuses barycentric coordinates on tensor patches, and (u, v) on triangles."""
     is_triangle = np.concatenate(
         [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
@@ -141,7 +142,7 @@ def _check_form(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
         raise InvalidRequest(
             Issue(
                 "wrong_parameters",
-                "Places on a triangle are barycentric, on every other patch they are uv.",
+                "Places on a triangle are barycentric; places on all other patches are uv.",
                 f"/{query.field}/{wrong[0]}",
                 query.field,
                 "uv" if query.field == "barycentric" else "barycentric",
@@ -149,8 +150,8 @@ def _check_form(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
         )
 
 
-def _span(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
-    """The span of each parameter, the parameter within it, and its width."""
+def _find_spans(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, FloatArray]:
+    """The span of each parameter, the local parameter within the span, and the span's width."""
     span = np.searchsorted(knots[1:-1], t, side="right")
     widths = knots[span + 1] - knots[span]
     return span, (t - knots[span]) / widths, widths
@@ -177,18 +178,18 @@ def _check_inside(
         )
 
 
-def _patch_numbers(most: int, query: PointsQuery) -> Ints:
-    """For each place the number of its patch, below `most`, the number of patches."""
+def _find_patch_numbers(most: int, query: PointsQuery) -> Ints:
+    """For each place, the number of its surface or patch; all numbers must be below `most`."""
     count, patch = len(query.places), query.patch
     if patch is None:
         if most > 1:
             raise InvalidRequest(
                 Issue(
                     "missing_field",
-                    "The surface has several patches, and parameters of their own for each.",
+                    "The surface has several patches, and each patch has its own parameters.",
                     "/patch",
                     "nothing",
-                    "a patch number, or one for every point",
+                    "one patch number, or a patch number for each point",
                 )
             )
         return np.zeros(count, dtype=np.intp)

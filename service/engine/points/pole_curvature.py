@@ -1,8 +1,8 @@
 """Curvatures at and near poles, where S_u × S_v vanishes: quotients of power series.
 
-At a pole the formulas are 0/0, and near a pole numerator and denominator lose digits with the
-square of the distance. Along a line from the pole both are power series whose lowest terms are zero
-and can be omitted.
+At a pole the formulas are 0/0. Near a pole, numerator and denominator have relative errors that
+grow as the inverse square of the distance. Along a line from the pole, both are power series; their
+lowest terms are zero and can be left out.
 """
 
 from dataclasses import dataclass
@@ -17,47 +17,51 @@ from service.engine.evaluation.nets import PARTIALS, DerivativeNets
 from service.engine.points.series import Series, cross, dot, expand
 
 ORDERS = (1, 4)
-"""Orders of the zero of S_u × S_v up to which limits are computed: first order 1 for usual poles,
-then order 4 for the others. Since K is a quotient by |S_u × S_v|⁴, order k takes 4 k + 1 terms."""
+"""The orders of the zero of S_u × S_v up to which limits are computed: first up to order 1, which
+usual poles have, then up to order 4. Since K is a quotient by |S_u × S_v|⁴, a zero of order k takes
+4 k + 1 terms."""
 
 NEAR = 2.0**-8
-"""Distance from a pole, times the degree, up to which the power series is used."""
+"""The power series is used up to this distance from a pole, divided by the degree."""
 
 NEAR_TERMS = 10
-"""Terms of a series near a pole: the error of truncation is of the order of NEAR⁶."""
+"""The number of terms of a series near a pole. The error of truncation is of the order of NEAR⁶."""
 
-KNOWN = 2.0**-20
-"""A limit with a larger relative error than this, or error in units of the net, is not reported."""
+MAX_ERROR = 2.0**-20
+"""The largest error of a limit that is reported: relative, or in units of the net if the limit is
+below 1."""
 
 
 def find_curvatures_near(
     nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
-    """K, H, k_1, k_2 near sides that are one point; NaN on the sides and far from them: (4, m).
+    """Curvatures K, H, k_1, k_2, shape (4, m), near sides that are one point.
+
+    They are NaN on these sides and far from them.
 
     Parameters
     ----------
     which : ndarray of int, shape (m,)
-        Rows of `nets`.
+        The patch of each parameter in `nets`.
     normals : ndarray of float64, shape (m, 3)
         Unit normals, which decide the sign.
     """
     result = np.full((4, len(which)), np.nan)
     distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
-    inside = (distances > 0) & (distances <= NEAR / max(nets.degree))
-    near = nets.collapsed[which] & inside
-    distances = np.where(near, distances, np.inf)
+    is_inside = (distances > 0) & (distances <= NEAR / max(nets.degree))
+    is_near = nets.collapsed[which] & is_inside
+    distances = np.where(is_near, distances, np.inf)
     nearest = distances.argmin(axis=1)
     for side in range(4):
-        rows = np.flatnonzero(near.any(axis=1) & (nearest == side))
+        rows = np.flatnonzero(is_near.any(axis=1) & (nearest == side))
         if len(rows):
-            foot = np.full(len(rows), float(side % 2))
+            at_side = np.full(len(rows), float(side % 2))
             if side < 2:
-                line = Line(nets, which[rows], foot, v[rows], "u")
+                line = Line(nets, which[rows], at_side, v[rows], "u")
             else:
-                line = Line(nets, which[rows], u[rows], foot, "v")
+                line = Line(nets, which[rows], u[rows], at_side, "v")
             series = line.series(NEAR_TERMS)
-            result[:, rows] = _quotients(series, normals[rows], distances[rows, side])
+            result[:, rows] = _compute_curvatures(series, normals[rows], distances[rows, side])
     return result
 
 
@@ -66,36 +70,38 @@ def find_limit_curvatures(
 ) -> FloatArray:
     """Limits of K, H, k_1, k_2 where S_u × S_v vanishes, in the scale of the nets: (4, m).
 
-    They are limits along the first line inwards on which that vector does not vanish identically;
-    `service.engine.evaluation.degenerate` defines the order of the lines.
+    They are limits along the first line into the patch on which S_u × S_v does not vanish
+    everywhere; `service.engine.evaluation.degenerate` defines the order of the lines.
     """
     result = np.full((4, len(which)), np.nan)
-    is_open = np.ones(len(which), dtype=bool)
+    is_unresolved = np.ones(len(which), dtype=bool)
     on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
-    corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
+    is_corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
     orders: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
         (~on_u_edge_only, ("v", "u")),
         (on_u_edge_only, ("u", "v")),
-        (corner, ("diagonal",)),
+        (is_corner, ("diagonal",)),
     )
     for group, directions in orders:
         for direction in directions:
-            rows = np.flatnonzero(group & is_open)
+            rows = np.flatnonzero(group & is_unresolved)
             if not len(rows):
                 continue
             order = Line(nets, which[rows], u[rows], v[rows], direction).order()
-            is_open[rows[order <= ORDERS[-1]]] = False
+            is_unresolved[rows[order <= ORDERS[-1]]] = False
             for least, most in pairwise((-1, *ORDERS)):
                 block = rows[(order > least) & (order <= most)]
                 if len(block):
                     line = Line(nets, which[block], u[block], v[block], direction)
-                    result[:, block] = _quotients(line.series(4 * most + 1), normals[block])
+                    result[:, block] = _compute_curvatures(
+                        line.series(4 * most + 1), normals[block]
+                    )
     return result
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """Lines inwards from parameters of patches: rows `which` of nets, at (u, v)."""
+    """m lines into patches: line k begins at (u[k], v[k]) of patch `which[k]` of the nets."""
 
     nets: DerivativeNets
     which: Ints
@@ -104,21 +110,24 @@ class Line:
     direction: Direction
 
     def order(self) -> FloatArray:
-        """Order of the zero of S_u × S_v at the beginning of each line, up to the highest order."""
-        su, sv = self.series(ORDERS[-1] + 1, second=False)
+        """The order of the zero of S_u × S_v at the beginning of each line, (m,).
+
+        It is larger than the highest order in `ORDERS` if that number of terms vanishes.
+        """
+        su, sv = self.series(ORDERS[-1] + 1, has_second=False)
         order: FloatArray = cross(su, sv).first().min(axis=1)
         return order
 
-    def series(self, count: int, *, second: bool = True) -> list[Series]:
-        """S_u, S_v and, with `second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
-        partials = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if second else 3]]
+    def series(self, count: int, *, has_second: bool = True) -> list[Series]:
+        """S_u, S_v and, if `has_second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
+        partials = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if has_second else 3]]
         if not self.nets.rational:
             return partials[1:]
         x, w = [f.axes(slice(0, 3)) for f in partials], [f.axes(slice(3, 4)) for f in partials]
         s = x[0] / w[0]
         su = (x[1] - w[1] * s) / w[0]
         sv = (x[2] - w[2] * s) / w[0]
-        if not second:
+        if not has_second:
             return [su, sv]
         suu = (x[3] - w[3] * s - (w[1] * su).times(2)) / w[0]
         suv = (x[4] - w[4] * s - w[1] * sv - w[2] * su) / w[0]
@@ -126,6 +135,7 @@ class Line:
         return [su, sv, suu, suv, svv]
 
     def _partial(self, i: int, j: int, count: int) -> Series:
+        """The partial ∂^{i+j}/∂u^i ∂v^j along the lines, as series of `count` terms, (m, d, T)."""
         net = self.nets.partial_net(i, j)
         if net is None:
             zero = np.zeros((len(self.which), self.nets.point.shape[1], count))
@@ -133,45 +143,49 @@ class Line:
         return expand(trace_inwards(net, self.which, self.u, self.v, self.direction), count)
 
 
-def _quotients(
+def _compute_curvatures(
     series: list[Series], normals: FloatArray, distance: FloatArray | float = 0.0
 ) -> FloatArray:
-    """K, H, k_1, k_2 at a distance s from poles: (4, m).
+    """Curvatures K, H, k_1, k_2 at a distance s from poles, (4, m), from series of partials.
 
-    With N = S_u × S_v = c s^k + …, the second form L, M, P = S_uu · N, S_uv · N, S_vv · N and the
-    first form E, F, G
+    Let N = S_u × S_v = c s^k + …, let L, M, P = S_uu · N, S_uv · N, S_vv · N be the second form,
+    and E, F, G the first form. Then
 
         K = (L P − M²)/|N|⁴,  H = (L G − 2 M F + P E)/(2 |N|³)
 
-    so the quotients begin with the terms of order 4k and 3k of the numerators.
+    The denominators begin with the orders 4 k and 3 k, so lower terms of the numerators must
+    vanish.
     """
     su, sv, suu, suv, svv = series
     n = cross(su, sv)
     order = n.first().min(axis=1)
-    ell, em, pe = (dot(second, n) for second in (suu, suv, svv))
+    ell, em, pe = (dot(partial, n) for partial in (suu, suv, svv))
     square, _ = dot(n, n).tail(2 * order, distance)
-    gauss, gauss_error = _quotient(ell * pe - em * em, 4 * order, square**2, distance)
-    mean, mean_error = _quotient(
+    gauss, gauss_error = _divide(ell * pe - em * em, 4 * order, square**2, distance)
+    mean, mean_error = _divide(
         ell * dot(sv, sv) - (em * dot(su, sv)).times(2) + pe * dot(su, su),
         3 * order,
         2 * square**1.5,
         distance,
     )
-    # The given normal may be the limit along another line, on the other side.
-    lead, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
-    mean = np.where(vectors.dot(lead, normals) < 0, -mean, mean)
+    # The given normal may be the limit along another line, and have the opposite sign.
+    leading, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
+    mean = np.where(vectors.dot(leading, normals) < 0, -mean, mean)
     spread = mean**2 - gauss
     uncertainty = 2 * np.abs(mean) * mean_error + gauss_error
     spread = np.sqrt(np.where(spread <= uncertainty, 0.0, spread))
     return np.stack([gauss, mean, mean + spread, mean - spread])
 
 
-def _quotient(
+def _divide(
     numerator: Series, order: FloatArray, denominator: FloatArray, distance: FloatArray | float
 ) -> tuple[FloatArray, FloatArray]:
-    """Numerator / (denominator s^order), NaN if its limit is infinite or uncertain; the error."""
+    """The quotient numerator / (denominator s^order), and a bound of its error.
+
+    The quotient is NaN if its limit is infinite or uncertain.
+    """
     term, error = numerator.tail(order, distance)
     value, error = term / denominator, error / denominator
-    infinite = numerator.first() < order
-    unknown = ~(error <= KNOWN * np.maximum(np.abs(value), 1.0))
-    return np.where(infinite | unknown, np.nan, value), error
+    is_infinite = numerator.first() < order
+    is_uncertain = ~(error <= MAX_ERROR * np.maximum(np.abs(value), 1.0))
+    return np.where(is_infinite | is_uncertain, np.nan, value), error

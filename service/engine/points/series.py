@@ -1,7 +1,8 @@
 """Truncated power series with bounds of the errors of their coefficients.
 
 The limit of a quotient of the form 0/0 is the quotient of the lowest coefficients that do not
-vanish. Only a bound of the rounding distinguishes a coefficient that vanishes from a small one.
+vanish. Only a bound of the rounding error distinguishes a coefficient that vanishes from a small
+coefficient.
 """
 
 from dataclasses import dataclass
@@ -12,12 +13,12 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import binomials
 
 ROUNDING = 2.0**-50
-"""Bound of the rounding error of one operation, relative to its operands: more than an ulp."""
+"""A bound of the relative rounding error of one operation: more than a unit in the last place."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Series:
-    """a_0 + a_1 s + … + a_{T−1} s^{T−1}, in arrays of series.
+    """An array of truncated power series a_0 + a_1 s + … + a_{T−1} s^{T−1}.
 
     Attributes
     ----------
@@ -29,9 +30,9 @@ class Series:
     terms: FloatArray
     errors: FloatArray
 
-    def axes(self, chosen: slice | list[int]) -> "Series":
-        """The chosen coordinates of vectors (m, d, T)."""
-        return Series(self.terms[:, chosen], self.errors[:, chosen])
+    def axes(self, coordinates: slice | list[int]) -> "Series":
+        """These coordinates of vectors (m, d, T)."""
+        return Series(self.terms[:, coordinates], self.errors[:, coordinates])
 
     def __add__(self, other: "Series") -> "Series":
         """The sum, term by term."""
@@ -44,30 +45,30 @@ class Series:
         return Series(terms, self.errors + other.errors + ROUNDING * np.abs(terms))
 
     def __mul__(self, other: "Series") -> "Series":
-        """Cauchy product: c_k = Σ_i a_i b_{k−i}."""
-        size, most = np.abs(self.terms), np.abs(other.terms)
-        errors = _product(size + self.errors, other.errors + ROUNDING * most)
-        errors += _product(self.errors, most)
-        return Series(_product(self.terms, other.terms), errors)
+        """The Cauchy product c_k = Σ_i a_i b_{k−i}."""
+        size, other_size = np.abs(self.terms), np.abs(other.terms)
+        errors = _multiply_series(size + self.errors, other.errors + ROUNDING * other_size)
+        errors += _multiply_series(self.errors, other_size)
+        return Series(_multiply_series(self.terms, other.terms), errors)
 
     def __truediv__(self, other: "Series") -> "Series":
         """The quotient by a series that begins with a positive number, far from zero.
 
             q_k = (a_k − Σ_{i=1}^k b_i q_{k−i}) / b_0
 
-        Every error affects all later terms.
+        The error of each term affects all later terms.
         """
         terms, errors = np.array(self.terms), np.array(self.errors)
         begin = other.terms[..., 0]
         size = np.abs(other.terms)
         for k in range(terms.shape[-1]):
-            b, more = slice(1, k + 1), slice(0, k)
-            q, known = terms[..., more][..., ::-1], errors[..., more][..., ::-1]
+            b, earlier = slice(1, k + 1), slice(0, k)
+            q, earlier_errors = terms[..., earlier][..., ::-1], errors[..., earlier][..., ::-1]
             terms[..., k] -= (other.terms[..., b] * q).sum(axis=-1)
-            off = size[..., b] * known + (ROUNDING * size[..., b] + other.errors[..., b]) * np.abs(
-                q
-            )
-            errors[..., k] += off.sum(axis=-1)
+            term_errors = size[..., b] * earlier_errors + (
+                ROUNDING * size[..., b] + other.errors[..., b]
+            ) * np.abs(q)
+            errors[..., k] += term_errors.sum(axis=-1)
             terms[..., k] /= begin
             errors[..., k] /= begin
             errors[..., k] += (ROUNDING + other.errors[..., 0] / begin) * np.abs(terms[..., k])
@@ -78,28 +79,28 @@ class Series:
         return Series(self.terms * factor, self.errors * abs(factor))
 
     def first(self) -> FloatArray:
-        """Order of the first term that certainly does not vanish, else T: shape (…)."""
-        large = np.abs(self.terms) > self.errors
+        """The order (…) of the first term that certainly does not vanish, or T."""
+        is_nonzero = np.abs(self.terms) > self.errors
         order: FloatArray = np.where(
-            large.any(axis=-1), large.argmax(axis=-1), large.shape[-1]
+            is_nonzero.any(axis=-1), is_nonzero.argmax(axis=-1), is_nonzero.shape[-1]
         ).astype(np.float64)
         return order
 
     def tail(self, order: FloatArray, s: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-        """The terms of each series from its `order` on, divided by s^order; and their error.
+        """The sum of the terms of each series from its `order` on, ÷ s^order, and its error.
 
             Σ_{j ≥ order} a_j s^{j−order}
 
-        NaN beyond the last term. The error includes the last term again, as an estimate of the
-        omitted terms, unless it is the first term.
+        Both are NaN if the series has no term of that order. The error includes the absolute value
+        of the last term, as an estimate of the truncated terms, unless the sum has only this term.
         """
         place = np.arange(self.terms.shape[-1]) - order[..., np.newaxis]
         powers = np.where(place >= 0, np.asarray(s)[..., np.newaxis] ** np.maximum(place, 0), 0.0)
-        beyond = order >= self.terms.shape[-1]
-        value = np.where(beyond, np.nan, (self.terms * powers).sum(axis=-1))
-        cut_off = np.where(place > 0, np.abs(self.terms * powers), 0.0)[..., -1]
-        error = (self.errors * powers).sum(axis=-1) + cut_off
-        return value, np.where(beyond, np.nan, error)
+        is_beyond = order >= self.terms.shape[-1]
+        value = np.where(is_beyond, np.nan, (self.terms * powers).sum(axis=-1))
+        truncation = np.where(place > 0, np.abs(self.terms * powers), 0.0)[..., -1]
+        error = (self.errors * powers).sum(axis=-1) + truncation
+        return value, np.where(is_beyond, np.nan, error)
 
 
 def expand(coefficients: FloatArray, count: int) -> Series:
@@ -107,7 +108,8 @@ def expand(coefficients: FloatArray, count: int) -> Series:
 
         a_k = C(n, k) Δ^k b_0
 
-    A difference of order k is a sum of 2^k coefficients, each of them as exact as the largest.
+    A difference of order k is a sum of 2^k coefficients, and the error of each coefficient is a
+    share of the largest coefficient.
     """
     degree = coefficients.shape[-1] - 1
     terms = np.zeros((*coefficients.shape[:-1], count))
@@ -134,8 +136,8 @@ def cross(a: Series, b: Series) -> Series:
     return a.axes([1, 2, 0]) * b.axes([2, 0, 1]) - a.axes([2, 0, 1]) * b.axes([1, 2, 0])
 
 
-def _product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Σ_i a_i b_{k−i}, with the second factor spread out as the matrix b_{k−i}."""
+def _multiply_series(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The terms Σ_i a_i b_{k−i}, by a product with the matrix of all b_{k−i}."""
     count = a.shape[-1]
     place = np.subtract.outer(np.arange(count), np.arange(count))
     spread = np.where(place >= 0, b[..., np.maximum(place, 0)], 0.0)

@@ -1,8 +1,8 @@
 """Points, partials, normals and curvatures at any barycentric places of triangular patches.
 
-With barycentric coordinates (r, s, t), the partials are the derivatives in the directions
-(−1, 1, 0), with s, and (−1, 0, 1), with t. Where they are parallel, curvatures are limits, computed
-on the equal tensor-product patch.
+In barycentric coordinates (r, s, t), the partial along s is the derivative in direction (−1, 1, 0),
+the partial along t that in direction (−1, 0, 1). Where both are parallel, curvatures are limits,
+which are computed on the same surface as a tensor-product patch.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ from service.surface.batches import TrianglePatches
 def evaluate_triangle_jets(
     patches: TrianglePatches, index: Ints, s: FloatArray, t: FloatArray, order: int
 ) -> Jets:
-    """Partials of patch `index[k]` at (s[k], t[k]) up to an order; normals and curvatures.
+    """Partials up to an order, normals and curvatures of patch `index[k]` at (s[k], t[k]).
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def evaluate_triangle_jets(
     s, t : ndarray of float64, shape (m,)
         The last two barycentric coordinates.
     order : 0, 1 or 2
-        Normals come with the first partials, curvatures with the second.
+        The order of the partials. From order 1 on, normals are computed; with order 2, curvatures.
     """
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
@@ -80,9 +80,9 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
     partials = np.zeros((COUNTS[order], len(which), net.shape[-1]))
     for row, key in enumerate(PARTIALS[: COUNTS[order]]):
         if key in nets:
-            below = sum(key)
-            basis = triangle_basis.triangle_bernstein(n - below, places)
-            factor = (1, n, n * (n - 1))[below]
+            total_order = sum(key)
+            basis = triangle_basis.triangle_bernstein(n - total_order, places)
+            factor = (1, n, n * (n - 1))[total_order]
             partials[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
     return project_partials(partials) if local.weights is not None else partials
 
@@ -94,26 +94,26 @@ def _correct_near_poles(
     normals: FloatArray,
     curvatures: FloatArray,
 ) -> FloatArray:
-    """Curvatures (4, m), replaced by limits where they are NaN, and near sides that are a point."""
+    """Curvatures (4, m): limits in place of NaN, and series near sides that are one point."""
     used, row = np.unique(which, return_inverse=True)
     nets = DerivativeNets(local.take(used).to_tensor(), np.arange(len(used)))
-    # The corner t = 1 is a pole of the tensor-product form only.
+    # The side v = 1 is a pole of the tensor-product form, but not of the triangle.
     nets.collapsed[:, 3] = False
     u, v = tensor_u(local, which, places), places[:, 2]
     units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
-    unknown = np.flatnonzero(np.isnan(curvatures).all(axis=0))
-    curvatures[:, unknown] = find_limit_curvatures(
-        nets, row[unknown], u[unknown], v[unknown], normals[unknown]
+    missing = np.flatnonzero(np.isnan(curvatures).all(axis=0))
+    curvatures[:, missing] = find_limit_curvatures(
+        nets, row[missing], u[missing], v[missing], normals[missing]
     )
-    curvatures[:, unknown] *= units[:, unknown]
-    near = find_curvatures_near(nets, row, u, v, normals) * units
-    return np.where(np.isnan(near), curvatures, near)
+    curvatures[:, missing] *= units[:, missing]
+    near_poles = find_curvatures_near(nets, row, u, v, normals) * units
+    return np.where(np.isnan(near_poles), curvatures, near_poles)
 
 
 def _write_corners(
     patches: TrianglePatches, index: Ints, places: tuple[FloatArray, FloatArray], points: FloatArray
 ) -> None:
-    """Writes control points over the points at corners, so that they are equal bit for bit."""
+    """Replaces points at corners by the exact control points."""
     s, t = places
     for number, at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
         rows = np.flatnonzero(at_corner)

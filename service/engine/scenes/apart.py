@@ -1,6 +1,6 @@
 """Separates the mesh of joined members again: a node for each member, with its name and colour.
 
-Positions on a common edge stay equal in all members; the report is that of the mesh of all members.
+Positions on a common edge stay equal in all members. The report of the scene stays the same.
 """
 
 from dataclasses import replace
@@ -22,26 +22,26 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
     if not joined.clusters:
         return scene
     meshes = list(scene.meshes)
-    replaced: dict[int, PlacedModel] = {}
+    new_nodes: dict[int, PlacedModel] = {}
     for cluster in joined.clusters:
         mesh = scene.meshes[scene.nodes[joined.new_numbers[cluster.members[0]]].model]
         for k, number in enumerate(cluster.members):
             placed = joined.originals[number]
-            replaced[number] = PlacedModel(placed.name, len(meshes), placed.color)
+            new_nodes[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
-    nodes = [replaced.get(k) or scene.nodes[number] for k, number in enumerate(joined.new_numbers)]
+    nodes = [new_nodes.get(k) or scene.nodes[number] for k, number in enumerate(joined.new_numbers)]
     used = sorted({node.model for node in nodes})
-    place = {old: new for new, old in enumerate(used)}
+    new_number = {old: new for new, old in enumerate(used)}
     return replace(
         scene,
         joined=tuple(cluster.members for cluster in joined.clusters) if is_welded else (),
-        nodes=tuple(replace(node, model=place[node.model]) for node in nodes),
+        nodes=tuple(replace(node, model=new_number[node.model]) for node in nodes),
         meshes=tuple(meshes[old] for old in used),
     )
 
 
 def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
-    """The vertices and faces of one member."""
+    """The mesh of member k of a cluster, taken from the mesh of the cluster."""
     parts = mesh.parts[cluster.ends[k] : cluster.ends[k + 1]]
     triangles = mesh.triangles[parts[0].triangles[0] : parts[-1].triangles[1]]
     quads = mesh.quads[parts[0].quads[0] : parts[-1].quads[1]]
@@ -73,15 +73,15 @@ def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
             for part in parts
         ),
         grids=(),
-        welds=_welds(mesh.welds, rows),
+        welds=_take_welds(mesh.welds, rows),
         overlays=(),
     )
 
 
-def _welds(welds: IndexArray | None, rows: Ints) -> IndexArray | None:
+def _take_welds(welds: IndexArray | None, rows: Ints) -> IndexArray | None:
     """The first of the vertices `rows` at each position, numbered within `rows`."""
     if welds is None:
         return None
-    _, first, back = np.unique(welds[rows], return_index=True, return_inverse=True)
-    leader = first[back.reshape(-1)].astype(np.uint32)
+    _, first, inverse = np.unique(welds[rows], return_index=True, return_inverse=True)
+    leader = first[inverse.reshape(-1)].astype(np.uint32)
     return None if (leader == np.arange(len(leader))).all() else leader

@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray, RealArray
 
 
 def to_linear(colors: RealArray) -> FloatArray:
-    """Linear light of sRGB; an opacity stays as it is.
+    """Linear light from sRGB; an opacity stays the same.
 
         c / 12.92                    for c ≤ 0.04045
         ((c + 0.055) / 1.055)^2.4    above
@@ -40,19 +40,19 @@ def to_srgb(light: RealArray) -> FloatArray:
 
 
 def tint(colors: RealArray | None, base: RealArray, count: int) -> RealArray:
-    """Colours of vertices, multiplied by a base colour in linear light; all colours are sRGB.
+    """Colours of vertices times a base colour: sRGB colours, multiplied in linear light.
 
     Parameters
     ----------
     colors : ndarray, shape (V, 3) or (V, 4), or None
-        None if all vertices are white.
+        None stands for white.
     base : ndarray of float64, shape (4,)
     count : int
-        V.
+        The number V of vertices.
 
     Returns
     -------
-    ndarray, shape (V, 3) if all is opaque, else (V, 4)
+    ndarray, shape (V, 3) if all colours are opaque, else (V, 4)
     """
     columns = 3 if base[3] == 1 and (colors is None or colors.shape[1] == 3) else 4
     if colors is None:

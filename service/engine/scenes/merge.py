@@ -14,9 +14,9 @@ from service.engine.mesh.report import MeshReport
 def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
     """One mesh of all vertices, faces, parts and overlays, in the order of the meshes.
 
-    Nothing is welded across meshes. They share a precision, an origin and a vertical axis, all or
-    none have normals, and all have the same attributes. If some meshes have colours or texture
-    coordinates, the vertices of the others are white and have (0, 0).
+    Vertices of different meshes are not welded. The meshes must have the same precision, origin,
+    vertical axis and attributes, and all or none must have normals. If only some meshes have
+    colours or texture coordinates, the vertices of the other meshes become white or get (0, 0).
     """
     counts = [len(mesh.positions) for mesh in meshes]
     first = np.cumsum([0, *counts]).astype(np.uint32)
@@ -33,7 +33,7 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
         ),
         triangles=_shift_faces([mesh.triangles for mesh in meshes], first),
         quads=_shift_faces([mesh.quads for mesh in meshes], first),
-        parts=_parts(meshes),
+        parts=_join_parts(meshes),
         # The merged mesh has grids only if all meshes have grids.
         grids=tuple(
             grid + start
@@ -42,14 +42,14 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
         )
         if all(mesh.grids for mesh in meshes)
         else (),
-        welds=_welds(meshes, first),
+        welds=_join_welds(meshes, first),
         overlays=tuple(overlay for mesh in meshes for overlay in mesh.overlays),
         report=add_reports([mesh.report for mesh in meshes]),
     )
 
 
 def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
-    """The report on several meshes together: watertight if each of them is."""
+    """The report on several meshes together; they are watertight if each mesh is."""
     low = np.min([report.bounds_min for report in reports], axis=0).tolist()
     high = np.max([report.bounds_max for report in reports], axis=0).tolist()
     return replace(
@@ -74,13 +74,13 @@ def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
 
 
 def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
-    """The largest value of all reports; None if a report with faces has none."""
+    """The largest value in all reports; None if the value of a report with faces is None."""
     values = [getattr(report, name) for report in reports if report.triangles + report.quads]
     return None if not values or None in values else max(values)
 
 
 def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
-    """Rows of all meshes; None if a mesh has none."""
+    """Rows of all meshes, one mesh after another; None if the rows of a mesh are None."""
     arrays = [array for array in rows if array is not None]
     return np.concatenate(arrays) if len(arrays) == len(rows) else None
 
@@ -88,9 +88,9 @@ def _join_rows(rows: Sequence[RealArray | None]) -> RealArray | None:
 def _fill_rows(
     rows: Sequence[RealArray | None], counts: Sequence[int], value: float
 ) -> RealArray | None:
-    """Rows of all meshes, as wide as the widest; None if all meshes lack them.
+    """Rows of all meshes, as wide as the widest rows; None if the rows of all meshes are None.
 
-    Missing rows and columns have this value.
+    Missing rows and columns are filled with `value`.
     """
     arrays = [array for array in rows if array is not None]
     if not arrays:
@@ -110,7 +110,7 @@ def _shift_faces(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:
     return np.concatenate([rows + start for rows, start in zip(faces, first, strict=False)])
 
 
-def _parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
+def _join_parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
     """Parts of all meshes, with the face numbers of the merged mesh."""
     parts: list[MeshPart] = []
     triangles = quads = 0
@@ -128,7 +128,7 @@ def _parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
     return tuple(parts)
 
 
-def _welds(meshes: Sequence[Mesh], first: IndexArray) -> IndexArray | None:
+def _join_welds(meshes: Sequence[Mesh], first: IndexArray) -> IndexArray | None:
     """The first vertex at each position; no position belongs to two meshes."""
     if all(mesh.welds is None for mesh in meshes):
         return None

@@ -27,18 +27,19 @@ ZERO.flags.writeable = False
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Scene:
-    """Meshes and their copies.
+    """Meshes and their placed copies, the nodes.
 
     Attributes
     ----------
     nodes : tuple of PlacedModel
-        `model` is a number in `meshes`.
+        Each node refers to a mesh: its `model` is a number in `meshes`.
     meshes : tuple of Mesh
-        Each in the coordinates of its model, before placing.
+        Each mesh in the coordinates of its model, before placing.
     report : MeshReport
-        The sums over all copies; its bounds are those of the placed vertices.
+        Its counts are sums over all nodes; its bounds are those of the placed vertices.
     joined : tuple of tuples of int
-        Groups of nodes whose meshes meet: vertices of one group at equal positions count as one.
+        Groups of nodes whose meshes meet. Vertices of one group at equal positions count as one
+        position.
     """
 
     name: str
@@ -58,9 +59,10 @@ def arrange(model: GroupModel, meshes: tuple[Mesh, ...]) -> Scene:
 def flatten(scene: Scene) -> Mesh:
     """All copies as one mesh, float64, in the coordinates of the scene.
 
-    A part has the name of its member; if the surface has several parts, both names.
+    A part has the name of its member. If the surface of the member has several parts, the name is
+    "member/part".
     """
-    copies = [_copy(scene.meshes[node.model], node) for node in scene.nodes]
+    copies = [_place_copy(scene.meshes[node.model], node) for node in scene.nodes]
     mesh = merge_meshes(copies, scene.name)
     if scene.joined:
         mesh = replace(mesh, welds=_join_welds(mesh, copies, scene.joined))
@@ -70,7 +72,7 @@ def flatten(scene: Scene) -> Mesh:
 def _join_welds(
     mesh: Mesh, copies: Sequence[Mesh], joined: tuple[tuple[int, ...], ...]
 ) -> IndexArray:
-    """For each vertex the first vertex at its position; only joined nodes share positions."""
+    """For each vertex, the first vertex at its position; only joined nodes share positions."""
     count = len(mesh.positions)
     welds = np.arange(count, dtype=np.uint32) if mesh.welds is None else mesh.welds.copy()
     first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
@@ -84,7 +86,7 @@ def _join_welds(
 def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
     """The parts of all copies, under their names, with bounds in the coordinates of the scene.
 
-    Their runs are those in the meshes of the copies.
+    The runs of faces of a part are those in the mesh of its copy.
     """
     return tuple(
         part for node in scene.nodes for part in _place_parts(scene.meshes[node.model], node)
@@ -94,7 +96,7 @@ def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
 def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     """Converts a mesh from float64 in model coordinates to float32 about an origin.
 
-    Without `origin`, the mesh gets an origin near its middle.
+    If `origin` is None, `choose_origin` chooses it from the bounds of the mesh.
     """
     if origin is None:
         bounds = mesh.report.bounds_min, mesh.report.bounds_max
@@ -104,15 +106,15 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
         replace(overlay, positions=(overlay.positions - origin).astype(np.float32))
         for overlay in mesh.overlays
     )
-    narrow = replace(mesh, positions=positions, overlays=overlays, origin=origin)
+    rounded = replace(mesh, positions=positions, overlays=overlays, origin=origin)
     low, high = (
-        bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(narrow))
+        bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(rounded))
     )
     least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
     error = bound_single_error(least, greatest, origin)
     report = _spread_report(replace_bounds(mesh.report, low, high), 1.0, error)
     return replace(
-        narrow,
+        rounded,
         parts=tuple(_spread_part(part, 1.0, error) for part in mesh.parts),
         normals=None if mesh.normals is None else mesh.normals.astype(np.float32),
         uvs=None if mesh.uvs is None else mesh.uvs.astype(np.float32),
@@ -127,7 +129,7 @@ def move_to_zero(mesh: Mesh) -> Mesh:
     return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
 
 
-def _copy(mesh: Mesh, node: PlacedModel) -> Mesh:
+def _place_copy(mesh: Mesh, node: PlacedModel) -> Mesh:
     """One placed copy, with the names and the colour of its member."""
     copy = place_mesh(mesh, node.matrix)
     overlays = (replace(overlay, name=f"{node.name}/{overlay.name}") for overlay in copy.overlays)
@@ -153,10 +155,10 @@ def _place_parts(mesh: Mesh, node: PlacedModel) -> tuple[MeshPart, ...]:
 
 
 def place_mesh(mesh: Mesh, matrix: FloatArray | None) -> Mesh:
-    """The mesh after a placement, float64 in model coordinates.
+    """The placed mesh: float64, in the coordinates of the scene.
 
     Points become L x + t, and normals the unit vectors of L⁻ᵀ n. If L mirrors, faces are reversed,
-    so that they are still counter-clockwise about their normals, and grids are transposed.
+    so that they stay counter-clockwise about their normals, and grids are transposed.
     """
     positions = place_points(mesh.positions, matrix, mesh.origin)
     overlays = tuple(
@@ -218,11 +220,15 @@ def _spread_report(report: MeshReport, stretch: float, error: float) -> MeshRepo
 
 
 def _grow(bound: float | None, stretch: float, error: float) -> float | None:
+    """A bound multiplied by `stretch`, plus `error`; None stays None."""
     return None if bound is None else bound * stretch + error
 
 
 def find_shown_points(mesh: Mesh) -> RealArray:
-    """The points that determine the bounds of a mesh: its vertices, or its lines if it has none."""
+    """The points (N, 3) that determine the bounds of a mesh: its vertices, or else its lines.
+
+    If the mesh has neither, they are the corners of the bounds in its report.
+    """
     if len(mesh.positions):
         return mesh.positions
     lines = [overlay.positions for overlay in mesh.overlays if len(overlay.positions)]
@@ -243,37 +249,40 @@ def replace_bounds(report: MeshReport, low: RealArray, high: RealArray) -> MeshR
 def place_points(
     points: RealArray, matrix: FloatArray | None, origin: FloatArray = ZERO
 ) -> FloatArray:
-    """Points (N, 3) about an origin, after a placement.
+    """The placed points (N, 3) in float64; `points` are relative to the origin.
 
     Each coordinate is computed separately: a matrix product may give two equal points different
     bits.
     """
-    at = points.astype(np.float64)
+    positions = points.astype(np.float64)
     if origin.any():
-        at += origin
-    return at if matrix is None else _multiply(at, matrix[:3, :3]) + matrix[:3, 3]
+        positions += origin
+    if matrix is None:
+        return positions
+    return _multiply(positions, matrix[:3, :3]) + matrix[:3, 3]
 
 
 def _place_normals(normals: RealArray, matrix: FloatArray | None) -> FloatArray:
-    """Unit normals (N, 3) of a surface after a placement: along L⁻ᵀ n.
+    """Unit normals (N, 3) of a surface after a placement, in the direction L⁻ᵀ n.
 
-    L⁻ᵀ is, up to a factor, the matrix of cofactors; that factor has the sign of det L.
+    L⁻ᵀ is the matrix of cofactors divided by det L. So the cofactors give the direction, and the
+    sign of det L the sign.
     """
-    wide = normals.astype(np.float64)
+    in_double = normals.astype(np.float64)
     if matrix is None:
-        return wide
+        return in_double
     a, b, c = matrix[:3, :3] / np.abs(matrix[:3, :3]).max()
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
     if np.dot(a, cofactors[0]) < 0:
         cofactors = -cofactors
-    turned = _multiply(wide, cofactors / np.abs(cofactors).max())
-    length = np.sqrt(turned[:, 0] ** 2 + turned[:, 1] ** 2 + turned[:, 2] ** 2)
-    unit: FloatArray = turned / length[:, np.newaxis]
+    vectors = _multiply(in_double, cofactors / np.abs(cofactors).max())
+    length = np.sqrt(vectors[:, 0] ** 2 + vectors[:, 1] ** 2 + vectors[:, 2] ** 2)
+    unit: FloatArray = vectors / length[:, np.newaxis]
     return unit
 
 
 def _multiply(rows: FloatArray, linear: FloatArray) -> FloatArray:
-    """L x for every row x, by operations that do not depend on the position of the row."""
+    """L x for every row x of (N, 3); equal rows give equal bits, wherever they are."""
     x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
     columns = [line[0] * x + line[1] * y + line[2] * z for line in linear]
     return np.stack(columns, axis=1)
