@@ -123,7 +123,7 @@ class MeshOptions:
             raise InvalidRequest(
                 Issue(
                     "out_of_range",
-                    "The weld tolerance is a share of the diagonal, only as large as rounding errors.",
+                    "The weld tolerance is a share of the diagonal, as small as rounding errors.",
                     "/weld_tolerance",
                     f"{self.weld_tolerance:.6g}",
                     f"0 to {MAX_WELD_TOLERANCE:.0e}",
