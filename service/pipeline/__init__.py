@@ -1,4 +1,5 @@
-"""From requests to bytes: each product as a list of steps, one file for each product.
+"""Makes bytes from requests: each product is a list of steps, in a file of its own.
 
-HTTP and the command line call these functions, and none of the layers below.
+The packages for HTTP and for the command line call these functions to compute; they do not call the
+engine and the encoders directly.
 """

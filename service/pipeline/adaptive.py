@@ -1,4 +1,4 @@
-"""Meshes by tolerance and by a budget; refuses a mesh as soon as it grows too large."""
+"""Makes meshes by tolerance or by budget; stops and refuses a mesh that becomes too large."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,7 +19,12 @@ from service.engine.scenes.scene import Scene
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.measuring import Measured
 from service.pipeline.checks import check_bytes, check_vertices
-from service.pipeline.cost import EFFORT, LEAST_BYTES, TRIANGLE, adaptive_triangles
+from service.pipeline.cost import (
+    EFFORT_FACTOR,
+    MIN_TRIANGLE_BYTES,
+    TRIANGLE_EFFORT,
+    adaptive_triangles,
+)
 from service.surface.lowered import Model
 from service.surface.sweep_model import SweepModel
 
@@ -31,18 +36,19 @@ Build: TypeAlias = Callable[[Accuracy, float | None], AnyMesh]
 Encode: TypeAlias = Callable[[AnyMesh], Content]
 
 ATTEMPTS = 3
-"""A search may take the work of 3 meshes of the largest cost; most meshes cost less."""
+"""The search for a mesh within a budget may take the work of this number of meshes of the highest
+cost. Most meshes cost less, so the search usually tries more of them."""
 
 FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
-"""The finest tolerances of a search, as shares of the model's diagonal: a small multiple of the
-rounding error in double and in single precision."""
+"""The least tolerance that a search tries, as a share of the model's diagonal, in double and in
+single precision: a small multiple of the rounding error."""
 
-ANY = 2**62
-"""A limit above all numbers of triangles."""
+NO_LIMIT = 2**62
+"""A limit of triangles that no mesh reaches."""
 
 
 class AdaptiveMesher:
-    """Builds meshes of a model by tolerance; computes the data that they share only once.
+    """Builds meshes of one model by several tolerances; data that they share is computed once.
 
     Parameters
     ----------
@@ -58,9 +64,9 @@ class AdaptiveMesher:
         self, work: "MeshWork", model: Model, options: MeshOptions, effort: Effort | None = None
     ) -> None:
         if isinstance(model, SweepModel):
-            raise InvalidRequest(NOT_PATCHES)  # refused when it was planned
+            raise InvalidRequest(NOT_PATCHES)  # never reached: `plan_mesh` refuses such a request
         fmt, self._work, self._model = work.fmt, work, model
-        self._effort = effort or Effort(EFFORT * work.limits.max_multiplications)
+        self._effort = effort or Effort(EFFORT_FACTOR * work.limits.max_multiplications)
         self._meshing = build_mesher(
             model,
             options,
@@ -70,14 +76,14 @@ class AdaptiveMesher:
         )
 
     def build(self, accuracy: Accuracy, tolerance: float | None = None) -> AnyMesh:
-        """The mesh within the tolerance of the request.
+        """Build the mesh for an accuracy.
 
-        `tolerance`, in model units, replaces that of the request.
+        `tolerance`, in model units, replaces the tolerance of `accuracy`.
 
         Raises
         ------
         InvalidRequest, TooLarge
-            The pointer is that of the option which is the cause.
+            The pointer leads to the option that is the cause.
         """
         work = self._work
         most, limit = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
@@ -99,7 +105,7 @@ class AdaptiveMesher:
         except InvalidRequest as error:
             invalid = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*invalid) from None
-        self._effort.spent += TRIANGLE * mesh.report.triangles
+        self._effort.spent += TRIANGLE_EFFORT * mesh.report.triangles
         check_mesh(mesh, work, accuracy)
         return mesh
 
@@ -107,9 +113,9 @@ class AdaptiveMesher:
 def build_within_budget(
     work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
-    """The mesh with the least certified deviation within the budget, and its file."""
+    """Make the mesh with the least proved deviation within the budget, and its file."""
     finest = (FINEST_SINGLE if work.fmt.single else FINEST) * model.diagonal
-    effort = Effort(EFFORT * work.limits.max_multiplications)
+    effort = Effort(EFFORT_FACTOR * work.limits.max_multiplications)
     build = AdaptiveMesher(work, model, options, effort).build
     return search_budget(build, work.encode_mesh, accuracy, finest, effort)
 
@@ -117,10 +123,24 @@ def build_within_budget(
 def search_budget(
     build: Build, encode: Encode, accuracy: Accuracy, finest: float, effort: Effort
 ) -> tuple[AnyMesh, Content]:
-    """Searches the tolerance of the nearest mesh within a budget.
+    """Search the least tolerance whose mesh is within a budget.
 
-    The search tries no tolerance below `finest`, in model units. All meshes together may take the
-    work `effort`, and each mesh 1/3 of it.
+    Parameters
+    ----------
+    build : function
+        Builds the mesh for an accuracy and a tolerance.
+    encode : function
+        Encodes a mesh as a file.
+    accuracy : Accuracy
+        The budget.
+    finest : float
+        The least tolerance that the search tries, in model units.
+    effort : Effort
+        The most work of all meshes together; one mesh may take 1/`ATTEMPTS` of it.
+
+    Returns
+    -------
+    (mesh, file)
 
     Raises
     ------
@@ -135,12 +155,14 @@ def search_budget(
         before = effort.spent
         mesh = build(allowed, tolerance)
         content = encode(mesh)
-        taken = (effort.spent - before) / most
-        cost = max(_budget_share(mesh, content, accuracy), taken)
+        effort_share = (effort.spent - before) / most
+        cost = max(_budget_share(mesh, content, accuracy), effort_share)
         return Attempt(cost, mesh.report.deviation_bound or 0.0, (mesh, content))
 
-    # The coarsest mesh is always made: an error names its size.
-    unlimited = accuracy if accuracy.max_triangles is None else replace(accuracy, max_triangles=ANY)
+    # Build the coarsest mesh even if it exceeds the budget, because the error names its size.
+    unlimited = (
+        accuracy if accuracy.max_triangles is None else replace(accuracy, max_triangles=NO_LIMIT)
+    )
     coarsest = try_tolerance(unlimited, inf)
     mesh, content = coarsest.result
     _check_budget("/max_triangles", "triangles", mesh.report.triangles, accuracy.max_triangles)
@@ -153,7 +175,7 @@ def search_budget(
         except TooLarge:
             return None
         except InvalidRequest as error:
-            # The precision of the numbers allows no nearer mesh than the one before.
+            # This tolerance is below the rounding of the vertices: keep the mesh before.
             if any(issue.code != "tolerance_too_small" for issue in error.issues):
                 raise
             return None
@@ -162,24 +184,24 @@ def search_budget(
 
 
 def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
-    """Refuses a mesh that is too large for a response."""
+    """Refuse a mesh with too many vertices, or whose file may have too many bytes."""
     where = accuracy.pointer
     copies = [mesh] if isinstance(mesh, Mesh) else [mesh.meshes[n.model] for n in mesh.nodes]
     vertices = sum(len(each.positions) for each in copies)
-    size = count_once(mesh, work.stored)
+    size = size_of_mesh(mesh, work.stored)
     check_vertices(vertices + size.overlay_points, work.limits, where)
     check_bytes(work.fmt.byte_bound(size, work.encode), work.fmt, work.limits, where)
 
 
 def check_content(content: Content, accuracy: Accuracy | None) -> None:
-    """Refuses a file that exceeds `max_bytes`."""
+    """Refuse a file with more bytes than the option `max_bytes` of the request allows."""
     most = None if accuracy is None else accuracy.max_bytes
     if most is not None and len(content) > most:
         raise TooLarge(_too_many_bytes(f"{len(content)} bytes", most))
 
 
-def count_once(mesh: AnyMesh, size: MeshSize) -> MeshSize:
-    """The size of a mesh, or of all meshes of a scene; names and attributes as in `size`."""
+def size_of_mesh(mesh: AnyMesh, size: MeshSize) -> MeshSize:
+    """The size of a mesh, or of all meshes of a scene; names and attributes are those of `size`."""
     meshes = [mesh] if isinstance(mesh, Mesh) else mesh.meshes
     overlays = [overlay for each in meshes for overlay in each.overlays]
     return replace(
@@ -194,9 +216,21 @@ def count_once(mesh: AnyMesh, size: MeshSize) -> MeshSize:
 
 
 def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: int | None) -> Issue:
-    """The issue of a mesh that is too large; in a group, with the limit of all members together.
+    """The issue of the engine for a mesh that is too large, with the limit of the request.
 
-    `memory`: the bytes of memory of a mesh, if they are the reason for the limit `most`.
+    The engine's issue for a member of a group names only what is left for this member.
+
+    Parameters
+    ----------
+    issue : Issue
+        From the engine.
+    where : str
+        The JSON pointer to the option that is the cause.
+    most : int
+        The most triangles that the mesh may have.
+    accuracy : Accuracy
+    memory : int or None
+        The bytes of memory that a mesh may take, if memory is the reason for the limit `most`.
     """
     if issue.code != "too_many_triangles":
         return replace(issue, pointer=where)
@@ -205,7 +239,7 @@ def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: in
         return replace(
             issue, pointer=where, got=f"more than {count_nouns(most, 'triangles')}", needed=needed
         )
-    if accuracy.max_bytes is not None and LEAST_BYTES * most > accuracy.max_bytes:
+    if accuracy.max_bytes is not None and MIN_TRIANGLE_BYTES * most > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
     message = "The mesh would take more memory than this service has for a mesh by tolerance."
     needed = f"at most {memory}; a greater tolerance, or another format, takes less"
@@ -218,13 +252,13 @@ def _too_many_bytes(got: str, most: int) -> Issue:
 
 
 def _budget_share(mesh: AnyMesh, content: Content, budget: Accuracy) -> float:
-    """The share of the budget that a mesh takes: the larger of triangles and bytes."""
+    """The fraction of the budget that a mesh takes: of triangles or of bytes, the larger one."""
     counts = (mesh.report.triangles, budget.max_triangles), (len(content), budget.max_bytes)
     return max(count / most for count, most in counts if most is not None)
 
 
 def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
-    """Refuses a budget that even the coarsest mesh exceeds."""
+    """Refuse a budget `most` that is below `least`, the size of the coarsest mesh."""
     if most is not None and least > most:
         message = "Even the coarsest mesh of the surface is larger."
         got, needed = count_nouns(most, unit), f"at least {count_nouns(least, unit)}"

@@ -1,6 +1,6 @@
-"""Checks before a mesh is computed: valid options, a format that can hold it, limits of size.
+"""Checks before a mesh is computed: the options, the format, and the limits of size.
 
-Some checks need only the shapes of the surface, others need its patches.
+Some checks need only the shapes of the surface; others need its patches.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ NOT_PARAMETRIC = Issue(
 
 
 def check_surface(size: SurfaceSize, limits: Limits) -> None:
-    """Refuses a surface of too many patches, or one that takes too much memory as patches."""
+    """Refuse a surface with too many patches, or whose patches take too much memory."""
     message = "The surface has too many Bézier patches: one for every span of its knots."
     issue = Issue("too_many_patches", message, "/surface")
     check_count(size.patches, limits.max_patches, "patches", issue)
@@ -47,7 +47,7 @@ def check_surface(size: SurfaceSize, limits: Limits) -> None:
 def check_options(
     size: SurfaceSize, options: MeshOptions, fmt: Format, encode: EncodeOptions
 ) -> None:
-    """Refuses options that are impossible for a surface of this size, or in this format."""
+    """Refuse options that are impossible for a surface of this size, or in this format."""
     if size.curves:
         _check_swept(options, fmt, encode)
     if options.accuracy is not None:
@@ -62,7 +62,7 @@ def check_options(
 
 
 def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses options that tubes and ribbons do not have, because they have no patches."""
+    """Refuse options that need patches, because tubes and ribbons have no patches."""
     where = None
     if encode.exact and fmt.encode_exact is not None:
         where = "/surface"
@@ -82,27 +82,37 @@ def _check_swept(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> No
 
 
 def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses a tolerance or a budget for a mesh that is not divided by it."""
+    """Refuse options that a mesh by tolerance or by budget cannot have.
+
+    `where` is the JSON pointer to the tolerance or budget.
+    """
     if options.faces == "quads":
         what = "The bound is for triangles, because the corners of a quad need not be in one plane."
-        raise _conflict_issue(what, "/faces", where)
+        raise _build_conflict_error(what, "/faces", where)
     if options.method != "matrix":
-        raise _conflict_issue(
-            "The methods sample grids, which a resolution makes.", "/method", where
+        raise _build_conflict_error(
+            "Only a mesh by resolution has grids of samples, which the methods compute.",
+            "/method",
+            where,
         )
     if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
-        what = "The exact form needs no mesh." if encode.exact else "This form is made of grids."
-        raise _conflict_issue(what, "/oogl", where)
+        what = (
+            "The exact form needs no mesh."
+            if encode.exact
+            else "This form has grids, and a mesh by tolerance has none."
+        )
+        raise _build_conflict_error(what, "/oogl", where)
 
 
-def _conflict_issue(message: str, pointer: str, stated_by: str) -> InvalidRequest:
-    name = stated_by[1:]
-    got, needed = f"this beside {name}", f"one of the two, or nothing here beside {name}"
+def _build_conflict_error(message: str, pointer: str, other: str) -> InvalidRequest:
+    """The error for an option at `pointer` that conflicts with the option at `other`."""
+    name = other[1:]
+    got, needed = f"this option and {name}", f"only one of the two: this option or {name}"
     return InvalidRequest(Issue("conflicting_options", message, pointer, got, needed))
 
 
 def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
-    """Refuses data that the format cannot hold, and a compression that is not installed."""
+    """Refuse data that the format cannot store, and a compression that is not installed."""
     no_lines = f"The format {fmt.name} has no place for lines."
     if options.faces == "quads" and not fmt.quads:
         message = f"The format {fmt.name} has only triangles."
@@ -133,22 +143,26 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
 def _build_unsupported_error(
     message: str, where: str, got: str, needed: str
 ) -> UnsupportedByFormat:
+    """The error for an option that the format does not support."""
     return UnsupportedByFormat(Issue("unsupported_by_format", message, where, got, needed))
 
 
 def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") -> None:
-    """Refuses too many vertices, points of lines included; `where` points to the option."""
+    """Refuse too many vertices, including the points of lines; `where` points to the option."""
     issue = Issue("too_many_vertices", "The mesh would have too many vertices.", where)
     check_count(vertices, limits.max_vertices, "vertices", issue)
 
 
 def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
-    """Refuses a file that may have too many bytes; `where` points to the option."""
+    """Refuse a file that may have too many bytes; `where` points to the option."""
     limits.check_bytes(most, f"The response as {fmt.name} could become too large.", where)
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
-    """Refuses options by the patches of the surface: coordinates, names and multiplications."""
+    """Refuse options that the lowered surface shows to be impossible or too costly.
+
+    The checks are the reach of wires, the names of attributes, and the number of multiplications.
+    """
     if (
         options.has_solid_wires
         and (furthest := find_largest_coordinate(model, options)) > MAX_COORDINATE
@@ -175,7 +189,7 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
 
 
 def _check_names(model: PatchModel) -> None:
-    """Refuses an attribute that has the name of a curvature."""
+    """Refuse a surface with an attribute that has the name of a curvature."""
     channels = model.batches[0].channels
     if any(c.kind == "attribute" and c.name.lower() in NAMES for c in channels):
         message = "The surface has an attribute with the name of a curvature."
@@ -185,10 +199,15 @@ def _check_names(model: PatchModel) -> None:
 
 
 def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
-    """Upper bounds of the counts: of each different model once, and of all copies.
+    """Upper bounds of the counts of a mesh, from the lowered surface.
 
-    They are closer than bounds from shapes: only the patches show which neighbours divide an edge
-    more finely, and how a curve bends.
+    They are closer than bounds from shapes, because the patches show which neighbours divide an
+    edge more finely, and how a curve bends.
+
+    Returns
+    -------
+    once, copies : Counts
+        The counts if each distinct model of a group counts once, and if all copies count.
     """
     models = model.models if isinstance(model, GroupModel) else (model,)
     return sum_counts(model, [_count(own, options) for own in models])
@@ -201,7 +220,7 @@ def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
 
 
 def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
-    """Counts of the different models of a group, once and of all copies."""
+    """The sums of the counts of a group's models: each model once, and for all copies."""
     copies = counts
     if isinstance(model, GroupModel):
         copies = [counts[member.model] for member in model.members]
@@ -212,14 +231,20 @@ def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
 
 
 def require_patches(model: Model) -> PatchModel:
-    """A model that has points at parameters; raises `InvalidRequest`: `not_parametric`."""
+    """The patches of a surface that can be evaluated at parameters.
+
+    Refuses groups, tubes and ribbons (`InvalidRequest`: `not_parametric`).
+    """
     if isinstance(model, GroupModel):
         raise InvalidRequest(NOT_PARAMETRIC)
     return require_all_patches(model)
 
 
 def require_all_patches(model: Model) -> PatchModel:
-    """All patches in the coordinates of the model; raises `InvalidRequest`: `not_parametric`."""
+    """All patches of a model, in its coordinates; those of a group become one model.
+
+    Refuses tubes and ribbons (`InvalidRequest`: `not_parametric`).
+    """
     try:
         return to_patches(model)
     except InvalidRequest as error:

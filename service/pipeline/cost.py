@@ -1,7 +1,8 @@
-"""The cost of a request, from the shapes of its surface, before anything is allocated.
+"""The cost of a request, estimated from the shapes of its surface before memory is allocated.
 
-Bounds are coarse and safe. They count the vertices, the faces and the bytes of the file. The bound
-of memory is a number of bytes for each of these, in the step of the work that takes most.
+All costs are upper bounds, coarse and safe. First the vertices, the faces and the bytes of the file
+are counted. Then the memory is estimated: each of these takes a certain number of bytes in the step
+of the work that needs most memory.
 """
 
 import sys
@@ -21,42 +22,44 @@ from service.pipeline.limits import Limits
 from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
 from service.surface.sizes import SurfaceSize
 
-SCRATCH, LEAST = 16 << 20, 1 << 19
-"""Bytes of work arrays: at most 4 times the bytes of the results plus `LEAST`, and never more than
-`SCRATCH`."""
+MAX_SCRATCH_BYTES, MIN_SCRATCH_BYTES = 16 << 20, 1 << 19
+"""Temporary arrays take at most 4 times the bytes of the results plus `MIN_SCRATCH_BYTES`, and
+never more than `MAX_SCRATCH_BYTES`."""
 
-SEAMS = 1000
+SEAM_BYTES = 1000
 """Bytes for each patch while shared edges are found."""
 
-VERTEX, FACE, RIM, LINE = 80, 40, 280, 100
-"""Bytes for each vertex while a mesh is built, beside its own numbers; for each triangle while open
-edges are counted; for each triangle along the border of a patch that folds; and for each point,
-segment and cell of lines."""
+VERTEX_BYTES, FACE_BYTES, RIM_BYTES, LINE_BYTES = 80, 40, 280, 100
+"""Bytes, while a mesh is built: for each vertex, in addition to its numbers; for each triangle,
+while open edges are counted; for each triangle along the border of a patch that folds; and for each
+point, segment and cell of lines."""
 
-STATION = 240
-"""Bytes for each vertex that is swept along a curve."""
+STATION_BYTES = 240
+"""Bytes for each vertex of a tube or ribbon, in addition, while it is built."""
 
-WRITTEN, TEXT = 64, 6 << 20
-"""Bytes for each vertex while a file is written, beside the file; and of one batch of its text."""
+WRITING_BYTES, TEXT_BYTES = 64, 6 << 20
+"""Bytes, while a file is written, in addition to the file: for each vertex; and for one batch of
+text."""
 
-CERTIFIED, CELLS = 416, 16 << 20
-"""Bytes for each triangle of a mesh by tolerance while it is proved; and the bytes of its cells,
-which do not depend on the number of triangles."""
+PROOF_BYTES, CELL_ARRAY_BYTES = 416, 16 << 20
+"""Bytes for a mesh by tolerance: for each triangle, while its bound is proved; and for arrays of
+cells, whose size does not depend on the number of triangles."""
 
-SHARE = 3
-"""The size of a mesh by tolerance or of a curve is not known beforehand: it may take 1/SHARE of the
-memory that a request may take. A mesh by tolerance may always take as much as its surface."""
+MEMORY_SHARE = 3
+"""The size of a mesh by tolerance, or of a curve by tolerance, is not known before. Such a mesh or
+curve may take 1/`MEMORY_SHARE` of the memory that a request may take; a mesh may always take as
+much as its surface."""
 
-COARSEST, LEAST_BYTES = 64, 1
-"""The most triangles for each patch of the coarsest mesh by tolerance; and the fewest bytes for a
-triangle in any format."""
+COARSEST_TRIANGLES, MIN_TRIANGLE_BYTES = 64, 1
+"""The most triangles that the coarsest mesh by tolerance has for each patch; and the fewest bytes
+of a triangle in any format."""
 
-EFFORT, TRIANGLE = 2, 5_000
-"""A mesh by tolerance, or the search for a mesh within a budget, may take `EFFORT` times the
-multiplications of other work; one triangle takes at least `TRIANGLE` multiplications."""
+EFFORT_FACTOR, TRIANGLE_EFFORT = 2, 5_000
+"""A mesh by tolerance, or the search for a mesh within a budget, may take `EFFORT_FACTOR` times the
+multiplications of other work; one triangle takes at least `TRIANGLE_EFFORT` multiplications."""
 
-POINT, CONVERTED = 700, 100
-"""Bytes for each point of a curve, and for each number of a conversion."""
+POINT_BYTES, CONVERSION_BYTES = 700, 100
+"""Bytes for each point of a curve; and for each number of the surfaces of a conversion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,13 +69,13 @@ class Cost:
     Attributes
     ----------
     vertices, triangles : int
-        Numbers of vertices and triangles of the result.
+        Number of vertices, and of triangles, of the result.
     bytes : int
         Bytes of the file.
     memory : int
-        Bytes at the peak: patches, mesh and file; not the surface itself.
+        The most bytes in use at one time, for patches, mesh and file; without the surface itself.
     work : float
-        Seconds of one processor, roughly.
+        Approximate time of one processor, in seconds.
     """
 
     vertices: int
@@ -83,18 +86,21 @@ class Cost:
 
 
 def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
-    """Bytes of lowering: its peak, or the patches with their shared edges and `other` bytes."""
-    patches = size.arrays + SEAMS * size.patches + 4 * size.sides
-    return LEAST + max(size.peak, patches + other)
+    """The most bytes in use while a surface is lowered, and afterwards.
+
+    Afterwards the patches, the data of their shared edges and `other` bytes are in use.
+    """
+    patches = size.arrays + SEAM_BYTES * size.patches + 4 * size.sides
+    return MIN_SCRATCH_BYTES + max(size.peak, patches + other)
 
 
 def compression_cost(length: int) -> Cost:
-    """The cost of a response of `length` bytes in another coding."""
+    """The cost of compressing a response of `length` bytes."""
     return Cost(0, 0, length, with_scratch(2 * length), 1e-3 + length * 5e-8)
 
 
 def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
-    """The cost of a surface as JSON: 8 bytes become at most 32 characters."""
+    """The cost of writing a surface as JSON: 8 bytes become at most 32 characters."""
     most = min(
         1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes, limits.max_bytes
     )
@@ -102,13 +108,19 @@ def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
 
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
-    """The cost of a polyline of `points` points; its Bézier pieces have `numbers` numbers."""
-    memory = with_scratch(8 * numbers + POINT * points + 2 * file)
+    """The cost of sampling a curve of this degree at `points` points.
+
+    Its Bézier pieces have together `numbers` numbers; `file` is the number of bytes of the file.
+    """
+    memory = with_scratch(8 * numbers + POINT_BYTES * points + 2 * file)
     return Cost(points, 0, file, memory, 5e-4 + points * degree * 2e-6)
 
 
 def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int:
-    """The most control points of a surface during some operations, counted patch by patch."""
+    """Upper bound of the control points that a surface has before or after any of the operations.
+
+    Control points that patches share are counted for each patch.
+    """
     (p, q), patches = size.degree, max(1, size.patches)
     most = patches * (p + 1) * (q + 1)
     for operation in operations:
@@ -123,22 +135,27 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 
 
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
-    """The cost of a conversion with at most `points` control points at any step."""
+    """The cost of a conversion whose surfaces have at most `points` control points at each step."""
     numbers = (4 + size.width) * points
-    memory = with_scratch(size.peak + CONVERTED * numbers)
+    memory = with_scratch(size.peak + CONVERSION_BYTES * numbers)
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
 
 
 def most_converted_points(size: SurfaceSize, limits: Limits) -> int:
-    """Control points that the memory allows a surface to have after a conversion."""
-    return max(0, limits.max_memory - SCRATCH - size.peak) // (CONVERTED * (4 + size.width))
+    """The most control points that a surface can have after a conversion, by the memory limit."""
+    return max(0, limits.max_memory - MAX_SCRATCH_BYTES - size.peak) // (
+        CONVERSION_BYTES * (4 + size.width)
+    )
 
 
 def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits: Limits) -> Cost:
-    """The cost of an estimate; for patches that fold, counting their vertices takes most."""
+    """The cost of an estimate for `formats` formats.
+
+    Most memory is needed to count the vertices of patches that fold.
+    """
     most = mesh_counts(size, options)
     counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
-    memory = with_scratch(lowering_memory(size) + VERTEX // 2 * counted)
+    memory = with_scratch(lowering_memory(size) + VERTEX_BYTES // 2 * counted)
     work = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         work += 1e-4 * size.patches + 5e-3
@@ -153,10 +170,23 @@ def mesh_cost(
     file: int,
     form: tuple[Format, EncodeOptions],
 ) -> Cost:
-    """The cost of a mesh of this size and its file; a flattened group is built twice."""
+    """The cost of a mesh of this size, and of its file.
+
+    Parameters
+    ----------
+    size : SurfaceSize
+        The size of the surface.
+    options : MeshOptions
+    mesh : MeshSize
+        Upper bounds of the counts of the mesh.
+    file : int
+        Upper bound of the bytes of the file.
+    form : (Format, EncodeOptions)
+    """
     fmt, encode = form
     degree = max(size.degree)
-    # Small meshes without a plan take less than this; large ones run in a thread anyway.
+    # Only for small meshes the time matters, as it decides whether they run in a thread. They take
+    # less than this, even if their plan is not cached.
     work = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
         work += 2e-3 * size.members
@@ -164,26 +194,29 @@ def mesh_cost(
     if options.method != "matrix":
         work *= 10 * degree
     faces = mesh.triangles + 2 * mesh.quads
-    lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
+    lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     if encode.exact and fmt.encode_exact is not None:
-        memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT, 8 * file)
+        memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT_BYTES, 8 * file)
         return Cost(0, 0, file, lowering_memory(size, memory), work)
+    # A group in a format without nodes: its meshes are built, and then joined to one mesh.
     flat = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
     numbers += 2 * options.uvs + 2 * options.curvatures
     row = (8 if flat or not fmt.single else 4) * numbers
     mesh_bytes = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
-    rims = RIM * min(faces, 8 * (ru + rv) * mesh.patches)
-    # Normals and curvatures that are limits are computed in batches, before faces are built.
-    beside = VERTEX * mesh.vertices + max(FACE * faces, rims)
-    limits = min(SCRATCH, 2000 * size.control_points)
-    limits += min(SCRATCH, 1000 * mesh.vertices) * options.curvatures
+    rims = RIM_BYTES * min(faces, 8 * (ru + rv) * mesh.patches)
+    # Before the faces are built, normals and curvatures at degenerate points are computed in
+    # batches.
+    beside = VERTEX_BYTES * mesh.vertices + max(FACE_BYTES * faces, rims)
+    limits = min(MAX_SCRATCH_BYTES, 2000 * size.control_points)
+    limits += min(MAX_SCRATCH_BYTES, 1000 * mesh.vertices) * options.curvatures
     built = (2 + 2 * flat) * mesh_bytes + max(beside, limits)
-    if options.method == "de_casteljau":  # it keeps several levels of nets for at least 64 samples
+    if options.method == "de_casteljau":
+        # The method keeps several levels of nets, for at least 64 samples.
         built += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
-        built += STATION * (mesh.vertices + mesh.patches)
+        built += STATION_BYTES * (mesh.vertices + mesh.patches)
     memory = max(built, mesh_bytes + _writing_memory(mesh, file, fmt, encode))
     return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
 
@@ -195,19 +228,35 @@ def adaptive_cost(
     form: tuple[Format, EncodeOptions],
     limits: Limits,
 ) -> Cost:
-    """The cost of a mesh by tolerance: as many triangles as limits, budget and memory allow."""
+    """The cost of a mesh by tolerance with the most triangles that limits, budget and memory allow.
+
+    Parameters
+    ----------
+    size : SurfaceSize
+        The size of the surface.
+    options : MeshOptions
+    mesh : MeshSize
+        Numbers of patches, names and overlays of the mesh.
+    form : (Format, EncodeOptions)
+    limits : Limits
+
+    Raises
+    ------
+    TooLarge
+        `too_much_memory`: the memory limit allows fewer than two triangles.
+    """
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
     empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     least = fmt.byte_bound(empty, encode)
     rise = -(-(fmt.byte_bound(large, encode) - least) >> 16) + 1
-    # The search for a mesh within a budget keeps its best file so far, and the coarsest one.
+    # The search for a mesh within a budget keeps two more files: the best one and the coarsest one.
     files = 4 if accuracy.is_budgeted else 2
-    lines = LINE * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
+    lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface = lowering_memory(size)
-    fixed = surface + CELLS + files * least + lines
-    one = CERTIFIED + 8 * size.width + files * rise
+    fixed = surface + CELL_ARRAY_BYTES + files * least + lines
+    one = PROOF_BYTES + 8 * size.width + files * rise
     limits.check_memory(fixed + 2 * one, "The mesh", accuracy.pointer, "a smaller surface")
-    memory = max(limits.max_memory // SHARE, min(fixed + surface, limits.max_memory))
+    memory = max(limits.max_memory // MEMORY_SHARE, min(fixed + surface, limits.max_memory))
     most = min(adaptive_triangles(accuracy, limits, mesh.patches), (memory - fixed) // one)
     file = min(least + rise * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
     vertices = min(limits.max_vertices, most + 2 * mesh.patches)
@@ -215,21 +264,26 @@ def adaptive_cost(
 
 
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> int:
-    """Triangles that a mesh by tolerance may have, without regard to memory.
+    """The most triangles that limits and budget allow for a mesh by tolerance; memory is ignored.
 
-    The coarsest mesh is built even if it has more triangles than the budget: the error then says
-    which budget it needs.
+    The coarsest mesh of `patches` patches is always allowed, even if it exceeds the budget, because
+    the error must name the budget that it needs.
     """
-    # A closed surface has two triangles a vertex, an open one fewer.
-    most = min(2 * limits.max_vertices, EFFORT * limits.max_multiplications // TRIANGLE)
+    # A closed mesh has about two triangles for each vertex, an open mesh fewer.
+    most = min(
+        2 * limits.max_vertices, EFFORT_FACTOR * limits.max_multiplications // TRIANGLE_EFFORT
+    )
     budget = most if accuracy.max_triangles is None else accuracy.max_triangles
     if accuracy.max_bytes is not None:
-        budget = min(budget, accuracy.max_bytes // LEAST_BYTES + 1)
-    return min(most, max(budget, COARSEST * patches))
+        budget = min(budget, accuracy.max_bytes // MIN_TRIANGLE_BYTES + 1)
+    return min(most, max(budget, COARSEST_TRIANGLES * patches))
 
 
 def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
-    """Counts of a mesh by tolerance of `triangles` triangles; each adds at most one vertex."""
+    """The size of a mesh by tolerance with this number of triangles.
+
+    Each triangle adds at most one vertex. Patches, names and attributes are those of `mesh`.
+    """
     lines = triangles if "boundary" in options.overlays or options.has_wires else 0
     return replace(
         mesh,
@@ -242,7 +296,7 @@ def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshS
 
 
 def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
-    """The fewest samples that a mesh can have, before any are welded."""
+    """The number of samples of a mesh, before vertices are added at bends or removed by welding."""
     ru, rv = options.resolution
     swept = size.stations * ru
     if not options.has_faces:
@@ -255,10 +309,10 @@ def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
 
 
 def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
-    """Vertices, triangles and quads at most.
+    """Upper bounds of the vertices, triangles and quads of a mesh by resolution.
 
-    Exact for patches that meet nowhere and have as many divisions along u as along v. Welding and
-    collapsed sides only reduce the counts.
+    The bounds are exact for patches that do not meet, with equal divisions along u and v. Welding
+    and collapsed sides only reduce the counts.
     """
     (ru, rv), quads = options.resolution, options.faces == "quads"
     vertices, faces, cells, most = least_vertices(size, options), 0, 0, max(ru, rv)
@@ -266,8 +320,8 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
         cells, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
         faces = size.triangles * most**2 + (border if quads else 2 * cells)
         if ru != rv:
-            # A neighbour may divide two edges more finely: then these have samples of their own,
-            # and a grid of one division gets a line of samples inside.
+            # Neighbours may divide two of the four edges more finely, which adds samples on these
+            # edges. A grid of one division then also gets a line of samples inside.
             vertices += size.grids * (2 * most + (most + 1) * (min(ru, rv) < 2))
             cells, faces = max(cells, vertices), 2 * vertices
     swept = size.stations * ru + size.rings
@@ -277,7 +331,10 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
 def mesh_size(
     size: SurfaceSize, options: MeshOptions, fmt: Format, counts: Counts | None = None
 ) -> MeshSize:
-    """Counts of a mesh and its overlays; `counts` of the surface replace the upper bounds."""
+    """Upper bounds of the counts of a mesh and its overlays.
+
+    `counts`, if given, replace the bounds of `mesh_counts` for the faces of the surface.
+    """
     counts = counts or mesh_counts(size, options)
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0
@@ -296,7 +353,7 @@ def mesh_size(
         if options.has_solid_wires:
             more = count_most_solids(curves, samples, options)
             vertices, triangles, quads = vertices + more[0], triangles + more[1], quads + more[2]
-            # A tube is a grid between two bends, and one at each end.
+            # A tube has a grid for its side and a grid at each end.
             patches += 3 * curves
         else:
             points, segments = points + samples, segments + samples - curves
@@ -321,17 +378,17 @@ def mesh_size(
 
 
 def _writing_memory(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
-    """Bytes of a file, and of the arrays from which it is written."""
+    """The most bytes in use while a file is written: the file and the arrays for writing it."""
     faces = 12 * (mesh.triangles + 2 * mesh.quads)
     memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
     if encode.compression != "none":
-        memory += 2 * file + WRITTEN * mesh.vertices + faces
+        memory += 2 * file + WRITING_BYTES * mesh.vertices + faces
     if not fmt.compact:
-        memory += WRITTEN * mesh.vertices + faces + min(TEXT, 8 * file)
-        memory += LINE * (mesh.patches + mesh.overlay_cells)
+        memory += WRITING_BYTES * mesh.vertices + faces + min(TEXT_BYTES, 8 * file)
+        memory += LINE_BYTES * (mesh.patches + mesh.overlay_cells)
     return memory
 
 
 def with_scratch(other: int) -> int:
-    """`other` bytes, and the bytes of the work arrays beside them."""
-    return other + min(SCRATCH, LEAST + 4 * other)
+    """`other` bytes of results, plus the bytes of the temporary arrays for computing them."""
+    return other + min(MAX_SCRATCH_BYTES, MIN_SCRATCH_BYTES + 4 * other)

@@ -1,4 +1,4 @@
-"""The file of a curve: points, tangents and lengths as JSON, or lines in another format."""
+"""The file of a curve: its points, tangents and arc lengths as JSON, or lines in another format."""
 
 from dataclasses import dataclass
 
@@ -7,21 +7,21 @@ from service.engine.curves.options import CurveOptions
 from service.engine.curves.trace import choose_samples, trace_curve
 from service.errors import Issue
 from service.measuring import Measured
-from service.pipeline.cost import POINT, SCRATCH, SHARE, Cost, curve_cost
+from service.pipeline.cost import MAX_SCRATCH_BYTES, MEMORY_SHARE, POINT_BYTES, Cost, curve_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.surface.curve import Curve
 
 EASY_DEGREE = 8
-"""Beyond this degree, the certificate costs each sample the third power of the degree."""
+"""Above this degree, the time of each sample grows with the third power of the degree."""
 
-POINT_EFFORT, SQUARE = 3_000, 50
-"""Multiplications that measure a curve between two samples: `POINT_EFFORT`, plus `SQUARE` times the
-square of the degree."""
+POINT_EFFORT, SQUARE_EFFORT = 3_000, 50
+"""The multiplications that measure a curve between two samples are `POINT_EFFORT`, plus
+`SQUARE_EFFORT` times the square of the degree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CurveWork:
-    """The work of a file of a curve with at most `most` points, within the limits."""
+    """The work of making the file of a curve with at most `max_points` points, and its cost."""
 
     curve: Curve
     options: CurveOptions
@@ -31,12 +31,14 @@ class CurveWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The file.
+        """Sample the curve, and write the file.
 
         Raises
         ------
-        InvalidRequest, TooLarge
-            If the tolerance cannot be met, or needs more points than are allowed.
+        InvalidRequest
+            The tolerance is below the rounding of the points.
+        TooLarge
+            The tolerance needs too many points.
         """
         pieces, single = self.curve.lower(), self.fmt.single
         with Measured("curve"):
@@ -50,24 +52,27 @@ class CurveWork:
 def plan_curve(
     curve: Curve, options: CurveOptions, fmt: CurveFormat, limits: Limits = DEFAULT_LIMITS
 ) -> CurveWork:
-    """Plans a file of a curve; checks limits by the shapes of the curve.
+    """Plan the file of a curve: estimate the cost from shapes, and check the limits.
 
     Raises
     ------
     TooLarge
+        The curve or the file exceeds a limit.
     """
-    pieces = curve.lower()  # cached since the curve was built
+    pieces = curve.lower()  # takes no time: the curve was lowered when it was created
     degree, numbers = pieces.degree, pieces.points.size
     hard = max(1.0, (degree / EASY_DEGREE) ** 3)
-    effort = POINT_EFFORT + SQUARE * degree**2
+    effort = POINT_EFFORT + SQUARE_EFFORT * degree**2
     most = max(2, min(int(limits.max_vertices / hard), limits.max_multiplications // effort))
     points = pieces.count * options.resolution + 1
     if options.tolerance is not None:
-        # Their number is not known: take the most points that a part of the memory holds.
-        each = POINT + 2 * (_file(curve, fmt, 1001) - _file(curve, fmt, 1)) // 1000
-        room = limits.max_memory // SHARE - 8 * numbers - SCRATCH
+        # The number of points is not known before: allow those that fit into a share of the memory.
+        each = (
+            POINT_BYTES + 2 * (_count_bytes(curve, fmt, 1001) - _count_bytes(curve, fmt, 1)) // 1000
+        )
+        room = limits.max_memory // MEMORY_SHARE - 8 * numbers - MAX_SCRATCH_BYTES
         points = most = max(2, min(most, room // each))
-    file = min(_file(curve, fmt, points), limits.max_bytes)
+    file = min(_count_bytes(curve, fmt, points), limits.max_bytes)
     cost = curve_cost(points, degree, numbers, file)
     work = CurveWork(curve, options, fmt, limits, most, cost)
     if options.tolerance is None:
@@ -78,15 +83,15 @@ def plan_curve(
 
 
 def _check_curve(work: CurveWork, points: int) -> None:
-    """Refuses more points or more bytes than are allowed."""
+    """Refuse a polyline with more points, or a file with more bytes, than the limits allow."""
     where = "/resolution" if work.options.tolerance is None else "/tolerance"
     issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
     check_count(points, work.max_points, "points", issue)
-    most = _file(work.curve, work.fmt, points)
+    most = _count_bytes(work.curve, work.fmt, points)
     message = f"The response as {work.fmt.name} could become too large."
     work.limits.check_bytes(most, message, where)
 
 
-def _file(curve: Curve, fmt: CurveFormat, points: int) -> int:
-    """Most bytes of the file of a polyline of `points` points."""
+def _count_bytes(curve: Curve, fmt: CurveFormat, points: int) -> int:
+    """The most bytes of a file with a polyline of `points` points."""
     return fmt.byte_bound(CurveSize(points, len(curve.name.encode())))

@@ -1,4 +1,4 @@
-"""Surfaces as JSON documents: after a conversion, or unchanged."""
+"""Surfaces as JSON documents: after a conversion, or without change."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ from service.surface.group import GroupSurface
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ConversionWork:
-    """The work of a conversion within the limits; `run` checks each step before it makes it."""
+    """The work of a conversion; `run` checks the size of each result before computing it."""
 
     surface: Surface
     operations: Sequence[Operation]
@@ -34,12 +34,14 @@ class ConversionWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The surface after the operations, as a JSON document that is a body for other requests.
+        """Convert the surface, and write it as a JSON document.
+
+        The document can be the body of other requests.
 
         Raises
         ------
         InvalidRequest, TooLarge
-            The pointers, `/operations/…`, point into the request.
+            With pointers `/operations/…` into the request.
         """
         converted = convert(self.surface, self.operations, self.allowed)
         return _write_document(converted, self.limits, "/operations")
@@ -51,7 +53,7 @@ def plan_conversion(
     allowed: SizeLimits,
     limits: Limits = DEFAULT_LIMITS,
 ) -> ConversionWork:
-    """Plans a conversion; checks limits by the shapes of the surface.
+    """Plan a conversion: estimate its cost from the shapes of the surface, and check the limits.
 
     Raises
     ------
@@ -63,7 +65,7 @@ def plan_conversion(
     size = surface.size()
     if size.curves:
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
-    # A step with more control points than the memory holds is refused as too large.
+    # A result with more control points than fit into memory is refused as too large.
     most = min(allowed.control_points, most_converted_points(size, limits))
     cost = conversion_cost(size, min(most, conversion_points(size, operations)), limits)
     allowed = replace(allowed, control_points=most)
@@ -72,29 +74,30 @@ def plan_conversion(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DefinitionWork:
-    """The work of writing a surface as JSON, and its cost."""
+    """The work of writing a surface as a JSON document, and its cost."""
 
     surface: Surface
     limits: Limits
     cost: Cost
 
     def run(self) -> bytes:
-        """The document.
+        """Write the document.
 
         Raises
         ------
         TooLarge
+            The document may have too many bytes.
         """
         return _write_document(self.surface, self.limits, "/id")
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
-    """Plans the JSON document of a surface."""
+    """Plan writing a surface as a JSON document: estimate the cost."""
     return DefinitionWork(surface, limits, definition_cost(surface.stored_size(), limits))
 
 
 def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:
-    """The surface as a JSON document; raises `TooLarge`, pointing at `where`."""
+    """The surface as a JSON document; raises `TooLarge` with the pointer `where`."""
     document = {"surface": definition(surface)}
     message = "The surface could become too large as JSON."
     limits.check_bytes(json_bound(document), message, where)

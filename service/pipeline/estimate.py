@@ -1,4 +1,4 @@
-"""The size of a mesh before it is made, and the reasons for which it would be refused."""
+"""Estimates the size of a mesh without making it, and lists the reasons to refuse it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -25,24 +25,25 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
-from service.pipeline.cost import EFFORT, Cost, adaptive_triangles, estimate_cost, mesh_size
+from service.pipeline.cost import EFFORT_FACTOR, Cost, adaptive_triangles, estimate_cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import PLAIN, keep_storable_channels, plan_mesh
-from service.pipeline.mesh_sizes import estimate_stored_size, member_shares
+from service.pipeline.mesh_sizes import estimate_stored_size, shares_meshes
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 from service.surface.sweep_model import SweepModel
 
 ROUNDING_SHARE = 2.0**-16
-"""A tolerance above this share of the largest coordinate is above all rounding."""
+"""A tolerance above this share of the largest coordinate is larger than all rounding."""
 
 GRID_SHARE = 4
-"""A tolerance leaves room for quantizing if it is at least this many times the largest error."""
+"""A tolerance of at least this factor times the largest error of quantizing leaves enough room for
+quantizing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A reason for a refusal, and the formats that it applies to."""
+    """A reason to refuse a mesh, and the formats for which it would be refused."""
 
     formats: tuple[str, ...]
     issue: Issue
@@ -61,18 +62,19 @@ class Estimate:
     Attributes
     ----------
     counts : Counts
+        The numbers of vertices, triangles and quads.
     exact : bool
-        Whether the counts will be those of the report; if not, they are upper bounds.
-    sizes : tuple of (name of a format, bytes, whether they are exact)
-        For the formats that can store the mesh; upper bounds unless exact.
-    memory : tuple of (name of a format, bytes)
-        An upper bound for each format in which the mesh would be returned.
+        Whether the counts are exact; if not, they are upper bounds.
+    sizes : tuple of (format name, bytes, is_exact)
+        The bytes of the file in each format that can store the mesh; upper bounds unless exact.
+    memory : tuple of (format name, bytes)
+        Upper bounds of the memory, for each format in which the service would return the mesh.
     refusals : tuple of Refusal
         Each reason once, with its formats.
     accepted : bool
-        Whether there is a format in which the mesh would be returned.
+        Whether the service would return the mesh in at least one format.
     certain : bool
-        Whether an accepted mesh cannot be refused later.
+        Whether `accepted` is sure: no later check can refuse the mesh.
     """
 
     counts: Counts
@@ -86,16 +88,19 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class _Prediction:
-    """Expected counts of a mesh.
+    """Exact counts or upper bounds of a mesh.
 
     Attributes
     ----------
     once, copies : Counts
-        Counts with every distinct surface once, and with all its copies.
-    exact, certain : bool
-        As in `Estimate`.
+        The counts if each distinct surface of a group counts once, and if all copies count.
+    exact : bool
+        Whether the counts are exact.
+    certain : bool
+        Whether no later check can refuse the mesh.
     pieces : int or None
-        For a mesh by tolerance: segments of the boundary in addition to those of its bound.
+        For a mesh by tolerance: upper bound of the points and segments of lines, in addition to
+        those that `MeshSize` already has.
     """
 
     once: Counts
@@ -105,9 +110,10 @@ class _Prediction:
     pieces: int | None = None
 
     def within(self, size: MeshSize, *, shared: bool) -> MeshSize:
-        """The upper bound `size`, in which smaller counts of this prediction replace larger ones.
+        """The upper bounds `size`, with the smaller counts of this prediction where they apply.
 
-        Welded vertices are stored several times where their normals differ.
+        Vertices of a mesh by resolution stay as in `size`, because a file stores a welded vertex
+        several times if its normals differ. `shared` says whether copies share one mesh.
         """
         counts, pieces = self.once if shared else self.copies, self.pieces or 0
         if not self.exact and self.pieces is None:
@@ -124,7 +130,7 @@ class _Prediction:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EstimateWork:
-    """The work of an estimate, and its cost."""
+    """The work of estimating a mesh in several formats, and its cost."""
 
     surface: SurfaceKind
     options: MeshOptions
@@ -134,9 +140,10 @@ class EstimateWork:
     cost: Cost
 
     def run(self) -> Estimate:
-        """The sizes of the files of each format, and the refusals.
+        """Estimate the size of the file in each format, and list the refusals.
 
-        This finds shared edges and evaluates no points, so it costs much less than the mesh.
+        The estimate finds the shared edges but evaluates no points. So it takes much less time than
+        the mesh.
         """
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
         model, is_joined = surface.lower(), False
@@ -152,7 +159,8 @@ class EstimateWork:
         largest = mesh_size(surface.size(), options, self.formats[0], bounds[1])
         expected = self._predict(model, largest)
         if is_joined:
-            # Members that meet each have vertices on their common border.
+            # Each of two members that meet has vertices on the common border, so only the upper
+            # bounds are known.
             expected = _Prediction(*bounds, exact=False, certain=expected.certain)
         sizes: list[tuple[str, int, bool]] = []
         memory: list[tuple[str, int]] = []
@@ -172,7 +180,7 @@ class EstimateWork:
                     refused.setdefault(issue, []).append(fmt.name)
                 if not isinstance(error, TooLarge):
                     continue
-            shared = member_shares(fmt, encode)
+            shared = shares_meshes(fmt, encode)
             stored = estimate_stored_size(surface, options, fmt, encode)
             size = mesh_size(stored, carried_options, fmt, bounds[0] if shared else bounds[1])
             most = fmt.byte_bound(expected.within(size, shared=shared), encode)
@@ -185,15 +193,16 @@ class EstimateWork:
         return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
 
     def _predict(self, model: Model, size: MeshSize) -> _Prediction:
-        """Bounds of the mesh of a model that has at most this size.
+        """Predict the counts of the mesh of a model, which are at most those of `size`.
 
-        Exact with a resolution, except for sweeps and wires with faces, whose corners are counted
-        only when they are built, and for meshes that exceed the limits.
+        For a mesh by resolution the prediction is exact, with these exceptions: tubes, ribbons and
+        solid wires, whose corners are counted only while they are built; and meshes that exceed the
+        limits.
 
         Raises
         ------
         InvalidRequest
-            `tolerance_too_small`, as for the mesh.
+            `tolerance_too_small`, as when the mesh is made.
         """
         options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
         patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]
@@ -201,7 +210,7 @@ class EstimateWork:
         if len(patches) < len(models) or isinstance(model, SweepModel):
             return _Prediction(most, most, exact=False)
         if options.accuracy is not None:
-            return self._by_tolerance(model, patches, options.accuracy)
+            return self._predict_by_tolerance(model, patches, options.accuracy)
         if options.has_solid_wires or size.vertices > self.limits.max_vertices:
             return _Prediction(most, most, exact=False)
         counts = [
@@ -211,10 +220,10 @@ class EstimateWork:
         certain = not options.curvatures or is_affordable(patches, size.vertices)
         return _Prediction(*sum_counts(model, counts), exact=True, certain=certain)
 
-    def _by_tolerance(
+    def _predict_by_tolerance(
         self, model: PatchModel | GroupModel, patches: list[PatchModel], accuracy: Accuracy
     ) -> _Prediction:
-        """Upper bounds of a mesh by tolerance; they are at most the limits."""
+        """Upper bounds of the counts of a mesh by tolerance; they do not exceed the limits."""
         options, limits = self.options, self.limits
         moved = find_grid_error(model, options) if self.encode.quantize else 0.0
         try:
@@ -225,7 +234,7 @@ class EstimateWork:
         if not (options.has_faces or options.has_wires):
             return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)
         allowed = adaptive_triangles(accuracy, limits)
-        # Meshes by budget or angle have no other bound.
+        # For a budget or an angle tolerance, the only bound of the triangles is `allowed`.
         bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
         degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
         effort = 16 * (degree + 1) ** 2 * (2 * degree)
@@ -233,14 +242,14 @@ class EstimateWork:
             bounded
             and copies.triangles + copies.points <= allowed
             and copies.vertices + copies.points <= limits.max_vertices
-            and copies.triangles * effort <= EFFORT * limits.max_multiplications
-            and _is_clear_of_rounding(model, accuracy, moved)
+            and copies.triangles * effort <= EFFORT_FACTOR * limits.max_multiplications
+            and _is_above_rounding(model, accuracy, moved)
             and (not options.curvatures or is_affordable(patches, copies.vertices))
         )
 
         def clip(most: MostTriangles) -> Counts:
             triangles = min(most.triangles, allowed) if bounded else allowed
-            # A face of T triangles has T + 2 vertices at most.
+            # A patch of T triangles has at most T + 2 vertices.
             vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
             return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
 
@@ -254,11 +263,12 @@ def plan_estimate(
     limits: Limits = DEFAULT_LIMITS,
     formats: Sequence[Format] = FORMATS,
 ) -> EstimateWork:
-    """Plans an estimate; checks limits by the shapes of the surface.
+    """Plan an estimate: estimate its own cost from shapes, and check the limits.
 
     Raises
     ------
     TooLarge
+        The surface exceeds a limit.
     """
     size = surface.stored_size()
     check_surface(size, limits)
@@ -269,12 +279,20 @@ def plan_estimate(
 def _bound_meshes(
     model: PatchModel | GroupModel, options: MeshOptions, accuracy: Accuracy, moved: float
 ) -> tuple[MostTriangles, MostTriangles]:
-    """Bounds of the stored meshes, and of all copies; rounding moves vertices by `moved`.
+    """Upper bounds of the triangles of a mesh by tolerance.
+
+    `moved` is the largest distance by which quantizing moves a vertex.
+
+    Returns
+    -------
+    once, copies : MostTriangles
+        The bounds if each distinct model of a group counts once, and if all copies count.
 
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if placing takes most of the tolerance; without a pointer.
+        `tolerance_too_small`, without a pointer: the placements of a group magnify the rounding so
+        that little of the tolerance is left.
     """
     goal = build_goal(accuracy, model)
     if isinstance(model, PatchModel):
@@ -287,15 +305,18 @@ def _bound_meshes(
         for submodel, aim in zip(group.models, goals, strict=True)
         if isinstance(submodel, PatchModel)
     ]
-    return _sum(bounds), _sum(bounds[member.model] for member in group.members)
+    return _add_bounds(bounds), _add_bounds(bounds[member.model] for member in group.members)
 
 
-def _sum(bounds: Iterable[MostTriangles]) -> MostTriangles:
+def _add_bounds(bounds: Iterable[MostTriangles]) -> MostTriangles:
     return MostTriangles(*map(sum, zip(*bounds, strict=True)))
 
 
-def _is_clear_of_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
-    """Whether the tolerance leaves room for the rounding of every format."""
+def _is_above_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved: float) -> bool:
+    """Whether the tolerance is so large that the rounding of no format matters.
+
+    `moved` is the largest distance by which quantizing moves a vertex.
+    """
     goal = build_goal(accuracy, model)
     allowed_by_view = inf if goal.view is None else goal.view.rate * goal.view.near
     least = min(goal.tolerance, allowed_by_view)

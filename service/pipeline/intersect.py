@@ -1,4 +1,4 @@
-"""Hits of rays with a surface, as JSON."""
+"""The hits of rays on a surface, as JSON."""
 
 from dataclasses import dataclass
 
@@ -13,16 +13,17 @@ from service.pipeline.project import query_patches
 from service.pipeline.query_costs import HIT_JSON_BYTES, rays_cost
 from service.surface.sizes import SurfaceKind
 
-MOST_RAYS = 100_000
+MAX_RAYS = 100_000
+"""The most rays of a query."""
 
-HITS_PER_RAY, FEWEST_HITS = 8, 10_000
-"""Most hits of a response with all hits: the first number for each ray, but at least the second
-number for all rays together."""
+HITS_PER_RAY, MIN_HITS = 8, 10_000
+"""The most hits of a response with all hits: `HITS_PER_RAY` times the number of rays, or `MIN_HITS`
+if that is more."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class IntersectWork:
-    """The work of a query of rays within the limits, and its cost."""
+    """The work of finding the hits of rays, and its cost."""
 
     surface: SurfaceKind
     query: RayQuery
@@ -30,7 +31,7 @@ class IntersectWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The response as JSON.
+        """Find the hits, and write the response as JSON.
 
         Raises
         ------
@@ -47,19 +48,20 @@ class IntersectWork:
 def plan_intersect(
     surface: SurfaceKind, query: RayQuery, limits: Limits = DEFAULT_LIMITS
 ) -> IntersectWork:
-    """Plans the hits of rays; checks limits by the shapes of the arrays.
+    """Plan the hits of rays: estimate the cost from shapes, and check the limits.
 
     Raises
     ------
     TooLarge
+        The surface or the query exceeds a limit.
     """
     count, where = len(query.origins), "/rays"
     message = "The query has more rays than this service computes at once."
-    most = min(MOST_RAYS, limits.max_points)
+    most = min(MAX_RAYS, limits.max_points)
     check_count(count, most, "rays", Issue("too_many_rays", message, where))
     hits = count
     if not query.only_first:
-        hits = min(max(HITS_PER_RAY * count, FEWEST_HITS), limits.max_bytes // HIT_JSON_BYTES)
+        hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
     size = surface.stored_size()
     check_surface(size, limits)
     cost = rays_cost(3 * size.patches, size.degree, size.peak, count, hits)

@@ -8,21 +8,21 @@ from service.errors import Issue, TooLarge
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The most that one request may take.
+    """The limits of one request.
 
     Attributes
     ----------
     max_vertices, max_bytes : int
-        Vertices and bytes of a result.
+        The most vertices, and the most bytes, of a result.
     max_points : int
-        Points of a query.
+        The most points of a query.
     max_multiplications : int
-        Multiplications of the method `de_casteljau`, a query, a curve, or a sweep along curves:
-        some seconds of work. A mesh by tolerance may take twice as many.
+        The most multiplications for the method `de_casteljau`, a query, a curve, or a sweep along
+        curves; they take some seconds. A mesh by tolerance may take twice this number.
     max_patches : int
-        Bézier patches of a lowered surface.
+        The most Bézier patches of a lowered surface.
     max_memory : int
-        Bytes of memory, the response included.
+        The most bytes of memory, including the response.
     """
 
     max_vertices: int = 4_500_000
@@ -33,22 +33,29 @@ class Limits:
     max_memory: int = sys.maxsize
 
     def check_bytes(self, most: int, message: str, where: str) -> None:
-        """Refuses a response of more bytes than are allowed; `where` points to the cause."""
+        """Refuse a response that may have more than `max_bytes` bytes.
+
+        `where` is the JSON pointer to the cause.
+        """
         if most > self.max_bytes:
             needed = f"at most {self.max_bytes}"
             raise TooLarge(Issue("too_many_bytes", message, where, f"up to {most} bytes", needed))
 
     def check_effort(self, count: int, message: str, where: str, instead: str) -> None:
-        """Refuses work that may take too long; `instead` names requests that take less."""
+        """Refuse work that may need more than `max_multiplications` multiplications.
+
+        `where` is the JSON pointer to the cause; `instead` names requests that take less time.
+        """
         if count > self.max_multiplications:
             needed = f"at most {self.max_multiplications}; {instead}"
             got = f"up to {count} multiplications"
             raise TooLarge(Issue("too_costly", message, where, got, needed))
 
     def check_memory(self, most: int, what: str, where: str, instead: str) -> None:
-        """Refuses work that may take too much memory.
+        """Refuse work that may take more than `max_memory` bytes.
 
-        `what` names the work, `instead` names requests that take less.
+        `what` names the work, `where` is the JSON pointer to the cause, and `instead` names
+        requests that take less memory.
         """
         if most > self.max_memory:
             message = f"{what} would take more memory than this service has for one request."
@@ -60,6 +67,6 @@ DEFAULT_LIMITS = Limits()
 
 
 def check_count(count: int, most: int, unit: str, issue: Issue) -> None:
-    """Refuses a count above `most` with the issue, to which it adds `got` and `needed`."""
+    """Refuse a count above `most`; the texts `got` and `needed` are added to the issue."""
     if count > most:
         raise TooLarge(replace(issue, got=f"{count} {unit}", needed=f"at most {most}"))

@@ -24,16 +24,16 @@ from service.pipeline.query_costs import measure_cost, measure_effort
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 
-PART, SIDE = 800, 600
-"""The most bytes of a response for a part, without its name, and for a side or a border."""
+PART_BYTES, SIDE_BYTES = 800, 600
+"""The most bytes of a response for each part, without its name; and for each side or border."""
 
-POINT = 5000
-"""Multiplications for each control point of a cell, approximately."""
+POINT_EFFORT = 5000
+"""The approximate number of multiplications for each control point of a cell."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeasureWork:
-    """The work of measures of a surface within the limits, and its cost."""
+    """The work of measuring a surface, and its cost."""
 
     surface: SurfaceKind
     query: MeasureQuery
@@ -41,15 +41,15 @@ class MeasureWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The response as JSON.
+        """Measure the surface, and write the response as JSON.
 
         Raises
         ------
         InvalidRequest
             `not_parametric`: a tube or a ribbon has no patches.
         TooLarge
-            `too_costly`: joining cuts the surfaces into too many patches, or the tolerance takes
-            too many cells.
+            `too_costly`: to join borders, the patches are split into too many; or the tolerance
+            needs too many cells.
         """
         try:
             lowered = self.surface.lower()
@@ -59,6 +59,7 @@ class MeasureWork:
             raise error.within("/surface") from None
 
     def _allow(self, model: PatchModel) -> None:
+        """Refuse a model whose patches were split, to join borders, into too many."""
         degrees = [batch.side_degrees for batch in model.batches]
         degree = max(max(each[2:]) for each in degrees), max(max(each[:2]) for each in degrees)
         _check_effort(model.patch_count, degree, self.limits)
@@ -67,76 +68,85 @@ class MeasureWork:
 def plan_measure(
     surface: SurfaceKind, query: MeasureQuery, limits: Limits = DEFAULT_LIMITS
 ) -> MeasureWork:
-    """Plans the measures; checks limits by the shapes of the arrays.
+    """Plan the measures: estimate the cost from shapes, and check the limits.
 
     Raises
     ------
     TooLarge
+        The surface exceeds a limit.
     """
     size = surface.size()
     check_surface(size, limits)
     _check_effort(size.patches, size.degree, limits)
-    file = 1000 + PART * size.parts + LONGEST_ESCAPE * size.name_bytes + 2 * SIDE * MOST_LISTED
+    file = (
+        1000
+        + PART_BYTES * size.parts
+        + LONGEST_ESCAPE * size.name_bytes
+        + 2 * SIDE_BYTES * MOST_LISTED
+    )
     limits.check_bytes(file, "The response could become too large.", "/surface")
-    query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT))
+    query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT_EFFORT))
     cost = measure_cost(size, query.budget, file)
     limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")
     return MeasureWork(surface, query, limits, cost)
 
 
 def _check_effort(patches: int, degree: tuple[int, int], limits: Limits) -> None:
+    """Refuse a surface with too many patches for its degree."""
     message = "The surface has more patches than this service measures at once."
     effort = patches * measure_effort(degree)
     limits.check_effort(effort, message, "/surface", "fewer patches, or patches of a lower degree")
 
 
 def measures_object(measures: Measures) -> dict[str, Any]:
-    """The measures as a JSON object, without volumes and centroids of open surfaces."""
+    """The measures as a JSON object; open surfaces have no volume and no centroid."""
     return {
-        "area": _interval(measures.area),
-        **_solid(measures.volume, measures.centroid),
+        "area": _interval_object(measures.area),
+        **_solid_object(measures.volume, measures.centroid),
         "closed": measures.closed,
-        "boundary_length": _interval(measures.boundary_length),
+        "boundary_length": _interval_object(measures.boundary_length),
         "boundary_count": measures.boundary_count,
         "boundaries": [
             {
-                "length": _interval(each.length),
+                "length": _interval_object(each.length),
                 "edges": each.edges,
                 "closed": each.closed,
-                "first_edge": _side(each.first),
+                "first_edge": _side_object(each.first),
             }
             for each in measures.boundaries
         ],
         "open_edges": measures.open_edges,
         "inconsistent_edges": measures.inconsistent_edges,
         "faulty_edges": [
-            {"open": each.is_open, **_side(each.place)} for each in measures.faulty_edges
+            {"open": each.is_open, **_side_object(each.place)} for each in measures.faulty_edges
         ],
-        "parts": [_part(part) for part in measures.parts],
+        "parts": [_part_object(part) for part in measures.parts],
         "reached": measures.reached,
         "moved": measures.moved,
     }
 
 
-def _part(part: PartMeasures) -> dict[str, Any]:
-    solid = _solid(part.volume, part.centroid)
-    return {"name": part.name, "area": _interval(part.area), **solid}
+def _part_object(part: PartMeasures) -> dict[str, Any]:
+    solid = _solid_object(part.volume, part.centroid)
+    return {"name": part.name, "area": _interval_object(part.area), **solid}
 
 
-def _solid(volume: Interval | None, centroid: tuple[Interval, ...] | None) -> Mapping[str, Any]:
+def _solid_object(
+    volume: Interval | None, centroid: tuple[Interval, ...] | None
+) -> Mapping[str, Any]:
     solid: dict[str, Any] = {}
     if volume is not None:
-        solid["volume"] = _interval(volume)
+        solid["volume"] = _interval_object(volume)
     if centroid is not None:
-        solid["centroid"] = [_interval(coordinate) for coordinate in centroid]
+        solid["centroid"] = [_interval_object(coordinate) for coordinate in centroid]
     return solid
 
 
-def _interval(interval: Interval) -> dict[str, float]:
+def _interval_object(interval: Interval) -> dict[str, float]:
     return {"value": interval.value, "low": interval.low, "high": interval.high}
 
 
-def _side(place: SidePlace) -> dict[str, Any]:
+def _side_object(place: SidePlace) -> dict[str, Any]:
     side: dict[str, Any] = {"side": place.side, "uv": place.uv}
     if place.patch is not None:
         side = {"patch": place.patch, **side}

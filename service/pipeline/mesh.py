@@ -28,20 +28,24 @@ from service.pipeline.checks import (
 )
 from service.pipeline.cost import Cost, mesh_size
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
-from service.pipeline.mesh_sizes import estimate_stored_size, member_shares, plan_sizes
+from service.pipeline.mesh_sizes import estimate_stored_size, plan_sizes, shares_meshes
 from service.schemas.options import MeshOptionFields
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
 
 PLAIN = EncodeOptions()
+"""The default options of a file."""
 
 _get_file_options = attrgetter(*(field.name for field in fields(EncodeOptions)))
-"""The values of the options of a file, in their order."""
+"""Reads from the options of a request the values of all fields of `EncodeOptions`, in order."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeshFile:
-    """A file, the name of its surface, and the report on its mesh (None for exact patches)."""
+    """A file, the name of its surface, and the report on its mesh.
+
+    A file of exact patches has no mesh; its report is None.
+    """
 
     content: Content
     report: MeshReport | None
@@ -50,18 +54,21 @@ class MeshFile:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeshWork:
-    """The work of a mesh that shapes show to be possible and within the limits, and its cost.
+    """The work of making a mesh file, and its cost.
+
+    As far as the shapes of the surface show, the mesh is possible and within the limits.
 
     Attributes
     ----------
     size, stored : MeshSize
-        Upper bounds of all copies of the surfaces in a group, and of what the format stores.
+        Upper bounds of the counts of the mesh, for all copies of the surfaces in a group; and of
+        the counts that the format stores, where copies may share one mesh.
     is_certain : bool
-        Whether the lowered surface allows no better bounds than these.
+        Whether these bounds are final. If not, `check` computes closer bounds from the patches.
     is_possible : bool
-        Whether the request needs no further check once the surface is lowered.
+        Whether the lowered surface needs no check by `check_model`.
     alone : int
-        The bytes of memory in `cost` if no copies meet.
+        The memory in bytes if no members of a group meet; `cost` includes the case that they meet.
     """
 
     surface: SurfaceKind
@@ -77,12 +84,12 @@ class MeshWork:
     cost: Cost
 
     def run(self) -> MeshFile:
-        """The file.
+        """Make the file: lower, check, build, encode.
 
         Raises
         ------
         InvalidRequest, TooLarge
-            The patches, or the mesh by tolerance, are impossible or too large.
+            The patches show that the mesh is impossible or too large.
         """
         model, options = self.lower()
         self.check(model, options)
@@ -99,17 +106,20 @@ class MeshWork:
 
     @property
     def is_exact(self) -> bool:
-        """Whether the format gets the patches themselves."""
+        """Whether the file has the patches themselves, not a mesh."""
         return self.fmt.encode_exact is not None and self.encode.exact
 
     def lower(self) -> tuple[Model, MeshOptions]:
-        """The patches and the options, without data that the format cannot store."""
+        """Lower the surface; model and options get no data that the format cannot store."""
         return keep_storable_channels(self.surface.lower(), self.options, self.fmt)
 
     def check(
         self, model: Model, options: MeshOptions, counts: tuple[Counts, Counts] | None = None
     ) -> None:
-        """Refuses a mesh that its patches show to be too large; see `count_models`."""
+        """Refuse a mesh if its patches show that it is impossible or too large.
+
+        `counts` are the bounds of `count_models`, if the caller has already computed them.
+        """
         if not self.is_possible:
             check_model(model, options, self.limits)
         if self.is_certain:
@@ -118,14 +128,14 @@ class MeshWork:
         fmt, encode = self.fmt, self.encode
         size = mesh_size(self.surface.size(), options, fmt, copies)
         check_vertices(size.vertices + size.overlay_points, self.limits)
-        if member_shares(fmt, encode):
+        if shares_meshes(fmt, encode):
             size = mesh_size(
                 estimate_stored_size(self.surface, options, fmt, encode), options, fmt, once
             )
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
     def check_cut(self, *models: PatchModel) -> None:
-        """Refuses a mesh whose surfaces were joined, and thereby cut into too many patches."""
+        """Refuse a mesh if the engine split its patches, to join borders, into too many."""
         vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
         more = max(1.0, vertices / max(self.stored.vertices, 1))
@@ -135,7 +145,7 @@ class MeshWork:
         self.limits.check_memory(round(self.alone * more), "The mesh", "/resolution", less)
 
     def build(self, model: Model, options: MeshOptions) -> Mesh | Scene:
-        """The mesh, or a scene if the format has nodes."""
+        """Build the mesh; or, for a group in a format with nodes, a scene of several meshes."""
         if options.accuracy is not None:
             return AdaptiveMesher(self, model, options).build(options.accuracy)
         if isinstance(model, GroupModel) and self.fmt.encode_scene is not None:
@@ -147,21 +157,21 @@ class MeshWork:
         return quantize(mesh, model, options) if self.encode.quantize else mesh
 
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:
-        """The mesh as a file."""
+        """Encode the mesh or scene as a file."""
         checkpoint()
         if isinstance(mesh, Mesh):
             return self.fmt.encode(mesh, self.encode)
         return self.fmt.write_scene(mesh, self.encode)
 
     def encode_patches(self, model: Model, options: MeshOptions) -> MeshFile:
-        """The patches as a file."""
+        """Encode the patches themselves as a file."""
         assert self.fmt.encode_exact is not None
         patches = require_all_patches(model)
         content = self.fmt.encode_exact(patches, draw_lines(patches, options))
         return MeshFile(content, None, self.surface.name)
 
     def report(self, mesh: Mesh | Scene) -> MeshReport:
-        """The report on the file: its bound is that of the vertices as they are written."""
+        """The report on the mesh; its bound includes the rounding of the vertices in the file."""
         report = mesh.report
         if report.deviation_bound is None or isinstance(mesh, Scene) or not self.fmt.coarseness:
             return report
@@ -178,18 +188,23 @@ def plan_mesh(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
 ) -> MeshWork:
-    """Plans a mesh; checks options, format and limits by the shapes of the surface.
+    """Plan a mesh: check options and format, estimate the cost, and check the limits.
 
-    Takes microseconds, and allocates nothing large.
+    Only the shapes of the surface are used. Planning takes microseconds and little memory.
 
     Raises
     ------
-    InvalidRequest, TooLarge, UnsupportedByFormat
+    InvalidRequest
+        The options are impossible for this surface.
+    TooLarge
+        The surface or the mesh exceeds a limit.
+    UnsupportedByFormat
+        The format cannot store what the options ask for.
     """
     size = surface.size()
-    different = size if size.members == 1 else surface.stored_size()
-    planned = plan_sizes(size, different, options, (fmt, encode), limits)
-    return MeshWork(surface, options, fmt, encode, limits, *planned)
+    distinct = size if size.members == 1 else surface.stored_size()
+    plan = plan_sizes(size, distinct, options, (fmt, encode), limits)
+    return MeshWork(surface, options, fmt, encode, limits, *plan)
 
 
 def render(
@@ -199,17 +214,20 @@ def render(
     encode: EncodeOptions = PLAIN,
     limits: Limits = DEFAULT_LIMITS,
 ) -> bytes:
-    """The surface as a file; raises what `plan_mesh` and the work raise."""
+    """Plan and make the mesh file of a surface; raises the errors of `plan_mesh` and `MeshWork`."""
     return bytes(plan_mesh(surface, options, fmt, encode, limits).run().content)
 
 
 def encode_options(options: MeshOptionFields) -> EncodeOptions:
-    """The part of the options of a request that the encoders read."""
+    """The options of a request that the encoders read."""
     return EncodeOptions(*_get_file_options(options))
 
 
 def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = allow_any) -> Mesh:
-    """The mesh of a model as the format stores it; `allow` checks models that were cut."""
+    """Build the mesh of a model in the precision and coordinates that the format stores.
+
+    `allow` is called with models whose patches were split to join borders; it may refuse them.
+    """
     mesh = build(model, options, single=fmt.single, allow=allow)
     return mesh if fmt.local else move_to_zero(mesh)
 
@@ -217,17 +235,18 @@ def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = a
 def keep_storable_channels(
     model: Model, options: MeshOptions, fmt: Format
 ) -> tuple[Model, MeshOptions]:
-    """The model and the options, without data beside positions that the format cannot store.
+    """Remove from a model, and from its options, the data that the format cannot store.
 
-    A surface has its colors and attributes in every request, so they are left out and not refused.
-    So they also cause no computation, and no duplicated vertices.
+    Colours and attributes belong to the surface, not to a request, so a format without them does
+    not refuse the surface. If they are removed early, they take no time and duplicate no vertices.
     """
     uvs = options.uvs and "uvs" in fmt.carries
     curvatures = options.curvatures and "attribute" in fmt.carries
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
         model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
-        # A request has the same mesh in all formats, also in those that store less data.
+        # Always, so that a request has the same mesh in all formats, also in those without
+        # curvatures.
         model = add_stretches(model)
     if (uvs, curvatures) != (options.uvs, options.curvatures):
         options = replace(options, uvs=uvs, curvatures=curvatures)

@@ -1,4 +1,4 @@
-"""Sizes and cost of a mesh from the shapes of its surface, within the limits or refused."""
+"""The size and the cost of a mesh, from the shapes of its surface; refuses too large meshes."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -19,12 +19,29 @@ def plan_sizes(
     form: tuple[Format, EncodeOptions],
     limits: Limits,
 ) -> tuple[MeshSize, MeshSize, bool, bool, int, Cost]:
-    """The fields of a `MeshWork` for a surface of these sizes; raises like `plan_mesh`.
+    """Check a mesh against the limits, and compute its size and cost.
 
     The results are cached, because most requests repeat the shape of a surface and the format.
+
+    Parameters
+    ----------
+    complete, distinct : SurfaceSize
+        The size of the surface: if all members of a group count, and if equal members count once.
+    options : MeshOptions
+    form : (Format, EncodeOptions)
+    limits : Limits
+
+    Returns
+    -------
+    size, stored, is_certain, is_possible, alone, cost
+        The fields of a `MeshWork`.
+
+    Raises
+    ------
+    InvalidRequest, TooLarge, UnsupportedByFormat
     """
     fmt, encode = form
-    once = distinct if member_shares(fmt, encode) and not options.curvatures else complete
+    once = distinct if shares_meshes(fmt, encode) and not options.curvatures else complete
     check_surface(distinct, limits)
     check_options(complete, options, fmt, encode)
     size = mesh_size(complete, options, fmt)
@@ -42,7 +59,7 @@ def plan_sizes(
         check_bytes(file, fmt, limits)
     else:
         check_vertices(least_vertices(complete, options), limits)
-        # A mesh that proves larger is refused before it is made.
+        # `MeshWork.check` refuses a larger mesh before it is built, so the limits are bounds.
         most = limits.max_vertices
         stored = replace(
             stored,
@@ -56,22 +73,26 @@ def plan_sizes(
     limits.check_memory(cost.memory, "The mesh", "/resolution", less)
     shared_memory = cost.memory
     if once is not complete and options.weld_tolerance:
-        # Copies that meet are stored separately.
+        # Members of a group that meet cannot share a mesh, so each of them is stored.
         most = min(fmt.byte_bound(size, encode), limits.max_bytes)
         separate_memory = mesh_cost(complete, options, size, most, form).memory
         cost = replace(cost, memory=max(shared_memory, min(separate_memory, limits.max_memory)))
     return size, stored, is_certain, is_possible, shared_memory, cost
 
 
-def member_shares(fmt: Format, encode: EncodeOptions) -> bool:
-    """Whether equal surfaces of a group are stored once."""
+def shares_meshes(fmt: Format, encode: EncodeOptions) -> bool:
+    """Whether the format stores equal surfaces of a group only once."""
     return fmt.encode_scene is not None and not encode.exact
 
 
 def estimate_stored_size(
     surface: SurfaceKind, options: MeshOptions, fmt: Format, encode: EncodeOptions
 ) -> SurfaceSize:
-    """The size of the stored meshes; copies with different curvatures are stored apart."""
-    if member_shares(fmt, encode) and not options.curvatures:
+    """The size of the surfaces whose meshes a file stores.
+
+    If curvatures are written, each member of a group counts, because the curvatures of equal
+    surfaces may differ by their placements.
+    """
+    if shares_meshes(fmt, encode) and not options.curvatures:
         return surface.stored_size()
     return surface.size()

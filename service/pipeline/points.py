@@ -1,4 +1,4 @@
-"""Points, partials, normals and curvatures of a surface at parameters, as JSON."""
+"""Points, partials, normals and curvatures of a surface at given parameters, as JSON."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from service.surface.sizes import SurfaceKind
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointsWork:
-    """The work of a query that the shapes of its arrays show to be within the limits."""
+    """The work of evaluating a surface at given parameters, and its cost."""
 
     surface: SurfaceKind
     query: PointsQuery
@@ -24,14 +24,14 @@ class PointsWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The response as JSON.
+        """Evaluate the surface, and write the response as JSON.
 
         Raises
         ------
         InvalidRequest
-            Where a place lies outside the surface, or on no patch; `not_parametric`.
+            A place is outside the domain, or its patch does not exist; `not_parametric`.
         TooLarge
-            The degrees of the patches on which the places lie are too high.
+            The patches of these places have too high degrees.
         """
         model = require_patches(self.surface.lower())
         places = locate(model, self.query)
@@ -49,11 +49,12 @@ class PointsWork:
 def plan_points(
     surface: SurfaceKind, query: PointsQuery, limits: Limits = DEFAULT_LIMITS
 ) -> PointsWork:
-    """Plans the points of a surface; checks limits by the shapes of the arrays.
+    """Plan the points of a surface: estimate the cost from shapes, and check the limits.
 
     Raises
     ------
     TooLarge
+        The surface or the query exceeds a limit.
     """
     where, count = f"/{query.field}", len(query.places)
     message = "The query has more points than this service computes at once."

@@ -1,4 +1,4 @@
-"""Closest points of a surface or a curve, with intervals of distances."""
+"""Closest points on a surface or a curve, with intervals that contain the distances, as JSON."""
 
 from dataclasses import dataclass, replace
 
@@ -18,22 +18,23 @@ from service.surface.curve import BezierCurve, BsplineCurve, Curve
 from service.surface.lowered import GroupModel, PatchModel
 from service.surface.sizes import SurfaceKind
 
-MOST_POINTS = 100_000
+MAX_POINTS = 100_000
+"""The most points of a query."""
 
-COLUMNS = 16
-"""The most numbers of a point in a response."""
+POINT_NUMBERS = 16
+"""The most numbers that a response has for each point."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ProjectWork:
-    """The work of a query of closest points, within the limits, and its cost."""
+    """The work of a query for closest points, and its cost."""
 
     shape: SurfaceKind | Curve
     query: ProjectQuery
     cost: Cost
 
     def run(self) -> bytes:
-        """The response as JSON.
+        """Find the closest points, and write the response as JSON.
 
         Raises
         ------
@@ -49,7 +50,7 @@ class ProjectWork:
 
 
 def query_patches(surface: SurfaceKind) -> PatchModel:
-    """All patches of a surface, in the numbering of the request.
+    """All patches of a surface as one model, which has the patch numbers of the request.
 
     Raises
     ------
@@ -67,11 +68,11 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
 
 
 def _list_order(group: GroupModel) -> Ints:
-    """The number of each patch of a group in the order of the request."""
+    """For each patch of a group, its number in the request: shape (P,)."""
     order, first = [], 0
     for member in group.members:
         model = group.models[member.model]
-        assert isinstance(model, PatchModel)  # `to_patches` has refused tubes and ribbons
+        assert isinstance(model, PatchModel)  # `to_patches` refuses tubes and ribbons
         numbers = np.arange(model.patch_count) if model.order is None else model.order
         order.append(first + numbers)
         first += model.patch_count
@@ -81,20 +82,21 @@ def _list_order(group: GroupModel) -> Ints:
 def plan_project(
     shape: SurfaceKind | Curve, query: ProjectQuery, limits: Limits = DEFAULT_LIMITS
 ) -> ProjectWork:
-    """Plans a query of closest points; checks limits by the shapes of the arrays.
+    """Plan a query for closest points: estimate the cost from shapes, and check the limits.
 
     Raises
     ------
     TooLarge
+        The shape or the query exceeds a limit.
     """
     count, where = len(query.points), "/points"
     message = "The query has more points than this service computes at once."
-    most = min(MOST_POINTS, limits.max_points)
+    most = min(MAX_POINTS, limits.max_points)
     check_count(count, most, "points", Issue("too_many_points", message, where))
-    file = 1000 + count * COLUMNS * (FLOAT64_CHARS + 2)
+    file = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
     limits.check_bytes(file, "The response could become too large.", where)
     if isinstance(shape, BezierCurve | BsplineCurve):
-        pieces = shape.lower()  # cached since the curve was built
+        pieces = shape.lower()  # takes no time: the curve was lowered when it was created
         patches, degree, memory = pieces.count, (pieces.degree, 0), pieces.points.nbytes
     else:
         size = shape.stored_size()

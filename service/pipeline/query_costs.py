@@ -1,27 +1,27 @@
 """The cost of queries: points, closest points, hits of rays, sections and measures.
 
-As in `service.pipeline.cost`, bounds are coarse and safe.
+Costs are upper bounds, coarse and safe.
 """
 
 from dataclasses import replace
 
 from service.encoders import json_points
 from service.engine.measures.integrals import NODES
-from service.pipeline.cost import LEAST, Cost, lowering_memory, with_scratch
+from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
 
 PLACE_BYTES = 400
-"""Bytes for each place of a query."""
+"""Bytes of memory for each place of a query."""
 
 SIGN_BYTES = 64 << 20
-"""Bytes of the pairs of a point and a cell while signs are computed."""
+"""Bytes of the array of pairs (point, cell) while signs are computed."""
 
 MEASURE_POINT_BYTES, MEASURE_BATCH_BYTES = 128, 64 << 20
 """Bytes for each control point of the cells of a measure, and of the work arrays of a batch."""
 
 CELL_BYTES, MAX_CELL_BYTES = 1000, 384 << 20
-"""Bytes for each patch of a query, beside its net; and the most bytes of all cells together with
-all pairs of a query and a cell."""
+"""Bytes for each patch of a query, in addition to its net; and the most bytes of all cells and of
+all pairs of a query and a cell together."""
 
 HIT_BYTES, HIT_JSON_BYTES = 1000, 360
 """The most bytes of a hit of a ray: in memory, and in JSON."""
@@ -32,7 +32,7 @@ that compare planes with patches."""
 
 
 def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
-    """The cost of a query of `count` places and partials up to `order`."""
+    """The cost of evaluating a surface at `count` places, with partials up to `order`."""
     file = json_points.byte_bound(count, order)
     memory = with_scratch(lowering_memory(size) + PLACE_BYTES * count + 2 * file)
     degree = max(size.degree)
@@ -44,14 +44,27 @@ def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
 def project_cost(
     patches: int, degree: tuple[int, int], surface_memory: int, count: int, file: int, *, sign: bool
 ) -> Cost:
-    """The cost of the closest points to `count` points, on `patches` nets of this degree.
+    """The cost of finding the closest points to `count` points.
 
-    `surface_memory` and `file` are the bytes of the surface and of the response. Signs need the
-    seams of the surface, and the cells twice.
+    Parameters
+    ----------
+    patches : int
+        Number of nets that are searched.
+    degree : (int, int)
+        Their degree (p, q).
+    surface_memory, file : int
+        Bytes of the surface, and of the response.
+    count : int
+        Number of points.
+    sign : bool
+        Whether signs are computed, too. Signs need the seams of the surface, and the cells a second
+        time.
     """
     p, q = degree
     net = CELL_BYTES + 2 * 32 * (p + 1) * (q + 1)
-    memory = LEAST + surface_memory + patches * net + min(MAX_CELL_BYTES, count * net * 64)
+    memory = (
+        MIN_SCRATCH_BYTES + surface_memory + patches * net + min(MAX_CELL_BYTES, count * net * 64)
+    )
     work = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
     if sign:
         memory += 4 * surface_memory + SIGN_BYTES
@@ -62,19 +75,27 @@ def project_cost(
 def rays_cost(
     patches: int, degree: tuple[int, int], surface_memory: int, count: int, hits: int
 ) -> Cost:
-    """The cost of at most `hits` hits of `count` rays, on `patches` nets of this degree."""
+    """The cost of finding at most `hits` hits of `count` rays.
+
+    The search is on `patches` nets of the degree `degree`; `surface_memory` is the number of bytes
+    of the surface.
+    """
     file = 1000 + count * 16 + hits * HIT_JSON_BYTES
     base = project_cost(patches, degree, surface_memory, count, file, sign=False)
     return replace(base, memory=base.memory + HIT_BYTES * hits)
 
 
 def piece_memory(net: int, file: int) -> int:
-    """Bytes for each piece of a section: its cell of `net` control points, and its file."""
+    """Bytes of memory for each piece of a section.
+
+    `net` is the number of control points of a patch, and `file` the bytes of 1,000 pieces in the
+    file.
+    """
     return PIECE_BYTES + PIECE_POINT_BYTES * net + 2 * file // 1000
 
 
 def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cost:
-    """The cost of sections by `planes` planes: at most `pieces` pieces of `each` bytes each."""
+    """The cost of sections by `planes` planes, with at most `pieces` pieces of `each` bytes."""
     net = CELL_BYTES + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
     memory = SECTION_BATCH_BYTES + lowering_memory(size) + 3 * size.patches * net
     work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
@@ -82,14 +103,18 @@ def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cos
 
 
 def measure_effort(degree: tuple[int, int]) -> int:
-    """The least number of multiplications for each patch of a measure."""
+    """The least number of multiplications that measuring one patch of this degree takes."""
     p, q = max(degree), min(degree)
     nodes = max(NODES, 2 * p)
     return 18 * nodes * (q + 1) * (p + 1 + nodes) + 200 * nodes**2
 
 
 def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
-    """The cost of measures whose cells have `budget` control points, or 3 times the patches'."""
+    """The cost of measures.
+
+    All cells together have at most `budget` control points more than the patches have, or 3 times
+    the number of the patches, whichever is more. `file` is the number of bytes of the response.
+    """
     (p, q), nets = size.degree, size.grids + 3 * size.triangles
     points = nets * (p + 1) * (q + 1)
     memory = (

@@ -1,4 +1,4 @@
-"""Sections of a surface by planes, as polylines in a format."""
+"""The file of the sections of a surface by planes, as polylines."""
 
 from dataclasses import dataclass, replace
 
@@ -22,19 +22,20 @@ from service.pipeline.query_costs import piece_memory, sections_cost
 from service.surface.lowered import PatchModel
 from service.surface.sizes import SurfaceKind
 
-MOST_PLANES = 1_000
+MAX_PLANES = 1_000
+"""The most planes of a query."""
 
-PIECE_EFFORT, FEWEST = 1200, 500
-"""Multiplications for each piece of a section and each control point of a patch; and the number of
-pieces that is always allowed."""
+PIECE_EFFORT, MIN_PIECES = 1200, 500
+"""The multiplications for each piece of a section, times the number of control points of a patch;
+and the number of pieces that every query may have."""
 
-COMPARED = 20
-"""Multiplications to test whether a plane may cut a patch."""
+COMPARE_EFFORT = 20
+"""The multiplications of a test whether a plane may cut a patch."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SectionWork:
-    """The work of sections within the limits, of at most `most` pieces, and its cost."""
+    """The work of computing sections of together at most `most` pieces, and its cost."""
 
     surface: SurfaceKind
     planes: Planes
@@ -45,7 +46,7 @@ class SectionWork:
     cost: Cost
 
     def run(self) -> bytes:
-        """The file.
+        """Compute the sections, and write them to a file.
 
         Raises
         ------
@@ -64,16 +65,17 @@ class SectionWork:
         return self.fmt.encode(sections)
 
     def cut(self, model: PatchModel) -> Sections:
-        """The sections of the model; patches are joined as for a mesh."""
+        """Cut the model by the planes; before, its patches are joined as for a mesh."""
         tolerance = self.tolerance.within(model, single=self.fmt.single)
         joined, seams = join(model, MeshOptions().weld_tolerance, self._check_patches)
         sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
         if not any(len(section.coplanar) for section in sections.sections):
             return sections
-        named = (
-            replace(s, coplanar=_number_as_requested(joined, s.coplanar)) for s in sections.sections
+        renumbered = (
+            replace(s, coplanar=_number_as_in_request(joined, s.coplanar))
+            for s in sections.sections
         )
-        return replace(sections, sections=tuple(named))
+        return replace(sections, sections=tuple(renumbered))
 
     def _check_patches(self, model: PatchModel) -> None:
         issue = Issue("too_many_patches", "The surface has too many Bézier patches.", "/surface")
@@ -98,41 +100,47 @@ def plan_sections(
     fmt: SectionFormat,
     limits: Limits = DEFAULT_LIMITS,
 ) -> SectionWork:
-    """Plans sections; checks limits by the shapes of the arrays.
+    """Plan sections: estimate the cost from the shapes of the arrays, and check the limits.
 
     Raises
     ------
     TooLarge
+        The surface or the query exceeds a limit.
     """
     planes, tolerance = query
     count, where = len(planes), "/planes"
     message = "The query has more planes than this service computes at once."
-    check_count(count, MOST_PLANES, "planes", Issue("too_many_planes", message, where))
+    check_count(count, MAX_PLANES, "planes", Issue("too_many_planes", message, where))
     size = surface.size()
     check_surface(size, limits)
     instead = "fewer planes, or a smaller surface"
-    effort = COMPARED * count * 3 * size.patches
+    effort = COMPARE_EFFORT * count * 3 * size.patches
     limits.check_effort(effort, "The sections could take too long.", where, instead)
     p, q = size.degree
     net = (p + 1) * (q + 1)
     # Bytes of 1,000 pieces, with at most 2 points each.
-    file = fmt.byte_bound(_size_of(2001)) - fmt.byte_bound(_size_of(1))
+    file = fmt.byte_bound(_build_size(2001)) - fmt.byte_bound(_build_size(1))
     each = piece_memory(net, file)
     fixed = sections_cost(size, count, 0, each)
-    limits.check_memory(fixed.memory + FEWEST * each, "The sections", where, instead)
-    room = max(limits.max_memory // 3, fixed.memory + FEWEST * each) - fixed.memory
+    limits.check_memory(fixed.memory + MIN_PIECES * each, "The sections", where, instead)
+    # The number of pieces is not known before: allow those that fit into 1/3 of the memory.
+    room = max(limits.max_memory // 3, fixed.memory + MIN_PIECES * each) - fixed.memory
     most = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net))
-    most = max(FEWEST, min(most, room // each))
+    most = max(MIN_PIECES, min(most, room // each))
     cost = sections_cost(size, count, most, each)
     return SectionWork(surface, planes, tolerance, fmt, limits, most, cost)
 
 
-def _size_of(points: int) -> SectionSize:
+def _build_size(points: int) -> SectionSize:
+    """The size of one section with this number of points."""
     return SectionSize(1, points, points, points, points, 0)
 
 
-def _number_as_requested(model: PatchModel, patches: Ints) -> Ints:
-    """The numbers of patches of a model in the order of the request."""
+def _number_as_in_request(model: PatchModel, patches: Ints) -> Ints:
+    """The numbers that patches of a model have in the request.
+
+    In a `multipatch`, the numbers are those of its surfaces.
+    """
     if len(model.domains) > 1:
         firsts = np.array([domain.first for domain in model.domains])
         order = np.argsort(firsts)

@@ -16,7 +16,7 @@ from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, place_points, scene_parts
 from service.errors import SurfaceError, TooLarge
-from service.pipeline.adaptive import count_once
+from service.pipeline.adaptive import size_of_mesh
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import MeshWork, plan_mesh, render
 from service.surface import Surface
@@ -93,7 +93,7 @@ def test_every_format_stores_all_triangles(fmt: Format) -> None:
     assert response.report is not None
     mesh = build_mesh(work)
     assert len(bytes(response.content)) <= fmt.byte_bound(
-        count_once(mesh, work.stored), EncodeOptions()
+        size_of_mesh(mesh, work.stored), EncodeOptions()
     )
     if fmt.name in {"glb", "stl", "ply", "off", "obj"}:
         assert len(read_corners(bytes(response.content), fmt.name)) == response.report.triangles
