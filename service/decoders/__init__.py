@@ -1,1 +1,1 @@
-"""Reads files of control nets as documents like those of requests: a module for each format."""
+"""Converts files of control nets to documents like those of requests; a module for each format."""

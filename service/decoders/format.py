@@ -1,4 +1,4 @@
-"""The type of a decoder: name, media type, suffixes, and a function from bytes to a document."""
+"""The type of a decoder, and the errors that decoders share."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 from service.errors import InvalidRequest, Issue, MalformedBody, count_nouns
 
 Tree: TypeAlias = dict[str, Any]
-"""The document of a surface, as in a request, with arrays in place of lists of numbers."""
+"""The document of a surface as in a request, but with arrays in place of lists of numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,18 +20,19 @@ class Decoder:
     title : str
     media_type : str
     suffixes : tuple of str
-        Without a dot, the usual one first.
+        Suffixes without a dot; the usual suffix is first.
     binary : bool
-        Whether the file is not a text.
+        Whether the file is binary; if not, it is text.
     kinds : tuple of str
-        Kinds of surface that such a file may become.
+        The kinds of surface that a file of this format may become.
     decode : callable
-        Takes the bytes, the requested kind of surface (None: the file decides) and the limit of
-        control points; returns the document of the surface, unchecked.
+        Takes the bytes, the requested kind of surface (None if the file decides) and the most
+        control points; returns the document of the surface, whose values are not checked yet.
     about : str
-        Text for the OpenAPI document: the content of such a file, and how the service reads it.
+        Text for the OpenAPI document: the content of a file, and how the service reads it.
     weight : float
-        Bytes of memory for each byte of a file, including that byte, until the surface is built.
+        Bytes of memory for each byte of a file, until the surface is built; the byte itself is
+        included.
     example : tuple of str, optional
         For text formats: a title and the text of an example.
     """
@@ -53,12 +54,12 @@ class Decoder:
 
 
 def build_malformed_error(message: str, got: str, needed: str) -> MalformedBody:
-    """The error for bytes that are not in this format."""
+    """The error for a file that does not have the format of its decoder."""
     return MalformedBody(Issue("malformed_body", message, "", got, needed))
 
 
 def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuses a kind of surface that the format cannot store."""
+    """Refuse a requested kind of surface that is not among `kinds`."""
     if kind is not None and kind not in kinds:
         raise InvalidRequest(
             Issue(
@@ -72,12 +73,12 @@ def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
 
 
 def check_count(points: int, most: int, where: str = "") -> None:
-    """Refuses more control points than the limit."""
+    """Refuse more than `most` control points."""
     if points > most:
-        raise too_many(count_nouns(points, "control points"), most, where)
+        raise build_too_many_error(count_nouns(points, "control points"), most, where)
 
 
-def too_many(got: str, most: int, where: str = "") -> InvalidRequest:
+def build_too_many_error(got: str, most: int, where: str = "") -> InvalidRequest:
     """The error for too many control points."""
     message = "The surface has more control points than this service allows."
     return InvalidRequest(Issue("too_many_control_points", message, where, got, f"at most {most}"))

@@ -1,12 +1,12 @@
 """Reads control nets from NumPy's .npy files: the array is a view of the bytes, without a copy.
 
-A file is 6 magic bytes, the version (2 bytes), the length of the header (2 bytes, 4 from version
-2 on), the header, and the numbers. The header is the text of a Python dictionary,
+A file is 6 magic bytes, the version (2 bytes), the length of the header (2 bytes, or 4 bytes from
+version 2 on), the header, and the numbers. The header is the text of a Python dictionary,
 
     {'descr': '<f8', 'fortran_order': False, 'shape': (100, 100, 3), }
 
-which a small grammar of this module reads, without `eval`. The array must have numbers, and the
-number of bytes must match the shape, before any other work.
+which regular expressions read, without `eval`. Before any other work, the module checks that the
+array has floating-point numbers, and that the number of bytes matches the shape.
 
 References
 ----------
@@ -26,17 +26,20 @@ from service.decoders.format import Tree, build_malformed_error, check_count, ch
 from service.errors import InvalidRequest, Issue
 
 KINDS = ("bezier", "bspline", "patches")
-"""Kinds of surface of an array; the first two have one net, the last has one net for each patch."""
+"""The kinds of surface that an array may become: the first two have one net, the last has one net
+for each patch."""
 
 MAGIC = b"\x93NUMPY"
+"""The first bytes of a file."""
 
 MAX_HEADER = 4096
-"""Bytes; NumPy writes 118 for every array that the service accepts."""
+"""The most bytes of a header. For arrays that the service accepts, NumPy writes 118 bytes."""
 
 _LENGTH_BYTES = MappingProxyType({b"\1\0": 2, b"\2\0": 4, b"\3\0": 4})
-"""Size of the field that has the header's length, by version."""
+"""For each version, the number of bytes of the field with the header's length."""
 
 _TYPES = frozenset({"<f4", "<f8", ">f4", ">f8"})
+"""The types of numbers that the service accepts."""
 
 _ENTRY = re.compile(
     r"\s*'(?P<key>descr|fortran_order|shape)'\s*:\s*"
@@ -59,11 +62,11 @@ class _Header:
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
-    """The surface whose control points are the array in a file.
+    """Decode the array of a file as the control points of a surface.
 
-    An array (p+1, q+1, 3) is one net: of a Bézier patch unless `kind` says `bspline`; an array
-    (P, p+1, q+1, 3) is P Bézier patches, each with its own vertices. Of points with 4 numbers the
-    last is the weight; the other three are not multiplied by it.
+    An array (p+1, q+1, 3) is one net: of a Bézier patch, or of a B-spline if `kind` is `bspline`.
+    An array (P, p+1, q+1, 3) is P Bézier patches, each with vertices of its own. If points have 4
+    numbers, the last is the weight; the other three are not multiplied by the weight.
 
     Raises
     ------
@@ -78,7 +81,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     check_kind(kind, KINDS[:2] if single else KINDS[2:])
     field = "control_net" if single else "vertices"
     check_count(prod(header.shape[:-1]), most, f"/surface/{field}")
-    array = _window(content, header)
+    array = _view_array(content, header)
     if single:
         tree = {"type": kind or KINDS[0], field: array[..., :3]}
         return tree | ({"weights": array[..., 3]} if array.shape[-1] == 4 else {})
@@ -90,18 +93,18 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 
 
 def read_array(content: bytes) -> NDArray[Any]:
-    """The numbers in a file, of any shape.
+    """Read the array of a file, of any shape, as a view of the bytes.
 
     Raises
     ------
     MalformedBody, InvalidRequest
         The file is not a complete .npy file, or has numbers of another type.
     """
-    return _window(content, _read_header(content))
+    return _view_array(content, _read_header(content))
 
 
 def _read_header(content: bytes) -> _Header:
-    """The header, fully checked, and the number of bytes that follow it."""
+    """Read and check the header; the number of bytes after the header is checked, too."""
     length_bytes = _LENGTH_BYTES.get(content[6:8])
     if not content.startswith(MAGIC):
         raise build_malformed_error("The file is not a .npy file.", "other first bytes", _NEEDED)
@@ -122,9 +125,9 @@ def _read_header(content: bytes) -> _Header:
         raise build_malformed_error(
             "The .npy file ends within its header.", f"{len(content)} bytes", "a whole header"
         )
-    entries = _entries(content[first:start].decode("latin-1"))
+    entries = _parse_entries(content[first:start].decode("latin-1"))
     header = _Header(
-        _number_type(entries["descr"]),
+        _parse_type(entries["descr"]),
         entries["fortran_order"] == "True",
         tuple(map(int, re.findall(r"\d+", entries["shape"]))),
         start,
@@ -139,8 +142,8 @@ def _read_header(content: bytes) -> _Header:
     return header
 
 
-def _entries(text: str) -> dict[str, str]:
-    """The texts of the header's three entries."""
+def _parse_entries(text: str) -> dict[str, str]:
+    """The texts of the header's three entries, by key."""
     text = text.strip(" \n")
     entries: dict[str, str] = {}
     place = 1
@@ -164,8 +167,8 @@ def _entries(text: str) -> dict[str, str]:
     return entries
 
 
-def _number_type(text: str) -> np.dtype[Any]:
-    """The type of the numbers: single or double precision, in either byte order."""
+def _parse_type(text: str) -> np.dtype[Any]:
+    """The type of the numbers, from the entry `descr`; only float32 and float64 are allowed."""
     name = text.strip("'")
     if name not in _TYPES:
         got = "numbers of another type"
@@ -186,7 +189,7 @@ def _number_type(text: str) -> np.dtype[Any]:
 
 
 def _check_shape(shape: tuple[int, ...]) -> None:
-    """Refuses an array whose axes are not those of a net."""
+    """Refuse an array whose shape is not that of one control net or of several."""
     if 0 in shape:
         message, needed = "The array is empty.", "control points"
         raise InvalidRequest(Issue("empty_list", message, "", "an axis of length 0", needed))
@@ -202,7 +205,7 @@ def _check_shape(shape: tuple[int, ...]) -> None:
         )
 
 
-def _window(content: bytes, header: _Header) -> NDArray[Any]:
-    """The array, as a view of the bytes."""
+def _view_array(content: bytes, header: _Header) -> NDArray[Any]:
+    """The array of a file as a view of its bytes."""
     flat = np.frombuffer(content, header.dtype, offset=header.start)
     return flat.reshape(header.shape, order="F" if header.fortran else "C")

@@ -1,7 +1,7 @@
-"""Reads numbers from a text, one piece of the text at a time, which takes little memory.
+"""Reads numbers from a text in pieces, which takes little memory.
 
-Python's `float` reads each word, correctly rounded; words that are not plain decimals are refused.
-If a word is not a number, the text is read a second time to find the line of the word.
+Each word is converted by Python's `float`, which rounds correctly. Words that are not plain decimal
+numbers are refused: then the piece is read a second time, to find the line of the word.
 """
 
 import re
@@ -16,7 +16,7 @@ from service.decoders.format import build_malformed_error
 from service.errors import InvalidRequest, Issue, SurfaceError
 
 PIECE = 1 << 16
-"""Bytes of one piece, which is split into words."""
+"""The bytes of one piece, which is split into words at once."""
 
 LONGEST = 100
 """The most characters of a number; all digits of a float64 need 24."""
@@ -30,53 +30,57 @@ _NUMERIC = re.compile(_NUMBER.pattern + rb"|[-+]?(?:nan|inf|infinity)", re.IGNOR
 def read_numbers(
     text: bytes, start: int, end: int, most: int, refused: Callable[[], SurfaceError]
 ) -> FloatArray:
-    """All numbers between two places of a text, separated by blanks, line feeds and commas.
+    """Read all numbers between two places of a text; blanks, line feeds and commas separate them.
 
     Parameters
     ----------
+    text : bytes
     start, end : int
-        The places, as indices of bytes.
+        The two places, as indices of bytes.
     most : int
         The most numbers that are allowed.
     refused : callable
-        Returns the error for more than `most` numbers; this error is raised before all numbers are
-        read.
+        Returns the error for more than `most` numbers, which is raised before all are read.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
 
     Raises
     ------
     MalformedBody, InvalidRequest
         A word is not a number, or the number is not finite; the message names its line.
     """
-    if (end - start) // 2 >= most and _words(text, start, end) > most:
+    if (end - start) // 2 >= most and _count_words(text, start, end) > most:
         raise refused()
     pieces: list[FloatArray] = []
     count = 0
     while start < end:
-        cut = _cut(text, start, end)
+        cut = _find_cut(text, start, end)
         words = text[start:cut].replace(b",", b" ").split()
         count += len(words)
         if count > most:
             raise refused()
-        pieces.append(_values(words, text, start, cut))
+        pieces.append(_parse_words(words, text, start, cut))
         start = cut
     return np.concatenate(pieces) if pieces else np.empty(0)
 
 
 def line_of_number(text: bytes, start: int, index: int) -> int:
-    """The line, from 1, of number `index`, from 0, among the numbers after the place `start`."""
+    """The line (from 1) of number `index` (from 0) among the numbers after the place `start`."""
     word = next(islice(_WORD.finditer(text, start), index, None))
     return line_at(text, word.start())
 
 
 def line_at(text: bytes, place: int) -> int:
-    """The line, from 1, of a place in the text, an index of a byte."""
+    """The line (from 1) of a place in the text, which is an index of a byte."""
     return text.count(b"\n", 0, place) + 1
 
 
-def _words(text: bytes, start: int, end: int) -> int:
-    """A lower bound of the number of words, by counting runs of printed characters.
+def _count_words(text: bytes, start: int, end: int) -> int:
+    """The number of words between two places: of runs of characters that are not blank.
 
-    This takes 1/10 of the time of splitting the text into words.
+    Counting takes 1/10 of the time of splitting the text into words. The count may be too small.
     """
     count, was_printed = 0, False
     for place in range(start, end, PIECE):
@@ -88,8 +92,8 @@ def _words(text: bytes, start: int, end: int) -> int:
     return count
 
 
-def _cut(text: bytes, start: int, end: int) -> int:
-    """The end of the next piece, between two words."""
+def _find_cut(text: bytes, start: int, end: int) -> int:
+    """The end of the piece that begins at `start`; it is between two words."""
     if end - start <= PIECE:
         return end
     gap = _GAP.search(text, start + PIECE, start + PIECE + LONGEST)
@@ -98,13 +102,13 @@ def _cut(text: bytes, start: int, end: int) -> int:
     return gap.start()
 
 
-def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray:
-    """The numbers of these words, which are one piece of the text."""
+def _parse_words(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray:
+    """Convert the words of the piece `text[start:cut]` to numbers."""
     try:
         values = np.fromiter(map(float, words), np.float64, len(words))
     except ValueError:
         raise _find_word_error(text, start, cut) from None
-    # `float` also accepts 1_000.
+    # Refuse words such as 1_000, which `float` accepts.
     plain = text.find(b"_", start, cut) < 0 and max(map(len, words), default=0) <= LONGEST
     if not plain or not np.isfinite(values).all():
         raise _find_word_error(text, start, cut)
@@ -112,7 +116,7 @@ def _values(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray
 
 
 def build_word_error(text: bytes, place: int) -> SurfaceError:
-    """The error of a word that is not a finite number; `place` is inside the word."""
+    """The error for a word that is not a finite number; `place` is inside the word."""
     start = place
     while start > max(0, place - LONGEST) and not _GAP.match(text, start - 1):
         start -= 1
@@ -133,7 +137,7 @@ def build_word_error(text: bytes, place: int) -> SurfaceError:
 
 
 def _find_word_error(text: bytes, start: int, cut: int) -> SurfaceError:
-    """The error of the first word in a piece that is not a finite number."""
+    """The error for the first word of the piece `text[start:cut]` that is not a finite number."""
     for word in _WORD.finditer(text, start, cut):
         plain = len(word[0]) <= LONGEST and _NUMBER.fullmatch(word[0])
         if not plain or not isfinite(float(word[0])):

@@ -1,8 +1,9 @@
 """Reads Bézier patches from OOGL files: BEZ and BBP objects, alone or in LISTs.
 
-It reads such objects as Geomview does: keywords with letters for texture coordinates and colours,
-`BEZ p q d` with blanks, braces, `=`, names, appearances, comments. It skips lines (SKEL, VECT),
-which files of `oogl=bez` contain for overlays. It refuses all other objects, and names the line.
+The decoder reads these objects as Geomview does: keywords with letters for texture coordinates and
+colours, `BEZ p q d` with blanks, braces, `=`, names, appearances, comments. It skips lines (SKEL
+and VECT), because the service writes overlays as lines with `oogl=bez`. It refuses all other
+objects, with an error that names the line of the file.
 
 References
 ----------
@@ -15,30 +16,32 @@ from itertools import islice
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.format import Tree, build_malformed_error, check_kind, too_many
+from service.decoders.format import Tree, build_malformed_error, build_too_many_error, check_kind
 from service.decoders.numbers import build_word_error, line_at, line_of_number, read_numbers
 from service.decoders.oogl_patches import Form, Patches
 from service.errors import InvalidRequest, Issue, count_nouns
 
 KINDS = ("patches",)
+"""The kinds of surface that a file may become."""
 
 MAX_DEPTH = 16
-"""Most braces and lists inside each other."""
+"""The most braces and lists inside each other."""
 
 FREE_COMMENTS = 1000
-"""Most comments, beyond one for each allowed control point."""
+"""A file may have one comment for each allowed control point, and this number more."""
 
 FREE_OBJECTS = 1000
-"""Most objects, beyond two for each allowed patch: the braces, and the object in them."""
+"""A file may have two objects for each allowed patch (the braces, and the object in them), and this
+number more."""
 
 MAX_BRACES = 1000
-"""Most braces inside an appearance."""
+"""The most braces inside an appearance."""
 
 STEP = 1 << 20
-"""Bytes that are searched in one step."""
+"""How many bytes are searched without a pause in which other threads can run."""
 
 HIGHEST_DEGREE = 12
-"""Highest degree that Geomview reads."""
+"""The highest degree that Geomview reads."""
 
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _WORD = re.compile(rb"\s*+([{}=]|[^\s{}=]+)")
@@ -50,10 +53,10 @@ _LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
-    """The patches in an OOGL file, each with its own vertices.
+    """Decode the patches of an OOGL file; each patch has vertices of its own.
 
-    Patches of one degree become one surface, `patches`. Several degrees, or colours or texture
-    coordinates on some patches only, become a `group` of such surfaces.
+    Patches of one degree become one surface, `patches`. If degrees differ, or if only some patches
+    have colours or texture coordinates, the file becomes a `group` of several such surfaces.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     _check_text(content)
     comments = content.count(b"#")
     if comments > most + FREE_COMMENTS:
-        raise too_many("more comments", most)
+        raise build_too_many_error("more comments", most)
     reader = _Reader(_COMMENT.sub(b"", content) if comments else content, most)
     reader.read()
     surfaces = list(reader.patches.surfaces())
@@ -77,6 +80,7 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
 
 
 def _check_text(content: bytes) -> None:
+    """Refuse bytes that are not ASCII text."""
     if not content.isascii() or b"\0" in content:
         raise build_malformed_error(
             "The service reads OOGL as text, not in its binary form.", "other bytes", "ASCII"
@@ -84,7 +88,7 @@ def _check_text(content: bytes) -> None:
 
 
 class _Reader:
-    """Reads the objects of a text, one after another."""
+    """Reads the objects of a text, one after another, and collects their patches."""
 
     def __init__(self, text: bytes, most: int) -> None:
         self._text = text
@@ -95,16 +99,16 @@ class _Reader:
         self.patches = Patches()
 
     def read(self) -> None:
-        """Reads the file's one object."""
-        self._object(0)
+        """Read the one object of which a file consists."""
+        self._read_object(0)
         if word := self._next():
             raise self._refusal("The file goes on after its object.", word, "one object, or LIST")
         if self._left == self._most:
             raise self._refusal("The file has no patch.", b"", "BEZ or BBP")
 
-    def _object(self, depth: int) -> None:
-        """Reads an object, in braces or not."""
-        self._count()
+    def _read_object(self, depth: int) -> None:
+        """Read an object, with or without braces, that is inside `depth` other objects."""
+        self._count_object()
         word = self._next()
         for _ in range(MAX_DEPTH):
             if word not in (b"=", b"define", b"appearance"):
@@ -117,48 +121,55 @@ class _Reader:
         if depth == MAX_DEPTH:
             raise self._refusal("Objects are nested too deeply.", word, f"{MAX_DEPTH} levels")
         if word == b"{":
-            self._object(depth + 1)
+            self._read_object(depth + 1)
             if (end := self._next()) != b"}":
                 raise self._refusal("An object does not end here.", end, "}")
         elif word == b"LIST":
             while self._peek() not in (b"", b"}"):
-                self._object(depth + 1)
+                self._read_object(depth + 1)
         elif form := _BEZIER.fullmatch(word):
-            self._patches(self._form(form))
+            self._read_patches(self._read_form(form))
         elif _LINES.fullmatch(word):
             self._place = self._end_of_numbers()
         else:
             raise self._refusal("No patches begin here.", word, "BEZ, BBP, or LIST of such")
 
-    def _count(self) -> None:
-        """Counts an object; a patch has at least 4 control points."""
+    def _count_object(self) -> None:
+        """Count an object, and refuse more objects than the control points could need.
+
+        A patch has at least 4 control points, and up to two objects: its braces and itself.
+        """
         self._objects += 1
         if self._objects > self._most // 2 + FREE_OBJECTS:
-            raise too_many("more objects", self._most)
+            raise build_too_many_error("more objects", self._most)
 
-    def _form(self, header: re.Match[bytes]) -> Form:
-        """The form of the object that a keyword begins, with degrees that follow the keyword."""
-        texture, color, *digits, texture_behind = header.groups()
+    def _read_form(self, header: re.Match[bytes]) -> Form:
+        """The form of an object, from its keyword and from the degrees after the keyword."""
+        texture, color, *digits, texture_suffix = header.groups()
         if self._peek() == b"BINARY":
             raise self._refusal("The service reads OOGL as text.", b"?", "numbers as text")
         if b"BBP" in header[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
-            behind = _DEGREES.match(self._text, self._place)
-            if behind is None:
+            degrees = _DEGREES.match(self._text, self._place)
+            if degrees is None:
                 needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
                 raise self._refusal("The degrees of the patches are missing.", b"?", needed)
-            digits = list(behind.groups())
-            self._place = behind.end()
+            digits = list(degrees.groups())
+            self._place = degrees.end()
         p, q, dimension = map(int, digits)
-        return Form((p, q), dimension, bool(texture or texture_behind), bool(color))
+        return Form((p, q), dimension, bool(texture or texture_suffix), bool(color))
 
-    def _patches(self, form: Form) -> None:
-        """Reads the patches after a keyword, up to the end of the object."""
+    def _read_patches(self, form: Form) -> None:
+        """Read the patches after a keyword, up to the end of the object."""
         start, end = self._place, self._end_of_numbers()
         most = self._left // form.points * form.numbers
         values = read_numbers(
-            self._text, start, end, most, lambda: too_many("more control points", self._most)
+            self._text,
+            start,
+            end,
+            most,
+            lambda: build_too_many_error("more control points", self._most),
         )
         self._place = end
         if not len(values) or len(values) % form.numbers:
@@ -176,7 +187,7 @@ class _Reader:
         self.patches.add(form, numbers)
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
-        """Refuses weights that are not positive; `numbers` begin after a place of the text."""
+        """Refuse weights that are not positive; `start` is the place of the numbers in the text."""
         columns = form.weight_numbers()
         wrong = numbers[:, columns] <= 0
         if not wrong.any():
@@ -194,7 +205,7 @@ class _Reader:
         )
 
     def _next(self) -> bytes:
-        """Takes the next word; empty at the end of the text."""
+        """Read the next word and move behind it; the word is empty at the end of the text."""
         match = _WORD.match(self._text, self._place)
         if match is None:
             return b""
@@ -202,14 +213,14 @@ class _Reader:
         return match[1]
 
     def _peek(self) -> bytes:
-        """The next word, without taking it."""
+        """The next word, without moving behind it."""
         match = _WORD.match(self._text, self._place)
         return match[1] if match else b""
 
     def _end_of_numbers(self) -> int:
-        """The next place in the text that is not part of a number."""
+        """The first place from here on that cannot be part of a list of numbers."""
         place = self._place
-        # In steps, so that other threads can run.
+        # In steps, so that other threads can run in between.
         while match := _NUMBERS.match(self._text, place, place + STEP):
             if match.end() < place + STEP:
                 return match.end()
@@ -217,7 +228,7 @@ class _Reader:
         return place
 
     def _skip_braces(self) -> None:
-        """Skips a pair of braces and everything in them."""
+        """Skip a pair of braces and everything between them."""
         if (word := self._next()) != b"{":
             raise self._refusal("An appearance must be in braces.", word, "{")
         depth = 1
@@ -229,6 +240,7 @@ class _Reader:
         raise self._refusal("A pair of braces does not end.", word, "}")
 
     def _refusal(self, message: str, word: bytes, needed: str) -> Exception:
+        """The error for an unexpected word at this place; an empty word is the end of the text."""
         line = line_at(self._text, self._place if word else len(self._text))
         got = "another word" if word else "the end of the text"
         return build_malformed_error(f"{message[:-1]} (line {line}).", got, needed)

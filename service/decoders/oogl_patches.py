@@ -1,8 +1,8 @@
-"""Turns the Bézier patches of an OOGL file into surfaces, one for each degree and form.
+"""Converts the Bézier patches of an OOGL file to surfaces, one for each form of patches.
 
-Control points run u fastest. Points with 4 numbers are homogeneous, (wx, wy, wz, w). Texture
-coordinates and colours belong to the corners (0, 0) (1, 0) (0, 1) (1, 1) of a patch and are
-interpolated bilinearly.
+Among control points, u varies fastest. Points with 4 numbers are homogeneous, (wx, wy, wz, w).
+Texture coordinates and colours are those of the corners (u, v) = (0, 0), (1, 0), (0, 1) and (1, 1)
+of a patch; between the corners they are interpolated bilinearly.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,16 @@ from service.decoders.format import Tree
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """The degrees of the patches of an object, and the numbers that each patch has."""
+    """The form of the patches of one object: their degree, and the numbers that each patch has.
+
+    Attributes
+    ----------
+    degree : (int, int)
+    dimension : int
+        Numbers of a control point: 3, or 4 with a weight.
+    textured, colored : bool
+        Whether the corners have texture coordinates, and colours.
+    """
 
     degree: tuple[int, int]
     dimension: int
@@ -25,16 +34,16 @@ class Form:
 
     @property
     def points(self) -> int:
-        """Number of control points of a patch."""
+        """The number of control points of a patch."""
         return (self.degree[0] + 1) * (self.degree[1] + 1)
 
     @property
     def numbers(self) -> int:
-        """Numbers of a patch: control points, texture coordinates, colours."""
+        """How many numbers a patch has: of control points, texture coordinates and colours."""
         return self.points * self.dimension + 8 * self.textured + 16 * self.colored
 
     def weight_numbers(self) -> range:
-        """Indices of the weights among a patch's numbers."""
+        """The indices of the weights among the numbers of a patch; empty without weights."""
         size = self.points * self.dimension
         return range(3, size, 4) if self.dimension == 4 else range(0)
 
@@ -46,7 +55,7 @@ class Patches:
         self._batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
 
     def add(self, form: Form, numbers: FloatArray) -> None:
-        """Adds patches of one form, with positive weights; `numbers` has shape (P, numbers)."""
+        """Add P patches of one form: `numbers` (P, form.numbers); the weights are positive."""
         key = form.degree, form.textured, form.colored
         batch = self._batches.setdefault(key, _Batch())
         size = form.points * form.dimension
@@ -55,7 +64,7 @@ class Patches:
         if form.dimension == 4:
             batch.rational = True
             points, weights = points[..., :3], points[..., 3]
-            # The check of the surface refuses values that become too large.
+            # Overflow gives infinite values, which the checks of the surface refuse later.
             with np.errstate(over="ignore"):
                 points = points / weights[..., None]
         batch.points.append(points)
@@ -66,14 +75,14 @@ class Patches:
             batch.colors.append(numbers[:, -16:].reshape(-1, 4, 4))
 
     def surfaces(self) -> Iterator[Tree]:
-        """One surface for each form: degree, texture coordinates, colours."""
+        """The documents of the surfaces: one for all patches with equal degree and channels."""
         for (degree, _, _), batch in self._batches.items():
-            yield _surface(degree, batch)
+            yield _build_surface(degree, batch)
 
 
 @dataclass(slots=True)
 class _Batch:
-    """Arrays of patches of one form: points, weights, corners; one array for each object."""
+    """The arrays of the patches of one form; each list has one array for each object."""
 
     points: list[FloatArray] = field(default_factory=list)
     weights: list[FloatArray] = field(default_factory=list)
@@ -82,8 +91,8 @@ class _Batch:
     rational: bool = False
 
 
-def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
-    """A surface of patches of one degree, each with its own vertices."""
+def _build_surface(degree: tuple[int, int], batch: _Batch) -> Tree:
+    """The document of a surface of patches of one degree; each patch has vertices of its own."""
     p, q = degree
     points = np.concatenate(batch.points)
     indices = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
@@ -98,25 +107,26 @@ def _surface(degree: tuple[int, int], batch: _Batch) -> Tree:
 
 
 def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
-    """Bilinear interpolants of corner values, as values at the control points, u fastest.
+    """Bilinear functions with given values at the corners, as Bézier coefficients of degree (p, q).
 
-    The Bézier coefficients of a function of degree (1, 1) in degree (p, q) are its values at (i/p,
-    j/q).
+    The coefficients of a bilinear function are its values at (i/p, j/q).
 
     Parameters
     ----------
     corners : ndarray, shape (P, 4, d)
+        The values at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of P patches.
 
     Returns
     -------
     ndarray, shape (P (q+1) (p+1), d)
+        One row for each control point, in which u varies fastest.
     """
     s, t = (np.arange(n + 1) / n for n in degree)
     along_u, along_v = (np.stack((1 - x, x)) for x in (s, t))
     count, _, width = corners.shape
     square = corners.reshape(count, 2, 2, width)
     blended = np.einsum("kbad,ai,bj->kjid", square, along_u, along_v)
-    # A rounded mean may lie outside of its numbers.
+    # Rounding must not move a mean out of the range of the corners.
     low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
     values: FloatArray = np.clip(blended, low, high).reshape(-1, width)
     return values

@@ -1,7 +1,8 @@
-"""The registry of decoders: every format of files with control nets.
+"""The registry of decoders: all formats of files with control nets that the service reads.
 
-To add one, write its module and an entry here; media types, suffixes, errors and the OpenAPI
-document follow from this table. JSON is not in it: a JSON body is a whole request.
+To add a format, write its module and add an entry here. Media types, suffixes, error messages and
+the OpenAPI document are made from this table. JSON is not in the table, because a JSON body is a
+whole request, not a file.
 """
 
 from collections.abc import Mapping
@@ -19,13 +20,13 @@ DECODERS: tuple[Decoder, ...] = (
         binary=True,
         kinds=npy.KINDS,
         decode=npy.decode,
-        about="A file as `numpy.save` writes it, of float32 or float64, in either byte order and"
-        " either order of axes. An array (p+1, q+1, 3) is one control net, of a Bézier patch or, "
-        "with `type=bspline`, of a B-spline; an array (P, p+1, q+1, 3) is P Bézier patches, which "
+        about="A file that `numpy.save` writes, of float32 or float64, in either byte order and"
+        " either order of axes. An array (p+1, q+1, 3) is one control net: of a Bézier patch or, "
+        "with `type=bspline`, of a B-spline. An array (P, p+1, q+1, 3) is P Bézier patches, which "
         "meet where their control points are equal. If a point has 4 numbers, the last is its "
-        "weight; the other three are not multiplied by it. Errors point into the equivalent JSON "
-        "document: `/surface/control_net/i/j/k`, or, of several patches, "
-        "`/surface/vertices/n/k` for the n-th point of the array.",
+        "weight; the other three are not multiplied by the weight. Errors have pointers into the "
+        "equivalent JSON document: `/surface/control_net/i/j/k` for one net, and "
+        "`/surface/vertices/n/k` for the n-th point of several patches.",
         weight=8,
     ),
     Decoder(
@@ -36,11 +37,11 @@ DECODERS: tuple[Decoder, ...] = (
         binary=False,
         kinds=oogl.KINDS,
         decode=oogl.decode,
-        about="A BEZ or BBP object of OOGL, or a LIST of such, in ASCII: any number of Bézier "
-        "patches, control points u fastest, (wx, wy, wz, w) if a point has 4 numbers. Texture "
-        "coordinates and colours of the corners are read; lines and appearances are skipped. "
-        "Patches of several degrees become a `group`. Errors name the line. The service reads "
-        "the files that it writes with `oogl=bez`.",
+        about="A BEZ or BBP object of OOGL, or a LIST of these, in ASCII: any number of Bézier "
+        "patches. Among control points, u varies fastest; a point with 4 numbers is (wx, wy, wz, "
+        "w). Texture coordinates and colours of the corners are read; lines and appearances are "
+        "skipped. Patches of several degrees become a `group`. Errors name the line. The service "
+        "reads the files that it writes with `oogl=bez`.",
         weight=24,
         example=(
             "A quarter of a cylinder, exactly: degrees (2, 1), weights",
@@ -55,9 +56,10 @@ DECODERS: tuple[Decoder, ...] = (
         binary=False,
         kinds=teapot.KINDS,
         decode=teapot.decode,
-        about="The text of the Utah teapot: the number of patches; the indices of each, counted"
-        " from 1, (p+1)² for degree p, in one line or in p + 1; the number of vertices; x, y, z"
-        " of each. Commas or blanks separate the numbers. Errors name the line.",
+        about="The text form of the Utah teapot: the number of patches; for each patch its vertex"
+        " numbers, counted from 1, (p+1)² for degree p, in one line or in p + 1 lines; the number"
+        " of vertices; x, y and z of each vertex. Commas or blanks separate the numbers. Errors"
+        " name the line.",
         weight=24,
         example=(
             "Two patches of degree (1, 1) that share an edge",
@@ -68,6 +70,9 @@ DECODERS: tuple[Decoder, ...] = (
 """All decoders, in the order in which lists name them."""
 
 BY_NAME: Mapping[str, Decoder] = MappingProxyType({d.name: d for d in DECODERS})
+"""All decoders by name."""
+
 BY_SUFFIX: Mapping[str, Decoder] = MappingProxyType(
     {suffix: decoder for decoder in DECODERS for suffix in decoder.suffixes}
 )
+"""All decoders by suffix, without a dot."""

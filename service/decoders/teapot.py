@@ -7,9 +7,9 @@
     1.4,0.0,2.4                                   x, y, z of each
     …
 
-Blanks may replace commas. Patches of another degree p have (p+1)² vertices; a patch may also take
-p + 1 lines, one for each row of its control net. The numbers alone determine their meaning, so
-lines matter only for the messages of errors.
+Blanks may replace commas. A patch of degree p has (p+1)² vertices, in one line, or in p + 1 lines
+with one row of the control net each. The decoder finds the meaning of each number from the numbers
+alone; it uses lines only for error messages.
 """
 
 import re
@@ -20,7 +20,13 @@ from typing import NoReturn
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.decoders.format import Tree, build_malformed_error, check_count, check_kind, too_many
+from service.decoders.format import (
+    Tree,
+    build_malformed_error,
+    build_too_many_error,
+    check_count,
+    check_kind,
+)
 from service.decoders.numbers import PIECE, line_of_number, read_numbers
 from service.errors import InvalidRequest, Issue, MalformedBody, count_nouns
 
@@ -30,7 +36,7 @@ _PRINTED = re.compile(rb"[^\s,]")
 
 
 def decode(content: bytes, kind: str | None, most: int) -> Tree:
-    """The patches in a teapot text, with the vertices that they share.
+    """Decode the patches of a teapot text, over the vertices that they share.
 
     Raises
     ------
@@ -47,9 +53,9 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
         0,
         len(content),
         4 * most + 2,
-        lambda: too_many("more numbers", most),
+        lambda: build_too_many_error("more numbers", most),
     )
-    patches, size = _layout(content, numbers)
+    patches, size = _find_layout(content, numbers)
     check_count(patches * size, most)
     indices = numbers[1 : 1 + patches * size]
     vertices = numbers[2 + patches * size :].reshape(-1, 3)
@@ -59,13 +65,13 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     return {"type": "patches", "vertices": vertices, "patches": grids}
 
 
-def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
-    """The number of patches, and the number of vertices of each.
+def _find_layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
+    """The number of patches, and the number of vertices of each patch.
 
-    The number V of vertices follows the indices, and 3 V coordinates follow V. The squares 4, 9,
-    16, … are tried as the number of vertices of a patch; the first that fits the count of numbers
-    is right. With a smaller square an index is at the place of V, and 3 times an index is too
-    small.
+    After the indices comes the number V of vertices, and then 3 V coordinates. The squares 4, 9,
+    16, … are tried as the number of vertices of a patch. The first square for which V fits the
+    count of all numbers is right: with a smaller square, an index would be in the place of V, and 3
+    times an index is too small.
     """
     patches = int(numbers[0]) if len(numbers) else 0
     if patches > 0 and numbers[0] == patches:
@@ -77,7 +83,7 @@ def _layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
 
 
 def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
-    """Refuses indices that name no vertex."""
+    """Refuse indices that are not whole numbers from 1 to the number of vertices."""
     wrong = (indices < 1) | (indices > vertices) | (indices != np.floor(indices))
     if not wrong.any():
         return
@@ -94,8 +100,8 @@ def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
 
 
 def _refuse_lines(content: bytes) -> NoReturn:
-    """Raises an error that names the first line with a wrong count of numbers."""
-    lines = _lines(content)
+    """Raise an error that names the first line with a wrong count of numbers."""
+    lines = _split_lines(content)
     line, count, patches = next(lines, (1, 0, 0.0))
     if count != 1 or patches < 1 or patches % 1:
         needed = "one whole number above zero"
@@ -137,11 +143,11 @@ def _refuse_lines(content: bytes) -> NoReturn:
     raise _at_line(message, line, f"{vertices} vertices", needed)
 
 
-def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
-    """Non-empty lines: the index of each, its count of numbers, and the first number."""
+def _split_lines(content: bytes) -> Iterator[tuple[int, int, float]]:
+    """For each line that is not empty: its number (from 1), its count of numbers, and the first."""
     line, place = 1, 0
     while place < len(content):
-        # In steps, so that other threads can run: blank lines may be many.
+        # In steps, so that other threads can run in between: there may be many blank lines.
         match = _PRINTED.search(content, place, place + PIECE)
         start = match.start() if match else min(place + PIECE, len(content))
         line += content.count(b"\n", place, start)
@@ -154,4 +160,5 @@ def _lines(content: bytes) -> Iterator[tuple[int, int, float]]:
 
 
 def _at_line(message: str, line: int, got: str, needed: str) -> MalformedBody:
+    """The error for a line of a file; `message` has no full stop."""
     return build_malformed_error(f"{message} (line {line}).", got, needed)

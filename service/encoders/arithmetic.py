@@ -1,8 +1,8 @@
-"""The libraries and the processor, on which the bytes of a file depend.
+"""Describes the libraries and the processor, because the bytes of a file depend on them.
 
-BLAS and NumPy add up products and sums in an order that suits the processor, and rounding depends
-on the order. So two machines may compute meshes of the same surface that differ in some last
-digits; both are valid.
+BLAS and NumPy add numbers in an order that suits the processor, and rounding depends on the order.
+So two machines may compute meshes of the same surface that differ in some last digits. Both meshes
+are valid.
 """
 
 import platform
@@ -15,14 +15,17 @@ from service.encoders.compression import find_version
 from service.encoders.format import Compression
 
 
-def written_by(compression: Compression) -> str:
-    """Names the libraries and the processor, for entity tags: other names may mean other bytes."""
-    return f"{arithmetic()} {find_version(compression)}"
+def describe_writer(compression: Compression) -> str:
+    """A text that names the libraries and the processor, for entity tags.
+
+    If two machines have different texts, their files of the same mesh may differ.
+    """
+    return f"{describe_platform()} {find_version(compression)}"
 
 
 @cache
-def arithmetic() -> str:
-    """Versions of the libraries, and the processor kinds that their code is chosen for."""
+def describe_platform() -> str:
+    """The versions of the libraries, and the kinds of processor for which their code was chosen."""
     extensions = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     blas = {
         f"{library['internal_api']} {library['version']} {library.get('architecture')}"

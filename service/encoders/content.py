@@ -1,4 +1,4 @@
-"""Content that several formats derive from a mesh: positions, faces, reports, comments."""
+"""Computes from a mesh what several formats write: positions, faces, reports, comments."""
 
 from collections.abc import Callable, Hashable, Sequence
 
@@ -15,61 +15,67 @@ from service.errors import Issue, UnsupportedByFormat
 
 
 def absolute(positions: RealArray, mesh: Mesh) -> FloatArray:
-    """Model coordinates of positions, shape (K, 3), that are stored relative to `mesh.origin`."""
+    """Positions (K, 3) in model coordinates; the argument is relative to `mesh.origin`."""
     if not mesh.origin.any():
         return positions.astype(np.float64, copy=False)
     return positions.astype(np.float64) + mesh.origin
 
 
 def find_shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
-    """Positions without repetition, for formats with a separate index of normals, or no normals.
+    """The distinct positions of a mesh, for formats that index positions separately from normals.
 
     Returns
     -------
     positions : ndarray of float64, shape (W, 3), W <= V
-        Model coordinates, in the order of the vertices; vertices that differ only in their normal
+        Model coordinates, in the order of the vertices. Vertices that differ only in their normal
         or (u, v) share a position.
     row : ndarray of uint32, shape (V,), or None
-        The row of `positions` of each vertex; None if it is the number of the vertex.
+        For each vertex, the row of its position; None if this is the number of the vertex.
     """
     welds, positions = mesh.welds, mesh.positions
     if welds is None:
         return absolute(positions, mesh), None
-    first = derive_once((welds,), "own leaders", lambda: np.flatnonzero(_leads(welds)))
-    row = derive_once((welds,), "rows of leaders", lambda: _rows_of_leaders(welds))
+    first = derive_once((welds,), "leaders", lambda: np.flatnonzero(_is_leader(welds)))
+    row = derive_once((welds,), "rows of leaders", lambda: _number_leaders(welds))
     return absolute(positions.take(first, axis=0), mesh), row
 
 
 def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray | None]:
-    """Positions for formats that store a colour with each position.
+    """The distinct pairs of position and colour, for formats that store both together.
 
     Returns
     -------
     positions : ndarray of float64, shape (W, 3)
-        A position with several colours has several rows.
+        Model coordinates. A position with several colours has several rows.
     colors : ndarray, shape (W, 3) or (W, 4), or None
+        The colour of each row; None for a mesh without colours.
     row : ndarray of uint32, shape (V,), or None
+        For each vertex, its row; None if this is the number of the vertex.
     """
     if mesh.colors is None or mesh.welds is None:
         positions, row = find_shared_positions(mesh)
         return positions, mesh.colors, row
     leader = find_leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
-    first = _leads(leader)
-    return absolute(mesh.positions[first], mesh), mesh.colors[first], _rows_of_leaders(leader)
+    first = _is_leader(leader)
+    return absolute(mesh.positions[first], mesh), mesh.colors[first], _number_leaders(leader)
 
 
 def keep_with_faces(
     mesh: Mesh, row: IndexArray | None, name: Hashable, build: Callable[[], Result]
 ) -> Result:
-    """The result of `build()`, cached for the faces of the mesh and `row`, its only inputs."""
+    """The result of `build()`, which must depend only on the faces of the mesh and on `row`.
+
+    The result is cached by these arrays and `name`.
+    """
     sources = mesh.triangles, mesh.quads
     return derive_once(sources if row is None else (*sources, row), name, build)
 
 
 def write_counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """One line for each quad, then for each triangle: the number of corners, and their rows.
+    """Lines of text, one for each quad and then one for each triangle.
 
-    `row`, shape (V,), maps vertices of the mesh to rows of the file.
+    A line has the number of corners, and the rows of the corners in the file. `row`, shape (V,),
+    has the row of each vertex of the mesh; None if this is the number of the vertex.
     """
 
     def build() -> bytes:
@@ -80,22 +86,22 @@ def write_counted_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def rename_vertices(faces: IndexArray, row: IndexArray | None) -> IndexArray:
-    """The row of each corner of each face; the number of the vertex if `row` is None."""
+    """Faces with rows of a file in place of vertex numbers; unchanged if `row` is None."""
     return faces if row is None else row.take(faces)
 
 
-def _leads(leader: Ints | IndexArray) -> NDArray[np.bool_]:
-    """Whether each vertex is its own leader."""
-    leads: NDArray[np.bool_] = leader == np.arange(len(leader), dtype=leader.dtype)
-    return leads
+def _is_leader(leader: Ints | IndexArray) -> NDArray[np.bool_]:
+    """Whether each vertex is its own leader: the first of the vertices that are one point."""
+    is_leader: NDArray[np.bool_] = leader == np.arange(len(leader), dtype=leader.dtype)
+    return is_leader
 
 
-def _rows_of_leaders(leader: Ints | IndexArray) -> IndexArray:
-    """The row of each vertex's leader, where only leaders have rows.
+def _number_leaders(leader: Ints | IndexArray) -> IndexArray:
+    """For each vertex the number of its leader, if only leaders are counted.
 
-    Writable if `leader` is.
+    The result is writeable if `leader` is.
     """
-    row = (np.cumsum(_leads(leader), dtype=np.uint32) - np.uint32(1)).take(leader)
+    row = (np.cumsum(_is_leader(leader), dtype=np.uint32) - np.uint32(1)).take(leader)
     row.flags.writeable = leader.flags.writeable
     return row
 
@@ -106,7 +112,7 @@ def find_nonempty(overlays: tuple[Overlay, ...]) -> tuple[Overlay, ...]:
 
 
 def refuse_quads(mesh: Mesh, title: str) -> None:
-    """Refuses a mesh with quads, for the format named `title`."""
+    """Refuse a mesh with quads; `title` is the name of the format for the message."""
     if len(mesh.quads):
         raise UnsupportedByFormat(
             Issue(
@@ -120,16 +126,16 @@ def refuse_quads(mesh: Mesh, title: str) -> None:
 
 
 COMMENT_CHARS = len("comment deviation_bound \n") + FLOAT64_CHARS
-"""Most characters of the line that a format makes of `bound_comment`."""
+"""The most characters of the line in which a format writes `bound_comment`."""
 
 REPORT_PART = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
-"""Most characters of a part in a report, without its name."""
+"""The most characters of a part in a report, without its name."""
 
 
 def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
-    """The report as a JSON object, for all formats that store one.
+    """The report on a mesh as a JSON object, for the formats that store a report.
 
-    It lists the parts if any of their bounds is known.
+    The parts are listed if at least one of them has a deviation bound.
     """
     seam_fields: dict[str, object] = {}
     if report.closure is not None:
@@ -157,34 +163,34 @@ def report_object(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, ob
 
 
 def bound_comment(report: MeshReport) -> str:
-    """The comment on deviation, for formats without a report; empty if no bound is known."""
+    """The comment with the deviation bound, for formats without a report; "" without a bound."""
     if report.deviation_bound is None:
         return ""
     return f"deviation_bound {report.deviation_bound!r}"
 
 
 def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
-    """The certified bounds of the mesh, without those that are None."""
-    known = _keep_known(
+    """The deviation bounds and the normal angle of a mesh, as far as they were computed."""
+    known = _omit_none(
         deviation_bound=report.deviation_bound,
         mesh_deviation_bound=report.mesh_deviation_bound,
         normal_angle=report.normal_angle,
     )
     if any(part.deviation_bound is not None for part in parts):
         known["parts"] = [
-            {"name": part.name} | _keep_known(deviation_bound=part.deviation_bound)
-            for part in parts
+            {"name": part.name} | _omit_none(deviation_bound=part.deviation_bound) for part in parts
         ]
     return known
 
 
 def _curvature(report: MeshReport) -> dict[str, object]:
-    """Least and greatest curvatures, if requested."""
+    """The least and the greatest curvatures, if the request asked for curvatures."""
     if report.curvature is None:
         return {}
     gaussian, mean = report.curvature
     return {"curvature": {"gaussian": gaussian, "mean": mean}}
 
 
-def _keep_known(**values: float | None) -> dict[str, object]:
+def _omit_none(**values: float | None) -> dict[str, object]:
+    """The values that are not None, by name."""
     return {name: value for name, value in values.items() if value is not None}

@@ -1,4 +1,4 @@
-"""The type of a format: name, media type, suffix, abilities, and a function from mesh to bytes."""
+"""The types of a format: its name and media type, what it can store, and its encoder."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -19,34 +19,43 @@ class EncodeOptions:
     """Options that change only the file, not the mesh."""
 
     oogl: OoglForm | None = None
-    """OOGL form; None means `cquad` for a mesh made of grids, else `off`."""
+    """Form of an OOGL file; None means `cquad` for a mesh made of grids, else `off`."""
 
     quantize: bool = False
-    """Whether positions are quantized (`service.engine.grid`) and all numbers stored in fewer bits,
-    in formats that are `compact`."""
+    """Whether positions are quantized (`service.engine.grid`), and all numbers stored in fewer
+    bits. Only for `compact` formats."""
 
     compression: Compression = "none"
-    """Compression of the arrays, in formats that are `compact`."""
+    """Compression of the arrays. Only for `compact` formats."""
 
     @property
     def exact(self) -> bool:
-        """Whether the file shall contain the Bézier patches themselves."""
+        """Whether the file shall have the Bézier patches themselves in place of a mesh."""
         return self.oogl == "bez"
 
 
 COMPACT = frozenset({"quantize", "compression"})
-"""Options that a format refuses unless it supports them."""
+"""Names of the options that a format refuses if it does not support them."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshSize:
-    """Counts from shapes alone, which determine an upper bound of the bytes of a file.
+    """Counts of a mesh, known from shapes alone, that bound the bytes of its file.
 
-    `vertices` counts the samples of each patch separately: welding only reduces them. `named`
-    counts parts and overlays; `name_bytes` are the UTF-8 bytes of all names together, including
-    that of the mesh. `control_points` counts the control points of all lowered patches. `colors` is
-    the number of components of a colour, or 0; `attributes` has the name and number of components
-    of each attribute.
+    Attributes
+    ----------
+    vertices, triangles, quads : int
+        `vertices` counts the samples of each patch separately; welding only reduces them.
+    patches, control_points : int
+        Number of lowered patches, and of their control points.
+    named, name_bytes : int
+        Number of parts and overlays; UTF-8 bytes of all names, including the name of the mesh.
+    overlay_points, overlay_segments, overlay_cells : int
+        Points, segments and cells of lines.
+    colors : int
+        Number of components of a colour; 0 without colours.
+    attributes : tuple of (name, int)
+        The name of each attribute, and its number of components.
     """
 
     vertices: int
@@ -65,9 +74,15 @@ class MeshSize:
 
 @dataclass(frozen=True, slots=True)
 class FileFormat:
-    """The properties of every format; `suffix` is without a dot.
+    """The properties that formats of meshes and of lines have.
 
-    `single` formats store float32 positions relative to a local origin, others float64.
+    Attributes
+    ----------
+    name, title, media_type : str
+    suffix : str
+        Without a dot.
+    single : bool
+        Whether the format stores float32, usually relative to a local origin; others store float64.
     """
 
     name: str
@@ -81,16 +96,32 @@ class FileFormat:
 class Format(FileFormat):
     """A format of meshes.
 
-    `quads`, `overlays`: whether the format can store them. `encode` gives the file's bytes;
-    `byte_bound` an upper bound of their number, before anything is computed. A format that can
-    store Bézier patches has `encode_exact`; one with nodes has `encode_scene`, and the others get
-    groups flattened to one mesh. `carries` are the kinds of channels that it can store; other
-    channels are omitted. A `single` format without a local origin is not `local`: its positions are
-    rounded in model coordinates. `fixed` means that only faces take bytes, the same number each, so
-    that the bound is exact if the number of faces is. A format that writes fewer digits than
-    positions have needs `coarseness`: a bound of the distance by which it moves a vertex. `reads`
-    names the fields of `EncodeOptions` that the format uses; it refuses the other `COMPACT`
-    options, and ignores all others.
+    Attributes
+    ----------
+    quads, overlays : bool
+        Whether the format can store quads, and overlays (lines).
+    encode : callable
+        Encodes a mesh as the bytes of a file.
+    byte_bound : callable
+        Returns an upper bound of the number of these bytes, before the mesh is computed.
+    encode_exact : callable or None
+        Encodes Bézier patches and overlays; None if the format cannot store patches.
+    carries : frozenset of str
+        The kinds of channels that the format can store; other channels are omitted.
+    encode_scene : callable or None
+        Encodes a scene; None if the format has no nodes. Groups are then flattened to one mesh.
+    local : bool
+        Whether a `single` format has a local origin. If not, positions are rounded in model
+        coordinates.
+    fixed : bool
+        Whether only faces take bytes, each the same number. Then the bound is exact if the number
+        of faces is exact.
+    coarseness : callable or None
+        For formats that write fewer digits than positions have: returns a bound of the distance by
+        which the format moves a vertex.
+    reads : frozenset of str
+        The fields of `EncodeOptions` that the format uses. Of the other fields, the format refuses
+        those in `COMPACT` and ignores the rest.
     """
 
     quads: bool
@@ -107,7 +138,7 @@ class Format(FileFormat):
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Names of the options without effect on this format."""
+        """Names of the options that have no effect on files of this format."""
         unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads - COMPACT
         return unread if "uvs" in self.carries else unread | {"uvs"}
 
@@ -117,7 +148,7 @@ class Format(FileFormat):
         return self.reads >= COMPACT
 
     def write_scene(self, scene: Scene, options: EncodeOptions) -> Content:
-        """The file of a scene; formats without nodes get one flattened mesh."""
+        """Encode a scene as a file; in a format without nodes, as one flattened mesh."""
         if self.encode_scene is None:
             return self.encode(flatten(scene), options)
         return self.encode_scene(scene, options)

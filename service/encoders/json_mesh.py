@@ -1,15 +1,15 @@
 """The mesh as one JSON object, for scripts and for people.
 
-`vertices` are positions. They, the `uvs` and the `attributes`, which are named rows of numbers, are
-float64 in the fewest digits that read back as the same number; `normals` and `colors` are float32.
-A key whose value the mesh does not have is omitted. `faces` holds, part by part, the quads of that
-part and then its triangles.
+`vertices` are positions, and `attributes` are lists of rows by name. The numbers of `vertices`,
+`uvs` and `attributes` are float64, those of `normals` and `colors` float32; all have the fewest
+digits that read back as the same number. If the mesh has no values for a key, the key is omitted.
+`faces` has, part by part, the quads of the part and then its triangles.
 
-Welded positions are written once, so that a closed surface is closed by its indices. Row k of
-`normals` and of every other list belongs to row k of `vertices`, unless some position has several
-normals or the like (at creases, at the apex of a cone, along seams of uvs). Then these lists have
-separate rows, and `attribute_faces`, of the same shape as `faces`, names the row for each corner of
-each face.
+A position where patches are welded is written once, so that the indices of a closed surface are
+closed, too. Usually row k of `normals`, and of every other list, belongs to row k of `vertices`.
+But if a position has several normals, uvs or the like (at creases, at the apex of a cone, along
+seams of uvs), these lists have rows of their own. Then `attribute_faces`, which has the shape of
+`faces`, has the row of these lists for each corner of each face.
 """
 
 from collections.abc import Iterator
@@ -74,7 +74,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Most bytes, with normals, uvs, both lists of faces and all digits."""
+    """The most bytes of the document, with normals, uvs, both lists of faces and all digits."""
     dimensions = [dimension for _, dimension in size.attributes]
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
@@ -97,15 +97,15 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 
 
 def _faces(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """The JSON list of `_face_list`, cached with the faces."""
+    """The JSON list of all faces, from the cache if possible; `row` as in `_write_faces`."""
     runs = tuple((part.quads, part.triangles) for part in mesh.parts)
-    return keep_with_faces(mesh, row, ("JSON", runs), lambda: _face_list(mesh, row))
+    return keep_with_faces(mesh, row, ("JSON", runs), lambda: _write_faces(mesh, row))
 
 
-def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """JSON list of all faces, part by part; quads come before triangles within a part.
+def _write_faces(mesh: Mesh, row: IndexArray | None) -> bytes:
+    """Write the JSON list of all faces, part by part; a part has its quads, then its triangles.
 
-    `row`, shape (V,), maps vertices of the mesh to rows of the list.
+    `row`, shape (V,), has the row of each vertex of the mesh; None if this is the vertex number.
     """
     triangles, quads = rename_vertices(mesh.triangles, row), rename_vertices(mesh.quads, row)
     if not len(quads):
@@ -119,7 +119,7 @@ def _face_list(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def _parts(mesh: Mesh) -> Iterator[dict[str, object]]:
-    """The name of each part, its run of `faces`, [first, last), and its base colour, if present."""
+    """For each part its name, its range [first, last) of `faces`, and its base colour if any."""
     first = 0
     for part in mesh.parts:
         last = first + part.quads[1] - part.quads[0] + part.triangles[1] - part.triangles[0]

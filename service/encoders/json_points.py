@@ -1,19 +1,20 @@
-"""Queried points as one JSON object: a list for every column, with a row for every point."""
+"""The points of a query as one JSON object of lists; each list has one row for every point."""
 
 from service.encoders.text import FLOAT64_CHARS, json_document
 from service.engine.points.evaluate import COLUMNS, Columns
 
 
 def encode(columns: Columns) -> bytes:
-    """The JSON document, UTF-8; numbers in the fewest digits that read back the same.
+    """The JSON document, UTF-8.
 
-    Infinite and undefined numbers become null, because JSON cannot store them.
+    Numbers have the fewest digits that read back as the same number. Infinite and undefined numbers
+    become null, because JSON cannot store them.
     """
     return json_document(columns)
 
 
 def byte_bound(count: int, order: int) -> int:
-    """Most bytes of `count` points with derivatives up to an order."""
+    """The most bytes of `count` points with derivatives up to the order `order`."""
     widths = [width for names in COLUMNS[: order + 1] for _, width in names]
     row = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
     return count * row + 32 * len(widths)

@@ -1,4 +1,4 @@
-"""The type of a format of lines (curves, sections), and its derivation from a format of meshes."""
+"""The type of a format of lines, that is, of curves or of sections."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Size = TypeVar("Size")
 
 @dataclass(frozen=True, slots=True)
 class LineFormat(FileFormat, Generic[Lines, Size]):
-    """A format of lines; `encode` gives the bytes, `byte_bound` bounds their number."""
+    """A format of lines; `encode` returns the bytes, `byte_bound` bounds their number."""
 
     encode: Callable[[Lines], bytes]
     byte_bound: Callable[[Size], int]
@@ -25,7 +25,7 @@ def line_format(
     byte_bound: Callable[[Size], int],
     title: str = "",
 ) -> LineFormat[Lines, Size]:
-    """A format of lines with the name, media type and suffix of a format of meshes."""
+    """A format of lines with the name, media type and suffix of the format of meshes `name`."""
     fmt = BY_NAME[name]
     return LineFormat(
         fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.single, encode, byte_bound

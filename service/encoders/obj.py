@@ -1,11 +1,11 @@
-"""Wavefront OBJ: positions, normals and faces indexed separately, groups, lines.
+"""Wavefront OBJ: positions, normals, faces, groups and lines.
 
-The service does not use trimesh for this, which writes triangles only, without quads, lines and
-groups. OBJ indexes positions and normals separately, so vertices that differ in their normal alone
-share a position: the surface stays closed, and its creases sharp. Indices start at 1. Colours
-follow the position, `v x y z r g b`, sRGB from 0 to 1: the original description of the format lacks
-them, but Blender, MeshLab and trimesh read them. OBJ cannot store opacity. A comment contains the
-certified deviation.
+The service does not use trimesh, because trimesh writes only triangles, without quads, lines and
+groups. OBJ indexes positions and normals separately. So vertices that differ only in their normal
+share a position: the surface stays closed, and its creases stay sharp. Indices start at 1. A colour
+follows the position, `v x y z r g b`, in sRGB from 0 to 1. The original description of the format
+has no colours, but Blender, MeshLab and trimesh read them. OBJ cannot store opacity. A comment
+contains the deviation bound.
 """
 
 import numpy as np
@@ -60,7 +60,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Most bytes, with normals and parameters."""
+    """The most bytes of the file, with normals and parameters."""
     color = 3 * (FLOAT32_CHARS + 1) if size.colors else 0
     index = digits(size.vertices + size.overlay_points) + 1
     position = 2 + 3 * (FLOAT64_CHARS + 1)
@@ -85,7 +85,10 @@ def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
 
 
 def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
-    """Each part as a line `g name` and its faces; `row` is that of `find_colored_positions`."""
+    """The text of all parts: for each part a line `g name`, and then its faces.
+
+    `row` is the result of `find_colored_positions`.
+    """
     numbers = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
     others = [numbers for values in (mesh.uvs, mesh.normals) if values is not None]
     corners = np.stack([numbers if row is None else row + np.uint32(1), *others], axis=1)
@@ -99,13 +102,16 @@ def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
 
 
 def _faces(corners: IndexArray, separator: bytes) -> bytes:
-    """Lines `f a//n b//n c//n`, from the numbers of each corner, (F, 3…4, 1…3)."""
+    """Lines such as `f a//n b//n c//n`, from the indices of each corner, shape (F, 3…4, 1…3)."""
     count, _, numbers = corners.shape
     text = rows(corners.reshape(count, -1), b"f ", b"/" * (numbers - 1) + b" ")
     return text.replace(b"/", separator)
 
 
 def identifier(name: str) -> bytes:
-    """A name without white space and control characters, which would end it; `_` if empty."""
-    kept = "_".join("".join(c if c.isprintable() else " " for c in name).split())
-    return (kept or "_").encode()
+    """A name as OBJ can store it, in UTF-8; `_` if nothing is left.
+
+    Underscores replace white space and control characters, which would end the name.
+    """
+    words = "".join(c if c.isprintable() else " " for c in name).split()
+    return ("_".join(words) or "_").encode()

@@ -1,8 +1,8 @@
 """OFF: shared positions and faces, for geometry libraries.
 
-The service does not use trimesh for this: it writes triangles only, with a fixed number of
-decimals, which loses quads, and digits of small or large models. Normals are not written (few
-readers support NOFF), so vertices that differ only in their normal become one: a closed surface
+The service does not use trimesh, because trimesh writes only triangles, and a fixed number of
+decimals, which loses digits of small or large models. Normals are not written, because few readers
+support NOFF. So vertices that differ only in their normal become one vertex, and a closed surface
 stays closed. With colours the file is a COFF: red, green, blue and opacity, from 0 to 1, follow
 every position. The faces are the quads, then the triangles.
 """
@@ -29,7 +29,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Most bytes, if every number has its most characters."""
+    """The most bytes of the file: every number has the most characters."""
     index = digits(size.vertices) + 1
     color = 4 * (FLOAT32_CHARS + 1) if size.colors else 0
     header = 16 + 2 * digits(size.vertices + size.triangles + size.quads)

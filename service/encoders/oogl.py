@@ -1,20 +1,22 @@
 """OOGL, the Object Oriented Graphics Library format that Geomview reads, as text.
 
-Three of its four forms are written from a mesh; the exact one, `bez`, from patches
-(`service.encoders.oogl_patches`).
+This module writes three of the four forms, from a mesh. The fourth form, `bez`, is exact and is
+written from patches (`service.encoders.oogl_patches`).
 
-- `cquad`: every quad of the grid of each patch with its four corners in full, as programs of the
-  1990s wrote it: white, six significant digits, corners in the order (i, j) (i, j+1)
+- `cquad`: every quad of the grid of each patch, with the coordinates of its four corners. Programs
+  of the 1990s wrote this form: white, six significant digits, corners in the order (i, j) (i, j+1)
   (i+1, j+1) (i+1, j).
-- `mesh`: one grid of vertices for each patch, with normals and all digits, in fewer bytes.
-- `off`: shared vertices, with normals and all digits, and faces: for meshes that are not grids.
+- `mesh`: one grid of vertices for each patch, with normals and all digits. It needs fewer bytes.
+- `off`: a list of vertices, with normals and all digits, and a list of faces. It can store meshes
+  that are not grids.
 
-Colours are those of the vertices: always red, green, blue and opacity. `mesh` and `off` can store
-texture coordinates. In OOGL's order a vertex is its position, its normal, its colour, its texture
-coordinates, although the letter U of a MESH, and the ST of an OFF, come before C and N.
+Vertices have colours as red, green, blue and opacity. `mesh` and `off` can store texture
+coordinates. A line of a vertex has its position, normal, colour and texture coordinates in this
+order, although in the keyword the letters for texture coordinates (U of a MESH, ST of an OFF) come
+first, then C and N.
 
-Overlays follow in the same list: one SKEL for each cell of a control net in `cquad`, and one SKEL
-of segments otherwise.
+Overlays follow in the same list. In `cquad`, each cell of a control net is one SKEL; otherwise all
+segments of an overlay are one SKEL.
 
 References
 ----------
@@ -45,12 +47,13 @@ from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
 SEED_CHARS = 13
-"""Most characters of a number with six significant digits: -1.23457e-308."""
+"""The most characters of a number with six significant digits: -1.23457e-308."""
 
 SEED_CELL = b"{ = SKEL 4 1\n%b\n%b\n%b\n%b\n5 0 1 2 3 0\n}\n"
+"""A SKEL with the outline of one cell of a control net; %b stands for the line of a corner."""
 
 BLOCK = 1 << 14
-"""Samples or cells in one piece of text, to bound the memory."""
+"""The number of samples or cells whose text is written at once, to bound the memory."""
 
 
 def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
@@ -85,9 +88,9 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Most bytes of the form, with normals and parameters.
+    """The most bytes of a file of this form, with normals and parameters.
 
-    Without a form in the options, it is the larger bound of the two default forms.
+    If the options name no form, this is the larger bound of the two default forms.
     """
     index = digits(size.vertices + size.triangles + size.quads) + 1
     vertex = 3 * (FLOAT64_CHARS + 1) + 5 * (FLOAT32_CHARS + 1) + len(" 0.0")
@@ -111,9 +114,10 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
 
 
 def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
-    """A bound of the distance by which rounding to six digits moves a vertex.
+    """A bound of the distance by which rounding to six significant digits moves a vertex.
 
-    A coordinate of at least 10^e and less than 10^(e+1) is rounded by at most 10^(e−5) / 2.
+    Only `cquad` rounds. A coordinate of at least 10^e and less than 10^(e+1) is rounded by at most
+    10^(e−5) / 2.
     """
     if _form(mesh, options) != "cquad":
         return 0.0
@@ -128,9 +132,9 @@ def _form(mesh: Mesh, options: EncodeOptions) -> OoglForm:
 
 
 def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
-    """SKEL of an overlay's segments with all digits, in model coordinates.
+    """A SKEL with the segments of an overlay, with all digits, in model coordinates.
 
-    The overlay is relative to the origin of `mesh`. Each line of indices ends with a line feed.
+    The overlay's positions are relative to the origin of `mesh`, if `mesh` is given.
     """
     positions = overlay.positions if mesh is None else absolute(overlay.positions, mesh)
     head = f"{{ = SKEL {len(positions)} {len(overlay.segments)}\n".encode()
@@ -138,7 +142,7 @@ def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
 
 
 def _cquad(mesh: Mesh) -> Iterator[bytes]:
-    """One CQUAD with the quads of all grids, in blocks of rows, to bound the memory."""
+    """The text of one CQUAD with the quads of all grids, in pieces, to bound the memory."""
     vertices, end = absolute(mesh.positions, mesh), b" 1 1 1 1\n"
     if mesh.colors is not None:
         vertices, end = np.hstack((vertices, add_opacity(mesh.colors))), b"\n"
@@ -155,7 +159,10 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
-    """One closed SKEL for each cell of a control net; overlays without cells as segments."""
+    """The overlays of `cquad`: one closed SKEL for each cell of a control net.
+
+    An overlay without cells is one SKEL of segments.
+    """
     for overlay in find_nonempty(mesh.overlays):
         if overlay.cells is None:
             yield skeleton(overlay, mesh)
@@ -167,20 +174,20 @@ def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
-    """One NMESH (MESH without normals) for each patch, in which u runs fastest."""
+    """One NMESH for each patch (MESH if there are no normals), in which u varies fastest."""
     for grids in mesh.grids:
-        _, rows_, columns = grids.shape
-        each = rows_ * columns
+        _, row_count, column_count = grids.shape
+        each = row_count * column_count
         for chunk in row_slices(len(grids), each, BLOCK):
             prefix, text = _vertices(mesh, grids[chunk].swapaxes(1, 2).ravel(), "U")
-            head = f"{{ = {prefix}MESH {rows_} {columns}\n".encode()
+            head = f"{{ = {prefix}MESH {row_count} {column_count}\n".encode()
             ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")) + 1
             for first, last in pairwise((0, *ends[each - 1 :: each].tolist())):
                 yield from (head, memoryview(text)[first:last], b"}\n")
 
 
 def _off(mesh: Mesh) -> Iterator[bytes]:
-    """One NOFF (OFF without normals); readers ignore its number of edges."""
+    """One NOFF (OFF if there are no normals); readers ignore its number of edges, 0."""
     prefix, vertices = _vertices(mesh, slice(None), "ST")
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
@@ -190,9 +197,10 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
 
 
 def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str, bytes]:
-    """Lines of the chosen vertices, and the letters that announce the values after positions.
+    """The prefix of the keyword, and the lines of the chosen vertices.
 
-    `texture` announces texture coordinates: `ST` with two numbers, `U` with three.
+    The prefix has a letter for each value after the positions. `texture` is the prefix for texture
+    coordinates: `ST` if a vertex has two of them, `U` if it has three.
     """
     columns: list[RealArray] = []
     prefix = ""
@@ -213,12 +221,12 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
 
 
 def _overlays(mesh: Mesh) -> Iterator[bytes]:
-    """Every overlay as one SKEL."""
+    """One SKEL for each overlay."""
     return (skeleton(overlay, mesh) for overlay in find_nonempty(mesh.overlays))
 
 
 def _overlay_bound(size: MeshSize) -> int:
-    """Most bytes of all overlays, in any form."""
+    """The most bytes of all overlays, in any form."""
     index = digits(size.overlay_points + size.overlay_segments) + 1
     point = 3 * (FLOAT64_CHARS + 1)
     cell = 30 + 4 * 3 * (SEED_CHARS + 1)

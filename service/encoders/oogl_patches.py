@@ -1,10 +1,11 @@
-"""The exact OOGL form: the Bézier patches themselves, which Geomview divides.
+"""The exact OOGL form: the Bézier patches themselves, from which Geomview makes a mesh.
 
-Geomview's BEZ takes tensor-product patches of degree up to 12, polynomial or rational. A B-spline
-is written as its Bézier patches. A triangle of degree n is written as the equal patch of degree (n,
-n) with a side that is one point. Control points run u fastest; rational ones are homogeneous, (wx,
-wy, wz, w). BEZ stores texture coordinates and colours only at the four corners of a patch, and the
-program that draws it interpolates between them. This is exact for channels of degree (1, 1).
+A BEZ object of Geomview has tensor-product patches of degree up to 12, polynomial or rational. A
+B-spline is written as its Bézier patches. A triangle of degree n is written as an equal patch of
+degree (n, n), one side of which is a point. Among control points, u varies fastest; rational points
+are homogeneous, (wx, wy, wz, w). BEZ stores texture coordinates and colours only at the four
+corners of a patch, and Geomview interpolates between the corners. This is exact for channels of
+degree (1, 1).
 
 References
 ----------
@@ -27,7 +28,7 @@ from service.surface.lowered import PatchModel
 from service.surface.sides import take_corners
 
 HIGHEST_DEGREE = 12
-"""Highest degree that Geomview's BEZ reads."""
+"""The highest degree of BEZ patches that Geomview reads."""
 
 
 def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> bytes:
@@ -36,14 +37,14 @@ def encode_patches(model: PatchModel, overlays: tuple[Overlay, ...] = ()) -> byt
     Parameters
     ----------
     model : PatchModel
-        Its numbers are written with the fewest digits that read back as the same float64.
+        The patches. Numbers are written with the fewest digits that read back as the same float64.
     overlays : tuple of Overlay
         In model coordinates.
 
     Raises
     ------
     UnsupportedByFormat
-        If a patch has a degree above 12.
+        A patch has a degree above 12.
     """
     members = (chunk for batch in model.batches for chunk in _bez(batch))
     return b"".join((b"LIST\n", *members, *map(skeleton, find_nonempty(overlays))))
@@ -79,7 +80,11 @@ def _bez(batch: Patches) -> Iterator[bytes]:
 
 
 def _corners(batch: TensorPatches) -> tuple[str, list[RealArray]]:
-    """Texture coordinates and colours (P, 4, d) at the corners (0, 0) (1, 0) (0, 1) (1, 1)."""
+    """The prefix of the keyword, and the values at the corners of P patches.
+
+    The values are texture coordinates and colours, each of shape (P, 4, d), at the corners (u, v) =
+    (0, 0), (1, 0), (0, 1) and (1, 1).
+    """
     channels = {
         channel.kind: take_corners(channel.nets)[:, [0, 2, 1, 3]] for channel in batch.channels
     }

@@ -1,4 +1,4 @@
-"""A long file as a list of buffers."""
+"""A long file as several buffers, so that large arrays need not be copied."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pieces:
-    """Bytes in several buffers, in order; `bytes(pieces)` joins them."""
+    """The bytes of a file in several buffers, in order; `bytes(pieces)` joins them."""
 
     pieces: tuple[bytes | memoryview, ...]
 
@@ -21,7 +21,7 @@ class Pieces:
         return b"".join(self.pieces)
 
     def join_short(self, most: int) -> Iterator[bytes | memoryview]:
-        """All bytes in fewer buffers: short neighbours are joined, up to `most` bytes."""
+        """Join neighbouring short buffers to buffers of at most `most` bytes; keep long buffers."""
         short: list[bytes | memoryview] = []
         room = most
         for piece in self.pieces:

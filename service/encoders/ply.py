@@ -1,11 +1,11 @@
 """Binary PLY (Greg Turk, 1994): vertices with their normals and parameters, and faces.
 
-The service does not use trimesh for this: it writes float32 positions and triangles only, which
-loses half of the digits, and quads. The faces are the quads, then the triangles. Coordinates are
-`double`, all other numbers `float`; parameters have the names `s` and `t`, as in Blender and
-MeshLab. Colours are bytes of sRGB, `red`, `green`, `blue` and, if they have an opacity, `alpha`:
-every reader supports these. The attribute `heat` is the property `_heat`, or `_heat_0`, `_heat_1`
-and so on if it has several numbers. A comment contains the certified deviation.
+The service does not use trimesh, because trimesh writes only float32 positions, which loses half of
+the digits, and only triangles. The faces are the quads, then the triangles. Coordinates are
+`double`, all other numbers `float`. Parameters have the names `s` and `t`, as in Blender and
+MeshLab. Colours are bytes of sRGB, because every reader supports these: `red`, `green`, `blue` and,
+if they have an opacity, `alpha`. An attribute `heat` is the property `_heat`; if it has several
+numbers, they are `_heat_0`, `_heat_1` and so on. A comment contains the deviation bound.
 """
 
 import numpy as np
@@ -19,11 +19,13 @@ from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh_value import Mesh
 
 HEADER_BYTES = 512 + COMMENT_CHARS
-"""An upper bound of the header without attributes: 19 lines and two counts."""
+"""An upper bound of the bytes of the header without attributes: 19 lines and two counts."""
 
 COLORS = ("red", "green", "blue", "alpha")
+"""The names of the properties of a colour."""
 
 VERTEX_BYTES = 3 * 8 + 3 * 4 + 2 * 4
+"""Bytes of a vertex: position, normal and parameters."""
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
@@ -64,19 +66,22 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Most bytes, with normals and parameters."""
-    named = [property_ for name, d in size.attributes for property_ in _properties(name, d)]
+    """The most bytes of the file, with normals and parameters."""
+    properties = [key for name, d in size.attributes for key in _properties(name, d)]
     return (
         HEADER_BYTES
-        + sum(len("property float \n") + len(property_) for property_ in named)
-        + size.vertices * (VERTEX_BYTES + size.colors + 4 * len(named))
+        + sum(len("property float \n") + len(key) for key in properties)
+        + size.vertices * (VERTEX_BYTES + size.colors + 4 * len(properties))
         + size.triangles * (1 + 3 * 4)
         + size.quads * (1 + 4 * 4)
     )
 
 
 def _properties(name: str, dimension: int) -> tuple[str, ...]:
-    """Names of the columns of an attribute; the underscore makes them differ from PLY's own."""
+    """The names of the properties of an attribute.
+
+    They begin with an underscore, so that they differ from the names that PLY uses.
+    """
     if dimension == 1:
         return (f"_{name}",)
     return tuple(f"_{name}_{k}" for k in range(dimension))
@@ -85,17 +90,17 @@ def _properties(name: str, dimension: int) -> tuple[str, ...]:
 def _columns(
     names: tuple[str, ...], array: NDArray[np.floating]
 ) -> list[tuple[str, str, NDArray[np.generic]]]:
-    """Fields of float32, one for each column."""
+    """The fields (name, type, values) of the columns of an array, as float32."""
     return [(name, "<f4", column) for name, column in zip(names, array.T, strict=True)]
 
 
 def _faces(faces: IndexArray) -> memoryview:
-    """The records of the faces, cached with them."""
-    return derive_once((faces,), "PLY", lambda: _records(faces)).data
+    """The bytes of the faces, from the cache if possible."""
+    return derive_once((faces,), "PLY", lambda: _build_records(faces)).data
 
 
-def _records(faces: IndexArray) -> NDArray[np.void]:
-    """Each face as its number of corners and their indices."""
+def _build_records(faces: IndexArray) -> NDArray[np.void]:
+    """For each face a record of the number of corners and their indices."""
     corners = faces.shape[1]
     layout: DTypeLike = [("corners", "u1"), ("vertices", "<i4", (corners,))]
     packed = np.empty(len(faces), dtype=layout)

@@ -1,7 +1,7 @@
-"""The registry of formats: every format of meshes that the service writes.
+"""The registry of all formats of meshes that the service writes.
 
-To add a format, write its module and a line here; negotiation, suffixes, the list of formats and
-the OpenAPI document follow from this table.
+To add a format, write its module and add an entry here. Content negotiation, suffixes, the list of
+formats and the OpenAPI document are made from this table.
 """
 
 from collections.abc import Mapping
@@ -124,7 +124,10 @@ FORMATS: tuple[Format, ...] = (
         carries=frozenset({"colors"}),
     ),
 )
-"""In the order of lists; texts are UTF-8."""
+"""All formats of meshes, in the order in which lists name them."""
 
 BY_NAME: Mapping[str, Format] = MappingProxyType({f.name: f for f in FORMATS})
+"""All formats of meshes by name."""
+
 BY_SUFFIX: Mapping[str, Format] = MappingProxyType({f.suffix: f for f in FORMATS})
+"""All formats of meshes by suffix."""

@@ -1,10 +1,10 @@
 """Binary STL: triangles in float32, each with its normal.
 
-Eighty bytes of header (zeros), the number of triangles, then for each triangle its normal and its
-three corners as little-endian float32, and two zero bytes. The normal is that of the corners in the
-right-hand order, or zero if they span no area.
+A file is a header of 80 zero bytes, the number of triangles, and the triangles. A triangle is its
+normal and its three corners as little-endian float32, and two zero bytes. The normal follows from
+the corners by the right-hand rule; it is zero if the triangle has no area.
 
-Triangles are encoded in chunks: trimesh took seven times the memory of the file.
+Triangles are encoded in chunks to save memory: trimesh needed seven times the memory of the file.
 """
 
 import struct
@@ -18,16 +18,19 @@ from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh_value import Mesh
 
 HEADER_BYTES = 84
+"""Bytes of the header and of the number of triangles."""
+
 TRIANGLE_BYTES = 50
+"""Bytes of one triangle."""
 
 TRIANGLE = np.dtype([("numbers", "V48"), ("rest", "<u2")])
-"""A normal and three corners, 12 float32, copied as one value."""
+"""One triangle: `numbers` are its normal and three corners, 12 float32, copied as one value."""
 
 CHUNK = 1 << 14
-"""Triangles in one chunk."""
+"""How many triangles are encoded at once."""
 
 NO_AREA = 1e-13
-"""A product of two sides shorter than this has no reliable direction."""
+"""A triangle whose cross product of two sides is at most this long has no reliable normal."""
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
@@ -53,12 +56,15 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """The exact number of bytes; a quad counts as two triangles."""
+    """The number of bytes of the file, which is exact; a quad counts as two triangles."""
     return HEADER_BYTES + TRIANGLE_BYTES * (size.triangles + 2 * size.quads)
 
 
 def _normals(corners: FloatArray) -> FloatArray:
-    """Unit normals (3, T) of triangles with corners (3, 3, T)."""
+    """Unit normals of triangles, shape (3, T); zero for triangles without area.
+
+    `corners` has shape (3, 3, T): coordinate, corner, triangle.
+    """
     ax, ay, az = corners[:, 1] - corners[:, 0]
     bx, by, bz = corners[:, 2] - corners[:, 1]
     x, y, z = normals = np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))

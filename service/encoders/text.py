@@ -1,8 +1,8 @@
-"""Numbers as text: the shortest digits that round-trip, and C's `%g`.
+"""Writes numbers as text: with the fewest digits that read back as the same number, or like `%g`.
 
-orjson writes the shortest digits of a whole array in C. For formats with lines, the array is one
-flat list, and NumPy replaces its commas by separators: short rows would be slower in orjson, and
-`bytes.replace` is slow with more than one character.
+orjson writes the numbers of a whole array in C. For formats with lines, it writes the array as one
+flat list, and NumPy replaces the commas by separators. This is faster than writing short rows with
+orjson, and faster than `bytes.replace` with more than one character.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,55 +16,56 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 
 FLOAT64_CHARS = 24
-"""Most characters of a float64: sign, 17 digits, point, and e-308 or 0.0000 in front."""
+"""The most characters of a float64: sign, 17 digits, point, and e-308 or leading 0.0000."""
 FLOAT32_CHARS = 16
-"""Most characters of a float32, which needs at most 9 digits."""
+"""The most characters of a float32, which needs at most 9 digits."""
 LONGEST_ESCAPE = 6
-"""Most characters of one byte of UTF-8 in JSON: a control character is `\\u0001`."""
+"""The most characters of one byte of UTF-8 in JSON: a control character is `\\u0001`."""
 
 CHUNK_NUMBERS = 1 << 15
-"""Numbers in one piece of text, to bound the memory."""
+"""How many numbers are converted to text at once, to bound the memory."""
 
 AT_ONCE = 1 << 20
-"""Most bytes of arrays whose JSON is made in one piece."""
+"""The most bytes of arrays whose JSON is written at once."""
 
 ROW = 32
-"""Numbers that orjson gets in one row of float64. It reserves 24 bytes for each number and some
-hundred for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes: orjson 3.13
+"""How many float64 orjson gets in one row. orjson reserves 24 bytes for each number and some
+hundred for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes. So orjson 3.13
 writes long rows of such numbers beyond the end of its memory."""
 
 POWERS = np.array([float(10**k) for k in range(10)])
+"""10^0 … 10^9, all exact."""
 
 
 def json_text(value: object) -> bytes:
-    """JSON (RFC 8259) of a value, which may contain arrays, and bytes that are already JSON."""
+    """The JSON text (RFC 8259) of a value, which may have arrays; `bytes` must be JSON already."""
     return orjson.dumps(value, default=_convert_unknown)
 
 
 def json_document(value: object) -> bytes:
-    """JSON of a value, which may contain arrays, and bytes that are already JSON.
+    """The JSON text of a value, which may contain arrays; `bytes` must be JSON already.
 
-    A long text is made in pieces: this takes 2 times its length instead of 4.
+    A long text is written in pieces, which takes memory for 2 times its length in place of 4 times.
     """
     checkpoint()
-    if _held(value) <= AT_ONCE:
+    if _count_bytes(value) <= AT_ONCE:
         return json_text(value)
-    return b"".join(_pieces(value))
+    return b"".join(_write_pieces(value))
 
 
-def _held(value: object) -> int:
-    """Bytes of the arrays and of the JSON in a value."""
+def _count_bytes(value: object) -> int:
+    """The number of bytes of all arrays, and of all `bytes`, in a value."""
     if isinstance(value, np.ndarray):
         return value.nbytes
     if isinstance(value, bytes):
         return len(value)
     if isinstance(value, dict):
-        return sum(map(_held, value.values()))
-    return sum(map(_held, value)) if isinstance(value, list | tuple) else 0
+        return sum(map(_count_bytes, value.values()))
+    return sum(map(_count_bytes, value)) if isinstance(value, list | tuple) else 0
 
 
 def _convert_unknown(value: object) -> object:
-    """Converts a value that orjson does not know: JSON bytes, an array, a number of NumPy."""
+    """Convert a value of a type that orjson does not know: `bytes`, an array, a NumPy number."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):
@@ -74,17 +75,17 @@ def _convert_unknown(value: object) -> object:
     raise TypeError
 
 
-def _pieces(value: object) -> Iterator[bytes]:
-    """The text of a value in pieces, cut at large arrays and inside them."""
+def _write_pieces(value: object) -> Iterator[bytes]:
+    """The JSON text of a value in pieces; large arrays are written in several pieces."""
     if isinstance(value, dict):
         opening = b"{"
         for key, item in value.items():
             yield opening + json_text(key) + b":"
-            yield from _pieces(item)
+            yield from _write_pieces(item)
             opening = b","
         yield b"}" if value else b"{}"
-    elif isinstance(value, list | tuple) and _held(value):
-        yield from _write_list(map(_pieces, value))
+    elif isinstance(value, list | tuple) and _count_bytes(value):
+        yield from _write_list(map(_write_pieces, value))
     elif isinstance(value, np.ndarray) and value.size:
         each = value.size // len(value)
         yield from _write_list(
@@ -97,6 +98,7 @@ def _pieces(value: object) -> Iterator[bytes]:
 
 
 def _write_list(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
+    """The JSON text of a list in pieces, from the pieces of its items."""
     opening = b"["
     for pieces in items:
         yield opening
@@ -106,9 +108,9 @@ def _write_list(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
 
 
 def json_bound(value: object) -> int:
-    """Most bytes of `json_text`, without writing it."""
+    """An upper bound of the bytes of `json_text(value)`, computed without writing the text."""
     if isinstance(value, np.ndarray):
-        # A number and a comma; each number may be a separate row.
+        # A number, a comma, and the brackets of a list for each axis.
         return value.size * (FLOAT64_CHARS + 1 + 2 * value.ndim) + 2
     if isinstance(value, dict):
         return 2 + sum(json_bound(key) + json_bound(item) + 2 for key, item in value.items())
@@ -120,13 +122,13 @@ def json_bound(value: object) -> int:
 
 
 def json_array(array: NDArray[np.generic]) -> bytes:
-    """JSON of one array."""
+    """The JSON text of one array."""
     checkpoint()
     return _array_text(array)
 
 
 def _array_text(array: NDArray[np.generic]) -> bytes:
-    """JSON of one array, first made contiguous, in rows that orjson can write safely."""
+    """The JSON text of one array, written by orjson in rows short enough to be safe (`ROW`)."""
     array = np.ascontiguousarray(array)
     if array.dtype != np.float64 or array.shape[-1] <= ROW:
         return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
@@ -142,49 +144,55 @@ def _array_text(array: NDArray[np.generic]) -> bytes:
 def rows(
     array: RealArray | IndexArray | NDArray[np.int64], start: bytes = b"", between: bytes = b" "
 ) -> bytes:
-    """Lines of numbers, one for each row, beginning with `start`.
+    """Write an array as lines of numbers, one line for each row.
 
     Parameters
     ----------
     array : ndarray of float or integer, shape (N, K), K >= 1
         Floats are written with the fewest digits that read back as the same value.
+    start : bytes
+        The beginning of each line.
     between : bytes
-        The characters between the numbers of a row, repeated if the row is longer.
+        The separators between the numbers of a row, one character each; if the row has more
+        numbers, the separators are repeated.
     """
     return b"".join(_lines(array[chunk], start, between) for chunk in row_chunks(array))
 
 
 def join_rows(*arrays: RealArray, start: bytes = b"") -> bytes:
-    """Lines of several arrays side by side; all have the same number of rows."""
+    """Write several arrays, with the same number of rows, side by side as lines of numbers.
+
+    Each line begins with `start`.
+    """
     return b"".join(
         _side_by_side([array[chunk] for array in arrays], start) for chunk in row_chunks(arrays[0])
     )
 
 
 def row_chunks(array: NDArray[np.generic]) -> Iterator[slice]:
-    """Slices of the rows of an array, one for each piece of text."""
+    """Slices of the rows of an array; each has about `CHUNK_NUMBERS` numbers."""
     return row_slices(len(array), array.shape[1], CHUNK_NUMBERS)
 
 
 def _lines(array: NDArray[np.generic], start: bytes = b"", between: bytes = b" ") -> bytes:
-    """The lines of a piece of one or more rows."""
+    """The lines of some rows of an array."""
     lines = _in_lines(json_array(array.reshape(-1)), array.shape[1], between)
     return b"".join((start, lines.replace(b"\n", b"\n" + start) if start else lines, b"\n"))
 
 
 def _in_lines(text: bytes, width: int, between: bytes = b" ") -> bytes:
-    """A JSON list of numbers as lines of `width` numbers, without a line feed at the end."""
-    changed = bytearray(text)
-    changed[-1:] = b","
-    characters = np.frombuffer(changed, dtype=np.uint8)
+    """Convert a JSON list of numbers to lines of `width` numbers; the last has no line feed."""
+    lines = bytearray(text)
+    lines[-1:] = b","
+    characters = np.frombuffer(lines, dtype=np.uint8)
     commas = np.flatnonzero(characters == ord(","))
     separators = (between * width)[: width - 1] + b"\n"
     characters[commas.reshape(-1, width)] = np.frombuffer(separators, dtype=np.uint8)
-    return bytes(memoryview(changed)[1:-1])
+    return bytes(memoryview(lines)[1:-1])
 
 
 def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
-    """The lines of a piece of one or more rows of several arrays."""
+    """The lines of some rows of several arrays side by side."""
     columns = [_lines(array).splitlines() for array in arrays]
     step = 2 * len(columns)
     cells = ([b" "] * (step - 1) + [b"\n" + start]) * len(columns[0])
@@ -195,7 +203,7 @@ def _side_by_side(arrays: Sequence[RealArray], start: bytes) -> bytes:
 
 
 def general_lines(array: FloatArray) -> list[bytes]:
-    """One text for each row, without line feed: numbers as in C's `%g`, with blanks between."""
+    """For each row of an array its numbers as in C's `%g`, separated by blanks; no line feed."""
     lines: list[bytes] = []
     for chunk in row_chunks(array):
         lines += _in_lines(_general(array[chunk].reshape(-1)), array.shape[1]).split(b"\n")
@@ -203,13 +211,14 @@ def general_lines(array: FloatArray) -> list[bytes]:
 
 
 def _general(numbers: FloatArray) -> bytes:
-    """JSON list of numbers, but with six significant digits as C's `%g` writes them.
+    """Write numbers like a JSON list, but with six significant digits, as C's `%g` writes them.
 
-    A number x of 10^e ≤ |x| < 10^(e+1) becomes m / 10^k with k = 5 − e, m the integer nearest to x
-    · 10^k. Both m and 10^k are exact, so that the fewest digits of the quotient are those of m. C
-    formats all other numbers: those that `%g` writes with an exponent or without a point, and those
-    whose product is within 10^-7 of the middle of two integers, where the rounding of the product,
-    below 10^-9, could decide.
+    A number x with 10^e ≤ |x| < 10^(e+1) is rounded to m / 10^k with k = 5 − e, where m is the
+    integer nearest to x · 10^k. Both m and 10^k are exact, so the fewest digits of the quotient are
+    the digits of m, and orjson writes these. For two sorts of numbers `%g` itself is called:
+    numbers that it writes with an exponent or without a point; and numbers for which x · 10^k is
+    within 10^-7 of the middle between two integers, where the rounding of the product (below 10^-9)
+    could change m.
     """
     size = np.abs(numbers)
     with np.errstate(divide="ignore"):
@@ -234,5 +243,5 @@ def _general(numbers: FloatArray) -> bytes:
 
 
 def digits(count: int) -> int:
-    """Decimal digits of `count`, which the largest index does not exceed."""
+    """The number of decimal digits of `count`; indices below `count` have at most as many."""
     return len(str(count))

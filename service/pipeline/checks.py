@@ -8,7 +8,7 @@ from dataclasses import astuple, replace
 
 import numpy as np
 
-from service.encoders.compression import compressions
+from service.encoders.compression import list_compressions
 from service.encoders.format import EncodeOptions, Format
 from service.engine.curvatures.ranges import NAMES
 from service.engine.evaluation import de_casteljau, forward_difference
@@ -127,7 +127,7 @@ def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> N
         message = f"The format {fmt.name} has no compact form."
         needed = "nothing here, or one of the formats glb and gltf"
         raise _build_unsupported_error(message, f"/{name}", name, needed)
-    if encode.compression not in ("none", *compressions()):
+    if encode.compression not in ("none", *list_compressions()):
         message = "This service was installed without the library that compresses."
         got, needed = encode.compression, "none, or a service with the extra named meshopt"
         issue = Issue("compression_unavailable", message, "/compression", got, needed)

@@ -51,7 +51,7 @@ def test_formats_list_their_compact_options(
     nothing: dict[str, tuple[bool, list[str]]] = {
         fmt.name: (False, []) for fmt in FORMATS if not fmt.compact
     }
-    monkeypatch.setattr(meshopt, "available", lambda: True)
+    monkeypatch.setattr(meshopt, "is_available", lambda: True)
     assert list_compact() == {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])} | nothing
-    monkeypatch.setattr(meshopt, "available", lambda: False)
+    monkeypatch.setattr(meshopt, "is_available", lambda: False)
     assert list_compact() == {"glb": (True, []), "gltf": (True, [])} | nothing

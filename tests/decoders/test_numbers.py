@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from service.decoders import numbers
-from service.decoders.format import too_many
+from service.decoders.format import build_too_many_error
 from service.decoders.numbers import line_of_number, read_numbers
 from service.errors import SurfaceError
 
@@ -12,7 +12,7 @@ from service.errors import SurfaceError
 def read(text: bytes, max_numbers: int = 10**6) -> list[float]:
     """The numbers of a text; a text with more than `max_numbers` is refused."""
     values: list[float] = read_numbers(
-        text, 0, len(text), max_numbers, lambda: too_many("more", max_numbers)
+        text, 0, len(text), max_numbers, lambda: build_too_many_error("more", max_numbers)
     ).tolist()
     return values
 
@@ -34,7 +34,7 @@ def test_words_are_counted_and_too_many_are_refused(
 ) -> None:
     monkeypatch.setattr(numbers, "PIECE", piece)
     for text, count in ((b"", 0), (b"1", 1), (b" 1,, 22\n3\t", 3), (b"12 34 56", 3), (b" ,", 0)):
-        assert numbers._words(text, 0, len(text)) == count
+        assert numbers._count_words(text, 0, len(text)) == count
         if count:
             with pytest.raises(SurfaceError, match="more control points"):
                 read(text, count - 1)

@@ -12,7 +12,7 @@ from tests.programs import run_python
 OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1")}
 """Two kinds of processor whose code runs on all that are in use."""
 
-PROGRAM = "from service.encoders.arithmetic import arithmetic; print(arithmetic())"
+PROGRAM = "from service.encoders.arithmetic import describe_platform; print(describe_platform())"
 
 
 def name_with_core(core: str) -> str:

@@ -39,7 +39,7 @@ COMPACT: list[dict[str, Any]] = [
     {"quantize": quantize, "compression": compression}
     for quantize in (False, True)
     for compression in ("none", "meshopt")
-    if compression == "none" or meshopt.available()
+    if compression == "none" or meshopt.is_available()
 ]
 AWKWARD = -1.2345678901234567e-305
 """A float64 with the largest number of characters."""

@@ -189,7 +189,7 @@ def test_formats_without_a_compact_form_refuse_the_option(fmt: Any, encode: Enco
 
 
 def test_compression_is_refused_if_the_library_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(meshopt, "available", lambda: False)
+    monkeypatch.setattr(meshopt, "is_available", lambda: False)
     plan_sizes.cache_clear()  # cached plans assume that the library is installed
     with pytest.raises(UnsupportedByFormat) as refused:
         render(find("saddle").surface(), MeshOptions((2, 2)), GLB, FORMS["compressed"])

@@ -26,7 +26,7 @@ from service.api.responses import FileResponse, disposition, report_headers
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, surface_of
 from service.api.workers import Job
-from service.encoders.arithmetic import written_by
+from service.encoders.arithmetic import describe_writer
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
@@ -119,7 +119,7 @@ async def get_surface_mesh(
         url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
         # All that the bytes depend on: the surface, the options, and the encoder's version.
-        content=f"{content} {fmt.suffix} {query} {written_by(fields.compression)}",
+        content=f"{content} {fmt.suffix} {query} {describe_writer(fields.compression)}",
         for_ever=id == content,
     )
     cache, record = services.cache, record_of(request.scope)

@@ -14,7 +14,7 @@ from service.api.observing.health import is_ready
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import error
 from service.api.responses import HEADERS, json_response
-from service.encoders.compression import compressions
+from service.encoders.compression import list_compressions
 from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
 
@@ -51,7 +51,7 @@ def formats() -> list[dict[str, Any]]:
             "attributes": "attribute" in f.carries,
             "precision": "float32" if f.single else "float64",
             "quantize": f.compact,
-            "compression": compressions() if f.compact else (),
+            "compression": list_compressions() if f.compact else (),
         }
         for f in FORMATS
     ]

@@ -1,4 +1,4 @@
-"""Counts, coordinates and the report, which all formats of curves share."""
+"""Helpers of all formats of curves: sizes, coordinates and the report."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -12,7 +12,7 @@ from service.engine.curves.polyline import Polyline, PolylineReport
 
 @dataclass(frozen=True, slots=True)
 class CurveSize:
-    """Counts from which the size of a file is predicted: points, and UTF-8 bytes of the name."""
+    """The number of points of a curve, and the UTF-8 bytes of its name: they bound its file."""
 
     points: int
     name_bytes: int
@@ -22,17 +22,17 @@ CurveFormat: TypeAlias = LineFormat[Polyline, CurveSize]
 
 
 def in_space(vectors: RealArray) -> RealArray:
-    """Vectors (N, 2) or (N, 3) as (N, 3): z = 0 is added to two coordinates."""
+    """Vectors (N, 2) or (N, 3) as vectors (N, 3); vectors of two coordinates get z = 0."""
     return vectors if vectors.shape[1] == 3 else np.pad(vectors, ((0, 0), (0, 1)))
 
 
 def absolute_points(line: Polyline) -> FloatArray:
-    """Model coordinates of the points, shape (N, 3)."""
+    """The points in model coordinates, float64, shape (N, 3)."""
     return in_space(line.points.astype(np.float64) + line.origin).astype(np.float64)
 
 
 def report_object(report: PolylineReport) -> dict[str, object]:
-    """The report as a JSON object, for all formats that store one."""
+    """The report on a curve as a JSON object, for the formats that store a report."""
     return {
         "points": report.points,
         "pieces": report.pieces,

@@ -1,8 +1,8 @@
 """A curve as glTF 2.0: one node, one LINE_STRIP, an unlit material.
 
-It stores POSITION, `_TANGENT` (VEC3; glTF's own TANGENT belongs to normals and textures),
-`_PARAMETER` and `_ARC_LENGTH`. A closed curve repeats its first point at the end, with another
-parameter and length; so it is a strip, not a loop.
+The attributes are POSITION, `_TANGENT`, `_PARAMETER` and `_ARC_LENGTH`. `_TANGENT` is a VEC3; the
+attribute TANGENT of glTF is for textures. A closed curve repeats its first point at the end with
+another parameter and arc length; so its mode is LINE_STRIP, not LINE_LOOP.
 
 References
 ----------
@@ -18,38 +18,39 @@ from service.encoders.gltf.document import (
     File,
     build_whole_document,
     root_placement,
-    textual,
+    write_gltf,
 )
-from service.encoders.gltf.glb import binary
+from service.encoders.gltf.glb import write_glb
 from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.curves.polyline import Polyline
 
 POINT_BYTES = 12 + 12 + 4 + 4
+"""Bytes of a point: position, tangent, parameter and arc length in float32."""
 
 
 def encode_glb(line: Polyline) -> bytes:
-    """The binary form."""
-    return bytes(binary(*_document(line)))
+    """The curve as a binary glTF file."""
+    return bytes(write_glb(*_document(line)))
 
 
 def encode_gltf(line: Polyline) -> bytes:
-    """The JSON form, with the buffer as base64 inside."""
-    return textual(*_document(line))
+    """The curve as one glTF JSON document, which contains the buffer as base64."""
+    return write_gltf(*_document(line))
 
 
 def glb_byte_bound(size: CurveSize) -> int:
-    """Most bytes of the binary form."""
+    """The most bytes of a binary glTF file."""
     return _json_bound(size) + size.points * POINT_BYTES
 
 
 def gltf_byte_bound(size: CurveSize) -> int:
-    """Most bytes of the JSON form: base64 writes 3 bytes as 4."""
+    """The most bytes of a glTF JSON document; base64 writes 3 bytes as 4 characters."""
     return _json_bound(size) + 4 + size.points * POINT_BYTES // 3 * 4
 
 
 def _document(line: Polyline) -> File:
-    """The document and its buffer."""
+    """The glTF document of a curve, and its buffer."""
     columns = {"POSITION": in_space(line.points)}
     if line.tangents is not None:
         columns["_TANGENT"] = in_space(line.tangents)

@@ -1,6 +1,6 @@
-"""A curve as one JSON object: columns of float64 with one row for each point.
+"""A curve as one JSON object: lists of float64 with one row for each point.
 
-Points and tangents have two coordinates if the control points have two. Columns that the options
+Points and tangents have two coordinates if the control points have two. Lists that the options
 switch off are omitted.
 """
 
@@ -26,5 +26,5 @@ def encode(line: Polyline) -> bytes:
 
 
 def byte_bound(size: CurveSize) -> int:
-    """Most bytes, with points and tangents in space, parameters and lengths."""
+    """The most bytes of the document: all lists, with three coordinates."""
     return 512 + 8 * FLOAT64_CHARS + size.points * (8 * (FLOAT64_CHARS + 1) + 4)

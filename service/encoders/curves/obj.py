@@ -9,7 +9,7 @@ from service.engine.curves.polyline import Polyline
 
 
 def encode(line: Polyline) -> bytes:
-    """The OBJ file, UTF-8; the line of a closed curve returns to the index of its first point."""
+    """The OBJ file, UTF-8; the line of a closed curve ends with the index of its first point."""
     points = absolute_points(line)
     number = np.arange(1, len(points) + 1)
     if line.report.closed:
@@ -19,6 +19,6 @@ def encode(line: Polyline) -> bytes:
 
 
 def byte_bound(size: CurveSize) -> int:
-    """Most bytes of the file."""
+    """The most bytes of the file."""
     point = 2 + 3 * (FLOAT64_CHARS + 1)
     return 8 + size.name_bytes + size.points * (point + digits(size.points) + 1)

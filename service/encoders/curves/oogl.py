@@ -1,4 +1,4 @@
-"""A curve as an OOGL VECT: one polyline of one colour; with a negative count it is closed.
+"""A curve as an OOGL VECT: one polyline of one colour. A negative count means a closed polyline.
 
 References
 ----------
@@ -21,5 +21,5 @@ def encode(line: Polyline) -> bytes:
 
 
 def byte_bound(size: CurveSize) -> int:
-    """Most bytes of the file."""
+    """The most bytes of the file."""
     return 32 + 2 * digits(size.points) + size.points * 3 * (FLOAT64_CHARS + 1)

@@ -19,6 +19,7 @@ CURVE_FORMATS: tuple[CurveFormat, ...] = (
     line_format("oogl", curve_oogl.encode, curve_oogl.byte_bound),
     line_format("obj", curve_obj.encode, curve_obj.byte_bound),
 )
-"""In the order of lists; texts are UTF-8."""
+"""All formats of curves, in the order in which lists name them."""
 
 CURVES_BY_NAME: Mapping[str, CurveFormat] = MappingProxyType({f.name: f for f in CURVE_FORMATS})
+"""All formats of curves by name."""

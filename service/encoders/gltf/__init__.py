@@ -1,1 +1,1 @@
-"""Writes glTF 2.0: arrays, materials, meshes and scenes, with float32 or in compact forms."""
+"""Writes glTF 2.0: meshes and scenes, in float32 or in compact forms."""

@@ -1,4 +1,4 @@
-"""Arrays of a glTF document: their accessors and their places in the buffer.
+"""The arrays of a glTF document: builds their accessors, buffer views and the buffer.
 
 References
 ----------
@@ -18,25 +18,34 @@ from service.engine.extent import find_extent
 JsonObject: TypeAlias = dict[str, Any]
 
 COMPONENTS = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
-"""Component types (3.6.2.2)."""
+"""For each NumPy type, the glTF number of the component type (3.6.2.2)."""
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
-"""Targets of buffer views (3.6.1.3): vertex attributes, vertex indices."""
+"""The `target` of a buffer view of vertex attributes, and of one of vertex indices (3.6.1.3)."""
 
 LARGEST_SHORT_COUNT = 65535
-"""Vertices that 16-bit indices can name: index 65535 itself restarts a primitive (3.7.2.1)."""
+"""The most vertices that 16-bit indices can name: 0 … 65534, because index 65535 restarts a
+primitive (3.7.2.1)."""
 
 ELEMENT_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-"""Type of an accessor by its number of components (3.6.2.3)."""
+"""The type of an accessor, by the number of components (3.6.2.3)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """An array as the bytes of its elements, shape (N, stride).
+    """The array of one buffer view, as bytes.
 
-    `corners` is 3 for indices of triangles, 2 for those of lines, 0 for a vertex attribute, whose
-    elements begin at multiples of 4 bytes (3.6.2.4). `padded` says whether elements are longer than
-    their components, `unit` whether they are unit vectors.
+    Attributes
+    ----------
+    rows : ndarray of uint8, shape (N, stride)
+        The bytes of each element.
+    corners : int
+        3 for indices of triangles, 2 for indices of lines, 0 for a vertex attribute.
+    padded : bool
+        Whether bytes were added to each element, because the elements of vertex attributes must
+        begin at multiples of 4 bytes (3.6.2.4).
+    unit : bool
+        Whether the elements are unit vectors.
     """
 
     rows: Bytes
@@ -46,15 +55,23 @@ class View:
 
     @property
     def target(self) -> int:
-        """The use of the array, as a buffer view's target."""
+        """The `target` of the buffer view."""
         return ELEMENT_ARRAY_BUFFER if self.corners else ARRAY_BUFFER
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Packed:
-    """All views: their JSON, and the bytes of the first buffer.
+class PackedBuffer:
+    """The buffer views of a document, and its buffers.
 
-    `others` are the buffers without bytes.
+    Attributes
+    ----------
+    views : list of JSON objects
+    chunks : list of buffers
+        The bytes of the first buffer, in order.
+    others : list of JSON objects
+        More buffers, which have a length but no bytes.
+    extensions : tuple of str
+        The extensions that the views need.
     """
 
     views: list[JsonObject] = field(default_factory=list)
@@ -70,9 +87,9 @@ class Packed:
 
 @dataclass(slots=True)
 class BufferBuilder:
-    """Collects arrays; each becomes one view with one accessor.
+    """Collects arrays; each becomes one buffer view with one accessor.
 
-    `quantized` says whether positions are integers, which only an extension allows.
+    `quantized` says whether any positions are integers, which only an extension allows.
     """
 
     accessors: list[JsonObject] = field(default_factory=list)
@@ -80,37 +97,44 @@ class BufferBuilder:
     quantized: bool = False
 
     def add_positions(self, column: Column) -> int:
-        """Accessor of positions, (V, 3), with the bounds that POSITION must have (3.7.2.1)."""
+        """Add positions (V, 3), with the bounds that POSITION requires (3.7.2.1).
+
+        Returns the number of the accessor.
+        """
         low, high = find_extent(column.values)
         self.quantized |= column.values.dtype.kind == "u"
-        # The bounds are float32 values, exact as float64: equal for readers of either precision.
+        # The bounds are float32 values, so readers of single and of double precision get the same.
         return self.add(column, {"min": low.tolist(), "max": high.tolist()})
 
     def add(self, column: Column, bounds: JsonObject | None = None) -> int:
-        """Accessor of a vertex attribute, (V, 1…4)."""
+        """Add a vertex attribute (V, 1…4); returns the number of the accessor."""
         more = {"normalized": True} if column.normalized else {}
         rows = _rows(column.values)
         padded = rows.shape[1] > column.values.dtype.itemsize * column.values.shape[1]
         return self._add(column.values, View(rows, 0, padded, column.unit), more | (bounds or {}))
 
     def add_indices(self, faces: IndexArray, vertices: int) -> int:
-        """Accessor of indices of triangles or lines, (N, 3 or 2); in 16 bits if they fit."""
+        """Add the indices of triangles (N, 3) or lines (N, 2); returns the number of the accessor.
+
+        The indices have 16 bits if that suffices for the number of vertices.
+        """
         stored = index_rows(faces, vertices).reshape(-1, 1)
         view = View(stored.view(np.uint8), corners=faces.shape[1])
         return self._add(stored, view, {})
 
-    def pack(self) -> Packed:
-        """All arrays one after another, each at a multiple of 4 bytes."""
-        laid = Packed()
+    def pack(self) -> PackedBuffer:
+        """Put all arrays into one buffer, each at a multiple of 4 bytes."""
+        packed = PackedBuffer()
         length = 0
         for view in self.views:
             entry = {"buffer": 0, "byteOffset": length} | describe_view(view)
-            laid.views.append(entry)
-            laid.chunks.extend(pad(view.rows.data.cast("B")))
+            packed.views.append(entry)
+            packed.chunks.extend(pad(view.rows.data.cast("B")))
             length += view.rows.nbytes + -view.rows.nbytes % 4
-        return laid
+        return packed
 
     def _add(self, values: NDArray[np.generic], view: View, more: JsonObject) -> int:
+        """Add a view and its accessor, which also gets the fields `more`."""
         self.views.append(view)
         self.accessors.append(
             {
@@ -125,24 +149,24 @@ class BufferBuilder:
 
 
 def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
-    """Indices in the type of the file: 16 bits for few vertices, else 32 bits."""
+    """Indices as a file stores them: in 16 bits if this suffices for the vertices, else in 32."""
     kind = "<u2" if vertices <= LARGEST_SHORT_COUNT else "<u4"
     return np.ascontiguousarray(faces, dtype=kind)
 
 
 def describe_view(view: View) -> JsonObject:
-    """The JSON of a view, without its place in the buffer."""
+    """The JSON object of a buffer view, without its position in the buffer."""
     stride = {"byteStride": view.rows.shape[1]} if view.padded else {}
     return {"byteLength": view.rows.nbytes, **stride, "target": view.target}
 
 
 def pad(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:
-    """Bytes, padded to a multiple of 4."""
+    """The content, and the zero bytes that make its length a multiple of 4."""
     return content, bytes(-len(content) % 4)
 
 
 def _rows(values: NDArray[Any]) -> Bytes:
-    """The bytes of elements, (N, stride), each padded to a multiple of 4."""
+    """The bytes of each element, padded to a multiple of 4: shape (N, stride)."""
     stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     size = stored.itemsize * stored.shape[1]
     row_bytes = stored.view(np.uint8).reshape(len(stored), size)

@@ -1,7 +1,7 @@
-"""Vertex attributes of a mesh: their names in glTF, and the numbers that are stored.
+"""The vertex attributes of a mesh: their names in glTF, and the numbers that a file stores.
 
-Colours are linear, multiplied with white. The attribute `flow` with up to 4 components is `_FLOW`;
-an attribute with more is split into `_FLOW_0`, `_FLOW_1` and so on, 4 components each.
+Colours are stored as linear RGB. An attribute `flow` with up to 4 components has the name `_FLOW`.
+If it has more components, it is split into `_FLOW_0`, `_FLOW_1` and so on, 4 components each.
 
 References
 ----------
@@ -22,14 +22,14 @@ from service.engine.scenes.colors import to_linear
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Column:
-    """An attribute of vertices.
+    """The values of one vertex attribute.
 
     Attributes
     ----------
     values : ndarray, shape (V, 1…4)
         float32, or integers of 8 or 16 bits.
     normalized : bool
-        Whether readers divide the integers by the largest of their type.
+        Whether readers must divide the integers by the largest value of their type.
     unit : bool
         Whether the values are unit vectors.
     """
@@ -39,20 +39,20 @@ class Column:
     unit: bool = False
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
-        """The attribute at these vertices."""
+        """The attribute for these vertices only."""
         return Column(self.rows(rows), self.normalized, self.unit)
 
     def rows(self, rows: IndexArray | Ints | slice) -> NDArray[Any]:
-        """The values at these vertices."""
+        """The values for these vertices only."""
         return self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
 
 
 Columns: TypeAlias = dict[str, Column]
-"""Attributes by their names in glTF."""
+"""Vertex attributes by their names in glTF."""
 
 
 def build_plain_columns(mesh: Mesh) -> Columns:
-    """Every attribute of a mesh, in float32."""
+    """All vertex attributes of a mesh, in float32."""
     columns = {"POSITION": mesh.positions}
     if mesh.normals is not None:
         columns["NORMAL"] = mesh.normals
@@ -67,7 +67,7 @@ def build_plain_columns(mesh: Mesh) -> Columns:
 
 
 def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
-    """Names under which an attribute is stored, and the components of each: at most 4."""
+    """The names under which an attribute is stored, each with its components, at most 4."""
     if dimension <= 4:
         yield f"_{name.upper()}", slice(0, dimension)
         return
@@ -76,5 +76,5 @@ def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
 
 
 def to_single(values: RealArray) -> NDArray[np.float32]:
-    """Numbers as float32."""
+    """The numbers as contiguous little-endian float32."""
     return np.ascontiguousarray(values, dtype="<f4")

@@ -1,4 +1,4 @@
-"""The glTF document around nodes, meshes and arrays, and its form as one JSON text.
+"""Builds a glTF document from nodes, meshes and arrays, and writes it as one JSON text.
 
 References
 ----------
@@ -13,34 +13,36 @@ from service.bases.arrays import FloatArray
 from service.bases.row_batches import row_runs
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt, quantized
-from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed
+from service.encoders.gltf.buffer import BufferBuilder, JsonObject, PackedBuffer
 from service.encoders.gltf.materials import LINE_MATERIAL, UNLIT
 from service.encoders.text import json_text
 
 GENERATOR = "Surface Service"
-"""It has no version: a release changes bytes only if the version of the numbers changes."""
+"""The name of this program in a file. It has no version, because the bytes of a file may change
+only if `ENGINE` changes, not with each release."""
 
 Z_UP_TO_Y_UP = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
 """Unit quaternion (x, y, z, w): a quarter turn about x, from z up to y up."""
 
 LINE_STRIP = 3
-"""Mode of a primitive (3.7.2.1)."""
+"""The mode of a primitive of connected lines (3.7.2.1)."""
 
 DATA_URI = "data:application/gltf-buffer;base64,"
-"""A buffer inside the document (3.6.1.1)."""
+"""The beginning of the URI of a buffer that is inside the document (3.6.1.1)."""
 
 _QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
-"""Place of the buffer in the text: no name contains it, as JSON escapes quotation marks."""
+"""The text at the place of the buffer. A name cannot contain it, because JSON escapes quotation
+marks."""
 
 PIECE = 3 << 16
-"""Bytes of a piece that becomes base64."""
+"""The number of bytes that are converted to base64 at once."""
 
 REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
-"""Extensions without which a file cannot be read."""
+"""The extensions without which a reader cannot read the file."""
 
 
-File: TypeAlias = tuple[JsonObject, Packed]
-"""A document and its buffer."""
+File: TypeAlias = tuple[JsonObject, PackedBuffer]
+"""A glTF document and its buffer."""
 
 
 def build_whole_document(
@@ -50,7 +52,7 @@ def build_whole_document(
     buffer: BufferBuilder,
     options: EncodeOptions,
 ) -> File:
-    """The document of these nodes, meshes and materials; the first node is the root."""
+    """Build the document around `arrays`: the nodes, meshes and materials; node 0 is the root."""
     packed = meshopt.compress_buffer(buffer) if options.compression == "meshopt" else buffer.pack()
     extensions = [UNLIT] if LINE_MATERIAL in arrays["materials"] else []
     extensions += [quantized.EXTENSION] if buffer.quantized else []
@@ -69,14 +71,15 @@ def build_whole_document(
         "accessors": buffer.accessors,
         "bufferViews": packed.views,
     }
-    # An array that is present must not be empty (JSON schema of the specification, minItems 1).
+    # Omit empty arrays: the JSON schema of the specification requires at least one item.
     return {key: value for key, value in document.items() if value != []}, packed
 
 
 def root_placement(origin: FloatArray, up: str) -> JsonObject:
-    """Fields of the root node: its translation by the local `origin` (3,), its rotation to y up.
+    """The fields `rotation` and `translation` of the root node.
 
-    A reader rotates before it translates (3.5.3), so the translation is the rotated origin.
+    The rotation turns z up to y up, which glTF requires. The translation is the local `origin`
+    (3,). A reader rotates before it translates (3.5.3), so the origin is rotated, too.
     """
     x, y, z = origin.tolist()
     placement: JsonObject = {"rotation": Z_UP_TO_Y_UP} if up == "z" else {}
@@ -85,12 +88,12 @@ def root_placement(origin: FloatArray, up: str) -> JsonObject:
     return placement
 
 
-def textual(document: JsonObject, buffer: Packed) -> bytes:
-    """The file of a document with its buffer inside it."""
+def write_gltf(document: JsonObject, buffer: PackedBuffer) -> bytes:
+    """Write a document as one JSON text, which contains the buffer as base64."""
     if not buffer.chunks:
         return json_text(document)
     document["buffers"] = [{"byteLength": buffer.length, "uri": DATA_URI}, *buffer.others]
-    # A JSON writer would copy the buffer, and reserve 8 times its length.
+    # Insert the buffer after writing the JSON: orjson would copy it and reserve 8 times its length.
     before, quoted, after = json_text(document).partition(_QUOTED)
     return b"".join((before, quoted[:-1], *_base64(buffer.chunks), b'"', after))
 
@@ -101,7 +104,7 @@ def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
     for chunk in chunks:
         for first, last in row_runs(len(chunk), PIECE):
             piece = left + chunk[first:last]
-            # 3 bytes are 4 letters; the remaining 1 or 2 bytes go to the next chunk.
+            # 3 bytes become 4 letters; the remaining 1 or 2 bytes are joined to the next piece.
             length = len(piece) - len(piece) % 3
             left = piece[length:]
             yield base64.b64encode(piece[:length])

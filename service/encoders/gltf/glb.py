@@ -1,8 +1,8 @@
-"""The binary form of glTF: its layout, and a cached template for planned meshes.
+"""Writes binary glTF files (GLB), with a cached template for meshes whose plan is cached.
 
-The files of two meshes with the same plan, names and attributes differ only in the vertices, their
-bounds, the report and the local origin. A template has everything else: the text of the document
-around these values, and the bytes of the indices.
+The files of two meshes with the same plan, names and attributes differ only in four values: the
+vertices, their bounds, the report and the local origin. A template has everything else, that is,
+the text of the document around these values, and the bytes of the indices.
 
 References
 ----------
@@ -24,7 +24,7 @@ from service.bases.cache import derive_once
 from service.encoders.colors import is_translucent
 from service.encoders.content import find_nonempty, report_object
 from service.encoders.format import EncodeOptions
-from service.encoders.gltf.buffer import JsonObject, Packed
+from service.encoders.gltf.buffer import JsonObject, PackedBuffer
 from service.encoders.gltf.columns import Columns, build_plain_columns
 from service.encoders.gltf.mesh_document import build_document
 from service.encoders.gltf.primitives import split_parts
@@ -34,30 +34,34 @@ from service.engine.extent import is_moved
 from service.engine.mesh.mesh_value import Mesh
 
 GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
-"""Header and chunk types of a GLB (4.4.2, 4.4.3): "glTF", 2, "JSON", "BIN" and a zero byte."""
+"""The numbers in the header and in the chunks of a GLB (4.4.2, 4.4.3): "glTF", version 2, "JSON",
+and "BIN" with a zero byte."""
 
 SHORT = 1 << 16
-"""Bytes up to which a file is one buffer."""
+"""Files of at most this number of bytes are returned as one buffer."""
 
 PLACEHOLDER = "\ue000{}\ue000"
-"""Marks the place of a value in the text of a template, with private-use characters of Unicode."""
+"""Stands in the text of a template for a value, whose name is inserted at {}. The character is one
+of Unicode's private-use characters."""
 
 _PLACEHOLDER = re.compile(f'"{PLACEHOLDER.format("([a-z0-9]+)")}"'.encode())
 
 
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
-    """The binary form of a mesh; a long file in pieces, which may be arrays of the mesh.
+    """The mesh as a binary glTF file.
+
+    A long file is returned in pieces, some of which may be arrays of the mesh.
 
     Raises
     ------
     UnsupportedByFormat
-        If the mesh has quads.
+        The mesh has quads.
     """
-    return _encode_planned(mesh, options) or binary(*build_document(mesh, options))
+    return _encode_by_template(mesh, options) or write_glb(*build_document(mesh, options))
 
 
-def binary(document: JsonObject, buffer: Packed) -> Content:
-    """The file of a document and its buffer, as header and chunks."""
+def write_glb(document: JsonObject, buffer: PackedBuffer) -> Content:
+    """Write a document and its buffer as a binary glTF file."""
     length = buffer.length
     if length:
         document["buffers"] = [{"byteLength": length}, *buffer.others]
@@ -65,7 +69,10 @@ def binary(document: JsonObject, buffer: Packed) -> Content:
 
 
 def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) -> Content:
-    """The binary file of a document's text and of a buffer of `length` bytes (4.4)."""
+    """Assemble a binary file (4.4): header, JSON chunk, and the chunk of a buffer.
+
+    The buffer has `length` bytes; without bytes, the file has no such chunk.
+    """
     text += b" " * (-len(text) % 4)
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
@@ -76,20 +83,20 @@ def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Template:
-    """A file without its numbers.
+    """A binary file in which vertices, bounds, report and origin are missing.
 
     Attributes
     ----------
     text : tuple of bytes
-        The document: text, the name of a value, text, and so on.
+        The JSON text in parts: text, name of a missing value, text, name, …, text.
     rows : ndarray of int, or None
         The vertices of all primitives, one after another; None for all vertices in order.
     ends : tuple of int
-        Vertices before each primitive, and their total.
+        The number of vertices before each primitive, and the number of all.
     indices : tuple of list of bytes
         For each primitive, the bytes of its triangles and their padding.
     length : int
-        Bytes of the buffer.
+        Number of bytes of the buffer.
     """
 
     text: tuple[bytes, ...]
@@ -100,12 +107,12 @@ class Template:
 
     @property
     def nbytes(self) -> int:
-        """Memory in bytes."""
+        """The memory of the template, in bytes."""
         indices = sum(len(chunk) for chunks in self.indices for chunk in chunks)
         return sum(map(len, self.text)) + indices + (0 if self.rows is None else self.rows.nbytes)
 
     def fill(self, mesh: Mesh, columns: Columns) -> Content:
-        """The file of a mesh with these attributes."""
+        """Insert the values of a mesh with these vertex attributes; returns the file."""
         values = {b"report": json_text(report_object(mesh.report, mesh.parts))}
         values[b"origin"] = json_text(mesh.origin.tolist())
         numbers = [column.values for column in columns.values()]
@@ -133,8 +140,11 @@ class Template:
         return zip(lows, highs, strict=True)
 
 
-def _encode_planned(mesh: Mesh, options: EncodeOptions) -> Content | None:
-    """The binary form of a mesh with a plan's faces; None for any other mesh."""
+def _encode_by_template(mesh: Mesh, options: EncodeOptions) -> Content | None:
+    """The mesh as a binary file, made from a cached template.
+
+    None if the faces of the mesh are not those of a cached plan, or if a template cannot be used.
+    """
     plain = options.compression == "none" and not mesh.step and not find_nonempty(mesh.overlays)
     if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
         return None
@@ -149,12 +159,14 @@ def _encode_planned(mesh: Mesh, options: EncodeOptions) -> Content | None:
         tuple((part.name, part.triangles, part.color) for part in mesh.parts),
         tuple((name, column.values.shape[1]) for name, column in columns.items()),
     )
-    template = derive_once((mesh.triangles,), key, lambda: _template(mesh, options, len(columns)))
+    template = derive_once(
+        (mesh.triangles,), key, lambda: _build_template(mesh, options, len(columns))
+    )
     return template.fill(mesh, columns) if template.indices else None
 
 
-def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
-    """The template of a mesh's file; without primitives if a name contains the mark."""
+def _build_template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
+    """The template of a mesh's file; empty if a name of the mesh looks like a placeholder."""
     document, buffer = build_document(mesh, options)
     document["asset"]["extras"]["report"] = PLACEHOLDER.format("report")
     for node in document.get("nodes", ()):
@@ -169,7 +181,8 @@ def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
         document["buffers"] = [{"byteLength": buffer.length}]
     text = _PLACEHOLDER.split(json_text(document))
     primitives = [rows for _, rows, _ in split_parts(mesh)]
-    # Each primitive has its attributes first; then its indices and their padding.
+    # In the buffer, a primitive has `columns` attributes and then its indices; each of these arrays
+    # is two chunks, its content and its padding.
     stride = 2 * (columns + 1)
     ends = range(stride, len(primitives) * stride + 1, stride)
     indices = [buffer.chunks[end - 2 : end] for end in ends]
@@ -178,10 +191,10 @@ def _template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
         return Template((), None, (), (), 0)
     every = np.arange(len(mesh.positions))
     rows = [every[each] if isinstance(each, slice) else each for each in primitives]
-    taken = np.concatenate([every[:0], *rows])
+    all_rows = np.concatenate([every[:0], *rows])
     return Template(
         tuple(text),
-        None if np.array_equal(taken, every) else taken,
+        None if np.array_equal(all_rows, every) else all_rows,
         tuple(accumulate(map(len, rows), initial=0)),
         tuple(indices),
         buffer.length,

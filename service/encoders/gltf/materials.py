@@ -12,6 +12,7 @@ from service.engine.scenes.colors import to_linear
 from service.surface.lowered import Color
 
 UNLIT = "KHR_materials_unlit"
+"""The extension for materials without shading."""
 
 SURFACE_MATERIAL: JsonObject = {
     "name": "surface",
@@ -22,12 +23,16 @@ SURFACE_MATERIAL: JsonObject = {
         "roughnessFactor": 0.5,
     },
 }
+"""The grey material of faces without colours."""
+
 COLORED_MATERIAL: JsonObject = {
     "name": "surface",
     "doubleSided": True,
     "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.5},
 }
-"""White (the default base colour), so that the vertices' colours are not changed."""
+"""The material of faces with vertex colours. Its base colour is white, the default, which does not
+change the colours of the vertices."""
+
 LINE_MATERIAL: JsonObject = {
     "name": "lines",
     "extensions": {UNLIT: {}},
@@ -37,12 +42,21 @@ LINE_MATERIAL: JsonObject = {
         "roughnessFactor": 0.9,
     },
 }
+"""The orange material of lines."""
 
 
 def surface_material(color: Color | None, *, colored: bool, blended: bool = False) -> JsonObject:
-    """The material of faces: glaze, or white for coloured vertices, or the base colour.
+    """The material of faces.
 
-    A base colour multiplies the colours of the vertices; the material is named after it.
+    Parameters
+    ----------
+    color : Color or None
+        The base colour, by which the colours of vertices are multiplied. The name of the material
+        contains it. Without it, faces are grey, or white if vertices have colours.
+    colored : bool
+        Whether vertices have colours.
+    blended : bool
+        Whether any vertex is translucent.
     """
     material = COLORED_MATERIAL if colored else SURFACE_MATERIAL
     if color is not None:

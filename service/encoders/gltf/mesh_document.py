@@ -1,8 +1,8 @@
-"""A mesh as a glTF 2.0 document, and as one JSON text.
+"""A mesh as a glTF 2.0 document.
 
-One root node has the name of the mesh and the rotation from z up to y up; below it every part and
-every overlay is a named node with one mesh, translated by the local origin. All buffer views are
-planar and aligned to 4 bytes.
+The root node has the name of the mesh and, if z is up, the rotation from z up to y up. Below the
+root, every part and every overlay is a named node with one mesh and with the local origin as its
+translation. Every attribute has a buffer view of its own, aligned to 4 bytes.
 
 References
 ----------
@@ -12,34 +12,34 @@ Khronos, glTF 2.0 Specification: 3.5 nodes and transformations.
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, textual
-from service.encoders.gltf.primitives import pieces
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, write_gltf
+from service.encoders.gltf.primitives import build_pieces
 from service.encoders.gltf.quantized import grid_place
 from service.engine.mesh.mesh_value import Mesh
 
 
 def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
-    """The JSON form, its buffer inside it as base64.
+    """The mesh as one glTF JSON document, which contains the buffer as base64.
 
     Raises
     ------
     UnsupportedByFormat
-        If the mesh has quads.
+        The mesh has quads.
     """
-    return textual(*build_document(mesh, options))
+    return write_gltf(*build_document(mesh, options))
 
 
 def node_place(mesh: Mesh) -> JsonObject:
-    """Translation and scaling of a node, from stored positions to model coordinates."""
+    """The fields `translation` and `scale` of a node: from stored to model coordinates."""
     if mesh.step and (len(mesh.positions) or mesh.overlays):
         return grid_place(mesh)
     return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
 
 
 def build_document(mesh: Mesh, options: EncodeOptions) -> File:
-    """The document, and its buffer."""
+    """The glTF document of a mesh, and its buffer."""
     buffer = BufferBuilder()
-    pairs = [(piece, piece.material()) for piece in pieces(mesh, buffer, options)]
+    pairs = [(piece, piece.material()) for piece in build_pieces(mesh, buffer, options)]
     materials: list[JsonObject] = []
     for _, material in pairs:
         if material not in materials:

@@ -1,11 +1,12 @@
-"""Compressed views: EXT_meshopt_compression, lossless except for some normals.
+"""Compresses buffer views with EXT_meshopt_compression; only 16-bit normals lose digits.
 
-Triangles are put in an order that suits graphics cards and vertices in the order of their first
-use, which compresses well; each view then stores differences of consecutive elements. A view that
-would not become shorter is stored without compression. Normals of 16 bits go through the octahedral
-filter, 12 bits for each coordinate on the unfolded octahedron: with errors up to 0.1°, and half as
-long as the lossless form. A compressed view has its place in a second buffer, which has a length
-but no bytes. Readers must support the extension.
+Triangles are put in an order that suits graphics cards, and vertices in the order of their first
+use; both compress well. A compressed view stores the differences of consecutive elements. A view
+that would not become shorter is stored without compression. Normals of 16 bits are encoded by the
+octahedral filter with 12 bits for each coordinate on the unfolded octahedron. Their errors are up
+to 0.1°, and they are half as long as without loss. As the extension requires, a compressed view
+also has a position in a second buffer, which has a length but no bytes. Readers must support the
+extension.
 
 The optional library `meshopt` compresses.
 
@@ -24,23 +25,32 @@ import numpy as np
 
 from service.bases.arrays import Bytes, IndexArray, Ints
 from service.cancellation import checkpoint
-from service.encoders.gltf.buffer import BufferBuilder, JsonObject, Packed, View, describe_view, pad
+from service.encoders.gltf.buffer import (
+    BufferBuilder,
+    JsonObject,
+    PackedBuffer,
+    View,
+    describe_view,
+    pad,
+)
 
 EXTENSION = "EXT_meshopt_compression"
 
 MODES = {0: "ATTRIBUTES", 2: "INDICES", 3: "TRIANGLES"}
-"""Modes by the number of a face's corners."""
+"""The mode of a view, by `View.corners`."""
 
 OCTAHEDRAL = {"filter": "OCTAHEDRAL"}
+"""The field of a view whose normals are encoded by the octahedral filter."""
 
 NORMAL_BITS = 12
-"""Bits of each of the two octahedral coordinates of a normal, with the sign."""
+"""Bits of each of the two octahedral coordinates of a normal, including the sign."""
 
 FALLBACK: JsonObject = {EXTENSION: {"fallback": True}}
+"""The `extensions` of the buffer without bytes."""
 
 
 @cache
-def available() -> bool:
+def is_available() -> bool:
     """Whether the library is installed."""
     try:
         _library()
@@ -51,40 +61,46 @@ def available() -> bool:
 
 @cache
 def library_version() -> str:
-    """Version of the library: another version may compress the same numbers to other bytes."""
-    return version("meshopt") if available() else "none"
+    """The version of the library, or "none".
+
+    Another version may compress the same numbers to other bytes.
+    """
+    return version("meshopt") if is_available() else "none"
 
 
 def order_faces(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
-    """Triangles (T, 3) or lines (L, 2) in a better order, and the old index of each vertex.
+    """Reorder triangles (T, 3) or lines (L, 2), and their vertices, so that they compress well.
 
-    Unused vertices come last. Lines keep their order, but their vertices do not.
+    Lines keep their order, but their vertices get new numbers. Unused vertices come last.
 
     Returns
     -------
     faces : ndarray of uint32
+        Triangles or lines, with the new numbers of vertices.
     order : ndarray of int, shape (vertices,)
+        The old number of each vertex.
     """
     corners = faces.shape[1]
     indices, place, used = _library().reorder_mesh(
         np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), corners == 3, False
     )
     place = place[:vertices]
-    # There may be unused vertices after the last index; they get places after all others.
+    # `place` has the new number of each vertex; unused vertices get the numbers after all others.
     order = np.empty(vertices, dtype=np.intp)
     first_uses = np.flatnonzero(place < used)
     order[place[first_uses]] = first_uses
-    unseen = np.ones(vertices, dtype=bool)
-    unseen[first_uses] = False
-    order[used:] = np.flatnonzero(unseen)
+    is_unused = np.ones(vertices, dtype=bool)
+    is_unused[first_uses] = False
+    order[used:] = np.flatnonzero(is_unused)
     return indices.reshape(-1, corners), order
 
 
-def compress_buffer(buffer: BufferBuilder) -> Packed:
-    """All arrays, each with or without compression, whichever is shorter."""
+def compress_buffer(buffer: BufferBuilder) -> PackedBuffer:
+    """Put all arrays into one buffer, each with or without compression, whichever is shorter."""
     views: list[JsonObject] = []
     chunks: list[memoryview | bytes] = []
-    length = promised = 0
+    # Bytes of the first buffer, and of the second buffer, which has no content.
+    length = fallback_length = 0
     for view in buffer.views:
         checkpoint()
         content, more = _encode_view(view)
@@ -93,7 +109,7 @@ def compress_buffer(buffer: BufferBuilder) -> Packed:
             content = view.rows.data.cast("B")
             entry = {"buffer": 0, "byteOffset": length} | entry
         else:
-            hidden = {
+            compressed = {
                 "buffer": 0,
                 "byteOffset": length,
                 "byteLength": len(content),
@@ -104,21 +120,23 @@ def compress_buffer(buffer: BufferBuilder) -> Packed:
             }
             entry = {
                 "buffer": 1,
-                "byteOffset": promised,
+                "byteOffset": fallback_length,
                 **entry,
-                "extensions": {EXTENSION: hidden},
+                "extensions": {EXTENSION: compressed},
             }
-            promised += view.rows.nbytes + -view.rows.nbytes % 4
+            fallback_length += view.rows.nbytes + -view.rows.nbytes % 4
         views.append(entry)
         chunks.extend(pad(content))
         length += len(content) + -len(content) % 4
-    if not promised:
-        return Packed(views, chunks)
-    return Packed(views, chunks, [{"byteLength": promised, "extensions": FALLBACK}], (EXTENSION,))
+    if not fallback_length:
+        return PackedBuffer(views, chunks)
+    return PackedBuffer(
+        views, chunks, [{"byteLength": fallback_length, "extensions": FALLBACK}], (EXTENSION,)
+    )
 
 
 def _encode_view(view: View) -> tuple[memoryview | bytes, JsonObject]:
-    """A compressed view, and the filter that decodes it."""
+    """The compressed bytes of a view, and the JSON field of its filter, if it has one."""
     library = _library()
     if view.corners:
         indices = view.rows.view("<u2" if view.rows.shape[1] == 2 else "<u4")
@@ -129,7 +147,7 @@ def _encode_view(view: View) -> tuple[memoryview | bytes, JsonObject]:
 
 
 def _octahedral(rows: Bytes) -> Bytes:
-    """Normals of 16 bits, (N, 8) bytes, filtered."""
+    """Normals of 16 bits, (N, 8) bytes, encoded by the octahedral filter."""
     vectors = rows.view("<i2").astype(np.float32)
     vectors /= 32767.0
     filtered: Bytes = _library().encode_filter_oct(vectors, 8, NORMAL_BITS)
@@ -137,5 +155,5 @@ def _octahedral(rows: Bytes) -> Bytes:
 
 
 def _library() -> Any:
-    """The module, imported at its first use."""
+    """The module `meshopt`, which is imported at its first use."""
     return import_module("meshopt")

@@ -1,4 +1,4 @@
-"""Parts and overlays as primitives of glTF meshes.
+"""Converts parts and overlays of a mesh to primitives of glTF meshes.
 
 References
 ----------
@@ -25,14 +25,14 @@ from service.engine.mesh.mesh_value import Mesh, MeshPart
 from service.surface.lowered import Color
 
 LINES, TRIANGLES = 1, 4
-"""Primitive modes (3.7.2.1)."""
+"""The modes of primitives (3.7.2.1)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A part or an overlay, which becomes a glTF mesh; `mesh` is None for an overlay.
+    """A part or an overlay of a mesh, which becomes one glTF mesh.
 
-    `color` is the base colour of a part.
+    `mesh` is the mesh of a part, None for an overlay. `color` is the base colour of a part.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Piece:
     color: Color | None = None
 
     def material(self, color: Color | None = None) -> JsonObject:
-        """The material of the piece; `color` is the base colour of a part that has none."""
+        """The material of the piece; `color` is used for a part without a base colour."""
         if self.mesh is None:
             return LINE_MATERIAL
         colors = self.mesh.colors
@@ -50,25 +50,29 @@ class Piece:
         return surface_material(color, colored=colors is not None, blended=blended)
 
 
-def pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:
-    """Every part with faces and every overlay with lines."""
+def build_pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:
+    """The parts with faces and the overlays with lines; their arrays are added to the buffer."""
     refuse_quads(mesh, "glTF")
     columns = build_quantized_columns(mesh) if mesh.step else build_plain_columns(mesh)
     for part, rows, triangles in split_parts(mesh):
         checkpoint()
-        mine = {name: column.take(rows) for name, column in columns.items()}
-        yield Piece(part.name, _primitive(mine, triangles, buffer, options), mesh, part.color)
+        part_columns = {name: column.take(rows) for name, column in columns.items()}
+        primitive = _build_primitive(part_columns, triangles, buffer, options)
+        yield Piece(part.name, primitive, mesh, part.color)
     for overlay in find_nonempty(mesh.overlays):
         points = overlay.positions
         places = grid_positions(points, mesh) if mesh.step else Column(to_single(points))
-        primitive = _primitive({"POSITION": places}, overlay.segments, buffer, options)
+        primitive = _build_primitive({"POSITION": places}, overlay.segments, buffer, options)
         yield Piece(overlay.name, primitive)
 
 
-def _primitive(
+def _build_primitive(
     columns: Columns, faces: IndexArray, buffer: BufferBuilder, options: EncodeOptions
 ) -> JsonObject:
-    """Triangles or lines and their vertices' attributes, in an order that compresses well."""
+    """The primitive of triangles or lines with these vertices; its arrays are added to the buffer.
+
+    If the file is compressed, vertices and triangles get an order that compresses well.
+    """
     vertices = len(columns["POSITION"].values)
     if options.compression == "meshopt":
         faces, order = meshopt.order_faces(faces, vertices)
@@ -85,7 +89,10 @@ def _primitive(
 
 
 def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray]]:
-    """Every part with faces: its vertices, and its triangles with indices into these."""
+    """For each part with faces: the part, its vertices, and its triangles.
+
+    The triangles have indices into the vertices of the part.
+    """
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
     split = derive_once(
@@ -100,7 +107,7 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Split:
-    """Runs of triangles: the vertices that each uses, and its triangles as indices into these."""
+    """For each run of triangles: its vertices, and its triangles with indices into these."""
 
     pieces: tuple[tuple[Ints | slice, IndexArray], ...]
 
@@ -112,7 +119,10 @@ class _Split:
 
 
 def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int) -> _Split:
-    """The runs one by one, with indices in 16 or 32 bits."""
+    """Split triangles into runs [first, last), each with vertices of its own.
+
+    Indices have 16 or 32 bits, as in the file.
+    """
     if len(runs) == 1:
         return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
     used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
@@ -127,7 +137,7 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
             if isinstance(part_vertices, slice)
             else len(part_vertices)
         )
-        # NumPy gathers fastest by indices of the size of an address.
+        # NumPy's `take` is fastest with indices of type intp.
         rows = part_vertices if isinstance(part_vertices, slice) else part_vertices.astype(np.intp)
         pieces.append((rows, index_rows(faces, count)))
     return _Split(tuple(pieces))
@@ -138,8 +148,9 @@ def _find_used_vertices(
 ) -> tuple[IndexArray | slice, IndexArray]:
     """The vertices that these triangles use, and the triangles as indices into these vertices.
 
-    `used`, all False, and `lookup`, both of shape (V,), are scratch arrays. Only the range of the
-    indices is visited, so that many small parts take no longer than one large part.
+    `used` (all False) and `lookup`, both of shape (V,), are temporary arrays that the caller
+    allocates once. Only the range of the indices is read, so that many small parts do not take
+    longer than one large part.
     """
     low, high = int(triangles.min()), int(triangles.max()) + 1
     used[triangles] = True

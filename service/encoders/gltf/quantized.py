@@ -1,13 +1,13 @@
-"""Vertices in integers: KHR_mesh_quantization.
+"""Stores vertices as integers: KHR_mesh_quantization.
 
-Positions of a quantized mesh (`service.engine.grid`) are whole multiples of a step s and are stored
-without rounding: position = t + s k with k unsigned, 16 bits, and the node has the translation t
-and the scaling s. All parts and lines of a mesh have the same t and s.
+Positions of a quantized mesh (`service.engine.grid`) are integer multiples of a step s, so they are
+stored without rounding: position = t + s k, where k are unsigned 16-bit integers, and the node has
+the translation t and the scaling s. All parts and lines of a mesh have the same t and s.
 
-Normals are signed, 16 bits, divided by 32767: the error is at most 0.0015°. Signed bytes would save
-4 bytes for each vertex, with an error up to 0.35°, a third of the crease angle. Texture coordinates
-from 0 to 1 are stored as multiples of 1/65535, and so are colours, because dark linear colours need
-more than 8 bits. Other texture coordinates, and attributes, stay float32.
+Normals are signed 16-bit integers, which readers divide by 32767; their error is at most 0.0015°.
+Signed bytes would save 4 bytes for each vertex, but their error would be up to 0.35°, a third of
+the crease angle. Texture coordinates from 0 to 1, and colours, are stored as multiples of 1/65535:
+dark linear colours need more than 8 bits. Other texture coordinates, and attributes, stay float32.
 
 References
 ----------
@@ -24,10 +24,11 @@ from service.engine.mesh.mesh_value import Mesh
 EXTENSION = "KHR_mesh_quantization"
 
 LARGEST, LARGEST_SIGNED = 65535, 32767
+"""The largest unsigned and the largest signed 16-bit integer."""
 
 
 def build_quantized_columns(mesh: Mesh) -> Columns:
-    """Every attribute of a quantized mesh, in the fewest bits that suffice."""
+    """All vertex attributes of a quantized mesh, in 16-bit integers where these suffice."""
     columns = build_plain_columns(mesh)
     columns["POSITION"] = grid_positions(mesh.positions, mesh)
     if mesh.normals is not None:
@@ -35,12 +36,12 @@ def build_quantized_columns(mesh: Mesh) -> Columns:
         columns["NORMAL"] = Column(normals.astype("<i2"), normalized=True, unit=True)
     for name in ("TEXCOORD_0", "COLOR_0"):
         if name in columns:
-            columns[name] = _shares(columns[name])
+            columns[name] = _quantize_shares(columns[name])
     return columns
 
 
 def grid_positions(positions: RealArray, mesh: Mesh) -> Column:
-    """Positions of the mesh or of its lines, in steps from the least corner of both."""
+    """Positions of the mesh, or of its lines, as numbers of steps from `_corner(mesh)`."""
     steps = positions.astype(np.float64) / mesh.step - _corner(mesh)
     if len(steps) and not 0 <= steps.min() <= steps.max() <= LARGEST:
         raise ValueError("The grid has fewer steps than the mesh is long.")
@@ -48,22 +49,22 @@ def grid_positions(positions: RealArray, mesh: Mesh) -> Column:
 
 
 def grid_place(mesh: Mesh) -> dict[str, list[float]]:
-    """Translation and scaling from the integers of a mesh to its model coordinates."""
+    """The fields `translation` and `scale` of a node: from stored integers to model coordinates."""
     shift = mesh.origin + _corner(mesh) * mesh.step
     place = {"translation": shift.tolist()} if shift.any() else {}
     return place | {"scale": [mesh.step] * 3}
 
 
 def _corner(mesh: Mesh) -> FloatArray:
-    """The least corner of all positions, lines included, in steps from the origin."""
+    """The least corner of the box of all positions and lines, in steps from the origin."""
     every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
     lows = [rows.min(axis=0) for rows in every if len(rows)]
     corner: FloatArray = np.min(lows, axis=0).astype(np.float64) / mesh.step + 0.0
     return corner
 
 
-def _shares(column: Column) -> Column:
-    """Numbers from 0 to 1 as integers; other arrays unchanged."""
+def _quantize_shares(column: Column) -> Column:
+    """An attribute as 16-bit integers if all its numbers are from 0 to 1; else unchanged."""
     values = column.values
     if not len(values) or values.min() < 0 or values.max() > 1:
         return column

@@ -1,11 +1,11 @@
-"""A scene as glTF: one named node for each copy; the arrays of each distinct mesh are stored once.
+"""A scene as glTF: each copy is a named node; the arrays of each distinct mesh are stored once.
 
-A node has a translation, a rotation and scalings (3.5.3), but no shear. Any linear map is the
-product of two such maps (singular values, L = U S Vᵀ): a shearing copy is a node with U and S
-around a node with Vᵀ. Mirrored copies have a negative scaling; readers then reverse the faces'
-winding (3.7.4).
+A glTF node can translate, rotate and scale (3.5.3), but it cannot shear. By the singular value
+decomposition L = U S Vᵀ, any linear map is a rotation after a scaling after a rotation. So a copy
+with shear is a node with the rotation U and the scaling S, whose child has the rotation Vᵀ. A
+mirrored copy has a negative scaling; readers then reverse the winding of its faces (3.7.4).
 
-A copy in another colour has another glTF mesh with the same accessors.
+A copy in another colour is another glTF mesh with the same accessors.
 
 References
 ----------
@@ -20,35 +20,35 @@ from service.bases.arrays import FloatArray
 from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
-from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, textual
-from service.encoders.gltf.glb import binary
+from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, write_gltf
+from service.encoders.gltf.glb import write_glb
 from service.encoders.gltf.mesh_document import node_place
-from service.encoders.gltf.primitives import Piece, pieces
+from service.encoders.gltf.primitives import Piece, build_pieces
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
 SAME = 1e-12
-"""The largest cosine of columns that count as perpendicular, and the largest difference from 1 of a
-scaling that counts as 1; rounding errors are 1e-16."""
+"""Columns whose cosine is at most this count as perpendicular, and a scaling that differs from 1 by
+at most this counts as 1. Rounding errors are about 1e-16."""
 
 
 def encode_glb_scene(scene: Scene, options: EncodeOptions) -> bytes:
-    """The binary form; raises `UnsupportedByFormat` if a mesh has quads."""
-    return bytes(binary(*_Document(scene, options).finish()))
+    """The scene as a binary glTF file; raises `UnsupportedByFormat` if a mesh has quads."""
+    return bytes(write_glb(*_Document(scene, options).finish()))
 
 
 def encode_gltf_scene(scene: Scene, options: EncodeOptions) -> bytes:
-    """The JSON form; raises `UnsupportedByFormat` if a mesh has quads."""
-    return textual(*_Document(scene, options).finish())
+    """The scene as one glTF JSON document; raises `UnsupportedByFormat` if a mesh has quads."""
+    return write_gltf(*_Document(scene, options).finish())
 
 
 class _Document:
-    """Builds a document: arrays of nodes, meshes and materials that only grow."""
+    """Builds the document of a scene: adds nodes, meshes and materials one by one."""
 
     def __init__(self, scene: Scene, options: EncodeOptions) -> None:
         self.scene, self.options = scene, options
         self.buffer = BufferBuilder()
-        self.pieces = [list(pieces(mesh, self.buffer, options)) for mesh in scene.meshes]
+        self.pieces = [list(build_pieces(mesh, self.buffer, options)) for mesh in scene.meshes]
         self.places = [node_place(mesh) for mesh in scene.meshes]
         self.nodes: list[JsonObject] = []
         self.meshes: list[JsonObject] = []
@@ -57,13 +57,13 @@ class _Document:
         self._material_numbers: dict[tuple[str, bool, Color | None], int] = {}
 
     def finish(self) -> File:
-        """The document with a node for each copy, and its buffer."""
+        """Build the document, with a node for each copy, and the buffer."""
         scene = self.scene
         root: JsonObject = {"name": scene.name}
         if scene.up == "z":
             root["rotation"] = Z_UP_TO_Y_UP
         self.nodes.append(root)
-        root["children"] = [self._copy(member) for member in scene.nodes]
+        root["children"] = [self._add_copy(member) for member in scene.nodes]
         arrays: JsonObject = {
             "nodes": self.nodes,
             "meshes": self.meshes,
@@ -72,8 +72,8 @@ class _Document:
         report = report_object(scene.report, scene_parts(scene))
         return build_whole_document(scene.name, report, arrays, self.buffer, self.options)
 
-    def _copy(self, member: PlacedModel) -> int:
-        """The node of one copy, with child nodes if it has several pieces."""
+    def _add_copy(self, member: PlacedModel) -> int:
+        """Add the node of one copy, with a child for each of several pieces; returns its number."""
         number = len(self.nodes)
         outer, inner = split_matrix(member.matrix)
         node: JsonObject = {"name": member.name, **outer}
@@ -85,27 +85,28 @@ class _Document:
         model_pieces = self.pieces[member.model]
         place = self.places[member.model]
         if len(model_pieces) == 1 and not place:
-            node["mesh"] = self._mesh(member, 0, member.name)
+            node["mesh"] = self._add_mesh(member, 0, member.name)
         elif model_pieces:
             node["children"] = list(range(len(self.nodes), len(self.nodes) + len(model_pieces)))
             self.nodes += [
-                {"name": piece.name, "mesh": self._mesh(member, k, piece.name), **place}
+                {"name": piece.name, "mesh": self._add_mesh(member, k, piece.name), **place}
                 for k, piece in enumerate(model_pieces)
             ]
         return number
 
-    def _mesh(self, member: PlacedModel, k: int, name: str) -> int:
-        """The mesh of piece k in the colour of a copy; the first copy names it."""
+    def _add_mesh(self, member: PlacedModel, k: int, name: str) -> int:
+        """The number of the mesh of piece k in the colour of a copy; added for the first copy."""
         piece = self.pieces[member.model][k]
         color = None if piece.mesh is None else piece.color or member.color
         key = (member.model, k, color)
         if key not in self._mesh_numbers:
             self._mesh_numbers[key] = len(self.meshes)
-            primitive = piece.primitive | {"material": self._material(piece, color)}
+            primitive = piece.primitive | {"material": self._add_material(piece, color)}
             self.meshes.append({"name": name, "primitives": [primitive]})
         return self._mesh_numbers[key]
 
-    def _material(self, piece: Piece, color: Color | None) -> int:
+    def _add_material(self, piece: Piece, color: Color | None) -> int:
+        """The number of the material of a piece in a base colour; added if it is new."""
         material = piece.material(color)
         key = (str(material["name"]), "alphaMode" in material, color)
         if key not in self._material_numbers:
@@ -115,7 +116,11 @@ class _Document:
 
 
 def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
-    """Translation, rotation and scalings of a node, and of an inner node if the map has shear."""
+    """Split an affine matrix into the fields of a node, and of its child node if there is shear.
+
+    The fields are `translation`, `rotation` and `scale`. None stands for the identity. Without
+    shear, the second result is empty.
+    """
     if matrix is None:
         return {}, {}
     shift, linear = matrix[:3, 3], matrix[:3, :3]
@@ -138,7 +143,7 @@ def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
 
 
 def quaternion(turn: FloatArray) -> list[float]:
-    """Unit quaternion (x, y, z, w) of a rotation matrix.
+    """The unit quaternion (x, y, z, w) of a rotation matrix (3, 3).
 
     References
     ----------
@@ -146,7 +151,7 @@ def quaternion(turn: FloatArray) -> list[float]:
     """
     trace = np.trace(turn)
     squares = np.append(1 - trace + 2 * np.diag(turn), 1 + trace)
-    # The largest component is the root of its square, the others are quotients of products by it.
+    # `products` is the quaternion times its largest component, which loses the fewest digits.
     largest = int(np.argmax(squares))
     x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
     products = np.array([x, y, z, squares[3]])
@@ -159,5 +164,6 @@ def quaternion(turn: FloatArray) -> list[float]:
 
 
 def _write_scale(scale: FloatArray) -> Iterator[tuple[str, list[float]]]:
+    """The field `scale` of a node, unless all scalings are 1."""
     if np.abs(scale - 1).max() > SAME:
         yield "scale", scale.tolist()

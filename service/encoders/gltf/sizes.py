@@ -1,4 +1,4 @@
-"""Upper bounds of the bytes of a glTF file, from counts alone."""
+"""Upper bounds of the bytes of a glTF file, computed from counts alone."""
 
 from service.encoders.content import REPORT_PART
 from service.encoders.format import EncodeOptions, MeshSize
@@ -7,33 +7,33 @@ from service.encoders.gltf.document import DATA_URI
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 
 GRID = len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
-"""Most additional characters of a quantized node: its scaling, and the types of its normals,
-texture coordinates and colours; its bounds are shorter than those of other nodes."""
+"""The most additional characters of a quantized node: its `scale`, and fields of the accessors and
+views of normals, texture coordinates and colours. The bounds of positions are shorter than those of
+other nodes."""
 
 COMPRESSED = 320
-"""Most additional characters of a compressed view, with numbers of ten digits."""
+"""The most additional characters of a compressed view, with numbers of ten digits."""
 
 
 def glb_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Most bytes of the binary form: its header, two chunk headers, and padding."""
+    """The most bytes of a binary file: header, two chunk headers, padding, JSON and buffer."""
     return 12 + 2 * 8 + 3 + _json_bound(size, options) + _buffer_bound(size, options)
 
 
 def gltf_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Most bytes of the JSON form: base64 writes 3 bytes as 4."""
+    """The most bytes of a JSON document with its buffer; base64 writes 3 bytes as 4 characters."""
     buffer = _buffer_bound(size, options)
     return _json_bound(size, options) + len(DATA_URI) + -(-buffer // 3) * 4
 
 
 def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Most bytes of the JSON without the buffer.
+    """The most bytes of the JSON without the buffer.
 
-    A node with its mesh, accessors and buffer views is below 1200 characters of keys and small
-    numbers, nine float64 (translation, minimum, maximum) and its name twice; the name of the
-    surface is written twice, too, and the report names every part. Another vertex attribute adds
-    its name, an accessor and a view. The constant part contains the asset with the report, two
-    materials, the root and the scene. A grid adds a scaling to the node; compression adds
-    characters to each view.
+    A node with its mesh, accessors and buffer views has less than 1200 characters of keys and small
+    numbers; nine float64 (translation, minimum, maximum); and its name twice. The name of the
+    surface occurs twice, too, and the report names every part. Each additional vertex attribute has
+    its name, an accessor and a view. The constant covers the asset with the report, two materials,
+    the root node and the scene. Quantizing adds characters to each node, compression to each view.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
     more = ["COLOR_0", *keys] if size.colors else keys
@@ -41,16 +41,16 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     if options.quantize:
         node += GRID
     if options.compression == "meshopt":
-        # Indices, positions, normals and texture coordinates, without other attributes.
+        # Views of indices, positions, normals and texture coordinates; then the other attributes.
         node += COMPRESSED * (4 + len(more))
     names = 3 * LONGEST_ESCAPE * size.name_bytes
     return 2660 + 13 * FLOAT64_CHARS + size.named * node + names
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
-    """Most bytes of the buffer, with normals, parameters and padding.
+    """The most bytes of the buffer, with normals, parameters and padding.
 
-    A compressed view is never longer than the same view without compression.
+    Compression never makes a view longer.
     """
     attributes = 4 * sum(d for _, d in size.attributes)
     if options.quantize:

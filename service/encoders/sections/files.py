@@ -1,4 +1,4 @@
-"""Sections as JSON, as Wavefront OBJ and as OOGL.
+"""Encodes sections as JSON, as Wavefront OBJ and as OOGL.
 
 References
 ----------
@@ -12,7 +12,8 @@ from service.encoders.sections.format import SectionSize, numbers_of, points_of,
 from service.encoders.text import FLOAT64_CHARS, digits, json_document, rows
 from service.engine.sections.values import Sections
 
-POINT = 3 * (FLOAT64_CHARS + 1)
+POINT_CHARS = 3 * (FLOAT64_CHARS + 1)
+"""The most characters of a point: three numbers, each with a separator."""
 
 
 def encode_json(sections: Sections) -> bytes:
@@ -37,32 +38,35 @@ def encode_json(sections: Sections) -> bytes:
 
 
 def json_bound(size: SectionSize) -> int:
-    """Most bytes of the JSON object."""
+    """The most bytes of the JSON object."""
     plane = 200 + 10 * (FLOAT64_CHARS + 1)
-    points = (size.points + size.touching) * (POINT + 3)
+    points = (size.points + size.touching) * (POINT_CHARS + 3)
     return 512 + size.planes * plane + size.polylines * 40 + points + size.coplanar * 20
 
 
 def encode_obj(sections: Sections) -> bytes:
-    """OBJ, UTF-8: an object for each plane; lines of closed polylines return to their beginning."""
+    """The OBJ file, UTF-8, with an object for each plane.
+
+    The line of a closed polyline ends with the index of its first point.
+    """
     name, first, parts = identifier(sections.name), 1, []
     for k, section in enumerate(sections.sections):
         points = points_of(section)
         parts.append(b"o %s-%d\n" % (name, k) + (rows(points, b"v ") if len(points) else b""))
-        parts += [rows(visits[np.newaxis] + first, b"l ") for visits in numbers_of(section)]
+        parts += [rows(numbers[np.newaxis] + first, b"l ") for numbers in numbers_of(section)]
         first += len(points)
     return b"".join(parts)
 
 
 def obj_bound(size: SectionSize) -> int:
-    """Most bytes of the OBJ file."""
+    """The most bytes of the OBJ file."""
     line = 4 + digits(size.points)
     objects = size.planes * (8 + size.name_bytes + digits(size.planes))
-    return objects + size.points * (POINT + 2 + line) + size.polylines * 2 * line
+    return objects + size.points * (POINT_CHARS + 2 + line) + size.polylines * 2 * line
 
 
 def encode_oogl(sections: Sections) -> bytes:
-    """OOGL, ASCII: one VECT of one color, in which closed polylines have negative counts."""
+    """The OOGL file, ASCII: one VECT of one color. A negative count means a closed polyline."""
     lines = [line for section in sections.sections for line in section.polylines]
     points = [points_of(section) for section in sections.sections]
     every = np.concatenate([np.zeros((0, 3)), *points])
@@ -74,5 +78,5 @@ def encode_oogl(sections: Sections) -> bytes:
 
 
 def oogl_bound(size: SectionSize) -> int:
-    """Most bytes of the OOGL file."""
-    return 64 + size.points * (POINT + 1) + size.polylines * (digits(size.points) + 5)
+    """The most bytes of the OOGL file."""
+    return 64 + size.points * (POINT_CHARS + 1) + size.polylines * (digits(size.points) + 5)

@@ -1,4 +1,4 @@
-"""Counts, points and the report, which all formats of sections share."""
+"""Helpers of all formats of sections: sizes, points and the report."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -13,13 +13,16 @@ from service.engine.mesh.report import ENGINE
 from service.engine.sections.values import Polyline, Section, Sections
 
 SINGLE = float(np.finfo(np.float32).eps)
+"""The machine epsilon of float32. Rounding moves each coordinate x by at most SINGLE · |x| / 2, and
+so a point by less than SINGLE times the largest |x|."""
 
 
 @dataclass(frozen=True, slots=True)
 class SectionSize:
-    """Counts of sections, and the UTF-8 bytes of the name.
+    """The counts that bound the file of some sections.
 
-    `touching` are points where the surface touches a plane, `coplanar` patches in planes.
+    `touching` counts the points where the surface only touches a plane, `coplanar` the patches that
+    lie in a plane. `name_bytes` are the UTF-8 bytes of the name.
     """
 
     planes: int
@@ -47,7 +50,10 @@ SectionFormat: TypeAlias = LineFormat[Sections, SectionSize]
 
 
 def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object]:
-    """The report as a JSON object; `rounding` is the largest rounding error of a written point."""
+    """The report on sections as a JSON object.
+
+    `rounding` is the largest distance by which the format moves a point; it is part of the bound.
+    """
     size = SectionSize.of(sections)
     return {
         "planes": size.planes,
@@ -59,12 +65,15 @@ def report_object(sections: Sections, rounding: float = 0.0) -> dict[str, object
 
 
 def points_of(section: Section) -> FloatArray:
-    """The points of all polylines (k, 3); the first point of a closed polyline occurs once."""
+    """The points of all polylines of a section, shape (k, 3).
+
+    A closed polyline does not repeat its first point here.
+    """
     return np.concatenate([np.zeros((0, 3)), *(_once(line) for line in section.polylines)])
 
 
 def numbers_of(section: Section) -> list[Ints]:
-    """For each polyline the rows of `points_of`; a closed polyline repeats its first row."""
+    """For each polyline its rows of `points_of`; a closed polyline repeats its first row."""
     paths, first = [], 0
     for line in section.polylines:
         count = len(line.points) - line.closed
@@ -74,7 +83,7 @@ def numbers_of(section: Section) -> list[Ints]:
 
 
 def find_stored_origin(sections: Sections) -> tuple[FloatArray, float]:
-    """The origin of points in float32, (3,), and the largest error of their rounding."""
+    """The origin for points in float32, shape (3,), and the largest distance by which they move."""
     points = [points_of(section) for section in sections.sections]
     every = np.concatenate([np.zeros((0, 3)), *points])
     if not len(every):
@@ -85,4 +94,5 @@ def find_stored_origin(sections: Sections) -> tuple[FloatArray, float]:
 
 
 def _once(line: Polyline) -> FloatArray:
+    """The points of a polyline, each once."""
     return line.points[:-1] if line.closed else line.points

@@ -1,8 +1,8 @@
-"""Sections as glTF 2.0: a node and a mesh for each plane, an unlit material.
+"""Sections as glTF 2.0: a node and a mesh for each plane, with an unlit material.
 
-A mesh has a primitive of mode LINE_STRIP for each polyline; a closed one repeats its first point at
-the end. A plane that does not meet the surface has a node without a mesh. The report is in the
-extras of the asset, the plane in the extras of its node.
+A mesh has a primitive of mode LINE_STRIP for each polyline; a closed polyline repeats its first
+point at the end. If a plane does not meet the surface, its node has no mesh. The report is in
+`extras` of the asset, and each plane is in `extras` of its node.
 
 References
 ----------
@@ -18,43 +18,45 @@ from service.encoders.gltf.document import (
     File,
     build_whole_document,
     root_placement,
-    textual,
+    write_gltf,
 )
-from service.encoders.gltf.glb import binary
+from service.encoders.gltf.glb import write_glb
 from service.encoders.gltf.materials import LINE_MATERIAL
 from service.encoders.sections.format import SectionSize, find_stored_origin, report_object
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 from service.engine.sections.values import Sections
 
 POINT_BYTES = 12
+"""Bytes of a point in float32."""
 
-POLYLINE = 500 + 6 * FLOAT64_CHARS
-"""Characters of a primitive, its accessor and its view."""
+POLYLINE_CHARS = 500 + 6 * FLOAT64_CHARS
+"""The most characters of a primitive, its accessor and its buffer view."""
 
 
 def encode_glb(sections: Sections) -> bytes:
-    """The binary form."""
-    return bytes(binary(*_document(sections)))
+    """The sections as a binary glTF file."""
+    return bytes(write_glb(*_document(sections)))
 
 
 def encode_gltf(sections: Sections) -> bytes:
-    """The JSON form, with the buffer as base64 inside."""
-    return textual(*_document(sections))
+    """The sections as one glTF JSON document, which contains the buffer as base64."""
+    return write_gltf(*_document(sections))
 
 
 def glb_bound(size: SectionSize) -> int:
-    """Most bytes of the binary form."""
+    """The most bytes of a binary glTF file."""
     plane = 300 + 4 * FLOAT64_CHARS
     text = 4096 + 2 * LONGEST_ESCAPE * size.name_bytes + plane * size.planes
-    return text + POLYLINE * size.polylines + size.points * POINT_BYTES
+    return text + POLYLINE_CHARS * size.polylines + size.points * POINT_BYTES
 
 
 def gltf_bound(size: SectionSize) -> int:
-    """Most bytes of the JSON form: base64 writes 3 bytes as 4."""
+    """The most bytes of a glTF JSON document; base64 writes 3 bytes as 4 characters."""
     return glb_bound(size) + 4 + size.points * POINT_BYTES // 3
 
 
 def _document(sections: Sections) -> File:
+    """The glTF document of some sections, and its buffer."""
     origin, moved = find_stored_origin(sections)
     buffer = BufferBuilder()
     children = list(range(1, len(sections.sections) + 1))
@@ -66,7 +68,7 @@ def _document(sections: Sections) -> File:
         node: JsonObject = {"name": f"section {k}", "extras": {"normal": normal, "offset": offset}}
         if section.polylines:
             node["mesh"] = len(meshes)
-            strips = [_strip(line.points - origin, buffer) for line in section.polylines]
+            strips = [_build_strip(line.points - origin, buffer) for line in section.polylines]
             meshes.append({"name": f"section {k}", "primitives": strips})
         nodes.append(node)
     arrays = {"nodes": nodes, "meshes": meshes, "materials": [LINE_MATERIAL] if meshes else []}
@@ -75,7 +77,7 @@ def _document(sections: Sections) -> File:
     )
 
 
-def _strip(points: FloatArray, buffer: BufferBuilder) -> JsonObject:
-    """The primitive of one polyline."""
+def _build_strip(points: FloatArray, buffer: BufferBuilder) -> JsonObject:
+    """The primitive of one polyline; its points are added to the buffer."""
     attributes = {"POSITION": buffer.add_positions(Column(to_single(points)))}
     return {"attributes": attributes, "mode": LINE_STRIP, "material": 0}

@@ -17,8 +17,9 @@ SECTION_FORMATS: tuple[SectionFormat, ...] = (
         "svg", "SVG in the planes", "image/svg+xml", "svg", False, svg.encode_svg, svg.svg_bound
     ),
 )
-"""In the order of lists; texts are UTF-8."""
+"""All formats of sections, in the order in which lists name them."""
 
 SECTIONS_BY_NAME: Mapping[str, SectionFormat] = MappingProxyType(
     {fmt.name: fmt for fmt in SECTION_FORMATS}
 )
+"""All formats of sections by name."""

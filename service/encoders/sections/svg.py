@@ -1,8 +1,9 @@
 """Sections as SVG, in the coordinates of their planes: one path for each polyline.
 
-The coordinates of a point p in its path are (p · x, −p · y), with the axes x and y of the plane, in
-model units: the y axis of SVG points downwards. Closed polylines end in Z. The sections of several
-planes overlap, each in a group. The file contains no text of the request.
+A point p has the coordinates (p · x, −p · y) in model units, where x and y are the axes of the
+plane; the sign is negative because the y axis of SVG points downwards. The path of a closed
+polyline ends with Z. Each plane is a group; the groups of several planes overlap. The file contains
+no text from the request.
 
 References
 ----------
@@ -17,7 +18,7 @@ from service.encoders.text import FLOAT64_CHARS, digits, rows
 from service.engine.sections.values import Sections
 
 MARGIN = 0.02
-"""Margin around the lines, as a share of the longer side of their box."""
+"""The margin around the lines, as a share of the longer side of their box."""
 
 
 def encode_svg(sections: Sections) -> bytes:
@@ -43,14 +44,14 @@ def encode_svg(sections: Sections) -> bytes:
 
 
 def svg_bound(size: SectionSize) -> int:
-    """Most bytes of the SVG document."""
+    """The most bytes of the SVG document."""
     group = 32 + digits(size.planes)
     point = 2 * (FLOAT64_CHARS + 1)
     return 512 + size.planes * group + size.polylines * 24 + size.points * point
 
 
 def _view_box(boxes: list[FloatArray]) -> tuple[float, float, float, float]:
-    """Corner, width and height of the visible rectangle."""
+    """The visible rectangle: x and y of its corner, its width and its height."""
     if not boxes:
         return 0.0, 0.0, 1.0, 1.0
     low, high = np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))
