@@ -25,18 +25,18 @@ def build_mesh(source: str | Model | list[Array], *, single: bool = False, **opt
 
 
 def list_faces(mesh: Mesh) -> Faces:
-    """Triangles and quads as lists of vertices."""
+    """Triangles, then quads, as lists of vertex numbers."""
     faces: Faces = mesh.triangles.tolist() + mesh.quads.tolist()
     return faces
 
 
 def find_places(mesh: Mesh) -> np.ndarray:
-    """For each vertex the first vertex at its position; in an unwelded mesh, the vertex itself."""
+    """For each vertex, the first vertex at its position; without `welds`, the vertex itself."""
     return np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
 
 
 def find_topology(mesh: Mesh) -> Topology:
-    """The topology of the surface; vertices at one welded position count as one."""
+    """The topology of the surface; vertices with one entry in `welds` count as one vertex."""
     place = find_places(mesh).tolist()
     return count_topology([[place[i] for i in face] for face in list_faces(mesh)])
 
@@ -48,16 +48,15 @@ def to_triangles(mesh: Mesh) -> np.ndarray:
 
 
 def check_sound(mesh: Mesh) -> None:
-    """Checks properties of meshes of surfaces without degenerate shapes."""
+    """Checks values, faces and report of a mesh; no face may have two vertices at one position."""
     check_values(mesh)
-    # A face that names a position twice has no area, and must not be in a mesh.
     shape = find_topology(mesh)
     assert shape.degenerate == 0
     _check_report(mesh, shape)
 
 
 def check_values(mesh: Mesh) -> None:
-    """Checks properties of every mesh."""
+    """Checks what is true of every mesh: shapes, dtypes, unit normals, welds and parts."""
     count = len(mesh.positions)
     assert mesh.positions.shape == (count, 3)
     assert np.isfinite(mesh.positions).all()
@@ -66,7 +65,7 @@ def check_values(mesh: Mesh) -> None:
         assert faces.shape[1:] == (corners,)
         assert faces.max(initial=0) < count
     if mesh.report.triangles + mesh.report.quads and mesh.welds is not None:
-        # A vertex without a face is at a place without faces.
+        # If no face uses a vertex, no face uses any vertex at its position.
         used = np.union1d(mesh.triangles, mesh.quads)
         unused = np.setdiff1d(np.arange(count), used)
         assert not np.isin(mesh.welds[unused], mesh.welds[used]).any()
@@ -76,6 +75,7 @@ def check_values(mesh: Mesh) -> None:
 
 
 def _check_attributes(mesh: Mesh, count: int) -> None:
+    """Checks the shapes of normals and texture coordinates, and that normals are unit vectors."""
     if mesh.normals is not None:
         assert mesh.normals.shape == (count, 3)
         assert mesh.normals.dtype == mesh.positions.dtype
@@ -87,6 +87,7 @@ def _check_attributes(mesh: Mesh, count: int) -> None:
 
 
 def _check_welds(mesh: Mesh) -> None:
+    """Checks that `welds` names the first vertex at each position, which has equal bits."""
     if mesh.welds is None:
         return
     assert mesh.welds.shape == (len(mesh.positions),)
@@ -97,6 +98,7 @@ def _check_welds(mesh: Mesh) -> None:
 
 
 def _check_parts(mesh: Mesh) -> None:
+    """Checks that the parts are consecutive runs of all faces."""
     for which, faces in (("triangles", mesh.triangles), ("quads", mesh.quads)):
         runs = [getattr(part, which) for part in mesh.parts]
         ends = [0, *(last for _, last in runs)]
@@ -105,6 +107,7 @@ def _check_parts(mesh: Mesh) -> None:
 
 
 def _check_report(mesh: Mesh, shape: Topology) -> None:
+    """Checks that the report has the counts and the bounds of the mesh."""
     report = mesh.report
     positions = len(mesh.positions) if mesh.welds is None else len(np.unique(mesh.welds))
     assert report.vertices == positions
@@ -117,8 +120,11 @@ def _check_report(mesh: Mesh, shape: Topology) -> None:
 
 
 def check_upright(mesh: Mesh) -> None:
-    """Checks, for graphs over the plane, that each face looks up or down as the normals of its
-    corners."""
+    """Checks that each face of a graph over the plane z = 0 faces the same way as its normals.
+
+    A face is counter-clockwise seen from above if the normals of its corners point up, else seen
+    from below.
+    """
     assert mesh.normals is not None
     faces = to_triangles(mesh)
     a, b, c = (mesh.positions[faces[:, k]] for k in range(3))
@@ -127,9 +133,9 @@ def check_upright(mesh: Mesh) -> None:
 
 
 def check_winding(mesh: Mesh) -> None:
-    """Every face turns counter-clockwise about the mean of the normals of its corners.
+    """Checks that every face is counter-clockwise about the mean of the normals of its corners.
 
-    This is true if the mesh is fine enough.
+    Use it for meshes that are fine enough: a coarse mesh of a sound surface may fail.
     """
     assert mesh.normals is not None
     assert winding_agreement(mesh.positions, mesh.normals, to_triangles(mesh)).min() > 0

@@ -1,4 +1,4 @@
-"""B-splines through the engine: seams, creases, parted surfaces, parameters."""
+"""Meshes of B-splines: seams, creases, discontinuous surfaces, parameters."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from tests.strategies import Array
 
 
 def build_field(rows: int, columns: int) -> Array:
-    """Control points over a grid in x and y: a surface without folds, normals upwards."""
+    """A control net over a grid in x and y; the surface has no folds, and its normals point up."""
     net = random_points(rows, 11, columns)
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     net[..., 2] /= 8
@@ -29,29 +29,29 @@ def build_roof(rows: int, columns: int) -> Array:
 
 
 def pair_normals(mesh: Any) -> tuple[Array, Array]:
-    """Normals of vertices that share a position, in pairs."""
+    """Normals (n, 3) of vertices that repeat a position, and of the first vertices there."""
     assert mesh.normals is not None
     if mesh.welds is None:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
-    return mesh.normals[twice], mesh.normals[mesh.welds[twice]]
+    repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    return mesh.normals[repeated], mesh.normals[mesh.welds[repeated]]
 
 
 def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
-    """Every position on that line has two normals, and no other position has."""
+    """Each position on the line of this knot has two normals, every other position has one."""
     vector = np.array([0, 0, 0, 0, 1, 2, 2, 2, 3, 4, 4, 4, 4.0])
     surface = BsplineSurface(build_roof(9, 6), (3, 3), (vector, "clamped"))
     mesh = build_mesh(surface.lower(), resolution=(2, 3))
     check_sound(mesh)
-    before, there = pair_normals(mesh)
-    assert len(before) == 3 * 3 + 1
-    assert (before * there).sum(axis=1).max() < np.cos(np.radians(1))
+    repeated, first = pair_normals(mesh)
+    assert len(repeated) == 3 * 3 + 1
+    assert (repeated * first).sum(axis=1).max() < np.cos(np.radians(1))
     assert find_topology(mesh).components == 1
 
 
 @pytest.mark.parametrize("rational", [False, True])
-def test_a_knot_of_multiplicity_p_plus_one_parts_the_surface(rational: bool) -> None:
-    """The surface is two sheets with a border each, as the report counts."""
+def test_a_knot_of_multiplicity_p_plus_one_separates_the_surface(rational: bool) -> None:
+    """The mesh has two components, and the report counts the edges of both borders."""
     net = build_field(8, 5)
     net[4:, :, 2] += 1
     weights = random_weights(8, 2, 5) if rational else None
@@ -66,10 +66,12 @@ def test_a_knot_of_multiplicity_p_plus_one_parts_the_surface(rational: bool) -> 
 
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("rational", [False, True])
-def test_surfaces_of_two_requests_fit_together(rational: bool, single: bool) -> None:
-    """A common border line of control points, the second run backwards: the same vertices.
+def test_surfaces_of_two_requests_have_equal_positions_on_a_common_border(
+    rational: bool, single: bool
+) -> None:
+    """Positions are equal bit for bit; the second surface has the border in reverse direction.
 
-    Bit for bit, though all else differs: size, degree across, the patches beside them.
+    The surfaces differ in size, in the degree across the border, and in all other control points.
     """
     left, right = build_field(7, 6), build_field(5, 6)[:, ::-1]
     left_weights, right_weights = random_weights(7, 1, 6), random_weights(5, 2, 6)
@@ -79,16 +81,20 @@ def test_surfaces_of_two_requests_fit_together(rational: bool, single: bool) -> 
     second = BsplineSurface(
         right, (4, 3), ("clamped", 1 - vector[::-1]), right_weights if rational else None
     )
-    first_side = build_mesh(first.lower(), resolution=(3, 5), single=single, weld=False).positions
-    there = build_mesh(second.lower(), resolution=(2, 5), single=single, weld=False).positions
-    border = first_side.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)
-    other = there.reshape(1, 3, 3, 6, 3)[0, :, 0].reshape(-1, 3)
-    assert border.tobytes() == other[::-1].copy().tobytes()
+    first_positions = build_mesh(
+        first.lower(), resolution=(3, 5), single=single, weld=False
+    ).positions
+    second_positions = build_mesh(
+        second.lower(), resolution=(2, 5), single=single, weld=False
+    ).positions
+    first_border = first_positions.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)
+    second_border = second_positions.reshape(1, 3, 3, 6, 3)[0, :, 0].reshape(-1, 3)
+    assert first_border.tobytes() == second_border[::-1].copy().tobytes()
 
 
 @pytest.mark.parametrize("weld", [False, True])
 def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
-    """Both sides of a seam get one number, so that vertices merge; breaks keep two."""
+    """On a seam inside the domain, both patches give equal parameters, so that vertices merge."""
     vector = np.array([-1, -1, -1, 0.1, 0.7, 2, 2, 2])
     surface = BsplineSurface(build_field(5, 5), (2, 3), (vector, "uniform"))
     mesh = build_mesh(surface.lower(), resolution=(2, 3), uvs=True, weld=weld)
@@ -106,8 +112,8 @@ def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
         np.testing.assert_allclose(place, expected, atol=1e-13)
 
 
-def test_on_a_seam_uvs_keep_both_ends() -> None:
-    """Where the surface closes, a position has the first and the last parameter."""
+def test_on_the_seam_of_a_closed_surface_uvs_have_both_ends_of_the_domain() -> None:
+    """A position there has a vertex with the first and a vertex with the last parameter."""
     mesh = build_mesh("bspline-ring", resolution=(2, 2), uvs=True)
     assert mesh.uvs is not None
     assert mesh.welds is not None
@@ -118,8 +124,8 @@ def test_on_a_seam_uvs_keep_both_ends() -> None:
     assert mesh.report.watertight
 
 
-def test_the_control_net_overlay_is_the_net_that_was_given() -> None:
-    """Lines follow the surface, not its patches; along periodic directions they close."""
+def test_the_control_net_overlay_is_the_net_of_the_request() -> None:
+    """The overlay is the net of the surface, not of patches; a periodic direction closes."""
     net = build_field(5, 6)
     surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), random_weights(5, 3, 6))
     options = MeshOptions(resolution=(2, 2), overlays=("control_net", "boundary"))

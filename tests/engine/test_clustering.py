@@ -12,7 +12,7 @@ rows = st.lists(
 
 
 def find_first_rows(names: list[int]) -> np.ndarray:
-    """For each row the first with the same name."""
+    """For each row, the number of the first row with the same name."""
     return np.array([names.index(name) for name in names], dtype=np.intp)
 
 
@@ -20,7 +20,7 @@ def find_first_rows(names: list[int]) -> np.ndarray:
 def test_groups_have_the_documented_members(
     groups: list[tuple[int, int, int]], reach: float
 ) -> None:
-    """Followers are near their leader, leaders of one place are not near each other."""
+    """Each row is near its leader, and no two leaders at one place are near each other."""
     place = find_first_rows([name for name, _, _ in groups])
     values = np.array([[x, y] for _, x, y in groups], dtype=np.float64)
     leader = find_leaders(place, values, reach)
@@ -28,15 +28,15 @@ def test_groups_have_the_documented_members(
     np.testing.assert_array_equal(place[leader], place)
     assert (leader <= np.arange(len(leader))).all()
     assert (np.linalg.norm(values - values[leader], axis=1) <= reach).all()
-    chosen = np.unique(leader)
-    for a in chosen:
-        for b in chosen:
+    leaders = np.unique(leader)
+    for a in leaders:
+        for b in leaders:
             if a < b and place[a] == place[b]:
                 assert np.linalg.norm(values[a] - values[b]) > reach
 
 
-def test_a_crowd_at_one_place_ends_single() -> None:
-    """If there are more groups than rounds, the remaining rows stay single, and none is lost."""
+def test_rows_that_remain_after_the_last_round_lead_their_own_groups() -> None:
+    """A place has more groups than `MAX_ROUNDS`; each row is near no other row."""
     count = 3 * MAX_ROUNDS
     leader = find_leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
     np.testing.assert_array_equal(leader, np.arange(count))

@@ -1,4 +1,4 @@
-"""Grids of positions: their steps, and the sums on them that are exact."""
+"""Grids of positions: their steps, and exact sums of multiples of a step."""
 
 from math import log2
 
@@ -21,7 +21,7 @@ boxes = st.lists(coordinates, min_size=6, max_size=6).map(
 @example(box=np.full((2, 3), FLOAT32_MAX))
 @example(box=np.array([[-FLOAT32_MAX] * 3, [FLOAT32_MAX] * 3]))
 @example(box=np.array([[4.6e6, 0, 0], [4.6e6 + 1e-9, 0, 0]]))
-def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
+def test_16_bits_can_number_all_multiples_in_a_box(box: np.ndarray) -> None:
     low, high = box
     step = find_step(low, high)
     assert log2(step).is_integer()
@@ -30,7 +30,7 @@ def test_sixteen_bits_number_all_steps_of_a_box(box: np.ndarray) -> None:
     steps = ends / step
     assert (steps == np.rint(steps)).all()
     assert (steps[1] - steps[0] <= MAX_NUMBER).all()
-    # The largest number has no successor.
+    # Near the largest float32, a coordinate may have no multiple above it.
     inside = np.abs(box) < FLOAT32_MAX - step
     assert np.abs(ends - box)[inside].max(initial=0.0) <= step / 2
 
@@ -41,18 +41,18 @@ def test_the_step_is_the_least_power_of_two(extent: float) -> None:
     assert step / 2 * MAX_STEPS < extent <= step * MAX_STEPS
 
 
-def test_multiples_stay_and_others_move_by_less_than_half_a_diagonal() -> None:
+def test_multiples_stay_and_other_points_move_by_at_most_half_a_diagonal() -> None:
     rng = np.random.default_rng(5)
     points = rng.uniform(-3, 3, (1000, 3))
     step = find_step(points.min(axis=0), points.max(axis=0))
-    once = round_to_grid(points, step)
-    assert (round_to_grid(once, step) == once).all()
-    moved = np.linalg.norm(once - points, axis=1).max()
-    assert 0.6 * CORNER * step < moved <= CORNER * step
-    # About a multiple that is not too far away, float32 holds them all.
+    rounded = round_to_grid(points, step)
+    assert (round_to_grid(rounded, step) == rounded).all()
+    largest_movement = np.linalg.norm(rounded - points, axis=1).max()
+    assert 0.6 * CORNER * step < largest_movement <= CORNER * step
+    # Relative to an origin on the grid that is not too far, float32 stores all positions exactly.
     for origin in (np.zeros(3), round_to_grid(np.array([1e3, -7.0, 0.1]), step)):
-        assert ((once - origin).astype(np.float32).astype(np.float64) + origin == once).all()
+        assert ((rounded - origin).astype(np.float32).astype(np.float64) + origin == rounded).all()
 
 
-def test_no_negative_zero() -> None:
+def test_zeros_are_not_negative() -> None:
     assert not np.signbit(round_to_grid(np.array([-0.0, -1e-9]), 1.0)).any()

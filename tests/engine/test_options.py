@@ -11,7 +11,7 @@ from service.errors import InvalidRequest
 
 
 def test_defaults_are_the_documented_ones() -> None:
-    """Sixteen divisions, triangles with normals, welded, creases above one degree."""
+    """16 divisions, welded triangles with normals, and creases above 1 degree."""
     options = MeshOptions()
     assert options.resolution == (16, 16)
     assert (options.faces, options.normals, options.uvs, options.weld) == (
@@ -24,8 +24,8 @@ def test_defaults_are_the_documented_ones() -> None:
     assert options.overlays == ()
 
 
-def test_is_frozen() -> None:
-    """Options are frozen and hashable, so they can be part of a key."""
+def test_options_are_frozen_and_hashable() -> None:
+    """So options can be part of the key of a cache."""
     with pytest.raises(FrozenInstanceError):
         setattr(MeshOptions(), "weld", False)  # noqa: B010 - mypy refuses the plain assignment
     assert hash(MeshOptions()) == hash(MeshOptions())
@@ -55,7 +55,7 @@ def test_invalid_options_are_refused(options: dict[str, Any], pointer: str) -> N
     assert issue.needed
 
 
-def test_accepts_the_ends_of_the_ranges() -> None:
-    """One division, the most divisions, no crease at all, nothing but creases."""
+def test_the_ends_of_the_ranges_are_accepted() -> None:
+    """1 division and the largest number of divisions; crease angles of 0 and π."""
     MeshOptions(resolution=(1, MAX_RESOLUTION), crease_angle=0)
     MeshOptions(crease_angle=pi)

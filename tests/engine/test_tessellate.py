@@ -1,4 +1,4 @@
-"""Meshes of models: the figures of the teapot, exactness, winding, precision, determinism."""
+"""Meshes of models: the counts of the teapot, exactness, winding, precision, determinism."""
 
 import hashlib
 
@@ -47,22 +47,22 @@ def test_every_example_is_sound(example: str, weld: bool, faces: str, single: bo
 
 
 @pytest.mark.parametrize("single", [False, True])
-def test_teapot_welded_has_the_known_figures(single: bool) -> None:
-    """8257 vertices, 256 edges on 16 open borders, four pieces, nothing non-manifold.
+def test_the_welded_teapot_has_the_known_counts(single: bool) -> None:
+    """8257 positions, 256 boundary edges on 16 open borders, four components, all manifold.
 
-    The handle touches the body in one point, where each has its own normal: one position, two
-    rows of the arrays.
+    The handle touches the body in one point. Handle and body have different normals there, so this
+    position has two vertices.
     """
     mesh = build_mesh("utah-teapot", single=single)
     shape = find_topology(mesh)
     assert mesh.report.vertices == shape.vertices == 8257
     assert len(build_mesh("utah-teapot", single=single, normals=False).positions) == 8257
     assert mesh.welds is not None
-    (twice,) = np.flatnonzero(mesh.welds != np.arange(8258)).tolist()
-    np.testing.assert_allclose(mesh.positions[twice], (-2, 0, 0.9), rtol=1e-7)
+    (repeated_vertex,) = np.flatnonzero(mesh.welds != np.arange(8258)).tolist()
+    np.testing.assert_allclose(mesh.positions[repeated_vertex], (-2, 0, 0.9), rtol=1e-7)
     assert (shape.boundary, shape.non_manifold, shape.misoriented) == (256, 0, 0)
     assert shape.components == 4
-    # Two triangles a cell, one where a cell touches one of the eight poles.
+    # A cell has two triangles, or one triangle at one of the eight poles.
     assert len(mesh.triangles) == 32 * 512 - 8 * 16
     assert mesh.report.boundary_edges == 256
     assert not mesh.report.watertight
@@ -70,26 +70,26 @@ def test_teapot_welded_has_the_known_figures(single: bool) -> None:
 
 
 def test_teapot_has_no_cracks_by_position() -> None:
-    """Checked by the bits of the positions alone, without the report of the mesh."""
+    """Vertices are compared by the bits of their positions, without `welds` and the report."""
     for resolution in ((16, 16), (3, 7), (1, 1), (5, 4)):
         mesh = build_mesh("utah-teapot", weld=False, resolution=resolution)
         welded = build_mesh("utah-teapot", resolution=resolution)
         result = count_topology(weld_by_position(welded.positions, welded.triangles))
         assert result == find_topology(welded)
-        # At one division the two halves of the handle are the same sheet.
+        # With one division, both halves of the handle have the same faces.
         assert result.non_manifold == 0 or resolution == (1, 1)
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
 
 
-def test_teapot_as_quads() -> None:
-    """Each cell is a quad; only cells at poles are triangles."""
+def test_the_teapot_has_quads_in_all_cells_away_from_poles() -> None:
+    """At a pole, a cell is a triangle."""
     mesh = build_mesh("utah-teapot", faces="quads")
     assert (len(mesh.quads), len(mesh.triangles)) == (32 * 256 - 8 * 16, 8 * 16)
     assert mesh.report.vertices == 8257
     assert find_topology(mesh).boundary == 256
 
 
-def test_teapot_keeps_its_parts() -> None:
+def test_the_teapot_keeps_its_parts() -> None:
     """Parts are named runs of faces, in order."""
     mesh = build_mesh("utah-teapot", resolution=(4, 4))
     cells = {"rim": 4, "body": 8, "handle": 4, "spout": 4, "lid": 8, "bottom": 4}
@@ -100,10 +100,10 @@ def test_teapot_keeps_its_parts() -> None:
 
 
 @given(weighted_nets(height_nets()), resolutions)
-def test_grids_find_every_sample(
+def test_grids_list_the_vertex_of_each_sample(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Position, normal and parameters of sample (i, j) stand at `grids[0][0, i, j]`."""
+    """Vertex `grids[0][0, i, j]` has the position, normal and parameters of sample (i, j)."""
     net, weights = weighted
     model = build_model([net], None if weights is None else [weights])
     mesh = build_mesh(model, resolution=resolution, uvs=True)
@@ -123,10 +123,10 @@ def test_grids_find_every_sample(
 
 
 @given(height_nets(), resolutions, st.sampled_from(["triangles", "quads"]))
-def test_a_single_patch_is_the_grid_of_the_conventions(
+def test_a_single_patch_has_the_documented_order_of_vertices_and_faces(
     net: Array, resolution: tuple[int, int], faces: str
 ) -> None:
-    """Vertex (i, j) has index i (Rv+1) + j; the faces run round as geometry says."""
+    """Sample (i, j) is vertex i (Rv+1) + j, and faces are counter-clockwise about the normal."""
     mesh = build_mesh([net], resolution=resolution, faces=faces)
     ru, rv = resolution
     index = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
@@ -138,9 +138,9 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
         assert len(mesh.triangles) == 0
     else:
         result = {tuple(np.roll(t, -int(np.argmin(t)))) for t in mesh.triangles.tolist()}
-        both = [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, d), (b, c, d))]
+        halves = [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, d), (b, c, d))]
         assert result == {
-            tuple(np.roll(t, -int(np.argmin(t)))) for t in np.concatenate(both).tolist()
+            tuple(np.roll(t, -int(np.argmin(t)))) for t in np.concatenate(halves).tolist()
         }
         assert len(mesh.triangles) == 2 * ru * rv
     shape = find_topology(mesh)
@@ -153,18 +153,17 @@ def test_a_single_patch_is_the_grid_of_the_conventions(
 def test_degenerate_nets_make_usable_meshes(
     net: Array, resolution: tuple[int, int], single: bool
 ) -> None:
-    """For collapsed edges, and all points in one: indices are in range, normals unit, no number
-    NaN."""
+    """Nets with collapsed edges, or with equal points only: indices are in range, normals have unit
+    length, and no number is NaN."""
     check_values(build_mesh([net], resolution=resolution, single=single))
 
 
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
 @pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
 def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> None:
-    """Extent 1 at a million: single precision keeps its digits of the shape, not of the place."""
+    """A model of extent 1, far from zero: float32 positions are exact relative to its extent."""
     model = lower_patches(example)
     (batch,) = model.batches
-    # Adding and subtracting the offset gives the rounding of the input.
     moved = TensorPatches(batch.points + offset, batch.weights)
     far = PatchModel("far", (moved,), model.parts)
     mesh, truth = build_mesh(far, single=True), build_mesh(far)
@@ -187,14 +186,13 @@ def compute_digest(mesh: Mesh) -> str:
     return hashlib.sha256(content + repr(mesh.report).encode()).hexdigest()
 
 
-def test_same_bytes_again() -> None:
-    """Equal requests give equal bits, without effects of older memory or of randomness."""
+def test_the_same_request_gives_the_same_bytes() -> None:
+    """Earlier contents of memory and random numbers have no effect."""
     digests = [
         compute_digest(build_mesh("cone", uvs=True)),
         compute_digest(build_mesh("utah-teapot", single=True)),
     ]
-    # Work of another shape in between, because contents of caches and work arrays must have no
-    # effect.
+    # A mesh of another shape in between changes the contents of caches and work arrays.
     build_mesh("torus", resolution=(33, 2))
     again = [
         compute_digest(build_mesh("cone", uvs=True)),
@@ -203,8 +201,8 @@ def test_same_bytes_again() -> None:
     assert digests == again
 
 
-def test_uvs_do_not_tear_the_surface() -> None:
-    """A vertex has one (u, v), so seams have several vertices, welded by position."""
+def test_a_surface_with_uvs_stays_watertight() -> None:
+    """A position on a seam has several vertices with different (u, v), which `welds` joins."""
     mesh = build_mesh("sphere", uvs=True, resolution=(5, 5))
     check_sound(mesh)
     assert len(mesh.positions) > find_topology(mesh).vertices
@@ -213,7 +211,7 @@ def test_uvs_do_not_tear_the_surface() -> None:
 
 @pytest.mark.parametrize("name", ["control_net", "boundary"])
 def test_overlays_are_lines_beside_the_faces(name: str) -> None:
-    """Faces as without them; segments name rows of the overlay's own positions."""
+    """The faces stay the same; segments are pairs of positions of the overlay."""
     mesh = build_mesh("tveit", overlays=(name,), resolution=(4, 4))
     (overlay,) = mesh.overlays
     assert overlay.name == name
@@ -222,8 +220,8 @@ def test_overlays_are_lines_beside_the_faces(name: str) -> None:
     assert list_faces(mesh) == list_faces(build_mesh("tveit", resolution=(4, 4)))
 
 
-def test_the_control_net_overlay_is_the_net() -> None:
-    """16 points, 12 segments each way, nine cells wound (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
+def test_the_control_net_overlay_has_all_segments_and_cells_of_the_net() -> None:
+    """16 points, 12 segments along u and along v, and 9 cells (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
     net = lower_patches("tveit").batches[0].points[0]
     (overlay,) = build_mesh("tveit", overlays=("control_net",)).overlays
     np.testing.assert_array_equal(overlay.positions, net.reshape(-1, 3))
@@ -238,7 +236,7 @@ def test_the_control_net_overlay_is_the_net() -> None:
 
 
 def test_the_boundary_overlay_runs_along_the_borders() -> None:
-    """One patch at 5 × 3 divisions: 16 segments, every point a border sample of the mesh."""
+    """One patch with 5 × 3 divisions: 16 segments; all points are border samples of the mesh."""
     mesh = build_mesh("bourke-1111", overlays=("boundary",), resolution=(5, 3))
     (overlay,) = mesh.overlays
     assert len(overlay.segments) == 16

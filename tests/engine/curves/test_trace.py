@@ -1,4 +1,4 @@
-"""Points, tangents, lengths and chords of curves, against exact arithmetic and closed forms."""
+"""Points, tangents, lengths and chords of curves, compared with exact arithmetic and formulas."""
 
 import math
 from fractions import Fraction
@@ -27,20 +27,20 @@ CUSP = BezierCurve(np.array([[0.0, 0], [1, 1], [0, 1], [1, 0]]))
 
 @st.composite
 def bezier_curves(draw: st.DrawFn, limit: int = 8) -> BezierCurve:
-    """Any degree up to 9, in the plane or in space, with weights or without."""
+    """Curves of degrees 1 to 9, in the plane or in space, with or without weights."""
     shape = (draw(st.integers(2, 10)), draw(st.integers(2, 3)))
     numbers = st.integers(-16 * limit, 16 * limit).map(lambda k: k / 16)
     points = draw(arrays.arrays(np.float64, shape, elements=numbers))
     if (points == points[0]).all():
         points[0] += 1
-    load = st.integers(13, 320).map(lambda k: k / 64)
-    weights = draw(st.none() | arrays.arrays(np.float64, shape[0], elements=load))
+    weight_values = st.integers(13, 320).map(lambda k: k / 64)
+    weights = draw(st.none() | arrays.arrays(np.float64, shape[0], elements=weight_values))
     return BezierCurve(points, weights)
 
 
 @st.composite
 def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
-    """Degrees up to 5, knots with repetitions or a name, weights in [0.2, 5]."""
+    """Curves of degrees 1 to 5; knots have repetitions or are named; weights are in [0.2, 5]."""
     degree = draw(st.integers(1, 5))
     count = draw(st.integers(max(degree + 1, 3), degree + 7))
     points = draw(
@@ -57,9 +57,9 @@ def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
         steps = draw(st.lists(st.integers(0, 3), min_size=length, max_size=length))
         knots = _separate_knots(np.cumsum(steps) / 4, degree)
         if knots[degree] == knots[count]:
-            knots[count:] += 0.5  # a domain of some length
-    load = st.integers(13, 320).map(lambda k: k / 64)
-    weights = draw(st.none() | arrays.arrays(np.float64, count, elements=load))
+            knots[count:] += 0.5  # the domain must have a length
+    weight_values = st.integers(13, 320).map(lambda k: k / 64)
+    weights = draw(st.none() | arrays.arrays(np.float64, count, elements=weight_values))
     return BsplineCurve(points, degree, knots, weights)  # type: ignore[arg-type]
 
 
@@ -73,27 +73,31 @@ def _separate_knots(knots: FloatArray, degree: int) -> FloatArray:
 
 
 def trace_samples(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
+    """The polyline of a curve with these options."""
     pieces = curve.lower()
     at = choose_samples(pieces, options, 1_000_000, single=single)
     return trace_curve(pieces, at, options, single=single)
 
 
 def measure_length(pieces: CurvePieces, divisions: int) -> float:
+    """The computed length of a curve with this number of divisions of each piece."""
     return float(arc_lengths(pieces, CurveSamples.uniform(pieces.count, divisions))[-1])
 
 
 def measure_distances(points: FloatArray, line: FloatArray) -> FloatArray:
     """Distance of each point (M, d) to a polyline (N, d)."""
     a, along = line[:-1], np.diff(line, axis=0)
-    squared = np.maximum((along**2).sum(axis=1), 1e-300)
-    share = np.clip(((points[:, None] - a) * along).sum(axis=2) / squared, 0, 1)
-    gap = points[:, None] - (a + share[..., None] * along)
-    nearest: FloatArray = np.sqrt((gap**2).sum(axis=2)).min(axis=1)
+    squared_lengths = np.maximum((along**2).sum(axis=1), 1e-300)
+    share = np.clip(((points[:, None] - a) * along).sum(axis=2) / squared_lengths, 0, 1)
+    difference = points[:, None] - (a + share[..., None] * along)
+    nearest: FloatArray = np.sqrt((difference**2).sum(axis=2)).min(axis=1)
     return nearest
 
 
 @given(bezier_curves(), st.integers(1, 9))
-def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int) -> None:
+def test_points_and_tangents_of_bezier_curves_agree_with_exact_arithmetic(
+    curve: BezierCurve, divisions: int
+) -> None:
     pieces = curve.lower()
     at = CurveSamples.uniform(1, divisions)
     actual, directions = evaluate_positions(pieces, at), evaluate_tangents(pieces, at)
@@ -109,7 +113,9 @@ def test_bezier_points_and_tangents_are_right(curve: BezierCurve, divisions: int
 
 
 @given(bspline_curves(), st.integers(1, 4))
-def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
+def test_points_of_bspline_curves_agree_with_exact_arithmetic(
+    curve: BsplineCurve, divisions: int
+) -> None:
     pieces = curve.lower()
     at = CurveSamples.uniform(pieces.count, divisions)
     actual = evaluate_positions(pieces, at)
@@ -123,14 +129,14 @@ def test_bspline_points_are_right(curve: BsplineCurve, divisions: int) -> None:
     assert pieces.closed or not curve.periodic
 
 
-def test_a_cusp_has_the_direction_that_follows() -> None:
+def test_the_tangent_at_a_cusp_is_the_limit_from_the_chosen_side() -> None:
     pieces = CUSP.lower()
     at = CurveSamples.uniform(1, 2)
     assert evaluate_tangents(pieces, at)[1] == pytest.approx([0, -1])
     assert evaluate_tangents(pieces, at, before=True)[1] == pytest.approx([0, 1])
 
 
-def test_a_piece_that_is_one_point_borrows_a_direction() -> None:
+def test_a_piece_that_is_one_point_has_the_direction_of_the_next_piece() -> None:
     points = np.array([[0.0, 0], [1, 0], [1, 0], [1, 0], [1, 1]])
     pieces = BsplineCurve(points, 1).lower()
     at = CurveSamples.uniform(4, 1)
@@ -140,12 +146,12 @@ def test_a_piece_that_is_one_point_borrows_a_direction() -> None:
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16, 1000])
-def test_length_of_a_circle(divisions: int) -> None:
+def test_the_length_of_an_arc_is_right(divisions: int) -> None:
     assert measure_length(QUARTER.lower(), divisions) == pytest.approx(math.pi / 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16])
-def test_length_over_a_cusp(divisions: int) -> None:
+def test_the_length_of_a_curve_with_a_cusp_is_right(divisions: int) -> None:
     """|C′| is not smooth in the middle, where it vanishes; the total length is 2 √2 − 1."""
     expected = bezier_length(CUSP.control_points, None, [0.5])
     assert expected == pytest.approx(2 * math.sqrt(2) - 1, rel=1e-14)
@@ -154,7 +160,7 @@ def test_length_over_a_cusp(divisions: int) -> None:
 
 @settings(max_examples=2)
 @given(bezier_curves(), st.integers(1, 4))
-def test_length_is_that_of_mpmath(curve: BezierCurve, divisions: int) -> None:
+def test_lengths_agree_with_mpmath(curve: BezierCurve, divisions: int) -> None:
     expected = bezier_length(
         curve.control_points, curve.weights, np.linspace(0, 1, 9)[1:-1].tolist()
     )
@@ -171,7 +177,7 @@ def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
 
 
 @given(bezier_curves(), st.sampled_from([1e-1, 1e-2, 1e-3]), st.booleans())
-def test_no_point_is_further_away_than_is_said(
+def test_the_curve_is_within_the_bound_of_the_polyline(
     curve: BezierCurve, tolerance: float, single: bool
 ) -> None:
     """Compares the curve at many parameters with the stored polyline."""
@@ -182,22 +188,22 @@ def test_no_point_is_further_away_than_is_said(
         if options.tolerance is not None:
             assert bound <= tolerance
         stored = line.points.astype(np.float64) + line.origin
-        fine = evaluate_positions(pieces, CurveSamples.uniform(1, 400))
-        assert measure_distances(fine, stored).max() <= bound
+        curve_points = evaluate_positions(pieces, CurveSamples.uniform(1, 400))
+        assert measure_distances(curve_points, stored).max() <= bound
 
 
 def test_the_bound_is_near_the_true_deviation() -> None:
-    """On an arc the control polygon is twice as high as the curve, and the bound is still sharp."""
+    """The bound exceeds the deviation of an arc by at most 1%."""
     line = trace_samples(QUARTER, CurveOptions(resolution=16))
-    fine = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
-    true = measure_distances(fine, line.points.astype(np.float64)).max()
-    assert true <= line.report.deviation_bound <= 1.01 * true
+    curve_points = evaluate_positions(QUARTER.lower(), CurveSamples.uniform(1, 4096))
+    true_deviation = measure_distances(curve_points, line.points.astype(np.float64)).max()
+    assert true_deviation <= line.report.deviation_bound <= 1.01 * true_deviation
 
 
-def test_a_straight_line_is_no_distance_away_however_it_runs() -> None:
+def test_the_deviation_of_a_straight_line_is_zero() -> None:
     points = np.outer([0.0, 0.7, 0.1, 1.0], [3.0, 4.0])
     line = trace_samples(BezierCurve(points), CurveOptions(resolution=3))
-    assert line.report.deviation_bound < 0.08  # the curve turns back between its ends
+    assert line.report.deviation_bound < 0.08  # this line turns back between its samples
     straight = np.outer([0.0, 0.9, 0.95, 1.0], [3.0, 4.0])
     assert (
         trace_samples(BezierCurve(straight), CurveOptions(resolution=3)).report.deviation_bound
@@ -219,19 +225,17 @@ def test_a_tolerance_that_needs_too_many_points_is_refused() -> None:
 
 
 def test_every_accepted_tolerance_is_reached() -> None:
-    """The least tolerance, on a curve with the largest ratio of weights."""
+    """Requests the least accepted tolerance for a curve with the largest ratio of weights."""
     points = np.array([[0.0, 0, 0], [1, 3, 0], [2, -3, 1], [3, 0, 0]])
     curve = BezierCurve(points, np.array([1, 1e8, 1, 1e8]))
     with pytest.raises(InvalidRequest) as caught:
         trace_samples(curve, CurveOptions(tolerance=1e-300))
     least = float(caught.value.issues[0].needed.split()[2])
-    # With a sample every 1e-6 and hulls of thickness 1e-12, more samples would not help beyond
-    # rounding.
     line = trace_samples(curve, CurveOptions(tolerance=1.1 * least))
     assert line.report.deviation_bound <= 1.1 * least
 
 
-def test_closed_curves_end_in_their_first_point() -> None:
+def test_the_last_point_of_a_closed_curve_repeats_the_first() -> None:
     rng = np.random.default_rng(5)
     curve = BsplineCurve(rng.normal(size=(7, 3)) / 3, 3, "periodic")
     line = trace_samples(curve, CurveOptions(resolution=4))

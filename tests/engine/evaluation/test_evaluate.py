@@ -24,7 +24,7 @@ WEIGHTED = [False, True]
 
 
 def build_smooth_patch(degree: Degree, weighted: bool, seed: int = 0) -> TensorPatches:
-    """One random patch without folds: a regular grid, its points moved about by up to a fifth."""
+    """A random patch without folds: points of a regular grid, moved by at most 1/5 of a cell."""
     rng = np.random.default_rng([seed, *degree, weighted])
     p, q = degree
     x, y = np.meshgrid(np.linspace(-1, 1, p + 1), np.linspace(-1, 1, q + 1), indexing="ij")
@@ -53,8 +53,8 @@ def list_formulations(patches: TensorPatches, normals: bool = True) -> list[Form
 
 @pytest.mark.parametrize("weighted", WEIGHTED)
 @pytest.mark.parametrize("degree", DEGREES, ids=str)
-def test_agrees_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
-    """Positions to 1e-12 of the patch, normals to 1e-9, in every formulation."""
+def test_all_formulations_agree_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
+    """Positions agree to 1e-12, normals to 1e-9."""
     patches = build_smooth_patch(degree, weighted)
     net, weights = patches.points[0], None if patches.weights is None else patches.weights[0]
     resolution = (3, 2)
@@ -71,7 +71,7 @@ def test_agrees_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
 def test_positions_of_any_net_agree_with_exact_arithmetic(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Random nets with folds, too, because positions do not depend on normals."""
+    """The nets may have folds, where normals would be imprecise, but not positions."""
     net, weights = weighted
     size = max(1.0, float(np.abs(net).max()))
     error = np.abs(
@@ -82,8 +82,8 @@ def test_positions_of_any_net_agree_with_exact_arithmetic(
 
 @pytest.mark.parametrize("normals", [True, False])
 @pytest.mark.parametrize("weighted", WEIGHTED)
-def test_the_chosen_formulation_applies(normals: bool, weighted: bool) -> None:
-    """For all shapes, the chosen formulation can compute the requested data."""
+def test_the_chosen_formulation_suits_the_patch(normals: bool, weighted: bool) -> None:
+    """The normal polynomial is chosen only for polynomial patches with normals."""
     for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
         for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
             patches = build_smooth_patch(degree, weighted)
@@ -92,8 +92,8 @@ def test_the_chosen_formulation_applies(normals: bool, weighted: bool) -> None:
             )
 
 
-def test_every_formulation_is_chosen_somewhere() -> None:
-    """Each formulation is chosen in some case: the teapot, a high degree, one large patch."""
+def test_every_formulation_is_chosen_in_some_case() -> None:
+    """The choice depends on degree, resolution, weights and the number of patches."""
     teapot = lower_example("utah-teapot")
     assert choose_formulation(teapot, (16, 16), True) == "kronecker"
     assert choose_formulation(build_smooth_patch((15, 15), False), (128, 128), True) == "separable"
@@ -101,33 +101,33 @@ def test_every_formulation_is_chosen_somewhere() -> None:
         choose_formulation(build_smooth_patch((3, 3), False), (512, 512), True)
         == "normal_polynomial"
     )
-    # Rational bilinear patches on large grids: one product with four control points.
+    # Rational bilinear patches on large grids take one product with four control points.
     net = np.random.default_rng(0).random((8, 2, 2, 3))
     bilinear = TensorPatches(net, 1 + net[..., 0])
     assert choose_formulation(bilinear, (200, 200), True) == "kronecker"
     assert choose_formulation(bilinear, (400, 400), True) == "separable"
-    # Each patch has the fixed costs.
+    # A single patch alone bears the fixed costs of a chunk.
     assert choose_formulation(teapot, (24, 24), True) == "kronecker"
     assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
 
 
 def test_steep_patches_get_their_normals_in_double_precision() -> None:
-    """If partials are nearly parallel, float32 would lose four digits; also with a pole."""
+    """If partials are nearly parallel, float32 loses four digits; one patch also has a pole."""
     net = np.random.default_rng(4).random((300, 4, 4, 3)) / 3 + np.indices((4, 4, 1)).T[0].swapaxes(
         0, 1
     )
     net[::3, ..., 2] *= 3000
     net[5, 0] = net[5, 0, 0]
-    one, two = (
+    single, double = (
         evaluate(TensorPatches(net), (8, 8), dtype=dtype) for dtype in (np.float32, np.float64)
     )
-    assert np.abs(_get_normals(one) - _get_normals(two)).max() < 1e-5
-    assert one.poles == two.poles == 9
+    assert np.abs(_get_normals(single) - _get_normals(double)).max() < 1e-5
+    assert single.poles == double.poles == 9
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_large_grids_are_worked_in_chunks_without_seams(formulation: Formulation) -> None:
-    """Samples of a grid of several chunks, against the same samples of a small one."""
+def test_chunks_of_a_large_grid_have_no_effect(formulation: Formulation) -> None:
+    """Compares a grid of several chunks with a smaller grid at the same parameters."""
     patches = build_smooth_patch((3, 2), weighted=False)
     large = evaluate(patches, (600, 60), formulation=formulation)
     small = evaluate(patches, (60, 6), formulation=formulation)
@@ -137,8 +137,8 @@ def test_large_grids_are_worked_in_chunks_without_seams(formulation: Formulation
         assert np.abs(a[:, ::10, ::10] - b).max() < 1e-14
 
 
-def test_many_patches_are_worked_in_chunks_without_seams() -> None:
-    """Each of a thousand patches alone, and among the others."""
+def test_chunks_of_many_patches_have_no_effect() -> None:
+    """Compares some of 1000 patches with their evaluation alone."""
     rng = np.random.default_rng(3)
     points = build_smooth_patch((2, 2), weighted=False).points + rng.uniform(-1, 1, (1000, 1, 1, 3))
     together = evaluate(TensorPatches(points), (6, 6))
@@ -154,7 +154,7 @@ def test_many_patches_are_worked_in_chunks_without_seams() -> None:
 def test_corners_are_interpolated(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Corners are exact for patches without weights."""
+    """Corners of polynomial patches are exact, those of rational patches up to rounding."""
     net, weights = weighted
     corners = evaluate_points(net, weights, resolution)[:: resolution[0], :: resolution[1]]
     expected = net[:: len(net) - 1, :: len(net[0]) - 1]
@@ -165,12 +165,13 @@ def test_corners_are_interpolated(
 
 
 def _get_normals(samples: PatchSamples) -> Array:
+    """The normals, which must have been computed."""
     assert samples.normals is not None
     return np.asarray(samples.normals)
 
 
 def test_normals_can_be_left_out() -> None:
-    """The positions are the same without them."""
+    """The positions stay equal bit for bit."""
     patches = build_smooth_patch((3, 3), weighted=True)
     without = evaluate(patches, (5, 4), normals=False)
     assert without.normals is None
@@ -178,27 +179,29 @@ def test_normals_can_be_left_out() -> None:
 
 
 def test_origin_is_subtracted_before_rounding() -> None:
-    """A patch of extent 1 at a million keeps its seven digits in single precision."""
+    """A float32 patch of extent 1, a million from zero, keeps its seven digits."""
     far = np.array([1e6, -3e6, 5e6])
     for weighted in WEIGHTED:
         near = build_smooth_patch((3, 3), weighted)
         moved = TensorPatches(near.points + far, near.weights)
-        # The reference is the net after adding and subtracting a million, which rounds it.
-        kept = TensorPatches(moved.points - far, near.weights)
+        # The reference includes the rounding errors of adding `far`.
+        expected = TensorPatches(moved.points - far, near.weights)
         result = evaluate(moved, (8, 8), dtype=np.float32, origin=far)
         assert result.positions.dtype == np.float32
-        assert np.abs(result.positions - evaluate(kept, (8, 8)).positions).max() < 1e-6
+        assert np.abs(result.positions - evaluate(expected, (8, 8)).positions).max() < 1e-6
 
 
 def _defer_example(name: str) -> Callable[[], TensorPatches]:
+    """A function that builds the patches of an example."""
     return lambda: lower_example(name)
 
 
 def _defer_smooth_patch(degree: Degree, weighted: bool) -> Callable[[], TensorPatches]:
+    """A function that builds the patch of `build_smooth_patch`."""
     return lambda: build_smooth_patch(degree, weighted)
 
 
-SINGLES: dict[str, Callable[[], TensorPatches]] = {
+PATCHES: dict[str, Callable[[], TensorPatches]] = {
     name: _defer_example(name)
     for name in ("utah-teapot", "bourke-1111", "tveit", "sphere", "torus", "cone", "cylinder")
 } | {
@@ -209,11 +212,11 @@ SINGLES: dict[str, Callable[[], TensorPatches]] = {
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e6])
-@pytest.mark.parametrize("build", SINGLES.values(), ids=SINGLES)
-def test_single_precision_normals_are_right_to_1e_6(
+@pytest.mark.parametrize("build", PATCHES.values(), ids=PATCHES)
+def test_normals_in_float32_are_right_to_1e_6(
     build: Callable[[], TensorPatches], offset: float
 ) -> None:
-    """Compared with double precision, at the origin and a million units away from it."""
+    """Compares them with normals in float64, at the origin and a million units away."""
     patches = build()
     points = patches.points + offset
     for formulation in list_formulations(patches):
@@ -230,7 +233,7 @@ def test_single_precision_normals_are_right_to_1e_6(
 def test_normals_do_not_depend_on_the_unit_of_length(
     power: int, weighted: bool, dtype: Real
 ) -> None:
-    """Scaling by a power of two is exact, so normals keep their bits; 2^±100 is about 1e±30."""
+    """Scaling by a power of two is exact, so the bits of normals do not change."""
     patches = build_smooth_patch((3, 2), weighted)
     scaled = TensorPatches(patches.points * 2.0**power, patches.weights)
     for formulation in list_formulations(patches):
@@ -247,7 +250,7 @@ def test_normals_do_not_depend_on_the_unit_of_length(
 def test_a_small_patch_beside_a_large_one_keeps_its_normals(
     ratio: float, weighted: bool, dtype: Real
 ) -> None:
-    """The smallest patch of a batch keeps its digits beside large ones."""
+    """Both patches have the same shape, so their normals must agree."""
     large = build_smooth_patch((2, 2), weighted)
     small = large.points * ratio
     weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
@@ -258,8 +261,8 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
         assert np.abs(normals[1] - normals[0]).max() < allowed
 
 
-def test_inputs_are_not_changed() -> None:
-    """Inputs may be read-only; results of two calls never share memory."""
+def test_inputs_stay_unchanged_and_results_share_no_memory() -> None:
+    """Two calls return different arrays."""
     patches = build_smooth_patch((3, 3), weighted=True)
     before = patches.points.copy()
     one, two = (evaluate(patches, (20, 20)) for _ in range(2))
@@ -269,29 +272,28 @@ def test_inputs_are_not_changed() -> None:
             assert not np.shares_memory(first, second)
 
 
-def test_same_bits_again_and_in_other_threads() -> None:
-    """Each thread has its own work arrays."""
+def test_results_have_equal_bits_in_all_threads() -> None:
+    """Threads do not overwrite the work arrays of other threads."""
     batches = [
         build_smooth_patch((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED
     ]
 
-    def figures(patches: TensorPatches) -> bytes:
+    def compute_bytes(patches: TensorPatches) -> bytes:
         result = evaluate(patches, (30, 17), dtype=np.float32)
         return result.positions.tobytes() + _get_normals(result).tobytes()
 
-    alone = [figures(patches) for patches in batches]
+    alone = [compute_bytes(patches) for patches in batches]
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(figures, batches * 8)) == alone * 8
+        assert list(pool.map(compute_bytes, batches * 8)) == alone * 8
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("weighted", WEIGHTED)
 @pytest.mark.parametrize("extent", [5e-324, 1e-310, 3e38])
-def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
+def test_the_smallest_and_largest_extents_give_unit_normals(
     extent: float, weighted: bool, dtype: Real
 ) -> None:
-    """Coordinates of the smallest float, which has too few digits for a shape, and of the
-    largest."""
+    """With the smallest extents, coordinates have too few digits for a shape."""
     patches = build_smooth_patch((2, 2), weighted)
     points = np.clip(patches.points, -1, 1) * extent
     for formulation in list_formulations(patches):
@@ -304,12 +306,11 @@ def test_extents_at_the_ends_of_the_number_line_give_unit_normals(
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("ratio", [1e2, 1e4, 1e6, MAX_WEIGHT_RATIO])
-def test_weights_far_apart_cost_digits_in_proportion(ratio: float, dtype: Real) -> None:
-    """Weights up to the largest accepted ratio: points are in the hull, normals as exact as
-    possible.
+def test_errors_of_normals_grow_with_the_ratio_of_weights(ratio: float, dtype: Real) -> None:
+    """Positions stay in the box about the control points, also at the largest accepted ratio.
 
-    Weighted differences of the lightest points are rounded to 1e-16 of the heaviest ones; this is
-    the only error that a normal may have.
+    The difference of two weighted control points of small weight has a rounding error of 1e-16 of
+    the points of large weight. No other error may affect the normals.
     """
     allowed = max(1e-5 if dtype == np.float32 else 1e-9, 1e-15 * ratio)
     slack = 8 * float(np.finfo(dtype).eps)

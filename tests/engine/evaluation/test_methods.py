@@ -1,4 +1,5 @@
-"""The methods other than `matrix`: their results and errors; all else is equal to `matrix`."""
+"""The methods other than `matrix`: errors of positions and normals; faces equal those of
+`matrix`."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -34,17 +35,18 @@ from tests.strategies import (
     weights_like,
 )
 
-BESIDE: tuple[Method, ...] = ("de_casteljau", "forward_difference")
-LOST: dict[tuple[Method, Real], float] = {
+OTHER_METHODS: tuple[Method, ...] = ("de_casteljau", "forward_difference")
+MAX_ERRORS: dict[tuple[Method, Real], float] = {
     ("de_casteljau", np.float64): 1e-13,
     ("de_casteljau", np.float32): 1e-6,
     ("forward_difference", np.float64): 1e-12,
     ("forward_difference", np.float32): 1e-5,
 }
-"""Errors of positions, relative to the size of the net, at degrees up to 5 and few divisions."""
+"""The largest errors of positions, relative to the size of the net, at degrees up to 5 and few
+divisions."""
 
-both = pytest.mark.parametrize("method", BESIDE)
-either = pytest.mark.parametrize("dtype", [np.float64, np.float32])
+each_method = pytest.mark.parametrize("method", OTHER_METHODS)
+each_dtype = pytest.mark.parametrize("dtype", [np.float64, np.float32])
 
 
 def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
@@ -62,81 +64,84 @@ def weighted_triangles(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> Any:
 
 
 @given(weighted_nets(), resolutions)
-def test_points_are_the_exact_ones(
+def test_positions_agree_with_exact_arithmetic(
     surface: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
     check_points(build_batch(*surface), resolution, exact.positions(*surface, resolution))
 
 
 @given(weighted_triangles(triangle_nets()), st.integers(1, 6))
-def test_points_of_triangles_are_the_exact_ones(
+def test_positions_of_triangles_agree_with_exact_arithmetic(
     surface: tuple[Array, Array | None], divisions: int
 ) -> None:
-    truth = triangles.positions(triangles.jets(*surface, divisions))
-    check_points(build_triangle_batch(*surface), (1, divisions), truth)
+    expected = triangles.positions(triangles.jets(*surface, divisions))
+    check_points(build_triangle_batch(*surface), (1, divisions), expected)
 
 
-def check_points(patches: Patches, resolution: tuple[int, int], truth: Array) -> None:
+def check_points(patches: Patches, resolution: tuple[int, int], expected: Array) -> None:
+    """Checks the positions of one patch, by each method and in each precision."""
     size = np.abs(patches.points).max() or 1.0
-    for (method, dtype), lost in LOST.items():
+    for (method, dtype), max_error in MAX_ERRORS.items():
         result = evaluate(patches, resolution, dtype=dtype, normals=False, method=method)
         assert result.positions.dtype == dtype
-        assert np.abs(result.positions[0] - truth).max() <= lost * size
+        assert np.abs(result.positions[0] - expected).max() <= max_error * size
 
 
 @given(weighted_nets(height_nets()), resolutions)
-def test_normals_are_the_exact_ones(
+def test_normals_agree_with_exact_arithmetic(
     surface: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    truth = exact.normals(*surface, resolution)
-    for method, dtype in LOST:
+    expected = exact.normals(*surface, resolution)
+    for method, dtype in MAX_ERRORS:
         result = evaluate(build_batch(*surface), resolution, dtype=dtype, method=method)
         assert result.normals is not None
-        worst = 1e-9 if dtype is np.float64 else 3e-4
-        np.testing.assert_allclose(result.normals[0], truth, rtol=0, atol=worst)
+        max_error = 1e-9 if dtype is np.float64 else 3e-4
+        np.testing.assert_allclose(result.normals[0], expected, rtol=0, atol=max_error)
 
 
-@both
-@either
+@each_method
+@each_dtype
 @pytest.mark.parametrize("name", ["sphere", "utah-teapot", "cone"])
-def test_poles_are_repaired_as_ever(method: Method, dtype: Real, name: str) -> None:
+def test_normals_at_poles_are_limits_with_every_method(
+    method: Method, dtype: Real, name: str
+) -> None:
     patches = lower_example(name)
-    right = evaluate(patches, (8, 6), dtype=dtype)
+    expected = evaluate(patches, (8, 6), dtype=dtype)
     result = evaluate(patches, (8, 6), dtype=dtype, method=method)
-    assert result.poles == right.poles > 0
+    assert result.poles == expected.poles > 0
     assert result.normals is not None
-    assert right.normals is not None
-    np.testing.assert_allclose(result.normals, right.normals, rtol=0, atol=2e-5)
+    assert expected.normals is not None
+    np.testing.assert_allclose(result.normals, expected.normals, rtol=0, atol=2e-5)
     if name == "sphere":
         points = result.positions.reshape(-1, 3).astype(np.float64)
-        off, outward = quadrics.sphere(points)
-        assert np.abs(off).max() < 1e-6
-        np.testing.assert_allclose(result.normals.reshape(-1, 3), outward, atol=2e-5)
+        distance, sphere_normals = quadrics.sphere(points)
+        assert np.abs(distance).max() < 1e-6
+        np.testing.assert_allclose(result.normals.reshape(-1, 3), sphere_normals, atol=2e-5)
 
 
-@both
-def test_far_from_the_origin_digits_are_not_lost(method: Method) -> None:
-    """Single precision with a local origin; without one, only positions have larger errors."""
+@each_method
+def test_patches_far_from_the_origin_keep_their_digits(method: Method) -> None:
+    """float32 with a local origin is as exact as near the origin; so is float64 without one."""
     net = np.random.default_rng(3).standard_normal((4, 4, 3))
-    there = np.array([2.0**20, -(2.0**18), 0])
-    near, far = build_batch(net), build_batch(translate(net, *there))
-    right = evaluate(near, (9, 9), dtype=np.float32, method=method)
-    result = evaluate(far, (9, 9), dtype=np.float32, method=method, origin=there)
-    np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=1e-6)
+    origin = np.array([2.0**20, -(2.0**18), 0])
+    near, far = build_batch(net), build_batch(translate(net, *origin))
+    expected = evaluate(near, (9, 9), dtype=np.float32, method=method)
+    result = evaluate(far, (9, 9), dtype=np.float32, method=method, origin=origin)
+    np.testing.assert_allclose(result.positions, expected.positions, rtol=0, atol=1e-6)
     assert result.normals is not None
-    assert right.normals is not None
-    np.testing.assert_allclose(result.normals, right.normals, rtol=0, atol=1e-5)
-    plain = evaluate(far, (9, 9), method=method).positions - there
-    np.testing.assert_allclose(plain, right.positions, rtol=0, atol=1e-6)
+    assert expected.normals is not None
+    np.testing.assert_allclose(result.normals, expected.normals, rtol=0, atol=1e-5)
+    plain = evaluate(far, (9, 9), method=method).positions - origin
+    np.testing.assert_allclose(plain, expected.positions, rtol=0, atol=1e-6)
 
 
 @given(st.tuples(degenerate_nets(), st.sampled_from([1.0, 1e-30, 4e37]), resolutions, st.data()))
-def test_nets_made_to_go_wrong_have_normals(
+def test_degenerate_nets_have_unit_normals(
     surface: tuple[Array, float, tuple[int, int], st.DataObject],
 ) -> None:
     net, scale, resolution, data = surface
     weights = data.draw(st.none() | weights_like(net))
-    for method, dtype in LOST:
+    for method, dtype in MAX_ERRORS:
         result = evaluate(build_batch(net * scale, weights), resolution, dtype=dtype, method=method)
         assert np.isfinite(result.positions).all()
         assert result.normals is not None
@@ -144,10 +149,12 @@ def test_nets_made_to_go_wrong_have_normals(
         np.testing.assert_allclose(lengths, 1, atol=1e-6)
 
 
-@both
+@each_method
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("name", ["utah-teapot", "sphere", "torus", "cube", "mixed"])
-def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
+def test_the_method_does_not_change_faces_and_welds(
+    method: Method, single: bool, name: str
+) -> None:
     """Faces and shared vertices are those of `matrix`, so closed meshes stay closed."""
     source: Any = name
     if name == "cube":
@@ -158,70 +165,72 @@ def test_only_numbers_change(method: Method, single: bool, name: str) -> None:
         triangle[[0, 1, 2, 3]] = square[-1]
         source = build_mixed_model([square, triangle])
     for resolution in ((6, 6), (3, 7)):
-        right = build_mesh(source, single=single, resolution=resolution)
+        expected = build_mesh(source, single=single, resolution=resolution)
         result = build_mesh(source, single=single, resolution=resolution, method=method)
-        np.testing.assert_array_equal(result.triangles, right.triangles)
-        np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=1e-5)
-        assert result.report.watertight == right.report.watertight
-        assert result.report.boundary_edges == right.report.boundary_edges
-        if right.welds is not None:
-            np.testing.assert_array_equal(result.welds, right.welds)
+        np.testing.assert_array_equal(result.triangles, expected.triangles)
+        np.testing.assert_allclose(result.positions, expected.positions, rtol=0, atol=1e-5)
+        assert result.report.watertight == expected.report.watertight
+        assert result.report.boundary_edges == expected.report.boundary_edges
+        if expected.welds is not None:
+            np.testing.assert_array_equal(result.welds, expected.welds)
             check_welds(result)
 
 
 def check_welds(mesh: Mesh) -> None:
-    """Vertices with one welded position have equal bits."""
+    """Checks that vertices that `welds` joins have positions with equal bits."""
     np.testing.assert_array_equal(mesh.positions[mesh.welds], mesh.positions)
 
 
-@both
-@either
-def test_chunks_do_not_show(method: Method, dtype: Real, monkeypatch: pytest.MonkeyPatch) -> None:
+@each_method
+@each_dtype
+def test_chunks_have_no_effect(
+    method: Method, dtype: Real, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rng = np.random.default_rng(6)
     batches: list[Patches] = [
         TensorPatches(rng.standard_normal((7, 4, 3, 3)), rng.uniform(0.5, 2, (7, 4, 3))),
         TrianglePatches(rng.standard_normal((7, 10, 3))),
     ]
-    whole = [evaluate(patches, (9, 11), dtype=dtype, method=method) for patches in batches]
+    in_one_chunk = [evaluate(patches, (9, 11), dtype=dtype, method=method) for patches in batches]
     monkeypatch.setattr(de_casteljau, "CHUNK_NUMBERS", 1)
     monkeypatch.setattr(de_casteljau, "LEAST_SAMPLES", 13)
     monkeypatch.setattr(forward_difference, "CHUNK_SAMPLES", 40)
     atol = 1e-13 if dtype is np.float64 else 1e-6
-    for patches, right in zip(batches, whole, strict=True):
+    for patches, expected in zip(batches, in_one_chunk, strict=True):
         result = evaluate(patches, (9, 11), dtype=dtype, method=method)
-        np.testing.assert_allclose(result.positions, right.positions, rtol=0, atol=atol)
+        np.testing.assert_allclose(result.positions, expected.positions, rtol=0, atol=atol)
         assert result.normals is not None
-        assert right.normals is not None
-        np.testing.assert_allclose(result.normals, right.normals, rtol=0, atol=100 * atol)
+        assert expected.normals is not None
+        np.testing.assert_allclose(result.normals, expected.normals, rtol=0, atol=100 * atol)
 
 
 @given(nets(degree=st.integers(1, 8)), st.integers(1, 40))
 def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
-    """Δ^k of the samples at 0, h, … n h, computed in fractions; beyond the end as well."""
+    """Compares with exact differences Δ^k of the samples at 0, h, …, n h, also beyond the end."""
     curve = net[:, :1]
     result = find_starting_differences(curve.swapaxes(1, 2), np.array([divisions]))
     points = [tuple(Fraction(x) for x in row[0]) for row in curve.tolist()]
     values = [exact.curve_point(points, Fraction(k, divisions)) for k in range(len(points))]
     for k in range(len(points)):
-        measure = 2.0 ** (2 * k) * 16 * max(1, len(points) / divisions) ** (2 * len(points))
-        right = np.array([float(x) for x in values[0]])
-        np.testing.assert_allclose(result[k, :, 0], right, rtol=0, atol=1e-14 * measure)
+        scale = 2.0 ** (2 * k) * 16 * max(1, len(points) / divisions) ** (2 * len(points))
+        expected = np.array([float(x) for x in values[0]])
+        np.testing.assert_allclose(result[k, :, 0], expected, rtol=0, atol=1e-14 * scale)
         values = [tuple(b - a for a, b in zip(x, y, strict=True)) for x, y in pairwise(values)]
 
 
-def test_forward_differences_lose_with_every_division() -> None:
-    """In single precision about 1e-8 R of the size of a cubic: 1e-4 at R = 4096, less below."""
+def test_errors_of_forward_differences_grow_with_the_divisions() -> None:
+    """In float32 the error is about 1e-8 R of the size of a cubic patch, so 1e-4 at R = 4096."""
     rng = np.random.default_rng(12)
     patches = TensorPatches(rng.uniform(-1, 1, (4, 4, 4, 3)))
     errors = {}
     for divisions in (64, 512, 4096):
-        right = evaluate(patches, (2, divisions), normals=False).positions
+        expected = evaluate(patches, (2, divisions), normals=False).positions
         result = evaluate(
             patches, (2, divisions), dtype=np.float32, normals=False, method="forward_difference"
         )
-        errors[divisions] = float(np.abs(result.positions - right).max()) / patches.extent
+        errors[divisions] = float(np.abs(result.positions - expected).max()) / patches.extent
         double = evaluate(patches, (2, divisions), normals=False, method="forward_difference")
-        assert np.abs(double.positions - right).max() <= 2.0**-52 * divisions * patches.extent
+        assert np.abs(double.positions - expected).max() <= 2.0**-52 * divisions * patches.extent
     assert errors[64] < errors[512] < errors[4096] < 1e-4
     assert errors[4096] > 10 * errors[64]
     for divisions, error in errors.items():
@@ -230,15 +239,14 @@ def test_forward_differences_lose_with_every_division() -> None:
 
 @pytest.mark.parametrize(("p", "q"), [(1, 1), (3, 3), (2, 5), (6, 1)])
 def test_effort_counts_the_multiplications(p: int, q: int) -> None:
-    """Each interpolation of two points takes two multiplications for each coordinate; the test
-    counts them."""
+    """The test counts two multiplications for each interpolated coordinate."""
     count, rows, columns = 0, p + 1, q + 1
     while rows > 1 and columns > 1:
         count += sum(2 for _ in range(rows - 1) for _ in range(columns))
         count += sum(2 for _ in range(rows - 1) for _ in range(columns - 1))
         rows, columns = rows - 1, columns - 1
-    for left in range(max(rows, columns) - 1, 0, -1):
-        count += 2 * left
+    for points in range(max(rows, columns) - 1, 0, -1):
+        count += 2 * points
     patches = TensorPatches(np.zeros((2, p + 1, q + 1, 3)))
     assert de_casteljau.count_multiplications(patches) == 3 * count
     model = build_model(list(patches.points))

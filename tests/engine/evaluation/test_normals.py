@@ -1,4 +1,4 @@
-"""Unit normals where du × dv vanishes, for nets that are built so."""
+"""Unit normals at and near places where du × dv vanishes."""
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -31,31 +31,33 @@ ZERO = Fraction(0)
 
 
 def build_batch(net: Array, weights: Array | None = None) -> TensorPatches:
-    """A batch of one."""
+    """A batch of one patch."""
     return TensorPatches(np.array(net)[None], None if weights is None else np.array(weights)[None])
 
 
 def evaluate_normals(
     net: Array, weights: Array | None, places: list[tuple[Fraction, Fraction]]
 ) -> tuple[Array, int]:
-    """Normals of one patch at some parameters."""
+    """Normals of one patch at parameters (u, v), and the number of limits among them."""
     u, v = (np.array([float(place[k]) for place in places]) for k in (0, 1))
     return unit_normals(build_batch(net, weights), np.zeros(len(places), dtype=np.intp), u, v)
 
 
 def list_inward_directions(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
-    """Directions into the domain in the order of preference: away from the edge, along it,
-    across."""
+    """Directions into the domain, in the order in which limits are tried.
+
+    They lead away from the edge, along the edge, and diagonally.
+    """
     into_u, into_v = 1 if u <= Fraction(1, 2) else -1, 1 if v <= Fraction(1, 2) else -1
-    straight = [(0, into_v), (into_u, 0)]
+    directions = [(0, into_v), (into_u, 0)]
     if u in (ZERO, ONE) and v not in (ZERO, ONE):
-        straight.reverse()
-    yield from straight
+        directions.reverse()
+    yield from directions
     yield into_u, into_v
 
 
 def find_limit(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> Array | None:
-    """The exact limit along the first direction that has one."""
+    """The exact limit along the first direction that has a limit; None if no direction has."""
     for into in list_inward_directions(u, v):
         result = find_limit_normal(net, weights, (u, v), into)
         if result is not None:
@@ -63,8 +65,8 @@ def find_limit(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> A
     return None
 
 
-def ends_fold(net: Array, u: Fraction, v: Fraction) -> bool:
-    """Whether the two sides of a place on an edge have opposite limits."""
+def has_opposite_limits(net: Array, u: Fraction, v: Fraction) -> bool:
+    """Whether the limits from both sides of a place on an edge differ, as at a fold."""
     into_u, into_v = (
         [1, -1] if t not in (ZERO, ONE) else [1] if t == ZERO else [-1] for t in (u, v)
     )
@@ -73,31 +75,33 @@ def ends_fold(net: Array, u: Fraction, v: Fraction) -> bool:
 
 
 def are_unit(normals: Array) -> bool:
-    """Normals have length 1 to the last digits; so no normal is NaN."""
+    """Whether all normals have length 1 up to rounding; a normal with NaN has not."""
     return bool(np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 4e-16)
 
 
 @given(weighted_nets(nets(limit=2)))
-def test_wherever_there_is_a_normal_it_is_right(weighted: tuple[Array, Array | None]) -> None:
-    """Random nets with folds and self-intersections, by the slow and the fast code."""
+def test_normals_are_right_where_du_and_dv_span_a_plane(
+    weighted: tuple[Array, Array | None],
+) -> None:
+    """Random nets with folds and self-intersections; computed singly, and all samples at once."""
     net, weights = weighted
-    truth = exact.normals(net, weights, (4, 3))
-    there = ~np.isnan(truth).any(axis=-1)
-    assume(there.any())
+    expected = exact.normals(net, weights, (4, 3))
+    has_normal = ~np.isnan(expected).any(axis=-1)
+    assume(has_normal.any())
     places = [(u, v) for u in exact.list_parameters(4) for v in exact.list_parameters(3)]
-    slow, _ = evaluate_normals(net, weights, places)
-    fast = evaluate(build_batch(net, weights), (4, 3)).normals
-    assert fast is not None
-    for result in (slow.reshape(truth.shape), fast[0]):
+    computed_singly, _ = evaluate_normals(net, weights, places)
+    computed_at_once = evaluate(build_batch(net, weights), (4, 3)).normals
+    assert computed_at_once is not None
+    for result in (computed_singly.reshape(expected.shape), computed_at_once[0]):
         assert are_unit(result)
-        assert np.abs(result - truth)[there].max() < 1e-9
+        assert np.abs(result - expected)[has_normal].max() < 1e-9
 
 
 @given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
 def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     weighted: tuple[Array, Array | None], symmetry: int
 ) -> None:
-    """Any of the four edges, corners included, against the exact Taylor expansion."""
+    """Compares normals along any edge, with its corners, with the exact Taylor expansion."""
     net, weights = weighted[0].copy(), weighted[1]
     net[0] = net[0, 0]
     net = apply_symmetry(net, symmetry)
@@ -117,14 +121,14 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     assert are_unit(result)
     assert limits == len(edge)
     for normal, (u, v) in zip(result, edge, strict=True):
-        truth = find_limit(net, weights, u, v)
-        if truth is not None:
-            assert normal == pytest.approx(truth, abs=1e-9)
+        expected = find_limit(net, weights, u, v)
+        if expected is not None:
+            assert normal == pytest.approx(expected, abs=1e-9)
 
 
 @given(degenerate_nets(), st.booleans(), st.data())
 def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.DataObject) -> None:
-    """Collapsed, repeated, flat and straight nets, and points; in both precisions."""
+    """The nets have collapsed or repeated points, or are flat, straight or single points."""
     patches = build_batch(net, data.draw(weights_like(net)) if weighted else None)
     for dtype, slack in ((np.float64, 4e-16), (np.float32, 3e-7)):
         result = evaluate(patches, (4, 3), dtype=dtype)
@@ -134,17 +138,18 @@ def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.
 
 @given(degenerate_nets())
 def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
-    """Checked wherever the exact expansion has a limit."""
-    # Samples are doubles: beside a fold at u = 1/3 the double next to 1/3 has one normal only.
+    """Compares normals with the exact limits, wherever these exist."""
+    # With these resolutions all parameters are exact in float64. 1/3 would be rounded: beside a
+    # fold at u = 1/3, the rounded parameter has a normal.
     resolution = (4, 2)
-    truth = exact.normals(net, None, resolution)
+    expected = exact.normals(net, None, resolution)
     result = evaluate(build_batch(net), resolution).normals
     assert result is not None
     us, vs = exact.list_parameters(4), exact.list_parameters(2)
-    for i, j in np.argwhere(np.isnan(truth).any(axis=-1)).tolist():
+    for i, j in np.argwhere(np.isnan(expected).any(axis=-1)).tolist():
         if us[i] in (ZERO, ONE) or vs[j] in (ZERO, ONE):
             limit = find_limit(net, None, us[i], vs[j])
-            if limit is not None and not ends_fold(net, us[i], vs[j]):
+            if limit is not None and not has_opposite_limits(net, us[i], vs[j]):
                 assert result[0, i, j] == pytest.approx(limit, abs=1e-9)
 
 
@@ -165,7 +170,7 @@ def _build_corner() -> Array:
     return net
 
 
-HOSTILE: dict[str, Callable[[], Array]] = {
+DEGENERATE: dict[str, Callable[[], Array]] = {
     "one point": lambda: np.full((4, 3, 3), 0.1),
     "one point at the origin": lambda: np.zeros((2, 2, 3)),
     "on a line": lambda: np.linspace(0, 1, 12).reshape(4, 3, 1) * (1.0, -2.0, 0.3),
@@ -181,13 +186,13 @@ HOSTILE: dict[str, Callable[[], Array]] = {
 }
 
 
-@pytest.mark.parametrize("shape", HOSTILE)
-def test_hostile_nets_have_unit_normals(shape: str) -> None:
-    """Normals are never zero and never NaN, without warnings, which are errors in tests."""
+@pytest.mark.parametrize("shape", DEGENERATE)
+def test_degenerate_shapes_have_unit_normals(shape: str) -> None:
+    """No normal is zero or NaN, and NumPy gives no warning (tests treat warnings as errors)."""
     dtypes: list[type[np.float32] | type[np.float64]] = [np.float64, np.float32]
     places = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), dtypes)
     for weighted, offset, scale, dtype in places:
-        net = (HOSTILE[shape]() + offset) * scale
+        net = (DEGENERATE[shape]() + offset) * scale
         weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if weighted else None
         result = evaluate(build_batch(net, weights), (5, 4), dtype=dtype)
         assert result.normals is not None
@@ -195,8 +200,8 @@ def test_hostile_nets_have_unit_normals(shape: str) -> None:
         assert np.abs(lengths - 1).max() < 3e-7, (weighted, offset, scale, dtype)
 
 
-def test_normals_of_a_line_stand_on_it() -> None:
-    """A patch without area still has an extent to be perpendicular to."""
+def test_normals_of_a_line_are_perpendicular_to_it() -> None:
+    """All control points are on one line."""
     direction = np.array([1.0, -2.0, 0.3])
     net = np.linspace(0, 1, 12).reshape(4, 3, 1) * direction
     result = evaluate(build_batch(net), (5, 4)).normals
@@ -206,10 +211,10 @@ def test_normals_of_a_line_stand_on_it() -> None:
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("resolution", [(1, 1), (16, 16), (5, 300)])
-def test_teapot_poles_look_straight_up_and_down(
+def test_normals_at_the_poles_of_the_teapot_are_vertical(
     resolution: tuple[int, int], dtype: type[np.float32] | type[np.float64]
 ) -> None:
-    """All along the collapsed edges of lid and bottom, to the last digit."""
+    """They are exact along the collapsed edges of lid and bottom."""
     model = lower_patches("utah-teapot")
     (batch,) = model.batches
     result = evaluate(batch, resolution, dtype=dtype)
@@ -224,8 +229,8 @@ def test_teapot_poles_look_straight_up_and_down(
     assert result.poles == 8 * (resolution[0] + 1)
 
 
-def test_near_a_pole_normals_are_right_too() -> None:
-    """Normals keep their digits where du is short: 1/500 000 from the pole of a sphere."""
+def test_normals_near_a_pole_are_right() -> None:
+    """The parameters are as near as 2^-19 to the pole of a sphere, where du is short."""
     batch = lower_example("sphere")
     assert batch.weights is not None
     t = 2.0 ** -np.arange(1.0, 20)

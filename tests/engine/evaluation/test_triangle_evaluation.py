@@ -1,5 +1,4 @@
-"""Evaluation of triangular patches, compared with exact arithmetic, symmetries, and the tensor
-form."""
+"""Evaluation of triangular patches, compared with exact arithmetic."""
 
 from itertools import pairwise
 from typing import Any
@@ -17,21 +16,23 @@ from service.surface.batches import TrianglePatches
 from tests.oracles import exact, triangles
 from tests.strategies import Array, triangle_nets, weights_like
 
-few = st.integers(1, 4)
+few_divisions = st.integers(1, 4)
 
 
 def build_batch(net: Array, weights: Array | None = None) -> TrianglePatches:
+    """A batch of one triangle."""
     return TrianglePatches(net[None].copy(), None if weights is None else weights[None].copy())
 
 
 @st.composite
-def weighted(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> tuple[Array, Array | None]:
+def weighted_nets(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> tuple[Array, Array | None]:
+    """A net, with weights or None."""
     net = draw(base)
     return net, draw(st.none() | weights_like(net))
 
 
 def build_hills(degree: int, count: int = 1, rational: bool = False) -> TrianglePatches:
-    """Random flat hills over the same triangle."""
+    """`count` random graphs with small heights over the same triangle."""
     rng = np.random.default_rng(degree)
     places = triangle.barycentric(degree)[:, 1:]
     heights = rng.uniform(-0.2, 0.2, (count, len(places), 1))
@@ -40,70 +41,78 @@ def build_hills(degree: int, count: int = 1, rational: bool = False) -> Triangle
     return TrianglePatches(points, weights)
 
 
-@given(weighted(triangle_nets()), few)
-def test_positions_are_the_exact_ones(given_: tuple[Array, Array | None], divisions: int) -> None:
-    net, weights = given_
-    truth = triangles.positions(triangles.jets(net, weights, divisions))
+@given(weighted_nets(triangle_nets()), few_divisions)
+def test_positions_agree_with_exact_arithmetic(
+    surface: tuple[Array, Array | None], divisions: int
+) -> None:
+    net, weights = surface
+    expected = triangles.positions(triangles.jets(net, weights, divisions))
     result = evaluate(build_batch(net, weights), (divisions, 1), normals=False)
     assert result.normals is None
-    assert result.positions.shape == (1, len(truth), 3)
-    np.testing.assert_allclose(result.positions[0], truth, rtol=0, atol=1e-12 * np.abs(net).max())
+    assert result.positions.shape == (1, len(expected), 3)
+    np.testing.assert_allclose(
+        result.positions[0], expected, rtol=0, atol=1e-12 * np.abs(net).max()
+    )
 
 
-@given(weighted(triangle_nets()), few)
-def test_normals_are_the_exact_ones(given_: tuple[Array, Array | None], divisions: int) -> None:
-    """Where du × dv does not vanish; elsewhere they are unit vectors and counted."""
-    net, weights = given_
-    truth = triangles.normals(triangles.jets(net, weights, divisions))
+@given(weighted_nets(triangle_nets()), few_divisions)
+def test_normals_agree_with_exact_arithmetic(
+    surface: tuple[Array, Array | None], divisions: int
+) -> None:
+    """Where du × dv vanishes, normals are unit vectors, and `poles` counts the samples."""
+    net, weights = surface
+    expected = triangles.normals(triangles.jets(net, weights, divisions))
     result = evaluate(build_batch(net, weights), (divisions, divisions))
     assert result.normals is not None
-    zero = np.isnan(truth[:, 0])
+    zero = np.isnan(expected[:, 0])
     assert result.poles == zero.sum()
-    assert np.abs(result.normals[0] - truth)[~zero].max(initial=0) < 1e-9
+    assert np.abs(result.normals[0] - expected)[~zero].max(initial=0) < 1e-9
     np.testing.assert_allclose(np.linalg.norm(result.normals[0], axis=1), 1.0, rtol=1e-14)
 
 
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 12])
-def test_single_precision_keeps_its_digits(degree: int, rational: bool) -> None:
-    """Errors are as small far from zero, with a local origin."""
+def test_float32_keeps_its_digits_far_from_zero(degree: int, rational: bool) -> None:
+    """Positions are relative to a local origin."""
     near = build_hills(degree, 5, rational)
     origin = np.array([3e5, -1e5, 2e6])
-    # The reference includes the rounding of the input at such a distance.
+    # The reference includes the rounding errors of adding the origin.
     far = TrianglePatches(near.points + origin, near.weights)
-    kept = TrianglePatches(far.points - origin, near.weights)
-    truth = evaluate(kept, (9, 9))
+    reference = TrianglePatches(far.points - origin, near.weights)
+    expected = evaluate(reference, (9, 9))
     result = evaluate(far, (9, 9), dtype=np.float32, origin=origin)
     assert result.normals is not None
-    assert truth.normals is not None
+    assert expected.normals is not None
     assert result.positions.dtype == result.normals.dtype == np.float32
-    assert np.abs(result.positions - truth.positions).max() < 5e-7
-    assert np.abs(result.normals - truth.normals).max() < 2e-6
+    assert np.abs(result.positions - expected.positions).max() < 5e-7
+    assert np.abs(result.normals - expected.normals).max() < 2e-6
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("degree", [1, 3, 6])
-def test_chunks_do_not_show(
+def test_chunks_have_no_effect(
     degree: int, rational: bool, dtype: Real, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Results are equal for many patches at a time, one patch, parts of a patch, and with or
-    without cached bases."""
+    """Evaluates many patches together, then few samples at a time, then without cached bases."""
     patches = build_hills(degree, 40, rational)
-    whole = evaluate(patches, (11, 11), dtype=dtype)
+    in_one_chunk = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
-    parts = evaluate(patches, (11, 11), dtype=dtype)
+    in_small_chunks = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_basis, "MAX_CACHED_VALUES", 200)
-    built = evaluate(patches, (11, 11), dtype=dtype)
-    for result in (parts, built):
-        for ours, theirs in ((result.positions, whole.positions), (result.normals, whole.normals)):
-            assert ours is not None
-            assert theirs is not None
-            assert np.abs(ours - theirs).max() < 50 * np.finfo(dtype).eps
+    without_cached_basis = evaluate(patches, (11, 11), dtype=dtype)
+    for result in (in_small_chunks, without_cached_basis):
+        for result_rows, expected_rows in (
+            (result.positions, in_one_chunk.positions),
+            (result.normals, in_one_chunk.normals),
+        ):
+            assert result_rows is not None
+            assert expected_rows is not None
+            assert np.abs(result_rows - expected_rows).max() < 50 * np.finfo(dtype).eps
 
 
 def build_degenerate_nets() -> dict[str, Any]:
-    """Nets with collapsed sides, repeated points, everything on a line or in a point."""
+    """Nets with collapsed sides, with repeated points, on a line, or equal to one point."""
     net = build_hills(3).points[0]
     lines = triangle.side_rows(3)
     cases = {}
@@ -129,16 +138,16 @@ def build_degenerate_nets() -> dict[str, Any]:
     "net", build_degenerate_nets().values(), ids=build_degenerate_nets().keys()
 )
 def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtype: Real) -> None:
-    """Normals have unit length everywhere, and are exact where du × dv does not vanish."""
+    """Where du × dv does not vanish, normals also agree with exact arithmetic."""
     weights = build_hills(3, rational=True).weights if rational else None
-    truth = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
+    expected = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
     result = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
     assert result.normals is not None
     lengths = np.linalg.norm(result.normals[0].astype(float), axis=1)
     assert np.abs(lengths - 1).max() < 4 * np.finfo(dtype).eps
-    zero = np.isnan(truth[:, 0])
+    zero = np.isnan(expected[:, 0])
     assert result.poles == zero.sum()
-    assert np.abs(result.normals[0] - truth)[~zero].max(initial=0) < 1e-5
+    assert np.abs(result.normals[0] - expected)[~zero].max(initial=0) < 1e-5
 
 
 @pytest.mark.parametrize("rational", [False, True])
@@ -146,20 +155,19 @@ def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtyp
 def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     symmetry: int, rational: bool
 ) -> None:
-    """To first order the triangle at this corner is the cone over C, its next row: the normal is C
-    × C'.
+    """Near the collapsed side, the triangle is to first order the cone over C, its next row.
 
-    Checked for each side, and at both of its ends.
+    So the normal is along C × C'. Each side is checked, in both directions.
     """
     rng = np.random.default_rng(5)
     net = np.array([[j, k, 0] for _, j, k in triangles.keys(4)]) + rng.uniform(-0.2, 0.2, (15, 3))
-    side = [key[1] == 0 for key in triangles.keys(4)]
-    net[side] = net[0]
+    is_on_side = [key[1] == 0 for key in triangles.keys(4)]
+    net[is_on_side] = net[0]
     weights = rng.uniform(0.5, 2, 15) if rational else np.ones(15)
-    next_ = [key[1] == 1 for key in triangles.keys(4)]
-    cone = exact.to_exact_net([(net[next_] - net[0]) * weights[next_, None]])[0]
+    is_next_row = [key[1] == 1 for key in triangles.keys(4)]
+    cone = exact.to_exact_net([(net[is_next_row] - net[0]) * weights[is_next_row, None]])[0]
     slope = [tuple(y - x for x, y in zip(a, b, strict=True)) for a, b in pairwise(cone)]
-    truth = [
+    expected = [
         exact.normalize(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
         for t in exact.list_parameters(6)
     ]
@@ -176,5 +184,5 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
         is_collapsed
     ]
     sign = -1 if symmetry >= 3 else 1
-    expected = sign * np.array(truth)[order]
+    expected = sign * np.array(expected)[order]
     assert np.abs(result.normals[0][is_collapsed] - expected).max() < 1e-11

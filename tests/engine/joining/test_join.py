@@ -1,4 +1,4 @@
-"""Borders that are one curve in other knots, degrees and directions: one edge, and nothing else."""
+"""Borders that are one curve with different knots, degrees or directions become one edge."""
 
 from dataclasses import replace
 from typing import Any
@@ -30,10 +30,12 @@ from tests.strategies import Array, translate
 from tools.certify.closing import NEARLY, RESOLUTION
 
 
-@pytest.mark.parametrize("seed", range(5))  # the others are judged by `make certify`
-def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
-    """Balls and rings of B-splines, cut at random; in a third of them one point is moved, so they
-    are open."""
+@pytest.mark.parametrize("seed", range(5))  # `make certify` judges all other seeds
+def test_pieces_of_a_closed_body_make_a_watertight_mesh(seed: int) -> None:
+    """Balls and rings of B-splines, cut at random places.
+
+    In a third of them one point is moved, so that they are open.
+    """
     case = NEARLY["borders"][1](seed)
     mesh = build_mesh(case.surface.lower(), resolution=RESOLUTION)
     check_sound(mesh)
@@ -47,7 +49,7 @@ def test_pieces_of_a_body_close_however_they_are_written(seed: int) -> None:
 
 @pytest.mark.parametrize("family", ["mixed degrees", "crowded knots"])
 def test_bodies_of_several_degrees_and_of_crowded_knots_close(family: str) -> None:
-    """Some of each family that `make certify` judges."""
+    """Takes each 13th surface of a family that `make certify` judges."""
     for seed in range(0, NEARLY[family][0], 13):
         case = NEARLY[family][1](seed)
         mesh = build_mesh(case.surface.lower(), resolution=RESOLUTION)
@@ -56,7 +58,7 @@ def test_bodies_of_several_degrees_and_of_crowded_knots_close(family: str) -> No
 
 
 def build_tee(t: float, *, degree: int = 3) -> list[Array]:
-    """A patch, and two others along its edge u = 1 that meet at t."""
+    """The nets of a patch, and of two patches that meet its edge u = 1 and each other at t."""
     rng = np.random.default_rng(degree)
     step = np.array([1.0, 0, 0])
     first = rng.uniform(0, 0.4, (degree + 1, degree + 1, 3))
@@ -72,9 +74,8 @@ def build_tee(t: float, *, degree: int = 3) -> list[Array]:
     "options", [{"resolution": (4, 2)}, {"accuracy": Accuracy(tolerance=0.02)}]
 )
 @pytest.mark.parametrize("t", [0.5, 0.3, 1 / 64])
-def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any]) -> None:
-    """The mesh is one disc, with the original parts, and its bound holds for the original
-    surfaces."""
+def test_two_short_borders_join_a_long_border(t: float, options: dict[str, Any]) -> None:
+    """The mesh is one disc with the parts of the request; its bound holds for their surfaces."""
     nets = np.array(build_tee(t))
     surface = PatchSurface(
         nets.reshape(-1, 3),
@@ -98,8 +99,8 @@ def test_two_short_borders_against_a_long_one(t: float, options: dict[str, Any])
     assert {0.0, 1.0, round(t, 12)} <= set(mesh.uvs[triangles, 1].round(12).ravel().tolist())
 
 
-def test_a_border_that_meets_itself_in_other_knots() -> None:
-    """A B-spline whose sides u = 0 and v = 0 are one curve, with a knot in u and two in v."""
+def test_a_border_that_meets_itself_with_different_knots_is_joined() -> None:
+    """The sides u = 0 and v = 0 of a B-spline are one curve, but have different knots."""
     curve = BSpline([0.0] * 4 + [1] * 4, [(0, 0, 0), (1, 0, 0.5), (2, 0.5, 0), (3, 0, 1)], 3)
     in_u, in_v = curve.insert_knot(0.3), curve.insert_knot(0.6).insert_knot(0.8)
     x, y = np.meshgrid(np.arange(5.0), np.arange(6.0), indexing="ij")
@@ -115,8 +116,8 @@ def test_a_border_that_meets_itself_in_other_knots() -> None:
 @pytest.mark.parametrize(
     "options", [{"resolution": (4, 4)}, {"accuracy": Accuracy(relative_tolerance=3e-3)}]
 )
-def test_parameters_of_crowded_spans_lead_back(options: dict[str, Any]) -> None:
-    """Where surfaces meet, parameters of one are not those of another because they are near."""
+def test_the_parameters_of_each_vertex_give_its_position(options: dict[str, Any]) -> None:
+    """Knots of the wing are very near each other; each surface keeps its own parameters."""
     surface = find("swept-wing").surface()
     mesh = build_mesh(surface.lower(), uvs=True, **options)
     assert mesh.uvs is not None
@@ -130,8 +131,8 @@ def test_parameters_of_crowded_spans_lead_back(options: dict[str, Any]) -> None:
         assert np.abs(apart).max() < 1e-12
 
 
-def test_surfaces_with_knots_of_their_own_close_around_a_ring() -> None:
-    """8 × 8 flat pieces of a torus, each with a knot in u and v that no other has: 81 cuts each."""
+def test_surfaces_with_different_knots_close_around_a_torus() -> None:
+    """64 flat pieces of a torus have different knots; each is cut into 81 patches."""
     angle = np.pi / 4 * np.r_[:8, 0]
     c, s = np.cos(angle), np.sin(angle)
     corners = np.stack([np.outer(c, 3 + c), np.outer(s, 3 + c), np.outer(np.ones(9), s)], axis=-1)
@@ -148,8 +149,7 @@ def test_surfaces_with_knots_of_their_own_close_around_a_ring() -> None:
 
 
 def test_surfaces_that_only_touch_are_not_cut() -> None:
-    """A corner on the edge of another curve is not joined; with tolerance 0, no unequal points
-    are."""
+    """A surface is cut only where borders are one curve; with tolerance 0 it is not cut."""
     nets = build_tee(0.5)
     bent = nets[1].copy()
     bent[0, 1] += 0.01
@@ -161,8 +161,9 @@ def test_surfaces_that_only_touch_are_not_cut() -> None:
 
 
 def build_square_with_strips(columns: int, rows: int, degree: int) -> MultipatchSurface:
-    """A unit square of some degree, with narrow strips along two of its sides: it is cut into
-    columns × rows pieces.
+    """A unit square of this degree that joining must cut into columns × rows pieces.
+
+    Narrow strips lie along two of its sides.
     """
 
     def sheet(u: Array, v: Array) -> BezierSurface:
@@ -187,10 +188,10 @@ def build_square_with_strips(columns: int, rows: int, degree: int) -> Multipatch
         (28, 29, 12, False),  # 137,456 > 16 · 397 + 2^17
     ],
 )
-def test_cuts_are_made_up_to_a_number_of_pieces_and_of_points(
+def test_a_model_is_cut_only_up_to_limits_of_patches_and_points(
     columns: int, rows: int, degree: int, is_cut: bool
 ) -> None:
-    """P patches may become max(16 P, min(8 P², 8192)) + 256."""
+    """P patches may become max(16 P, min(8 P², 8192)) + 256 patches."""
     surface = build_square_with_strips(columns, rows, degree)
     patch_count = join(surface.lower(), 1e-12)[0].patch_count
     assert patch_count == columns + rows + (columns * rows if is_cut else 1)
@@ -203,27 +204,27 @@ def test_cuts_are_made_up_to_a_number_of_pieces_and_of_points(
         [[[0, 4], [1, 4]], [[2, 4], [0, 1]], [[0, 4], [0, 3]]],
     ],
 )
-def test_cuts_that_never_meet_end_soon(
+def test_cutting_ends_if_cuts_never_meet(
     corners: list[list[list[float]]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Patches with all corners on one line; each is cut where others have corners."""
+    """All corners are on one line; each patch is cut where another patch has a corner."""
     line = np.ones(3)
     surface = MultipatchSurface(tuple(BezierSurface(np.multiply.outer(c, line)) for c in corners))
-    built: list[int] = []
+    patch_counts: list[int] = []
 
-    def count(model: PatchModel, lines: Lines) -> PatchModel:
+    def cut_and_count(model: PatchModel, lines: Lines) -> PatchModel:
         model = cut(model, lines)
-        built.append(model.patch_count)
+        patch_counts.append(model.patch_count)
         return model
 
-    monkeypatch.setattr(joining, "cut", count)
+    monkeypatch.setattr(joining, "cut", cut_and_count)
     assert join(surface.lower(), 1e-12)[0].patch_count == len(corners)
     most = 8 * len(corners) ** 2 + 256
-    assert built[-2] <= most < built[-1] < most + 4
+    assert patch_counts[-2] <= most < patch_counts[-1] < most + 4
 
 
-def test_cut_surfaces_are_refused_where_they_are_too_large() -> None:
-    """The error is that of any mesh with too many vertices."""
+def test_cut_surfaces_with_too_many_vertices_are_refused() -> None:
+    """The error has the code of all meshes with too many vertices."""
     case = NEARLY["borders"][1](1)
     options = MeshOptions((16, 16))
     form = BY_NAME["json"]

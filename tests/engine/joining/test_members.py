@@ -1,4 +1,4 @@
-"""Members of a group that share an edge: closed in every format, and separate nodes."""
+"""Members of a group that share an edge: no cracks between them, and separate nodes."""
 
 from dataclasses import replace
 from typing import Any
@@ -27,7 +27,10 @@ OPTIONS = [{"resolution": RESOLUTION}, {"accuracy": Accuracy(relative_tolerance=
 
 
 def place_pieces(seed: int) -> tuple[GroupSurface, bool]:
-    """The pieces of a body, each in different coordinates and placed where it was."""
+    """The pieces of a body as placed members, and whether the body is closed.
+
+    Each piece has coordinates of its own; its placement moves it to its original place.
+    """
     case, rng = NEARLY["borders"][1](seed), np.random.default_rng(seed)
     assert isinstance(case.surface, MultipatchSurface)
     members = []
@@ -36,17 +39,16 @@ def place_pieces(seed: int) -> tuple[GroupSurface, bool]:
         matrix = np.eye(4)
         matrix[:3, :3] = np.linalg.qr(rng.normal(size=(3, 3)))[0] * rng.uniform(0.5, 2)
         matrix[:3, 3] = rng.normal(size=3) * 100 * (seed % 4)
-        back = np.linalg.inv(matrix)
-        net = piece.control_net @ back[:3, :3].T + back[:3, 3]
+        inverse = np.linalg.inv(matrix)
+        net = piece.control_net @ inverse[:3, :3].T + inverse[:3, 3]
         color = (1.0, 0.5, 0.2) if k % 2 else None
         members.append(Member(replace(piece, control_net=net), f"piece {k}", color, matrix))
     return GroupSurface(tuple(members)), bool(case.is_closed)
 
 
 @pytest.mark.parametrize(("seed", "options"), [*enumerate(OPTIONS)])
-def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> None:
-    """Placed pieces, some of them mirrored, have the same bits on both sides, as one mesh and as
-    nodes."""
+def test_placed_pieces_of_a_body_have_no_cracks(seed: int, options: dict[str, Any]) -> None:
+    """Borders have equal bits in one mesh and in separate nodes; some pieces are mirrored."""
     group, is_closed = place_pieces(seed)
     names = [member.name for member in group.members]
     mesh = build(group.lower(), MeshOptions(**options))
@@ -69,16 +71,16 @@ def test_placed_pieces_of_a_body_close(seed: int, options: dict[str, Any]) -> No
     assert result.distance <= mesh.report.deviation_bound + result.noise
     scene = build_scene(group.lower(), MeshOptions(**options), single=True)
     assert [node.name for node in scene.nodes] == names
-    rows = np.concatenate([each.positions + each.origin for each in scene.meshes])
-    starts = np.cumsum([0, *(len(each.positions) for each in scene.meshes)])
-    triangles = [each.triangles + start for each, start in zip(scene.meshes, starts, strict=False)]
+    rows = np.concatenate([node_mesh.positions + node_mesh.origin for node_mesh in scene.meshes])
+    starts = np.cumsum([0, *(len(node_mesh.positions) for node_mesh in scene.meshes)])
+    triangles = [m.triangles + start for m, start in zip(scene.meshes, starts, strict=False)]
     assert all(node.matrix is None for node in scene.nodes)
     shape = count_topology(weld_by_position(rows, np.concatenate(triangles)))
     assert (shape.boundary == 0) == is_closed
 
 
 def build_hull() -> GroupSurface:
-    """Half a hull and its mirror image: one keel."""
+    """Half of a ship's hull and its mirror image, which meet along the keel."""
     net = np.random.default_rng(4).uniform(0, 0.3, (6, 5, 3))
     net += np.stack(
         [*np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij"), np.zeros((6, 5))], 2
@@ -90,8 +92,8 @@ def build_hull() -> GroupSurface:
     )
 
 
-def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
-    """Joined at the keel, with the uvs, the normals and the positions that each had alone."""
+def test_a_mirrored_member_keeps_its_parameters_and_normals() -> None:
+    """After joining, both halves have the uvs, normals and positions of separate meshes."""
     joined = build_scene(build_hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True))
     apart = build(
         build_hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True, weld_tolerance=0.0)
@@ -103,18 +105,18 @@ def test_a_mirror_image_keeps_its_parameters_and_its_outside() -> None:
     assert apart.normals is not None
     assert apart.uvs is not None
     half = len(apart.positions) // 2
-    mine, others = (
+    joined_rows, separate_rows = (
         np.concatenate(rows, axis=1)
         for rows in ((mesh.positions, mesh.uvs), (apart.positions[half:], apart.uvs[half:]))
     )
-    for expected, normal in zip(others, apart.normals[half:], strict=True):
-        apart_by = np.abs(mine - expected).max(axis=1)
-        assert apart_by.min() < 1e-12
-        if expected[1]:  # at the keel, near normals of both halves are averaged
-            np.testing.assert_allclose(mesh.normals[apart_by.argmin()], normal, atol=1e-9)
+    for expected, normal in zip(separate_rows, apart.normals[half:], strict=True):
+        differences = np.abs(joined_rows - expected).max(axis=1)
+        assert differences.min() < 1e-12
+        if expected[1]:  # normals at the keel are means of both halves
+            np.testing.assert_allclose(mesh.normals[differences.argmin()], normal, atol=1e-9)
 
 
-def test_members_that_do_not_meet_are_stored_once() -> None:
+def test_copies_that_do_not_meet_share_one_mesh() -> None:
     group = build_hull()
     apart = replace(
         group, members=(group.members[0], replace(group.members[0], matrix=np.diag([1.0, 1, 2, 1])))
@@ -132,7 +134,7 @@ def build_triangle() -> TriangleSurface:
 
 
 def build_pipes() -> list[BsplineSurface]:
-    """A ring, and a ring that continues it, with its seam at another knot."""
+    """Two rings of one pipe that meet; their seams are at different knots."""
     angle = np.arange(8) * np.pi / 4
     ring = np.stack([3 * np.cos(angle), 2 * np.sin(angle), np.sin(3 * angle)], axis=-1)
     rise = np.array([0.0, 0, 1])
@@ -146,7 +148,7 @@ def build_pipes() -> list[BsplineSurface]:
 
 
 def build_plates() -> list[BsplineSurface]:
-    """A sheet, and a smaller one at the middle of its side u = 1."""
+    """A sheet, and a smaller sheet that meets the middle of its side u = 1."""
     x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, 0.3 * np.sin(x * y)], axis=-1)
     (line, _), _ = split(split((net[-1], None), 0.3)[1], 0.5)
@@ -166,25 +168,25 @@ def build_plates() -> list[BsplineSurface]:
     ],
     ids=["mirrored triangles", "seams apart", "no corner in common"],
 )
-def test_members_are_one_where_their_borders_are_one_curve(
+def test_members_with_a_common_curve_become_one_sheet(
     members: tuple[Member, ...], shape: tuple[int, int, int], options: dict[str, Any]
 ) -> None:
-    """Components, Euler's characteristic and misoriented edges are those of one sheet."""
+    """`shape` has components, Euler characteristic and misoriented edges of one sheet."""
     mesh = build(GroupSurface(members).lower(), MeshOptions(uvs=True, **options))
     result = count_topology(weld_by_position(mesh.positions, mesh.triangles))
     assert (result.components, result.euler, result.misoriented) == shape
     assert result.boundary == mesh.report.boundary_edges
 
 
-def test_the_cost_of_copies_that_meet_counts_separate_meshes() -> None:
-    """Members that meet are stored separately, within the memory and the bytes that are allowed."""
+def test_the_cost_of_copies_that_meet_includes_a_mesh_for_each() -> None:
+    """Members that meet have separate meshes; so their memory and their bytes are counted."""
     group = build_hull()
     form, options = BY_NAME["glb"], MeshOptions((60, 60))
     work = plan_mesh(group, options, form)
-    whole = plan_mesh(replace(group, members=group.members[:1]), options, form)
-    assert work.cost.memory > 1.8 * whole.cost.memory
+    one_member = plan_mesh(replace(group, members=group.members[:1]), options, form)
+    assert work.cost.memory > 1.8 * one_member.cost.memory
     length = len(work.run().content)
-    assert length > whole.cost.bytes
+    assert length > one_member.cost.bytes
     limits = replace(DEFAULT_LIMITS, max_bytes=length - 1)
     with pytest.raises(TooLarge) as caught:
         plan_mesh(group, options, form, limits=limits).run()

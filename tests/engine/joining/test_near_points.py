@@ -16,21 +16,25 @@ Array = np.ndarray
 
 
 def group_by_pairs(points: Array, reach: float) -> list[int]:
-    """The first member of each point's component; if that is wider than `reach`, of a finer
-    component."""
-    apart, leader = cdist(points, points), np.arange(len(points))
-    left, finest = leader, reach * FINER ** (LEVELS - 1)
-    while len(left) and reach >= finest:
-        within = apart[np.ix_(left, left)]
-        _, component = connected_components(within <= reach, directed=False)
+    """For each point, the first point of its group, by comparing all pairs.
+
+    If a component is wider than `reach`, its points are grouped again with a smaller `reach`.
+    """
+    distances, leader = cdist(points, points), np.arange(len(points))
+    remaining, finest = leader, reach * FINER ** (LEVELS - 1)
+    while len(remaining) and reach >= finest:
+        remaining_distances = distances[np.ix_(remaining, remaining)]
+        _, component = connected_components(remaining_distances <= reach, directed=False)
         members = [np.flatnonzero(component == c) for c in range(component.max() + 1)]
-        whole = [rows for rows in members if within[np.ix_(rows, rows)].max() <= reach]
-        for rows in whole:
-            leader[left[rows]] = left[rows[0]]
-        left = np.setdiff1d(left, left[np.concatenate([[], *whole]).astype(int)])
+        groups = [
+            rows for rows in members if remaining_distances[np.ix_(rows, rows)].max() <= reach
+        ]
+        for rows in groups:
+            leader[remaining[rows]] = remaining[rows[0]]
+        remaining = np.setdiff1d(remaining, remaining[np.concatenate([[], *groups]).astype(int)])
         reach *= FINER
-    for k in left.tolist():
-        leader[k] = np.flatnonzero(apart[k] == 0)[0]
+    for k in remaining.tolist():
+        leader[k] = np.flatnonzero(distances[k] == 0)[0]
     return leader.tolist()
 
 
@@ -43,7 +47,7 @@ def group_by_pairs(points: Array, reach: float) -> list[int]:
 def test_groups_are_the_components_that_are_not_wide(
     seed: int, count: int, spread: float, clusters: int
 ) -> None:
-    """Points around a few centres, some of them twice, on a lattice of quarters or at random."""
+    """Points around a few centres, some of them repeated, on a lattice or at random places."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, 2 + clusters, (clusters, 3))[rng.integers(0, clusters, count)]
     points = points + spread * rng.uniform(-0.5, 0.5, points.shape)
@@ -53,19 +57,19 @@ def test_groups_are_the_components_that_are_not_wide(
     expected = group_by_pairs(points, 1.0)
     if max(np.bincount(connected_components(cdist(points, points) <= 2.0)[1])) <= MAX_CROWD:
         assert result.tolist() == expected
-    # Larger crowds may stay unchanged, or have groups within their groups; the order has no effect.
+    # The groups of larger crowds may be smaller than expected. The order has no effect.
     assert all(
         f == k or expected[f] == e for k, (f, e) in enumerate(zip(result, expected, strict=True))
     )
     order = rng.permutation(len(points))
-    again = group_near_points(points[order], 1.0)
+    reordered = group_near_points(points[order], 1.0)
     for i, j in combinations(range(0, len(points), 3), 2):
-        assert (result[order[i]] == result[order[j]]) == (again[i] == again[j])
+        assert (result[order[i]] == result[order[j]]) == (reordered[i] == reordered[j])
 
 
 @pytest.mark.parametrize("count", [3, 500, 20_000])
 def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
-    """Any number of points: a pole, and a line of points closer than the tolerance."""
+    """`count` points near one place are a group; a chain of points with small gaps is not."""
     rng = np.random.default_rng(count)
     crowd = rng.uniform(0, 1e-3, (count, 3))
     chain = np.stack([np.arange(count) * 0.9, np.zeros(count), np.full(count, 5.0)], axis=1)
@@ -74,12 +78,11 @@ def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
     assert result[count:].tolist() == list(range(count, 2 * count))
 
 
-def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
-    """The points form a chain wider than the reach; points that differ by rounding join their
-    neighbours."""
+def test_the_points_of_a_short_line_are_not_a_group() -> None:
+    """They are a chain wider than `reach`; points that differ by rounding join their neighbours."""
     line = np.linspace(0, 1.5, 4)[:, None] * [1.0, 0, 0]
-    again = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
-    assert group_near_points(np.concatenate([line, again]), 1.0).tolist() == [
+    reordered = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
+    assert group_near_points(np.concatenate([line, reordered]), 1.0).tolist() == [
         0,
         1,
         2,
@@ -92,7 +95,7 @@ def test_both_ends_of_a_short_line_are_points_of_their_own() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))
-def test_near_points_are_never_missed(seed: int, far: float) -> None:
+def test_near_points_are_always_found(seed: int, far: float) -> None:
     """Equal points alone do not count as near points."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-1, 1, (20, 3)) + far

@@ -1,4 +1,4 @@
-"""Where open edges must be cut: parameters along curves that they share."""
+"""The parameters at which open edges must be cut, because a part of them is a shared curve."""
 
 import numpy as np
 
@@ -11,13 +11,13 @@ ARC = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
 
 
 def test_cuts_depend_on_weights() -> None:
-    """An arc above its two halves: with other weights the halves are other curves."""
+    """An arc meets its two halves; with different weights, the halves are different curves."""
     weights = np.array([1.0, 2, 1])
     pieces = [(ARC, weights), *split((ARC, weights), 0.5)]
     rises = np.array([[0.0, 0, 1], [0, 0, -1], [0, 0, -1]])
     nets = np.stack([np.stack([p, p + by], 1) for (p, _), by in zip(pieces, rises, strict=True)])
-    loads = np.stack([np.stack([w, w], 1) for _, w in pieces if w is not None])
-    shared = find_cuts(find_seams((TensorPatches(nets, loads),)), 1e-12)
-    assert (shared.patch.tolist(), shared.at.tolist()) == ([0], [0.5])
-    heavier = loads * np.array([1, 1.5, 1])[:, None]
-    assert not len(find_cuts(find_seams((TensorPatches(nets, heavier),)), 1e-12).at)
+    weight_nets = np.stack([np.stack([w, w], 1) for _, w in pieces if w is not None])
+    cuts = find_cuts(find_seams((TensorPatches(nets, weight_nets),)), 1e-12)
+    assert (cuts.patch.tolist(), cuts.at.tolist()) == ([0], [0.5])
+    changed_weights = weight_nets * np.array([1, 1.5, 1])[:, None]
+    assert not len(find_cuts(find_seams((TensorPatches(nets, changed_weights),)), 1e-12).at)

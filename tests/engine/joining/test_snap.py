@@ -1,4 +1,4 @@
-"""Control points that are equal up to rounding: which surfaces close, and which stay open."""
+"""Surfaces close if control points are equal up to rounding, and points move little."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -24,15 +24,15 @@ from tools.certify.nearly import body, soup
 COARSE = Accuracy(relative_tolerance=1e-1)
 
 
-def shake_nets(nets: list[Array], amplitude: float) -> list[Array]:
-    """Nets whose points are moved at random, by at most one distance in every coordinate."""
+def add_noise(nets: list[Array], amplitude: float) -> list[Array]:
+    """The nets with random noise of at most `amplitude` in each coordinate."""
     rng = np.random.default_rng(0)
     return [net + rng.uniform(-amplitude, amplitude, net.shape) for net in nets]
 
 
 @pytest.mark.parametrize("seed", range(0, NEARLY["noise"][0], 4))
-def test_noise_within_the_tolerance_closes(seed: int) -> None:
-    """Balls and rings, rational and not, B-splines and soups, noise of 1e-17 to 1e-9."""
+def test_surfaces_with_noise_within_the_tolerance_close(seed: int) -> None:
+    """Balls and rings as B-splines or as single patches, with noise of 1e-17 to 1e-9."""
     case = NEARLY["noise"][1](seed)
     model = case.surface.lower()
     mesh = build_mesh(model, resolution=RESOLUTION, weld_tolerance=case.weld_tolerance)
@@ -52,7 +52,9 @@ def test_noise_within_the_tolerance_closes(seed: int) -> None:
         *((seed, {"accuracy": COARSE}) for seed in (102, 326)),
     ],
 )
-def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -> None:
+def test_surfaces_with_spans_as_short_as_the_tolerance_close(
+    seed: int, options: dict[str, Any]
+) -> None:
     """Pieces of balls and rings whose knots are 1e-9 to 1e-12 of their range apart."""
     case = NEARLY["crowded knots"][1](seed)
     mesh = build_mesh(case.surface.lower(), **options)
@@ -67,8 +69,8 @@ def test_spans_as_short_as_the_reach_close(seed: int, options: dict[str, Any]) -
     "options", [{"resolution": (2, 2)}, {"accuracy": Accuracy(tolerance=1e-5)}]
 )
 def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
-    """A cube of flat faces with gaps of 4e-7 of its size: nearly all deviation is the movement."""
-    model = build_model(shake_nets(build_cube(), 4e-7))
+    """A cube of flat faces with gaps of 4e-7: its deviation comes from the movement of points."""
+    model = build_model(add_noise(build_cube(), 4e-7))
     mesh = build_mesh(model, weld_tolerance=1e-6, **options)
     assert (mesh.report.watertight, find_topology(mesh).euler) == (True, 2)
     result = measure_surface_to_mesh(
@@ -81,10 +83,10 @@ def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
 
 
 def test_equal_points_keep_their_bits_and_others_move_little() -> None:
-    """Without near points, no point moves; alone and together, meshes differ only by moves."""
+    """If no points are near, none moves; else positions differ at most by the reported movement."""
     exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
     assert join(exact, 1e-12)[0] is exact
-    model = build_model(shake_nets(build_cube(), 1e-13))
+    model = build_model(add_noise(build_cube(), 1e-13))
     options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
     together = build_mesh(model, **options)
     alone = [build_mesh(build_model([net]), **options).positions for net in model.batches[0].points]
@@ -94,11 +96,10 @@ def test_equal_points_keep_their_bits_and_others_move_little() -> None:
 
 @pytest.mark.parametrize("amplitude", [0.0, 1e-13, 1e-7])
 @pytest.mark.parametrize("is_raised", [False, True])
-def test_near_weights_are_one_up_to_a_factor_of_each_surface(
+def test_weights_that_are_equal_up_to_noise_and_a_factor_are_joined(
     amplitude: float, is_raised: bool
 ) -> None:
-    """Patches of a rational ring, with different factors of their weights, some elevated, with
-    noise."""
+    """Patches of a rational ring with different factors of weights and noise, some elevated."""
     rng = np.random.default_rng(21)
     patches = list(build_rational_ring(rng))
     for k, (net, weights) in enumerate(patches):
@@ -108,24 +109,24 @@ def test_near_weights_are_one_up_to_a_factor_of_each_surface(
         assert point_weights is not None
         away = amplitude * rng.uniform(-1, 1, (*point_weights.shape, 4))
         patches[k] = raised + away[..., :3], point_weights * (2.7**k) * (1 + away[..., 3])
-    model = MultipatchSurface(tuple(BezierSurface(*each) for each in patches)).lower()
-    reverse = MultipatchSurface(tuple(BezierSurface(*each) for each in patches[::-1])).lower()
+    model = MultipatchSurface(tuple(BezierSurface(*patch) for patch in patches)).lower()
+    reverse = MultipatchSurface(tuple(BezierSurface(*patch) for patch in patches[::-1])).lower()
     tolerance = max(5 * amplitude, 1e-12)
     joined, seams = join(model, tolerance)
     assert seams.connectivity.open_count == 8
     assert joined.moved <= 20 * amplitude * model.diagonal + 1e-13
     positions = [
-        build_mesh(each, weld_tolerance=tolerance, accuracy=Accuracy(tolerance=0.2)).positions
-        for each in (model, reverse)
+        build_mesh(m, weld_tolerance=tolerance, accuracy=Accuracy(tolerance=0.2)).positions
+        for m in (model, reverse)
     ]
-    assert len({tuple(sorted(map(tuple, each.tolist()))) for each in positions}) == 1
+    assert len({tuple(sorted(map(tuple, rows.tolist()))) for rows in positions}) == 1
 
 
 @pytest.mark.parametrize(("amplitude", "factor"), [(4e-13, 1.0), (4e-13, 3.0), (1e-7, 0.3)])
 def test_near_weights_become_those_of_polynomial_neighbours(
     amplitude: float, factor: float
 ) -> None:
-    """A closed ring of four patches, of which every second is polynomial."""
+    """A closed ring of four patches; every second patch is polynomial."""
     rng = np.random.default_rng(3)
     pieces = []
     for k, (net, _) in enumerate(build_rational_ring(rng)):
@@ -140,8 +141,8 @@ def test_near_weights_become_those_of_polynomial_neighbours(
 
 
 @pytest.mark.parametrize(("offset", "count"), [(0.0, 16), (1e6, 8)])
-def test_weights_are_as_coarse_as_coordinates_far_from_zero(offset: float, count: int) -> None:
-    """A ring of four patches whose weights differ by 1e-10, once where 2^-50 of 1e6 is more."""
+def test_the_tolerance_of_weights_grows_far_from_zero(offset: float, count: int) -> None:
+    """The weights of a ring differ by 1e-10, which exceeds the tolerance only near zero."""
     rng = np.random.default_rng(4)
     pieces = [
         BezierSurface(net + offset, weights * (1 + 1e-10 * rng.uniform(-1, 1, weights.shape)))
@@ -152,7 +153,7 @@ def test_weights_are_as_coarse_as_coordinates_far_from_zero(offset: float, count
 
 
 def build_rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-    """Four patches that close one way: nets (3, 4, 3) and weights (3, 4)."""
+    """Yields the nets (3, 4, 3) and weights (3, 4) of four patches around a closed ring."""
     angles = np.linspace(0, 2 * np.pi, 9)[:, None]
     radius = rng.uniform(1, 2, 4) * np.where(np.arange(9) % 2, 1.4, 1)[:, None]
     net = np.stack(
@@ -164,8 +165,8 @@ def build_rational_ring(rng: np.random.Generator) -> Iterator[tuple[Array, Array
         yield net[k : k + 3], weights[k : k + 3]
 
 
-def test_an_edge_has_the_positions_of_its_first_net() -> None:
-    """The net that comes first in dictionary order, in either direction."""
+def test_an_edge_gets_the_net_that_comes_first_in_dictionary_order() -> None:
+    """The nets of both sides are compared in both directions."""
     rng = np.random.default_rng(5)
     nets = rng.uniform(0, 1, (2, 4, 4, 3))
     nets[1, -1] = nets[0, 0, ::-1] + rng.uniform(-1e-13, 1e-13, (4, 3))
@@ -173,15 +174,19 @@ def test_an_edge_has_the_positions_of_its_first_net() -> None:
     first = min(lines, key=lambda line: line.ravel().tolist())
     for order in ([0, 1], [1, 0]):
         (batch,) = join(build_model(list(nets[order])), 1e-12)[0].batches
-        one, other = batch.points[order.index(0), 0], batch.points[order.index(1), -1, ::-1]
-        np.testing.assert_array_equal(one, other)
-        assert first[1:-1].tolist() in (one[1:-1].tolist(), one[-2:0:-1].tolist())
+        first_side, second_side = (
+            batch.points[order.index(0), 0],
+            batch.points[order.index(1), -1, ::-1],
+        )
+        np.testing.assert_array_equal(first_side, second_side)
+        assert first[1:-1].tolist() in (first_side[1:-1].tolist(), first_side[-2:0:-1].tolist())
         np.testing.assert_array_equal(
-            one[[0, -1]], [min(p.tolist() for p in (lines[0][k], lines[3][k])) for k in (0, -1)]
+            first_side[[0, -1]],
+            [min(p.tolist() for p in (lines[0][k], lines[3][k])) for k in (0, -1)],
         )
 
 
-def test_a_tolerance_below_the_movement_is_refused_and_a_single_patch_closes() -> None:
+def test_a_single_patch_with_nearly_equal_sides_closes() -> None:
     net = np.random.default_rng(1).uniform(0, 1, (5, 4, 3))
     net[-1] = net[0] + 1e-13
     (mesh,) = (plan_mesh(BezierSurface(net), MeshOptions((4, 4)), BY_NAME["json"]).run().report,)

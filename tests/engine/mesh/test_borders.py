@@ -1,4 +1,4 @@
-"""Counts of edges, compared with those in a dictionary."""
+"""Counts of the border edges of meshes, compared with counts in a dictionary."""
 
 from collections import Counter
 
@@ -16,15 +16,15 @@ corner = st.integers(0, VERTICES - 1)
     triangles=st.lists(st.tuples(corner, corner, corner), max_size=8),
     quads=st.lists(st.tuples(corner, corner, corner, corner), max_size=4),
     welds=st.none() | st.permutations(range(VERTICES)),
-    twice=st.booleans(),
+    has_reversed_copies=st.booleans(),
 )
-def test_every_edge_is_counted(
+def test_border_edges_are_counted(
     triangles: list[tuple[int, ...]],
     quads: list[tuple[int, ...]],
     welds: list[int] | None,
-    twice: bool,
+    has_reversed_copies: bool,
 ) -> None:
-    if twice:
+    if has_reversed_copies:
         triangles, quads = (rows + [row[::-1] for row in rows] for rows in (triangles, quads))
     lowest = list(range(VERTICES)) if welds is None else [min(k, w) for k, w in enumerate(welds)]
     uses = Counter(

@@ -39,13 +39,13 @@ SQUARE = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
 
 @st.composite
 def values(draw: st.DrawFn, dimension: int, low: float = -100.0, high: float = 100.0) -> Array:
-    """A net of any degree from 0 to 6."""
+    """A net of values, of degrees from 0 to 6."""
     shape = (draw(st.integers(1, 7)), draw(st.integers(1, 7)), dimension)
     return draw(arrays.arrays(np.float64, shape, elements=st.floats(low, high)))
 
 
 def evaluate_exactly(net: Array, resolution: tuple[int, int]) -> Array:
-    """Values at the samples, (Ru+1)(Rv+1) rows, each rounded once."""
+    """The exact values at the samples, (Ru+1)(Rv+1) rows, each number rounded once."""
     fractions = exact.to_exact_net(net)
     return np.array(
         [
@@ -57,125 +57,126 @@ def evaluate_exactly(net: Array, resolution: tuple[int, int]) -> Array:
 
 
 def find_attribute(mesh: Mesh, name: str) -> RealArray:
+    """The values (V, d) of an attribute."""
     (result,) = (rows for title, rows in mesh.attributes if title == name)
     return result
 
 
-def close(result: Any, right: Any, net: Array, single: bool = False) -> None:
-    """Equal to the precision of the mesh, relative to the net."""
+def check_close(result: Any, expected: Any, net: Array, single: bool = False) -> None:
+    """Checks that values are equal up to the precision of the mesh, relative to the net."""
     size = max(1.0, float(np.abs(net).max()))
-    np.testing.assert_allclose(result, right, rtol=0, atol=(1e-7 if single else 4e-15) * size)
+    np.testing.assert_allclose(result, expected, rtol=0, atol=(1e-7 if single else 4e-15) * size)
 
 
 @given(st.data(), nets(), resolutions, st.booleans())
 def test_every_channel_is_its_own_polynomial(
     data: st.DataObject, net: Array, resolution: tuple[int, int], single: bool
 ) -> None:
-    """Channels may have another degree than the surface, and the surface any weights."""
+    """Its degree may differ from that of the surface, whose weights do not affect the channel."""
     weights = data.draw(st.none() | weights_like(net))
     colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
     uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))
     surface = BezierSurface(net, weights, channels=Channels(colors, uvs, (("flow", flow),)))
-    built = build_mesh(surface.lower(), resolution=resolution, weld=False, single=single)
-    assert built.colors is not None
-    assert built.uvs is not None
-    assert built.colors.dtype == built.uvs.dtype == built.positions.dtype
-    close(built.colors, evaluate_exactly(colors, resolution), colors, single)
-    close(built.uvs, evaluate_exactly(uvs, resolution), uvs, single)
-    close(find_attribute(built, "flow"), evaluate_exactly(flow, resolution), flow, single)
-    assert built.colors.min() >= 0
-    assert built.colors.max() <= 1
+    mesh = build_mesh(surface.lower(), resolution=resolution, weld=False, single=single)
+    assert mesh.colors is not None
+    assert mesh.uvs is not None
+    assert mesh.colors.dtype == mesh.uvs.dtype == mesh.positions.dtype
+    check_close(mesh.colors, evaluate_exactly(colors, resolution), colors, single)
+    check_close(mesh.uvs, evaluate_exactly(uvs, resolution), uvs, single)
+    check_close(find_attribute(mesh, "flow"), evaluate_exactly(flow, resolution), flow, single)
+    assert mesh.colors.min() >= 0
+    assert mesh.colors.max() <= 1
 
 
-def test_the_corners_are_the_control_values() -> None:
-    """Corner samples have the control values, bit for bit."""
+def test_corner_samples_have_the_control_values() -> None:
+    """They are equal bit for bit."""
     net = np.random.default_rng(1).random((4, 3, 2))
     surface = BezierSurface(SQUARE, channels=Channels(attributes=(("a", net),)))
     rows = find_attribute(build_mesh(surface.lower(), resolution=(7, 5)), "a")
     np.testing.assert_array_equal(rows[[0, 5, -6, -1]], net[[0, 0, -1, -1], [0, -1, 0, -1]])
 
 
-def build_attribute_model(pieces: list[Array], values_: list[Array]) -> PatchModel:
-    """A model of patches of one degree with an attribute `a`, patch by patch."""
+def build_attribute_model(pieces: list[Array], values_of_patches: list[Array]) -> PatchModel:
+    """A model of patches of one degree; `values_of_patches` are the nets of their attribute "a"."""
     batch = TensorPatches(
-        np.stack(pieces) + 0.0, channels=(Channel("a", "attribute", np.stack(values_)),)
+        np.stack(pieces) + 0.0, channels=(Channel("a", "attribute", np.stack(values_of_patches)),)
     )
     return PatchModel("model", (batch,), (Part("model", 0, len(pieces)),))
 
 
 @given(st.data(), resolutions)
-def test_frames_have_the_values_of_their_neighbours(
+def test_framed_patches_have_the_values_of_their_neighbours(
     data: st.DataObject, resolution: tuple[int, int]
 ) -> None:
-    """Rotated quarters, whose sides have other divisions than their grids, stay joined."""
-    net, carried = np.empty((3, 3, 3)), np.empty((4, 4, 2))
+    """Quarters of a surface with different parametrizations, some of them framed, weld."""
+    net, channel_net = np.empty((3, 3, 3)), np.empty((4, 4, 2))
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(3.0), np.arange(3.0), indexing="ij")
     net[..., 2] = data.draw(arrays.arrays(np.float64, (3, 3), elements=st.integers(-4, 4)))
-    carried[:] = data.draw(arrays.arrays(np.float64, (4, 4, 2), elements=st.integers(-64, 64)))
+    channel_net[:] = data.draw(arrays.arrays(np.float64, (4, 4, 2), elements=st.integers(-64, 64)))
     symmetries = data.draw(st.lists(st.sampled_from((0, 3, 5, 6)), min_size=4, max_size=4))
     patches = [
         apply_symmetry(piece, s) for piece, s in zip(split_quarters(net), symmetries, strict=True)
     ]
-    nets_ = [
+    channel_nets = [
         apply_symmetry(piece, s)
-        for piece, s in zip(split_quarters(carried), symmetries, strict=True)
+        for piece, s in zip(split_quarters(channel_net), symmetries, strict=True)
     ]
-    built = build_mesh(build_attribute_model(patches, nets_), resolution=resolution)
-    check_sound(built)
-    assert find_topology(built).boundary == built.report.boundary_edges
+    mesh = build_mesh(build_attribute_model(patches, channel_nets), resolution=resolution)
+    check_sound(mesh)
+    assert find_topology(mesh).boundary == mesh.report.boundary_edges
     plain = build_mesh(build_model(patches), resolution=resolution)
-    assert len(built.positions) == len(plain.positions)
-    assert built.welds is None
+    assert len(mesh.positions) == len(plain.positions)
+    assert mesh.welds is None
     # x and y are linear in u and v, so the parameters follow from the vertex.
-    for position, row in zip(built.positions, find_attribute(built, "a"), strict=True):
+    for position, row in zip(mesh.positions, find_attribute(mesh, "a"), strict=True):
         u, v = (Fraction(float(c)).limit_denominator(10**6) / 2 for c in position[:2])
-        right = exact.surface_point(exact.to_exact_net(carried), u, v)
-        np.testing.assert_allclose(row, [float(x) for x in right], atol=1e-10)
+        expected = exact.surface_point(exact.to_exact_net(channel_net), u, v)
+        np.testing.assert_allclose(row, [float(x) for x in expected], atol=1e-10)
 
 
-def build_strip(left: Array, right: Array) -> PatchModel:
-    """Two flat patches side by side with an attribute each."""
-    return build_attribute_model([SQUARE, translate(SQUARE, 1.0)], [left, right])
+def build_strip(left: Array, expected: Array) -> PatchModel:
+    """Two flat patches side by side; the arguments are the nets of their attribute."""
+    return build_attribute_model([SQUARE, translate(SQUARE, 1.0)], [left, expected])
 
 
 @pytest.mark.parametrize("normals", [True, False])
-def test_equal_values_weld_and_others_stay_apart(normals: bool) -> None:
-    """Values agree along half of a seam; without normals, only they keep vertices apart."""
+def test_samples_weld_only_if_their_values_are_equal(normals: bool) -> None:
+    """On the seam, the values of both patches agree at one of five samples."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
-    right = np.array([[[5.0], [9]], [[0], [0]]])
-    built = build_mesh(build_strip(left, right), resolution=(4, 4), normals=normals)
-    # The seam's five samples: one agrees, at v = 0.
-    assert len(built.positions) == 2 * 25 - 1
-    assert built.report.vertices == 2 * 25 - 5
+    expected = np.array([[[5.0], [9]], [[0], [0]]])
+    mesh = build_mesh(build_strip(left, expected), resolution=(4, 4), normals=normals)
+    # The values agree at v = 0 only.
+    assert len(mesh.positions) == 2 * 25 - 1
+    assert mesh.report.vertices == 2 * 25 - 5
     same = build_mesh(build_strip(left, left[::-1]), resolution=(4, 4), normals=normals)
     assert (same.welds, len(same.positions)) == (None, 45)
 
 
 @pytest.mark.parametrize(("off", "welded"), [(2.0**-18, True), (2.0**-14, False)])
-def test_rounding_is_no_difference(off: float, welded: bool) -> None:
-    """Relative to the range of the values; welded samples keep one of their values."""
+def test_values_that_differ_by_rounding_weld(off: float, welded: bool) -> None:
+    """The largest difference for welding is a share of the range of the values."""
     left = np.array([[[0.0], [0]], [[1], [1]]])
-    right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
-    built = build_mesh(build_strip(left, right), resolution=(1, 1))
-    assert len(built.positions) == (6 if welded else 8)
+    expected = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
+    mesh = build_mesh(build_strip(left, expected), resolution=(1, 1))
+    assert len(mesh.positions) == (6 if welded else 8)
 
 
-def test_creases_have_equal_values_bit_for_bit() -> None:
-    """Two normals, but one value of the attribute, at each place."""
+def test_samples_at_a_crease_have_equal_values_bit_for_bit() -> None:
+    """Each place has two normals, but one value of the attribute."""
     random = np.random.default_rng(4)
     edge = random.random((6, 1))
-    left, right = random.random((6, 6, 1)), random.random((6, 6, 1))
-    left[-1], right[0] = edge, edge + 1e-9
+    left, expected = random.random((6, 6, 1)), random.random((6, 6, 1))
+    left[-1], expected[0] = edge, edge + 1e-9
     wall = np.array([[[1.0, 0, 0], [1, 1, 0]], [[1, 0, 1], [1, 1, 1]]])
-    built = build_mesh(build_attribute_model([SQUARE, wall], [left, right]), resolution=(8, 8))
-    assert built.welds is not None
-    assert len(built.positions) == 2 * 81
-    rows = find_attribute(built, "a")
-    np.testing.assert_array_equal(rows, rows[built.welds])
+    mesh = build_mesh(build_attribute_model([SQUARE, wall], [left, expected]), resolution=(8, 8))
+    assert mesh.welds is not None
+    assert len(mesh.positions) == 2 * 81
+    rows = find_attribute(mesh, "a")
+    np.testing.assert_array_equal(rows, rows[mesh.welds])
 
 
-def test_channels_change_no_position_and_no_report() -> None:
-    """Also if the values differ at every seam."""
+def test_channels_do_not_change_positions_and_report() -> None:
+    """The values differ at every seam, so vertices repeat positions."""
     surface = build_model(split_quarters(np.random.default_rng(3).random((4, 4, 3))))
     (batch,) = surface.batches
     apart = np.arange(4.0)[:, None, None, None] + np.zeros((4, 1, 1, 1))
@@ -184,17 +185,15 @@ def test_channels_change_no_position_and_no_report() -> None:
         (TensorPatches(batch.points, None, (Channel("a", "attribute", apart),)),),
         surface.parts,
     )
-    plain, built = (build_mesh(m, resolution=(6, 6)) for m in (surface, changed))
-    assert built.report == plain.report
-    assert len(built.positions) == 4 * 49
-    assert built.welds is not None
-    np.testing.assert_array_equal(
-        built.positions[built.welds == np.arange(4 * 49)], plain.positions
-    )
+    plain, mesh = (build_mesh(m, resolution=(6, 6)) for m in (surface, changed))
+    assert mesh.report == plain.report
+    assert len(mesh.positions) == 4 * 49
+    assert mesh.welds is not None
+    np.testing.assert_array_equal(mesh.positions[mesh.welds == np.arange(4 * 49)], plain.positions)
 
 
 def test_a_pole_has_as_many_vertices_as_values() -> None:
-    """One pole with a constant value, and one of a triangle with a varying value."""
+    """At the first pole, all samples have one value; at the second pole, values differ."""
     roof = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1]]])
     ramp = np.array([[[0.0], [0]], [[8], [8]]])
     one = build_mesh(build_attribute_model([roof], [ramp * 0]), resolution=(8, 1))
@@ -205,21 +204,20 @@ def test_a_pole_has_as_many_vertices_as_values() -> None:
     check_sound(many)
 
 
-def test_patches_blend_values_of_vertices() -> None:
-    """Channels get the degree of the patches, and are polynomial even if the points have
-    weights."""
+def test_channels_of_indexed_patches_are_polynomials() -> None:
+    """They have the degree of the patches, also if the patches are rational."""
     random = np.random.default_rng(2)
     vertices, weights = random.random((12, 3)), random.random(12) + 0.5
-    carried = random.random((12, 3))
+    channel_net = random.random((12, 3))
     indices = np.array([[[0, 1, 2], [3, 4, 5], [6, 7, 8]], [[6, 7, 8], [9, 10, 11], [0, 1, 2]]])
-    surface = PatchSurface(vertices, indices, weights, channels=Channels(carried))
-    built = build_mesh(surface.lower(), resolution=(3, 4), weld=False)
-    right = np.concatenate([evaluate_exactly(carried[index], (3, 4)) for index in indices])
-    close(built.colors, right, carried)
+    surface = PatchSurface(vertices, indices, weights, channels=Channels(channel_net))
+    mesh = build_mesh(surface.lower(), resolution=(3, 4), weld=False)
+    expected = np.concatenate([evaluate_exactly(channel_net[index], (3, 4)) for index in indices])
+    check_close(mesh.colors, expected, channel_net)
 
 
-def test_every_channel_must_agree() -> None:
-    """Samples 0, 2, 3, 4 are one place: equal in one channel, not in the other."""
+def test_samples_match_only_if_all_channels_agree() -> None:
+    """Samples 0, 2, 3 and 4 are at one place; only 0 and 2 are nearly equal in both channels."""
     place = np.array([0, 1, 0, 0, 0])
     first = ChannelRows("a", "attribute", np.array([[1.0], [7], [1 + 1e-9], [1], [0]]))
     second = ChannelRows("b", "attribute", np.array([[3.0, 0], [0, 0], [3, 0], [3, 1], [3, 0]]))
@@ -227,20 +225,20 @@ def test_every_channel_must_agree() -> None:
     assert first.values[2] == 1.0
 
 
-def test_white_is_not_more_than_white() -> None:
-    """Colours stay from 0 to 1 although rounding would exceed this."""
+def test_colors_stay_within_0_and_1() -> None:
+    """Rounding alone would make white larger than 1."""
     surface = BezierSurface(SQUARE, channels=Channels(np.ones((65, 65, 3))))
-    built = build_mesh(surface.lower(), resolution=(37, 41))
-    assert built.colors is not None
-    assert built.colors.max() == 1.0
-    assert built.colors.min() > 1 - 1e-14
+    mesh = build_mesh(surface.lower(), resolution=(37, 41))
+    assert mesh.colors is not None
+    assert mesh.colors.max() == 1.0
+    assert mesh.colors.min() > 1 - 1e-14
 
 
 @given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
 def test_triangles_have_channels_of_their_own_degree(
     degree: int, other: int, divisions: int, single: bool
 ) -> None:
-    """Compared with de Casteljau in fractions, in the order of the samples."""
+    """Compares values with exact ones from de Casteljau's algorithm, in the order of samples."""
     random = np.random.default_rng((degree, other, divisions))
     points = random.random((triangle.count_points(degree), 3))
     colors, flow = (
@@ -248,23 +246,23 @@ def test_triangles_have_channels_of_their_own_degree(
         random.random((triangle.count_points(3), 2)),
     )
     surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
-    built = build_mesh(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
-    assert built.colors is not None
-    for result, net in ((built.colors, colors), (find_attribute(built, "flow"), flow)):
+    mesh = build_mesh(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
+    assert mesh.colors is not None
+    for result, net in ((mesh.colors, colors), (find_attribute(mesh, "flow"), flow)):
         fractions = to_exact_triangle(net)
-        right = [
+        expected = [
             [float(x) for x in value(fractions, place)] for place in triangle_places(divisions)
         ]
-        close(result, right, net, single)
+        check_close(result, expected, net, single)
 
 
 def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
-    """Along one edge of a flat quadrilateral, its texture x and y."""
+    """The texture coordinates are x and y, so they agree on the common edge."""
     vertices = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]])
     squares, triangles = np.array([[[0, 1], [2, 3]]]), np.array([[2, 4, 3]])
     channels = Channels(uvs=vertices[:, :2])
     surface = PatchSurface(vertices, squares, channels=channels, triangles=triangles)
-    built = build_mesh(surface.lower(), resolution=(4, 4))
-    assert len(built.positions) == 25 + 15 - 5
-    assert built.uvs is not None
-    np.testing.assert_allclose(built.uvs, built.positions[:, :2], atol=1e-15)
+    mesh = build_mesh(surface.lower(), resolution=(4, 4))
+    assert len(mesh.positions) == 25 + 15 - 5
+    assert mesh.uvs is not None
+    np.testing.assert_allclose(mesh.uvs, mesh.positions[:, :2], atol=1e-15)

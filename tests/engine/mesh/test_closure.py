@@ -1,4 +1,4 @@
-"""Which surfaces close, their reported continuity, and whether their meshes agree."""
+"""Closed surfaces: the continuity of their seams in reports, and their meshes."""
 
 from typing import Any
 
@@ -21,11 +21,11 @@ HALF = np.sqrt(0.5)
 
 
 def build_ring(rows: int = 7, columns: int = 5) -> Array:
-    """Control points around a ring: rows the long way, columns around its tube, normals outward."""
+    """A control net around a torus: rows around its axis, columns around its tube."""
     a = 2 * np.pi * np.arange(rows)[:, None] / rows
     b = 2 * np.pi * np.arange(columns)[None] / columns
-    away = 3 + np.cos(b)
-    return np.stack([away * np.cos(a), away * np.sin(a), np.sin(b) + 0 * a], axis=-1)
+    radius = 3 + np.cos(b)
+    return np.stack([radius * np.cos(a), radius * np.sin(a), np.sin(b) + 0 * a], axis=-1)
 
 
 def repeat_rows(net: Array, count: int = 1) -> Array:
@@ -34,16 +34,19 @@ def repeat_rows(net: Array, count: int = 1) -> Array:
 
 
 def build_wall(first: Array, last: Array) -> Array:
-    """A wall over a closed curve that leaves (0, 0) by `first` and comes back by `last`."""
-    way = np.array([[0.0, 0], first, [5, 1], [4, 6], [-3, 5], -np.array(last), [0, 0]])
+    """The net of a wall over a closed curve: its polygon begins and ends at (0, 0).
+
+    `first` is the first control point after (0, 0); the last one before it is −`last`.
+    """
+    polygon = np.array([[0.0, 0], first, [5, 1], [4, 6], [-3, 5], -np.array(last), [0, 0]])
     net = np.zeros((7, 2, 3))
-    net[..., :2] = way[:, None]
+    net[..., :2] = polygon[:, None]
     net[:, 1, 2] = 1
     return net
 
 
 def build_cylinder(breaks: list[float]) -> BsplineSurface:
-    """The cylinder of the books: a full circle of degree 2 with double knots."""
+    """A cylinder over a full circle of degree 2 with double knots, as in textbooks."""
     corners = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]]
     net = np.zeros((9, 2, 3))
     net[..., :2] = np.array(corners)[:, None]
@@ -54,12 +57,15 @@ def build_cylinder(breaks: list[float]) -> BsplineSurface:
 
 
 def compute_closure(surface: Any) -> Closure | None:
+    """The closure of the lowered surface."""
     return find_closure(surface.lower())
 
 
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("degree", [(2, 3), (3, 3), (4, 2)])
-def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bool) -> None:
+def test_surfaces_that_are_periodic_along_u_and_v_close_with_c1(
+    degree: tuple[int, int], rational: bool
+) -> None:
     weights = random_weights(7, 3, 5) if rational else None
     surface = BsplineSurface(build_ring(), degree, ("periodic", "periodic"), weights)
     assert compute_closure(surface) == Closure("C1", "C1")
@@ -68,12 +74,12 @@ def test_periodic_surfaces_close_both_ways(degree: tuple[int, int], rational: bo
     check_winding(mesh)
     assert mesh.report.watertight
     assert find_topology(mesh).euler == 0
-    # One normal at every position, on the seams as well.
+    # Each position has one normal, also on the seams.
     assert mesh.welds is None
 
 
-def test_the_first_row_once_more_is_a_corner() -> None:
-    """The seam is C0: the mesh is watertight, with two normals along the seam."""
+def test_repeating_the_first_row_makes_a_crease() -> None:
+    """The seam is C0: the mesh is watertight, and positions on the seam have two normals."""
     surface = BsplineSurface(repeat_rows(build_ring()), knots=("clamped", "periodic"))
     assert compute_closure(surface) == Closure("C0", "C1")
     mesh = build_mesh(surface.lower(), resolution=(3, 4))
@@ -81,10 +87,12 @@ def test_the_first_row_once_more_is_a_corner() -> None:
     assert mesh.report.watertight
     assert mesh.normals is not None
     assert mesh.welds is not None
-    twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
-    assert len(twice) == 4 * 5
-    np.testing.assert_allclose(mesh.positions[twice, 1], mesh.positions[twice[0], 1], atol=1e-12)
-    cosines = (mesh.normals[twice] * mesh.normals[mesh.welds[twice]]).sum(axis=1)
+    repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    assert len(repeated) == 4 * 5
+    np.testing.assert_allclose(
+        mesh.positions[repeated, 1], mesh.positions[repeated[0], 1], atol=1e-12
+    )
+    cosines = (mesh.normals[repeated] * mesh.normals[mesh.welds[repeated]]).sum(axis=1)
     assert cosines.max() < np.cos(np.radians(1))
     assert cosines.min() < 0.7
 
@@ -102,35 +110,41 @@ def test_the_first_row_once_more_is_a_corner() -> None:
         ((2.0, -1.0), (2.0, -1.0 + 40 * SAME_PLANE), "C0"),
     ],
 )
-@pytest.mark.parametrize("across", [False, True])
-def test_the_rows_beside_the_seam_determine_the_smoothness(
-    first: tuple[float, float], last: tuple[float, float], expected: str, across: bool
+@pytest.mark.parametrize("is_along_v", [False, True])
+def test_the_rows_beside_the_seam_determine_its_continuity(
+    first: tuple[float, float], last: tuple[float, float], expected: str, is_along_v: bool
 ) -> None:
-    """Equal differences give C1, parallel ones G1, others and folds C0; along v too."""
+    """Equal differences give C1, parallel differences G1, all others C0; also along v."""
     net = build_wall(np.array(first), np.array(last))
     for surface in (
-        BsplineSurface(net.swapaxes(0, 1) if across else net, (1, 3) if across else (3, 1)),
-        BezierSurface(net.swapaxes(0, 1) if across else net),
+        BsplineSurface(net.swapaxes(0, 1) if is_along_v else net, (1, 3) if is_along_v else (3, 1)),
+        BezierSurface(net.swapaxes(0, 1) if is_along_v else net),
     ):
         actual = compute_closure(surface)
         assert actual is not None
         assert (
             (actual.v, actual.u) == (expected, None)
-            if across
+            if is_along_v
             else (actual.u, actual.v) == (expected, None)
         )
 
 
 def test_partials_are_those_of_the_domain() -> None:
-    """A net is C1 over even knots, and not over uneven ones."""
+    """A net that is C1 with symmetric knots is only G1 with other knots."""
     net = build_wall(np.array([2.0, -1.0]), np.array([2.0, -1.0]))
-    even, uneven = (np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6)))
-    assert compute_closure(BsplineSurface(net, (3, 1), (even, "clamped"))) == Closure("C1", None)
-    assert compute_closure(BsplineSurface(net, (3, 1), (uneven, "clamped"))) == Closure("G1", None)
+    symmetric, asymmetric = (
+        np.array([0, 0, 0, 0, *inner, 9, 9, 9, 9]) for inner in ((2, 5, 7), (2, 5, 6))
+    )
+    assert compute_closure(BsplineSurface(net, (3, 1), (symmetric, "clamped"))) == Closure(
+        "C1", None
+    )
+    assert compute_closure(BsplineSurface(net, (3, 1), (asymmetric, "clamped"))) == Closure(
+        "G1", None
+    )
 
 
 def test_weights_may_differ_by_a_factor() -> None:
-    """w_i = 2^i only moves the parameter: the same curve, G1 and no longer C1."""
+    """Weights 2^i only change the parametrization of the same curve: it is G1, and not C1."""
     net = np.zeros((4, 2, 3))
     net[:, :, :2] = np.array([[0, 0], [1, 0.5], [-1, -0.5], [0, 0]])[:, None]
     net[:, 1, 2] = 1
@@ -141,8 +155,8 @@ def test_weights_may_differ_by_a_factor() -> None:
     assert compute_closure(BezierSurface(net, weights)) == Closure(None, None)
 
 
-def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() -> None:
-    """Parallel differences of varying ratio: the cubics beside the seam are not one."""
+def test_parallel_differences_of_varying_ratio_do_not_make_g1() -> None:
+    """Tangent planes agree at the control points of the seam, but not between them."""
     net = np.zeros((4, 3, 3))
     net[..., 1] = np.arange(3)
     net[1] += [[1, 0, 1], [1, 0, 2], [1, 0, 1]]
@@ -152,7 +166,7 @@ def test_tangent_planes_that_agree_in_the_control_points_alone_do_not_agree() ->
     assert compute_closure(BezierSurface(net)) == Closure("C1", None)
 
 
-def test_a_vase_closes_one_way_and_has_poles() -> None:
+def test_a_surface_with_poles_closes() -> None:
     """At a pole the seam has no tangent plane, so only its other points are compared."""
     net = build_ring(6, 5)
     net[:, :, 2] = np.arange(5)
@@ -163,8 +177,8 @@ def test_a_vase_closes_one_way_and_has_poles() -> None:
         assert build_mesh(surface.lower(), resolution=(3, 3)).report.watertight
 
 
-def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fault in the last chunk is found."""
+def test_the_continuity_does_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A difference in the last chunk is found, too."""
     monkeypatch.setattr(module, "CHUNK_PATCHES", 1)
     net = build_ring()
     assert compute_closure(BsplineSurface(net, knots=("periodic", "periodic"))) == Closure(
@@ -178,14 +192,14 @@ def test_in_runs_of_patches_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_open_surfaces_are_not_closed() -> None:
-    """Open patches, and several patches without a common domain, are not closed."""
+    """Open surfaces have no continuity; patches without a common domain have no closure."""
     assert compute_closure(find("saddle").surface()) == Closure(None, None)
     assert compute_closure(BsplineSurface(random_points(6, 1, 5))) == Closure(None, None)
     assert compute_closure(find("torus").surface()) is None
 
 
-def test_the_report_says_how_it_closes() -> None:
-    """Continuity only where there is a seam; nothing of patches that are not one surface."""
+def test_the_report_has_the_continuity_of_each_seam() -> None:
+    """An open direction has no continuity; patches that are not one surface have no closure."""
 
     def read_report(model: PatchModel) -> dict[str, object]:
         report = report_object(build_mesh(model, resolution=(2, 2)).report, ())

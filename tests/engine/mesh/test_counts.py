@@ -1,4 +1,4 @@
-"""Predicted counts are equal to the counts of the mesh."""
+"""Counts of vertices and faces without a mesh, compared with the counts of the mesh."""
 
 from itertools import product
 from typing import Any
@@ -20,81 +20,86 @@ from service.surface.lowered import GroupModel, Part, PatchModel
 from tests.strategies import build_model, degenerate_nets, resolutions, split_models, triangle_nets
 
 MODELS = [
-    pytest.param(own, id=f"{example.id}-{k}")
+    pytest.param(part_model, id=f"{example.id}-{k}")
     for example in EXAMPLES.values()
     for model in [example.surface().lower()]
-    for k, own in enumerate(model.models if isinstance(model, GroupModel) else [model])
-    if isinstance(own, PatchModel)
+    for k, part_model in enumerate(model.models if isinstance(model, GroupModel) else [model])
+    if isinstance(part_model, PatchModel)
 ]
 
 
-def count_built(model: PatchModel, options: MeshOptions) -> Counts:
+def count_in_mesh(model: PatchModel, options: MeshOptions) -> Counts:
+    """The counts in the report of the mesh."""
     report = tessellate(model, options).report
     return Counts(report.vertices, report.triangles, report.quads)
 
 
-def check(model: PatchModel, resolution: tuple[int, int], **more: Any) -> None:
-    """Compares counts for both kinds of faces, welded and not; the model is cut where its borders
-    meet."""
+def check_counts(model: PatchModel, resolution: tuple[int, int]) -> None:
+    """Compares counts of triangles and of quads, with and without welding.
+
+    Before that, `join` makes borders equal where they meet.
+    """
     model, _ = join(model, MeshOptions().weld_tolerance)
     kinds: tuple[Faces, ...] = ("triangles", "quads")
     for kind, weld in product(kinds, (True, False)):
-        options = MeshOptions(resolution, faces=kind, weld=weld, normals=False, **more)
-        assert count_mesh(model, options) == count_built(model, options), (kind, weld)
+        options = MeshOptions(resolution, faces=kind, weld=weld, normals=False)
+        assert count_mesh(model, options) == count_in_mesh(model, options), (kind, weld)
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_examples(model: PatchModel) -> None:
+def test_counts_of_all_examples_are_right(model: PatchModel) -> None:
     for resolution in ((1, 1), (2, 1), (2, 2), (3, 3), (2, 5)):
-        check(model, resolution)
+        check_counts(model, resolution)
 
 
-def test_normals_and_creases_change_no_count() -> None:
+def test_normals_and_creases_do_not_change_counts() -> None:
     cone = EXAMPLES["cone"].surface().lower()
     assert isinstance(cone, PatchModel)
     for angle in (0.0, 1.0):
         options = MeshOptions((5, 5), crease_angle=angle)
-        assert count_mesh(cone, options) == count_built(cone, options)
+        assert count_mesh(cone, options) == count_in_mesh(cone, options)
 
 
 @given(split_models(), resolutions)
-def test_patches_that_meet(model: Any, resolution: tuple[int, int]) -> None:
-    check(build_model(model[1]), resolution)
+def test_counts_of_patches_that_meet_are_right(model: Any, resolution: tuple[int, int]) -> None:
+    check_counts(build_model(model[1]), resolution)
 
 
 @given(st.lists(degenerate_nets(), min_size=1, max_size=3), resolutions)
-def test_degenerate_patches_side_by_side(nets: list[Any], resolution: tuple[int, int]) -> None:
-    check(build_model(nets), resolution)
+def test_counts_of_degenerate_patches_are_right(
+    nets: list[Any], resolution: tuple[int, int]
+) -> None:
+    check_counts(build_model(nets), resolution)
 
 
 @given(triangle_nets(), st.lists(st.sampled_from([0, 1, 2]), unique=True), resolutions)
-def test_triangles_with_points_for_sides(
-    net: Any, points: list[int], resolution: tuple[int, int]
+def test_counts_of_triangles_with_collapsed_sides_are_right(
+    net: Any, collapsed_sides: list[int], resolution: tuple[int, int]
 ) -> None:
     net = np.array(net)
     degree = triangle.degree_of(len(net))
-    for side in points:
+    for side in collapsed_sides:
         row = triangle.side_rows(degree)[side]
         net[row] = net[row[0]]
     model = PatchModel("one", (TrianglePatches(net[np.newaxis]),), (Part("one", 0, 1),))
-    check(model, resolution)
+    check_counts(model, resolution)
 
 
 def build_patch(*places: int) -> Any:
-    """A bilinear patch over some of four points; equal numbers are one point."""
+    """A bilinear patch whose corners are the points with these numbers, of four points."""
     points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]], dtype=np.float64)
     return points[list(places)].reshape(2, 2, 3)
 
 
 @pytest.mark.parametrize("places", list(product(range(4), repeat=4))[::43])
-def test_patches_of_which_corners_are_one(places: tuple[int, ...]) -> None:
+def test_counts_of_patches_with_repeated_corners_are_right(places: tuple[int, ...]) -> None:
     for resolution in ((1, 1), (1, 2), (2, 2), (3, 4)):
-        check(build_model([build_patch(*places)]), resolution)
-        check(build_model([build_patch(*places), build_patch(0, 1, 2, 3)]), resolution)
+        check_counts(build_model([build_patch(*places)]), resolution)
+        check_counts(build_model([build_patch(*places), build_patch(0, 1, 2, 3)]), resolution)
 
 
 @pytest.mark.parametrize("kind", ["triangles", "quads"])
-def test_the_rim_and_the_cells_inside_are_all_faces(kind: Any) -> None:
+def test_the_faces_of_the_rim_and_of_inner_cells_are_all_faces(kind: Any) -> None:
     shapes = [
         Shape((ru, rv), sides or (rv, rv, ru, ru), (a, b, c, d))
         for ru, rv in product((2, 3, 6), repeat=2)
@@ -105,12 +110,12 @@ def test_the_rim_and_the_cells_inside_are_all_faces(kind: Any) -> None:
         ru, rv = shape.resolution
         inside = (ru - 2) * (rv - 2)
         triangles, quads = build_rim(shape, kind)
-        more = (2 * inside, 0) if kind == "triangles" else (0, inside)
-        result = len(triangles) + more[0], len(quads) + more[1]
+        inner_faces = (2 * inside, 0) if kind == "triangles" else (0, inside)
+        result = len(triangles) + inner_faces[0], len(quads) + inner_faces[1]
         assert result == tuple(map(len, build_faces(shape, kind)))
 
 
-def test_a_long_patch_is_counted_without_its_samples() -> None:
+def test_a_patch_of_60_000_divisions_is_counted_without_samples() -> None:
     net = np.zeros((2, 2, 3))
     net[1, :, 0] = net[:, 1, 1] = 1
     model = PatchModel("one", (TensorPatches(net[np.newaxis]),), (Part("one", 0, 1),))

@@ -10,13 +10,13 @@ from service.engine.mesh.creases import Averages, chord_length, find_creases, me
 
 
 def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each sample the first one at its place, and normals in a few directions."""
+    """Random samples: the first sample at the place of each, and normals near four directions."""
     rng = np.random.default_rng(seed)
-    spots = rng.integers(0, max(count // 3, 1), count)
-    _, first, back = np.unique(spots, return_index=True, return_inverse=True)
+    places = rng.integers(0, max(count // 3, 1), count)
+    _, first, inverse = np.unique(places, return_index=True, return_inverse=True)
     directions = np.array([[0.0, 0, 1], [1, 0, 0], [0, -1, 0], [0, 0.01, 1]])
     normals = directions[rng.integers(0, 4, count)] + rng.normal(0, 1e-4, (count, 3))
-    return first[back], normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return first[inverse], normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
 @given(st.integers(0, 1 << 16), st.integers(1, 40), st.sampled_from([0.0, 0.02, 1.0, np.pi]))

@@ -1,4 +1,4 @@
-"""A mesh leaves out patches that are curves, if other patches of their part have the curve."""
+"""Meshes omit patches that are curves, if another patch of the same part has the curve."""
 
 from dataclasses import replace
 from itertools import pairwise, product
@@ -26,7 +26,10 @@ OPTIONS: list[dict[str, Any]] = [
 
 
 def build_strip(*columns: float) -> list[Array]:
-    """Patches of degree (1, 2) side by side, each between two of these lines x = const."""
+    """Patches of degree (1, 2) side by side, between the lines x = const at these `columns`.
+
+    A patch between two equal columns is a curve.
+    """
     y = np.array([0.0, 1.0, 2.0])
     return [
         np.array([np.stack([np.full(3, x), y, np.sin(x + y)], axis=-1) for x in pair])
@@ -34,8 +37,8 @@ def build_strip(*columns: float) -> list[Array]:
     ]
 
 
-def arrange(model: PatchModel, parts: tuple[int, ...]) -> PatchModel:
-    """The model with parts that begin at these patches."""
+def divide_into_parts(model: PatchModel, parts: tuple[int, ...]) -> PatchModel:
+    """The model divided into parts that begin at these patches."""
     ends = (*parts, model.patch_count)
     return replace(
         model,
@@ -45,15 +48,15 @@ def arrange(model: PatchModel, parts: tuple[int, ...]) -> PatchModel:
 
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("turned", [False, True])
-def test_curves_between_patches_are_left_out(options: dict[str, Any], turned: bool) -> None:
+def test_curves_between_patches_are_omitted(options: dict[str, Any], turned: bool) -> None:
     without, with_curves = (
         build_model([net.swapaxes(0, 1) if turned else net for net in build_strip(*columns)])
         for columns in ((0, 1, 2), (0, 1, 1, 1, 2))
     )
-    mesh, same = build_mesh(with_curves, **options), build_mesh(without, **options)
+    mesh, mesh_without = build_mesh(with_curves, **options), build_mesh(without, **options)
     check_sound(mesh)
     for name in ("positions", "normals", "triangles", "quads"):
-        np.testing.assert_array_equal(getattr(mesh, name), getattr(same, name))
+        np.testing.assert_array_equal(getattr(mesh, name), getattr(mesh_without, name))
     if "accuracy" not in options:
         counts = count_mesh(with_curves, MeshOptions(**options))
         assert (counts.vertices, counts.triangles, counts.quads) == (
@@ -63,7 +66,7 @@ def test_curves_between_patches_are_left_out(options: dict[str, Any], turned: bo
 
 
 @pytest.mark.parametrize(
-    ("columns", "parts", "left"),
+    ("columns", "parts", "patch_count"),
     [
         ((0, 1, 1, 2), (0,), 2),
         ((0, 1, 1, 2), (0, 2), 2),
@@ -73,26 +76,27 @@ def test_curves_between_patches_are_left_out(options: dict[str, Any], turned: bo
         ((0, 1, 1, 1, 2, 2), (0, 3), 2),
     ],
 )
-def test_which_curves_stay(columns: tuple[float, ...], parts: tuple[int, ...], left: int) -> None:
+def test_curves_are_omitted_if_a_patch_of_their_part_has_them(
+    columns: tuple[float, ...], parts: tuple[int, ...], patch_count: int
+) -> None:
     for options in OPTIONS:
-        mesh = build_mesh(arrange(build_model(build_strip(*columns)), parts), **options)
-        assert (mesh.report.patches, len(mesh.parts)) == (left, len(parts))
+        mesh = build_mesh(divide_into_parts(build_model(build_strip(*columns)), parts), **options)
+        assert (mesh.report.patches, len(mesh.parts)) == (patch_count, len(parts))
         for part in mesh.parts:
             has_faces = any(first < last for first, last in (part.triangles, part.quads))
             assert (part.deviation_bound is not None) == has_faces or max(columns) == 1
 
 
-def test_a_curve_stays_if_another_part_alone_has_it() -> None:
+def test_a_curve_stays_if_only_another_part_has_it() -> None:
     """The other patches of its part do not have the curve, so their bounds do not include it."""
     nets = [net for pair in ((0, 1), (1, 1), (2, 3), (1, 2)) for net in build_strip(*pair)]
-    mesh = build_mesh(arrange(build_model(nets), (0, 1, 3)), resolution=(2, 2))
+    mesh = build_mesh(divide_into_parts(build_model(nets), (0, 1, 3)), resolution=(2, 2))
     assert mesh.report.patches == 4
 
 
 @pytest.mark.parametrize("degree", [1, 3])
 def test_narrow_triangles_become_curves(degree: int) -> None:
-    """Fans of triangles, some of them 1e-13 wide, are closed, for each choice of the narrow
-    side."""
+    """A closed body of triangles, some of them 1e-13 wide; any side may be the narrow one."""
     angles = np.array([0, 1, 1 + 1e-13, 2, 2 + 2e-13, 4, 4 + 1e-13, 5, 2 * np.pi])
     rim = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
     rim[-1] = rim[0]
@@ -109,8 +113,8 @@ def test_narrow_triangles_become_curves(degree: int) -> None:
         assert not build_mesh(surface.lower(), weld_tolerance=0, **options).report.moved
 
 
-def test_a_patch_of_one_point_is_left_out_beside_others() -> None:
-    """Two crossing lines of patches without width: the patch where they cross is a point."""
+def test_a_patch_that_is_one_point_is_omitted_beside_others() -> None:
+    """A row and a column of patches have no width; the patch where they cross is one point."""
     x, y = (0.0, 1.0, 1.0, 2.0), (0.0, 1.0, 1.0, 3.0)
     nets = [
         np.array([[(a, b, a * b) for b in y[m : m + 2]] for a in x[k : k + 2]])

@@ -1,4 +1,4 @@
-"""Neighbours of different degree: one curve, one edge."""
+"""Neighbours of different degrees share an edge if their borders are the same curve."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -49,18 +49,21 @@ def build_curves(count: int, degree: int, seed: int, rational: bool) -> list[Cur
 def build_ribbons(
     lines: list[Curve], degrees: list[int], turns: list[int], rational: bool = False
 ) -> PatchModel:
-    """Patch k is ruled between curves k and k + 1, both in degree `degrees[k]`; turned about."""
+    """Ruled patches: patch k is between curves k and k + 1, raised to degree `degrees[k]`.
+
+    `turns[k]` is the symmetry that changes the parametrization of patch k.
+    """
     nets, weights = [], []
     for k, degree in enumerate(degrees):
         sides = [elevate_exactly(lines[k + i], degree) for i in range(2)]
         nets.append(apply_symmetry(np.stack([points for points, _ in sides]), turns[k]))
-        # A common factor does not matter.
+        # A common factor of weights does not change the surface.
         weights.append(apply_symmetry(np.stack([(1 + k) * ws for _, ws in sides]), turns[k]))
     return build_model(nets, weights if rational else None)
 
 
 def list_edges(seams: Seams) -> list[tuple[int, int]]:
-    """Degree and users of every edge that is not a point."""
+    """(degree, number of sides) of each edge that is not a point, sorted."""
     used = np.unique(seams.edge[~seams.collapsed])
     result = []
     for group in seams.curves:
@@ -82,7 +85,7 @@ def list_edges(seams: Seams) -> list[tuple[int, int]]:
 def test_neighbours_of_any_degrees_share_their_edge(
     base: int, more: list[int], seed: int, rational: bool, data: st.DataObject
 ) -> None:
-    """The edge has the lower degree, for any order and direction of the patches."""
+    """The edge has the lower of both degrees, for all orders and parametrizations of patches."""
     degrees = [base + k for k in more]
     count = len(degrees)
     turns = data.draw(st.lists(symmetries, min_size=count, max_size=count))
@@ -99,13 +102,12 @@ def test_neighbours_of_any_degrees_share_their_edge(
 @pytest.mark.parametrize("degree", [2, 3, 5])
 @pytest.mark.parametrize("first", [True, False])
 def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> None:
-    """A quadratic triangle beside a patch, each in a batch of its own."""
+    """A quadratic triangle and a patch share an edge; they are in two batches."""
     rng = np.random.default_rng(degree)
     net = np.array([(j, k, 0.0) for _, j, k in triangles.keys(2)]) + rng.uniform(-0.2, 0.2, (6, 3))
     triangle = TrianglePatches(net[None])
     side = triangle.side(2)[0][0]
     shared = elevate_exactly((side, np.ones(3)), degree)[0] if degree > 2 else side
-    # The patch may also have the lower degree: then the side of the triangle has the raised degree.
     patch = TensorPatches(np.stack([shared[::-1], shared[::-1] - (0, 2, 1)])[None])
     batches: tuple[Patches, ...] = (triangle, patch) if first else (patch, triangle)
     model = PatchModel("pair", batches, (Part("pair", 0, 2),))
@@ -117,22 +119,22 @@ def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> 
 
 
 @pytest.mark.parametrize("rational", [False, True])
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -> None:
-    """A loop and the same loop in a higher degree, run through the other way or symmetric."""
+@pytest.mark.parametrize("is_symmetric", [False, True])
+def test_closed_edges_meet_in_either_direction(rational: bool, is_symmetric: bool) -> None:
+    """A closed curve and the same curve in a higher degree, in equal or opposite direction."""
     points = np.array([[1.0, 0, 0], [1, 1.7, 0], [-2.3, 0.9, 0.2], [-1, -1.1, 0], [1, 0, 0]])
     weights = np.array([1.0, 0.7, 1.9, 0.8, 1.0]) if rational else np.ones(5)
-    if mirrored:
+    if is_symmetric:
         points[3], weights[3] = points[1] * (1, -1, 1), weights[1]
         points[2, 1:] = 0
-    loop, other = (points, weights), elevate_exactly((points, weights), 6)
-    for step in (1, -1):
+    loop, raised_loop = (points, weights), elevate_exactly((points, weights), 6)
+    for direction in (1, -1):
         rings = [
             (
-                np.stack([net, translate(net, 0, 0, height)])[:, ::turn],
-                np.stack([ws, ws])[:, ::turn],
+                np.stack([net, translate(net, 0, 0, height)])[:, ::order],
+                np.stack([ws, ws])[:, ::order],
             )
-            for (net, ws), height, turn in ((loop, -1, 1), (other, 1, step))
+            for (net, ws), height, order in ((loop, -1, 1), (raised_loop, 1, direction))
         ]
         model = build_model(
             [net for net, _ in rings], [ws for _, ws in rings] if rational else None
@@ -144,8 +146,8 @@ def test_closed_edges_meet_in_either_direction(rational: bool, mirrored: bool) -
         assert find_topology(mesh).boundary == 16
 
 
-def test_edges_that_are_only_near_stay_apart() -> None:
-    """A curve that is moved by 1e-9, or has another weight, is another edge."""
+def test_nearly_equal_edges_are_not_joined() -> None:
+    """A change of a point by 1e-9, or of a weight by 1e-9 of itself, makes a different edge."""
     (line,) = build_curves(1, 2, 3, rational=True)
     cubic, weights = elevate_exactly(line, 3)
     for shift, factor, shared in ((0.0, 1.0, True), (1e-9, 1.0, False), (0.0, 1 + 1e-9, False)):
@@ -162,9 +164,9 @@ def test_edges_that_are_only_near_stay_apart() -> None:
         assert ((2, 2) in list_edges(find_seams(model.batches))) == shared
 
 
-def test_merged_edges_stay_as_near_as_is_said() -> None:
-    """Sampled on both sides, far from the origin and rational."""
-    worst = 0.0
+def test_joined_edges_are_within_the_stated_distance() -> None:
+    """Compares samples of a rational edge, far from the origin, before and after raising."""
+    largest_gap = 0.0
     for seed in range(20):
         (line,) = build_curves(1, 3, seed, rational=True)
         points = line[0] + 1000
@@ -176,20 +178,22 @@ def test_merged_edges_stay_as_near_as_is_said() -> None:
             for p, w in ((points, line[1]), higher)
         ]
         gap = meshes[0].positions[:10] - meshes[1].positions[:10]
-        worst = max(worst, float(np.abs(gap).max()) / 1000)
-    assert worst <= 10 * SAME_CURVE
+        largest_gap = max(largest_gap, float(np.abs(gap).max()) / 1000)
+    assert largest_gap <= 10 * SAME_CURVE
 
 
-def test_size_does_not_make_curves_the_same() -> None:
-    """A loop and a larger copy from the same point; two arches beneath a huge one."""
+def test_curves_of_different_sizes_are_not_joined() -> None:
+    """A closed curve and a larger copy from the same point; two arches and a very high arch."""
     loop = np.array([[0.0, 0, 0], [1, 2, 0], [-1, 2, 1], [0, 0, 0]])
     larger = elevate_exactly((2 * loop, np.ones(4)), 4)[0]
     model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger)])
     assert (3, 2) not in list_edges(find_seams(model.batches))
     arch = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
-    other = elevate_exactly((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
+    raised_loop = elevate_exactly((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
     huge = elevate_exactly((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
-    model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, other, huge)])
+    model = build_model(
+        [np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, raised_loop, huge)]
+    )
     assert [line for line in list_edges(find_seams(model.batches)) if line[0] > 1] == [
         (2, 1), (2, 1), (3, 1), (3, 1), (4, 1), (4, 1),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Orientation: walks around the borders of patches, of which each edge is balanced or not."""
+"""Orientation: whether the borders of patches pass along each edge equally in both directions."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,8 @@ BAG = np.array(
     ],
     float,
 )
-"""A closed patch: v = 0 and v = 1 are one edge, u = 1 is a point, u = 0 returns along itself."""
+"""A closed patch: the sides v = 0 and v = 1 are one edge, the side u = 1 is a point, and the second
+half of the side u = 0 returns along its first half."""
 
 
 @pytest.mark.parametrize(
@@ -37,5 +38,5 @@ def test_a_side_that_returns_along_itself_does_not_count(
     assert oriented.is_closed == oriented.find_closed_parts(np.zeros(1, int), 1)[0] == closed
     assert oriented.find_unbalanced_sides().tolist() == [[not closed, False, False, False]]
     assert (measure(model, MeasureQuery(1e-2)).volume is not None) == closed
-    inner = ProjectQuery(np.array([[1.5, 0, 2.0]]), sign=True)
-    assert (project_on_surface(model, inner)["signs"] == -1).all() == closed
+    query_inside = ProjectQuery(np.array([[1.5, 0, 2.0]]), sign=True)
+    assert (project_on_surface(model, query_inside)["signs"] == -1).all() == closed

@@ -17,7 +17,7 @@ divisions = st.integers(1, 9)
 
 
 def list_places(shape: Shape) -> list[Place]:
-    """(u, v) of every local index: the grid row by row, then the samples of finer sides."""
+    """(u, v) of every local index: the grid row by row, then the extra samples of sides."""
     ru, rv = shape.resolution
     grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
     zero, one = Fraction(0), Fraction(1)
@@ -35,25 +35,24 @@ def compute_area(loop: list[Place]) -> Fraction:
 
 
 def check_tiling(shape: Shape, kind: Faces) -> None:
-    """Checks that every face is counter-clockwise and has an area, and that all cover the unit
-    square."""
+    """Checks that the faces are counter-clockwise, have areas, and tile the unit square."""
     triangles, quads = build_faces(shape, kind)
-    where = list_places(shape)
+    places = list_places(shape)
     loops = [*triangles.tolist(), *quads.tolist()]
-    areas = [compute_area([where[i] for i in loop]) for loop in loops]
+    areas = [compute_area([places[i] for i in loop]) for loop in loops]
     assert min(areas) > 0
     assert sum(areas) == 2
-    # Merge indices at one place: corners are on two sides, sides are on the grid.
+    # Indices at one place are merged, because extra samples may be at places of grid samples.
     first: dict[Place, int] = {}
-    merged = [first.setdefault(place, k) for k, place in enumerate(where)]
-    shape_ = count_topology([[merged[i] for i in loop] for loop in loops])
-    assert (shape_.euler, shape_.components, shape_.boundary) == (1, 1, sum(shape.sides))
-    assert (shape_.non_manifold, shape_.misoriented, shape_.degenerate) == (0, 0, 0)
+    merged = [first.setdefault(place, k) for k, place in enumerate(places)]
+    topology = count_topology([[merged[i] for i in loop] for loop in loops])
+    assert (topology.euler, topology.components, topology.boundary) == (1, 1, sum(shape.sides))
+    assert (topology.non_manifold, topology.misoriented, topology.degenerate) == (0, 0, 0)
 
 
 @given(divisions, divisions, st.sampled_from(["triangles", "quads"]))
 def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
-    """Each cell is two triangles, or a quad."""
+    """Each cell has two triangles or one quad."""
     shape = Shape((ru, rv), (rv, rv, ru, ru))
     check_tiling(shape, kind)
     triangles, quads = build_faces(shape, kind)
@@ -64,17 +63,17 @@ def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
 @given(
     divisions, divisions, st.tuples(*[st.booleans()] * 4), st.sampled_from(["triangles", "quads"])
 )
-def test_strips_join_finer_sides_to_any_grid(
+def test_strips_join_sides_with_more_divisions_to_the_grid(
     ru: int, rv: int, finer: tuple[bool, bool, bool, bool], kind: Faces
 ) -> None:
-    """Any sides may have the larger of the two numbers of divisions.
+    """Each side may have the larger of the two numbers of divisions.
 
-    A grid of one division has no inner line of samples, so it gets a second division; then a side
-    may be coarser than the grid.
+    A framed grid needs an inner line of samples. So a grid of one division gets a second one, and a
+    side may then have fewer divisions than the grid.
     """
     sides: Divisions = tuple(  # type: ignore[assignment]
-        max(ru, rv) if more else divisions
-        for more, divisions in zip(finer, (rv, rv, ru, ru), strict=True)
+        max(ru, rv) if is_finer else divisions
+        for is_finer, divisions in zip(finer, (rv, rv, ru, ru), strict=True)
     )
     assume(sides != (rv, rv, ru, ru))
     check_tiling(Shape((max(ru, 2), max(rv, 2)), sides), kind)
@@ -82,8 +81,8 @@ def test_strips_join_finer_sides_to_any_grid(
 
 @pytest.mark.parametrize("kind", ["triangles", "quads"])
 @pytest.mark.parametrize("side", range(4))
-def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
-    """Each division of that side has one triangle less, or a triangle in place of a quad."""
+def test_faces_without_area_at_a_collapsed_side_are_omitted(side: int, kind: Faces) -> None:
+    """Each cell at the side has one triangle less, or a triangle in place of a quad."""
     ru, rv = 4, 3
     count = (rv, rv, ru, ru)[side]
     collapsed = tuple(k == side for k in range(4))
@@ -99,8 +98,8 @@ def test_a_collapsed_side_loses_its_faces(side: int, kind: Faces) -> None:
         assert len(set(face) & set(pole.tolist())) <= 1
 
 
-def test_patterns_are_shared_and_read_only() -> None:
-    """Patterns are cached by shape."""
+def test_equal_shapes_share_one_read_only_pattern() -> None:
+    """The cache returns the same array for an equal shape."""
     shape = Shape((5, 4), (4, 4, 5, 5))
     triangles, _ = build_faces(shape, "triangles")
     assert build_faces(Shape((5, 4), (4, 4, 5, 5)), "triangles")[0] is triangles

@@ -1,4 +1,4 @@
-"""Plans are made once for each connectivity and resolution, and change no number."""
+"""Plans are made once for each connectivity and resolution, and do not change numbers."""
 
 from threading import Barrier, Thread
 
@@ -29,23 +29,26 @@ MODELS = [
 
 
 @pytest.fixture(autouse=True)
-def _room_for_plans(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The default limit of plans, because applications of other tests set it."""
+def _set_default_capacity(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sets the default capacity of the cache of plans, because other tests change it."""
     monkeypatch.setattr(MESH_PLANS, "capacity", 64 << 20)
 
 
 def forget_plans() -> None:
-    """After the plans are cleared, the next mesh makes its plan again."""
+    """Clears the cache, so that the next mesh makes its plan again."""
     MESH_PLANS.clear()
 
 
 def check_seams(model: PatchModel) -> None:
-    """Seams from indices equal those from coordinates, bit for bit."""
+    """Compares the seams from the pattern of equal points with those from coordinates.
+
+    Edges and corners must be the same up to their numbers, and samples of edges bit for bit.
+    """
     planned, result = connect(model), find_seams(model.batches)
     np.testing.assert_array_equal(planned.collapsed, result.collapsed)
-    for one, other in ((planned.edge, result.edge), (planned.corner, result.corner)):
-        pairs = np.unique(np.stack([one.ravel(), other.ravel()]), axis=1)
-        assert pairs.shape[1] == one.max() + 1 == other.max() + 1
+    for first, second in ((planned.edge, result.edge), (planned.corner, result.corner)):
+        pairs = np.unique(np.stack([first.ravel(), second.ravel()]), axis=1)
+        assert pairs.shape[1] == first.max() + 1 == second.max() + 1
     np.testing.assert_array_equal(
         planned.corner_points[planned.corner], result.corner_points[result.corner]
     )
@@ -57,13 +60,13 @@ def check_seams(model: PatchModel) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: str(model.name))
-def test_a_pattern_tells_the_seams_of_every_example(model: PatchModel) -> None:
+def test_the_pattern_determines_the_seams_of_every_example(model: PatchModel) -> None:
     check_seams(model)
-    check_seams(model)
+    check_seams(model)  # now from the cache
 
 
 @given(split_models())
-def test_a_pattern_tells_the_seams_of_pieces_of_a_surface(
+def test_the_pattern_determines_the_seams_of_pieces_of_a_surface(
     pieces: tuple[Array, list[Array]],
 ) -> None:
     check_seams(build_model(pieces[1]))
@@ -71,17 +74,16 @@ def test_a_pattern_tells_the_seams_of_pieces_of_a_surface(
 
 @pytest.mark.parametrize("name", ["utah-teapot", "sphere", "cone", "heated-panel"])
 @pytest.mark.parametrize("form", ["glb", "json", "obj", "stl", "oogl"])
-def test_a_file_is_the_same_with_a_plan_and_without(name: str, form: str) -> None:
+def test_a_file_is_equal_with_a_new_plan_and_with_a_cached_plan(name: str, form: str) -> None:
     surface, options = EXAMPLES[name].surface(), MeshOptions(resolution=(5, 7))
     forget_plans()
-    cold = render(surface, options, BY_NAME[form])
-    assert render(surface, options, BY_NAME[form]) == cold
+    from_new_plan = render(surface, options, BY_NAME[form])
+    assert render(surface, options, BY_NAME[form]) == from_new_plan
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_moved_points_are_meshed_by_the_plan_of_the_pattern(seed: int) -> None:
-    """Dragged, mirrored and scaled surfaces share a plan, and get the numbers that their own plan
-    would give."""
+def test_moved_points_are_meshed_with_the_plan_of_their_pattern(seed: int) -> None:
+    """Translated, mirrored and scaled surfaces share a plan; a new plan gives the same numbers."""
     rng = np.random.default_rng(seed)
     left = rng.random((4, 4, 3))
     right = rng.random((4, 4, 3))
@@ -90,17 +92,17 @@ def test_moved_points_are_meshed_by_the_plan_of_the_pattern(seed: int) -> None:
     misses = MESH_PLANS.misses
     nets = [net * rng.choice([-2.0, 3.0], 3) + rng.random(3) for net in (left, right)]
     nets[1][0] = nets[0][-1]
-    warm = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
+    from_cached_plan = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
     assert MESH_PLANS.misses == misses
     forget_plans()
-    cold = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
-    assert warm.report == cold.report
+    from_new_plan = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
+    assert from_cached_plan.report == from_new_plan.report
     for name in ("positions", "normals", "triangles"):
-        np.testing.assert_array_equal(getattr(warm, name), getattr(cold, name))
+        np.testing.assert_array_equal(getattr(from_cached_plan, name), getattr(from_new_plan, name))
 
 
-def test_creases_are_a_pattern_of_their_own() -> None:
-    """Two flat patches: one vertex along their edge where they are level, two where they bend."""
+def test_creases_have_plans_of_their_own() -> None:
+    """Positions on the edge of two flat patches have one vertex at angle 0, else two."""
     x, y = np.meshgrid(np.arange(2.0), np.arange(2.0), indexing="ij")
 
     def build_nets(angle: float) -> list[Array]:
@@ -113,7 +115,7 @@ def test_creases_are_a_pattern_of_their_own() -> None:
     assert counts == [15, 18, 15, 18]
 
 
-def test_many_connectivities_leave_the_plans_within_their_bound(
+def test_plans_of_many_connectivities_stay_within_the_capacity(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(MESH_PLANS, "capacity", 1 << 20)
@@ -123,7 +125,7 @@ def test_many_connectivities_leave_the_plans_within_their_bound(
         assert 0 < MESH_PLANS.nbytes <= MESH_PLANS.capacity
 
 
-def test_a_plan_that_two_threads_need_is_made_once() -> None:
+def test_a_plan_that_two_threads_request_is_made_once() -> None:
     cache: Cache[Array] = Cache(1 << 20)
     begin, built = Barrier(2), []
 
@@ -131,12 +133,12 @@ def test_a_plan_that_two_threads_need_is_made_once() -> None:
         built.append(1)
         return np.zeros(3)
 
-    def ask() -> None:
+    def request_all() -> None:
         begin.wait()
         for key in range(200):
             cache.get(key, build)
 
-    threads = [Thread(target=ask) for _ in range(2)]
+    threads = [Thread(target=request_all) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:

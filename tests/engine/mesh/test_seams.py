@@ -1,4 +1,4 @@
-"""Seams: shared edges become shared vertices, bit for bit, in any orientation of the patches."""
+"""Seams: patches share the vertices of their common edges, for all parametrizations of patches."""
 
 from collections import Counter
 from math import pi
@@ -40,8 +40,8 @@ from tests.strategies import (
 )
 
 
-def test_the_teapots_edges_are_the_known_ones() -> None:
-    """52 edges of two patches, 16 open ones, and 8 sides in one point."""
+def test_the_teapot_has_the_known_edges() -> None:
+    """52 edges belong to two patches, 16 edges are open, and 8 sides are one point."""
     seams = find_seams(lower_patches("utah-teapot").batches)
     lines = np.bincount(seams.edge[~seams.collapsed], minlength=len(seams.users))
     assert (np.sum(lines == 2), np.sum(lines == 1), lines.max()) == (52, 16, 2)
@@ -50,7 +50,7 @@ def test_the_teapots_edges_are_the_known_ones() -> None:
 
 @given(st.integers(0, 2**32 - 1))
 def test_equal_rows_have_equal_numbers(seed: int) -> None:
-    """Also checks the first row of every number."""
+    """The function also returns the first row with each number."""
     rows = np.random.default_rng(seed).integers(0, 3, (40, 3)).astype(float)
     first, number = unique_rows(rows)
     np.testing.assert_array_equal(rows[first][number], rows)
@@ -70,10 +70,10 @@ def read_border_bits(mesh: Mesh) -> set[bytes]:
 
 
 @given(split_models(), st.integers(1, 7))
-def test_pieces_of_a_surface_weld_however_they_are_turned(
+def test_pieces_of_a_surface_weld_for_all_parametrizations(
     pieces: tuple[Array, list[Array]], divisions: int
 ) -> None:
-    """Rotated patches, with reversed and exchanged parameters, are one disc with smooth normals."""
+    """Patches with reversed and exchanged parameters become one disc with smooth normals."""
     mesh = build_mesh(pieces[1], resolution=(divisions, divisions))
     check_sound(mesh)
     check_upright(mesh)
@@ -86,10 +86,10 @@ def test_pieces_of_a_surface_weld_however_they_are_turned(
 
 
 @given(split_models(oriented=False), resolutions)
-def test_unequal_divisions_leave_no_t_junction(
+def test_unequal_divisions_make_no_t_junctions(
     pieces: tuple[Array, list[Array]], resolution: tuple[int, int]
 ) -> None:
-    """A rotated neighbour divides the common edge differently; both take the larger number."""
+    """If neighbours divide a common edge differently, both take the larger number of divisions."""
     for faces in ("triangles", "quads"):
         mesh = build_mesh(pieces[1], resolution=resolution, faces=faces)
         check_sound(mesh)
@@ -98,19 +98,19 @@ def test_unequal_divisions_leave_no_t_junction(
         assert (shape.components, shape.euler, shape.non_manifold) == (1, 1, 0)
         # Only the outer border is open, so the mesh has no crack inside.
         low, high = (f(np.asarray(pieces[0]), axis=(0, 1)) for f in (np.min, np.max))
-        for a, b in open_edges(mesh):
+        for a, b in list_open_edges(mesh):
             middle = (mesh.positions[a] + mesh.positions[b])[:2] / 2
             outer = np.isclose(middle, low[:2]) | np.isclose(middle, high[:2])
             assert outer.any()
 
 
-def open_edges(mesh: Mesh) -> list[list[int]]:
-    """Edges, between places, that belong to one face."""
+def list_open_edges(mesh: Mesh) -> list[list[int]]:
+    """The edges, as pairs of places, that only one face has."""
     loops = [find_places(mesh)[face].tolist() for face in list_faces(mesh)]
     uses = Counter(
         frozenset(ends) for loop in loops for ends in zip(loop, loop[1:] + loop[:1], strict=True)
     )
-    return [sorted(edge) for edge, times in uses.items() if times == 1]
+    return [sorted(edge) for edge, count in uses.items() if count == 1]
 
 
 @given(
@@ -119,27 +119,27 @@ def open_edges(mesh: Mesh) -> list[list[int]]:
     st.tuples(st.integers(2, 7), st.integers(2, 7)),
     st.sampled_from(["triangles", "quads"]),
 )
-def test_quadrics_stay_closed_however_their_patches_are_turned(
-    example: str, turns: list[int], resolution: tuple[int, int], faces: str
+def test_quadrics_are_closed_for_all_parametrizations_of_their_patches(
+    example: str, symmetries: list[int], resolution: tuple[int, int], faces: str
 ) -> None:
-    """Strips between unequal divisions meet poles, creases and rational edges."""
+    """So strips between unequal divisions occur at poles, creases and rational edges."""
     (batch,) = lower_patches(example).batches
     assert batch.weights is not None
-    pieces = [apply_symmetry(net, k) for net, k in zip(batch.points, turns, strict=False)]
-    weights = [apply_symmetry(net, k) for net, k in zip(batch.weights, turns, strict=False)]
+    pieces = [apply_symmetry(net, k) for net, k in zip(batch.points, symmetries, strict=False)]
+    weights = [apply_symmetry(net, k) for net, k in zip(batch.weights, symmetries, strict=False)]
     mesh = build_mesh(build_model(pieces, weights), resolution=resolution, faces=faces)
     check_sound(mesh)
-    if min(resolution) > 2:  # at two divisions a chord cuts across the strip beside it
+    if min(resolution) > 2:  # with two divisions, a chord may cross the strip beside it
         check_winding(mesh)
     assert mesh.report.watertight
     assert find_topology(mesh).euler == (0 if example == "torus" else 2)
 
 
-def test_a_shared_edge_takes_the_larger_number() -> None:
-    """At 2 × 5 two squares meet in an edge that one divides in 2, the other in 5."""
+def test_a_shared_edge_takes_the_larger_number_of_divisions() -> None:
+    """At a resolution of 2 × 5, one square has 2 divisions on the common edge, the other has 5."""
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    # The edge x = 1 of the first square runs along v: 5 divisions. The second square is turned, so
-    # that its edge x = 1 runs along u: 2 divisions.
+    # Along the edge x = 1, v varies in the first square (5 divisions), and u in the second square
+    # (2 divisions).
     other = apply_symmetry(translate(plane, 1), 5)
     mesh = build_mesh([plane, other], resolution=(2, 5))
     check_sound(mesh)
@@ -151,22 +151,24 @@ def test_a_shared_edge_takes_the_larger_number() -> None:
 
 
 @given(split_models(), st.integers(1, 6))
-def test_a_patch_alone_has_the_same_seams_as_among_others(
+def test_the_border_of_a_patch_has_equal_bits_alone_and_beside_others(
     pieces: tuple[Array, list[Array]], divisions: int
 ) -> None:
-    """Parts of a model that are computed separately fit together."""
+    """So meshes of parts of a model, computed separately, fit together."""
     resolution = (divisions, divisions)
-    together = read_border_bits(build_mesh(pieces[1], resolution=resolution))
-    alone = [read_border_bits(build_mesh([piece], resolution=resolution)) for piece in pieces[1]]
-    assert set.union(*alone) == together
+    bits_together = read_border_bits(build_mesh(pieces[1], resolution=resolution))
+    bits_alone = [
+        read_border_bits(build_mesh([piece], resolution=resolution)) for piece in pieces[1]
+    ]
+    assert set.union(*bits_alone) == bits_together
 
 
 @given(height_nets(), st.data())
 def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
-    """Equal weights, or weights equal up to a factor, which is the same curve."""
+    """The weights of the common edge are equal, or equal up to a factor."""
     weights = data.draw(weights_like(net))
     mirrored = net * (-1, 1, 1) + 2 * net[0, 0] * (1, 0, 0)
-    # Reversed along u, the mirror image looks up again and meets the first at u = 1.
+    # Reversed along u, the normals of the mirror image point up, and it meets the net at u = 1.
     for factor in (1.0, 2.0, 3.0):
         model = build_model([net, mirrored[::-1]], [weights, weights[::-1] * factor])
         mesh = build_mesh(model, resolution=(4, 5), crease_angle=0)
@@ -178,7 +180,7 @@ def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
 def build_neighbours(count: int) -> tuple[Array, Array, Array]:
     """Pairs of patches (count, 2, 3, 3, 3) that share an edge, weights, and other weights.
 
-    The other weights are the first ones times a factor that no float multiplies exactly.
+    The other weights are the weights times a factor for each patch, so their last digits differ.
     """
     rng = np.random.default_rng(17)
     nets = rng.uniform(-1, 1, (count, 2, 3, 3, 3))
@@ -190,8 +192,8 @@ def build_neighbours(count: int) -> tuple[Array, Array, Array]:
     return nets, weights, weights * factors
 
 
-def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> None:
-    """Both patches, in either order: the same points along the edge."""
+def test_a_common_factor_of_weights_does_not_change_the_bits_of_the_seam() -> None:
+    """Both patches, in both orders, have equal positions on the edge."""
     for nets, weights in zip(*build_neighbours(20)[::2], strict=True):
         result = []
         for order in ([0, 1], [1, 0]):
@@ -205,8 +207,8 @@ def test_a_common_factor_of_the_weights_does_not_touch_a_bit_of_the_seam() -> No
         assert len(set(result)) == 1
 
 
-def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
-    """One curve in two forms, in two batches."""
+def test_a_rational_edge_with_equal_weights_welds_to_a_polynomial_edge() -> None:
+    """The patches are in two batches."""
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
     other = translate(net, 1)
@@ -221,8 +223,8 @@ def test_a_rational_edge_of_equal_weights_meets_a_polynomial_one() -> None:
     assert (find_topology(mesh).components, find_topology(mesh).euler) == (1, 1)
 
 
-def test_other_weights_are_another_curve() -> None:
-    """Equal points do not make equal edges."""
+def test_edges_with_different_weights_do_not_weld() -> None:
+    """Equal control points alone do not make one edge."""
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     mirrored = (net * (-1, 1, 1))[::-1]
     same, other = np.ones((2, 3)), np.array([[1.0, 1, 1], [1, 3, 1]])
@@ -232,10 +234,10 @@ def test_other_weights_are_another_curve() -> None:
 
 @given(st.lists(st.sampled_from(ROTATIONS), min_size=6, max_size=6), resolutions)
 def test_a_cube_has_eight_corners_and_twelve_creases(
-    turns: list[int], resolution: tuple[int, int]
+    symmetries: list[int], resolution: tuple[int, int]
 ) -> None:
-    """Six bilinear patches, turned about at random: closed, outward, of volume 1."""
-    mesh = build_mesh(build_cube(turns), resolution=resolution)
+    """Six bilinear patches with random parametrizations; normals point outwards."""
+    mesh = build_mesh(build_cube(symmetries), resolution=resolution)
     check_sound(mesh)
     check_winding(mesh)
     shape = find_topology(mesh)
@@ -245,8 +247,8 @@ def test_a_cube_has_eight_corners_and_twelve_creases(
 
 
 @pytest.mark.parametrize(("angle", "vertices"), [(0.05, 8), (0.2, 6)])
-def test_the_crease_angle_decides(angle: float, vertices: int) -> None:
-    """Two squares at 0.1 radians: creased below that, one smooth seam above."""
+def test_the_crease_angle_decides_whether_normals_are_averaged(angle: float, vertices: int) -> None:
+    """Two squares at an angle of 0.1 have a crease if the crease angle is smaller."""
     flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     tilted = flat * (np.cos(0.1), 1, 1) + (1, 0, 0)
     tilted[1, :, 2] = np.sin(0.1)
@@ -257,7 +259,7 @@ def test_the_crease_angle_decides(angle: float, vertices: int) -> None:
 
 
 def build_band(smooth: bool = True) -> Array:
-    """One patch whose last row is its first: a closed band round the z axis."""
+    """The net of a band around the z axis, closed because its last row is its first row."""
     rows = [(1, 0), (1, 2), (-3, 2), (-3, -2), (1, -2), (1, 0)]
     if not smooth:
         rows[1] = (2, 2)
@@ -266,7 +268,7 @@ def build_band(smooth: bool = True) -> Array:
 
 @pytest.mark.parametrize("symmetry", range(8))
 def test_a_patch_welds_with_itself(symmetry: int) -> None:
-    """A closed band of one patch has no open seam, whether it closes along u or along v."""
+    """A closed band has no open seam, for all eight parametrizations."""
     mesh = build_mesh([apply_symmetry(build_band(), symmetry)], resolution=(12, 12))
     check_sound(mesh)
     check_winding(mesh)
@@ -277,7 +279,7 @@ def test_a_patch_welds_with_itself(symmetry: int) -> None:
 
 
 def test_a_moebius_strip_has_one_border() -> None:
-    """A band that is closed with a half turn: both sides of the seam have one direction."""
+    """Both sides of the seam have the same direction, so the edges there are misoriented."""
     net = np.array(
         [
             [[1, 0, -1], [1, 0, 1]],
@@ -296,10 +298,10 @@ def test_a_moebius_strip_has_one_border() -> None:
     assert shape.misoriented == 4
 
 
-def test_three_pages_meet_in_one_spine() -> None:
-    """It is not a manifold, and the report does not call it watertight."""
+def test_an_edge_of_three_patches_is_not_a_manifold() -> None:
+    """Three pages of a book meet at the spine; the report says that the mesh is not watertight."""
     page = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]])
-    pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _choose_angles(3)]
+    pages = [page @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) for c, s in _list_directions(3)]
     mesh = build_mesh(pages, resolution=(3, 3))
     check_sound(mesh)
     shape = find_topology(mesh)
@@ -307,14 +309,15 @@ def test_three_pages_meet_in_one_spine() -> None:
     assert not mesh.report.watertight
 
 
-def _choose_angles(count: int) -> list[tuple[float, float]]:
+def _list_directions(count: int) -> list[tuple[float, float]]:
+    """Unit vectors at equal angles, as pairs (cos, sin)."""
     return [(np.cos(2 * pi * k / count), np.sin(2 * pi * k / count)) for k in range(count)]
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("divisions", [(2, 2), (3, 2)])
 def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
-    """Two patches with all four sides in common: no diagonal is an edge of both."""
+    """Two patches have all four sides in common, but no diagonal of a cell in common."""
     front = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2], indexing="ij"), np.zeros((3, 3))], -1)
     back = front.copy()
     front[1, 1, 2], back[1, 1, 2] = 1, -1
@@ -334,7 +337,7 @@ def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
 
 @given(height_nets(degree=st.integers(1, 3)), st.integers(1, 4))
 def test_neighbours_of_different_degree_in_the_other_direction_weld(net: Array, n: int) -> None:
-    """Only the common edge need be the same curve: here degree p against degree p + 1 across."""
+    """They have the same degree along the common edge; the degrees across may differ."""
     last = net[-1:]
     across = np.concatenate([last, translate(last, 1), translate(last, 2), translate(last, 3, z=1)])
     model = build_model([net, across])
@@ -353,7 +356,8 @@ FOLDED = (
     [[[0, 0, 0], [0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0], [1, 0, 0]]],
     [[[0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 1, 0]]],
 )
-"""Two sides that meet are one edge (twice); a patch that is a line; one with a pole."""
+"""Two patches on which two sides that meet are one edge, a patch that is a line, and a patch with a
+pole."""
 
 
 @pytest.mark.parametrize("net", FOLDED)
@@ -363,7 +367,7 @@ FOLDED = (
 def test_the_report_of_a_folded_patch_is_right(
     net: list[list[list[float]]], faces: str, weld: bool, resolution: tuple[int, int]
 ) -> None:
-    """No face has a place twice, and the open edges are those that the faces have."""
+    """No face has two vertices at one position, and the counts of open edges are right."""
     check_sound(
         build_mesh([np.array(net, dtype=float)], faces=faces, weld=weld, resolution=resolution)
     )

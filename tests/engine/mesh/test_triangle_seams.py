@@ -40,15 +40,15 @@ kinds = st.sampled_from(["triangles", "quads"])
 
 
 def check_prediction(model: PatchModel, mesh: Mesh, options: MeshOptions) -> None:
-    """Sizes predicted before anything is computed are large enough."""
-    vertices, flat, quads = predict_size(model, options)
+    """Checks that the sizes that `predict_size` predicts are not exceeded."""
+    vertices, triangle_count, quads = predict_size(model, options)
     assert len(mesh.positions) <= vertices
-    assert len(mesh.triangles) <= flat
+    assert len(mesh.triangles) <= triangle_count
     assert len(mesh.quads) <= quads
 
 
-def check_closed_by_bits(mesh: Mesh) -> None:
-    """Borders found by positions alone are those that the mesh reports."""
+def check_borders_by_positions(mesh: Mesh) -> None:
+    """Checks that welding by the bits of positions gives the borders that the mesh reports."""
     loops = weld_by_position(mesh.positions, to_triangles(mesh))
     result, reported = count_topology(loops), find_topology(mesh)
     assert (result.boundary, result.non_manifold) == (reported.boundary, reported.non_manifold)
@@ -56,7 +56,7 @@ def check_closed_by_bits(mesh: Mesh) -> None:
 
 @given(divisions, kinds)
 def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
-    """R² triangles that are all counter-clockwise, without gaps; half of them point up."""
+    """The pattern has R² triangles of equal area, counter-clockwise and without gaps."""
     result, quads = build_faces(TriangleShape(count), kind)
     assert (len(result), len(quads)) == (count**2, 0)
     places = [(Fraction(j, count), Fraction(k, count)) for _, j, k in triangles.keys(count)]
@@ -68,24 +68,24 @@ def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
     shape = count_topology(result.tolist())
     assert (shape.euler, shape.components, shape.boundary) == (1, 1, 3 * count)
     assert (shape.non_manifold, shape.misoriented) == (0, 0)
-    # By rows: the highest sample of a face never falls.
+    # Faces are listed row by row: the highest row of a face never decreases.
     rows = [max(places[i][1] for i in loop) for loop in result.tolist()]
     assert rows == sorted(rows)
 
 
 @given(triangle_heights(), resolutions, kinds, st.booleans())
-def test_one_triangle_is_the_rows_of_the_conventions(
+def test_one_triangle_has_the_documented_order_of_vertices(
     net: Array, resolution: tuple[int, int], kind: Faces, single: bool
 ) -> None:
-    """(R+1)(R+2)/2 vertices in the order of the samples, R² triangles; R is the larger number."""
+    """R is the larger number of divisions: (R+1)(R+2)/2 vertices, row by row, and R² triangles."""
     model, count = build_mixed_model([net]), max(resolution)
     options = MeshOptions(resolution, faces=kind, uvs=True)
     mesh = tessellate(model, options, single=single)
     check_sound(mesh)
     check_upright(mesh)
-    each = (count + 1) * (count + 2) // 2
-    assert (len(mesh.positions), len(mesh.triangles), len(mesh.quads)) == (each, count**2, 0)
-    assert predict_size(model, options) == (each, count**2, 0)
+    vertices = (count + 1) * (count + 2) // 2
+    assert (len(mesh.positions), len(mesh.triangles), len(mesh.quads)) == (vertices, count**2, 0)
+    assert predict_size(model, options) == (vertices, count**2, 0)
     assert (mesh.grids, mesh.welds) == ((), None)
     assert mesh.uvs is not None
     uvs = np.array([(j, k) for _, j, k in triangles.keys(count)]) / count
@@ -103,16 +103,16 @@ def build_neighbours(net: Array, other: Array) -> tuple[Array, Array]:
     row = {key: number for number, key in enumerate(keys)}
     for number, (i, j, k) in enumerate(keys):
         if i == 0:
-            # (0, j, k) of the first lies at x = j, y = k; so does (0, k, j) of the second.
+            # (0, j, k) of the first triangle and (0, k, j) of the second are at x = j, y = k.
             second[row[0, k, j]] = net[number]
     return net, second
 
 
 @given(st.data(), st.integers(0, 2), st.integers(0, 2), resolutions, st.booleans())
-def test_triangles_weld_however_they_are_turned(
+def test_triangles_weld_along_any_of_their_sides(
     data: st.DataObject, first: int, second: int, resolution: tuple[int, int], rational: bool
 ) -> None:
-    """Any side joins any side: the mesh is one piece without cracks, and all faces look up."""
+    """The mesh has one component without cracks, and all faces are counter-clockwise from above."""
     degree = st.just(data.draw(st.integers(1, 4)))
     pair = build_neighbours(
         data.draw(triangle_heights(degree)), data.draw(triangle_heights(degree))
@@ -122,43 +122,44 @@ def test_triangles_weld_however_they_are_turned(
     ]
     weights = None
     if rational:
-        drawn = [data.draw(weights_like(net)) for net in pair]
+        pair_weights = [data.draw(weights_like(net)) for net in pair]
         keys = triangles.keys(triangles.find_degree(len(pair[0])))
         row = {key: number for number, key in enumerate(keys)}
         for number, (i, j, k) in enumerate(keys):
             if i == 0:
-                # Weights are equal up to a factor that changes their last digits.
-                drawn[1][row[0, k, j]] = 3 * drawn[0][number]
+                # The weights are equal up to a factor; multiplying changes their last digits.
+                pair_weights[1][row[0, k, j]] = 3 * pair_weights[0][number]
         weights = [
-            triangles.apply_symmetry(w, way) for w, way in zip(drawn, (first, second), strict=True)
+            triangles.apply_symmetry(w, way)
+            for w, way in zip(pair_weights, (first, second), strict=True)
         ]
     model = build_mixed_model(nets, weights)
     mesh = tessellate(model, MeshOptions(resolution))
     check_sound(mesh)
     check_upright(mesh)
     check_prediction(model, mesh, MeshOptions(resolution))
-    check_closed_by_bits(mesh)
+    check_borders_by_positions(mesh)
     count = max(resolution)
     assert mesh.report.vertices == (count + 1) ** 2
     assert (find_topology(mesh).boundary, find_topology(mesh).components) == (4 * count, 1)
 
 
 def join_below(grid: Array, triangle: Array) -> Array:
-    """The triangle below a grid; its side t = 0 has the points of the side v = 0 of the grid."""
+    """A triangle below a grid: its side t = 0 has the points of the grid's side v = 0."""
     below = triangle.copy()
     below[:, 1] = -below[:, 1]
     n = len(grid) - 1
-    # Turned over: s must fall along x for the normal to stay up.
+    # s decreases along x, so that the normal still points up.
     below = triangles.apply_symmetry(below, 3)
     below[: n + 1] = grid[::-1, 0]
     return below
 
 
 @given(st.data(), st.integers(0, 7), st.integers(0, 5), resolutions, kinds)
-def test_triangles_weld_to_grids_however_both_are_turned(
+def test_any_side_of_a_triangle_welds_to_any_side_of_a_grid(
     data: st.DataObject, symmetry: int, way: int, resolution: tuple[int, int], kind: Faces
 ) -> None:
-    """Each of three sides joins each of four, in both directions; the coarser grid gets a strip."""
+    """In both directions; if the grid has fewer divisions along the side, it gets a strip."""
     n = data.draw(st.integers(1, 4))
     grid = data.draw(height_nets(degree=st.just(n)))
     below = join_below(grid, data.draw(triangle_heights(st.just(n))))
@@ -170,7 +171,7 @@ def test_triangles_weld_to_grids_however_both_are_turned(
     check_sound(mesh)
     check_upright(mesh)
     check_prediction(model, mesh, options)
-    check_closed_by_bits(mesh)
+    check_borders_by_positions(mesh)
     seams = find_seams(model.batches)
     lines = seams.edge[~seams.collapsed]
     assert sorted(np.bincount(lines)[np.unique(lines)].tolist()) == [1] * 5 + [2]
@@ -179,9 +180,9 @@ def test_triangles_weld_to_grids_however_both_are_turned(
 
 
 def build_prism(degree: int = 3) -> list[Array]:
-    """A prism between two flat triangles, its three sides grids, its lid and floor triangles.
+    """A prism: its lid and its floor are triangles, its three sides are grids.
 
-    Everything bulges in its middle; the normals point outwards.
+    All patches bulge in the middle; the normals point outwards.
     """
     rng = np.random.default_rng(degree)
     corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
@@ -209,10 +210,10 @@ def build_prism(degree: int = 3) -> list[Array]:
     kinds,
     st.booleans(),
 )
-def test_closed_solids_of_both_kinds_are_watertight(
+def test_a_prism_of_triangles_and_grids_is_watertight(
     grids: list[int], ends: list[int], resolution: tuple[int, int], kind: Faces, single: bool
 ) -> None:
-    """Euler's characteristic 2, however the patches are turned and divided."""
+    """Its Euler characteristic is 2 for all parametrizations and resolutions of its patches."""
     lid, *sides, floor = build_prism()
     rotations = (0, 3, 5, 6)
     nets = [triangles.apply_symmetry(lid, ends[0])]
@@ -225,19 +226,19 @@ def test_closed_solids_of_both_kinds_are_watertight(
     shape = find_topology(mesh)
     assert mesh.report.watertight
     assert (shape.euler, shape.components, shape.misoriented) == (2, 1, 0)
-    check_closed_by_bits(mesh)
+    check_borders_by_positions(mesh)
     assert volume(mesh.positions, to_triangles(mesh)) > 0
 
 
 def build_tetrahedron() -> list[Array]:
-    """Four flat triangles, normals outward."""
+    """Four flat triangles whose normals point outwards."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     return [points[list(face)] for face in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))]
 
 
 @pytest.mark.parametrize("count", range(1, 6))
 def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
-    """Four times R² faces; an edge has two normals, a corner three."""
+    """It has 4 R² faces; a position has two normals on an edge, three at a corner."""
     mesh = build_mesh(build_mixed_model(build_tetrahedron()), resolution=(count, count))
     check_sound(mesh)
     check_winding(mesh)
@@ -246,27 +247,27 @@ def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
     assert shape.vertices == 2 * count**2 + 2
     assert len(mesh.positions) == 4 * (count + 1) * (count + 2) // 2
     assert volume(mesh.positions, mesh.triangles) == pytest.approx(1 / 6, rel=1e-15)
-    # Without normals all copies are welded; without welding none are.
-    bare = build_mesh(
+    # Without normals, all vertices at one position are welded.
+    without_normals = build_mesh(
         build_mixed_model(build_tetrahedron()), resolution=(count, count), normals=False
     )
-    assert len(bare.positions) == shape.vertices
-    loose = build_mesh(
+    assert len(without_normals.positions) == shape.vertices
+    unwelded = build_mesh(
         build_mixed_model(build_tetrahedron()), resolution=(count, count), weld=False
     )
-    check_sound(loose)
-    assert (loose.report.boundary_edges, find_topology(loose).components) == (12 * count, 4)
+    check_sound(unwelded)
+    assert (unwelded.report.boundary_edges, find_topology(unwelded).components) == (12 * count, 4)
 
 
 @given(st.lists(st.sampled_from(range(3)), max_size=3), resolutions, st.booleans(), st.booleans())
-def test_sides_in_a_point_leave_no_empty_faces(
+def test_collapsed_sides_leave_no_faces_without_area(
     sides: list[int], resolution: tuple[int, int], weld: bool, single: bool
 ) -> None:
-    """For any collapsed sides, no face has a position twice, and the report is right."""
+    """No face has two vertices at one position, and the report is right."""
     net = np.array([(j, k, j * k + j) for _, j, k in triangles.keys(4)], dtype=float)
     for side in sides:
-        on = np.array([key[(1, 0, 2)[side]] == 0 for key in triangles.keys(4)])
-        net[on] = net[on][0]
+        is_on_side = np.array([key[(1, 0, 2)[side]] == 0 for key in triangles.keys(4)])
+        net[is_on_side] = net[is_on_side][0]
     mesh = build_mesh(build_mixed_model([net]), resolution=resolution, weld=weld, single=single)
     check_values(mesh)
     if len(set(sides)) < 2:
@@ -276,8 +277,8 @@ def test_sides_in_a_point_leave_no_empty_faces(
         assert len(mesh.triangles) == count**2 - count
 
 
-def test_a_triangle_that_meets_itself_is_a_cone() -> None:
-    """Sides s = 0 and r = 0 are one curve, from the apex down: the rim closes."""
+def test_a_triangle_whose_sides_are_one_edge_is_a_cone() -> None:
+    """The sides s = 0 and r = 0 are one curve from the apex to the rim, so the rim is closed."""
     net = np.array(
         [
             *([1.0, 0, 0], [1, 2, 0], [-3, 0, 0], [1, -2, 0], [1, 0, 0]),
@@ -294,23 +295,23 @@ def test_a_triangle_that_meets_itself_is_a_cone() -> None:
         assert find_topology(mesh).degenerate == 0
 
 
-def test_the_control_net_is_drawn_with_all_its_small_triangles() -> None:
-    """Fifteen points of degree 4: ten upright triangles of three segments each."""
+def test_the_control_net_overlay_of_a_triangle_has_all_segments() -> None:
+    """A net of degree 4 has 15 points and 10 upright triangles, with 3 segments each."""
     net = np.array([(j, k, j * k) for _, j, k in triangles.keys(4)], dtype=float)
     grid = np.zeros((2, 3, 3))
     grid[..., 0], grid[..., 1] = [[7], [8]], [0, 1, 2]
     mesh = build_mesh(build_mixed_model([net, grid]), overlays=("control_net", "boundary"))
-    drawn, boundary = mesh.overlays
-    np.testing.assert_array_equal(drawn.positions, np.concatenate([net, grid.reshape(-1, 3)]))
+    net_overlay, boundary = mesh.overlays
+    np.testing.assert_array_equal(net_overlay.positions, np.concatenate([net, grid.reshape(-1, 3)]))
     row = {key: number for number, key in enumerate(triangles.keys(4))}
     expected = set()
     for i, j, k in triangles.keys(3):
         a, b, c = row[i + 1, j, k], row[i, j + 1, k], row[i, j, k + 1]
         expected |= {frozenset((a, b)), frozenset((b, c)), frozenset((c, a))}
-    result = [frozenset(pair) for pair in drawn.segments.tolist()]
+    result = [frozenset(pair) for pair in net_overlay.segments.tolist()]
     assert len(set(result)) == len(result) == 30 + 7
     assert {pair for pair in result if max(pair) < 15} == expected
-    assert drawn.cells is None
+    assert net_overlay.cells is None
     assert len(boundary.segments) == 7 * 16
-    (only,) = build_mesh(build_mixed_model([grid]), overlays=("control_net",)).overlays
-    assert only.cells is not None
+    (grid_overlay,) = build_mesh(build_mixed_model([grid]), overlays=("control_net",)).overlays
+    assert grid_overlay.cells is not None

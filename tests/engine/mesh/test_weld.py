@@ -1,4 +1,4 @@
-"""Samples at one place become one vertex, or several where their normals disagree."""
+"""Samples at one place become one vertex, or several vertices if their normals disagree."""
 
 from math import pi, radians
 
@@ -18,24 +18,24 @@ def weld_samples(
     used: list[int] | None = None,
     merge: bool = True,
 ) -> tuple[Welding, np.ndarray | None]:
-    """The welding, and the normals after it."""
+    """The welding of samples, and their normals, which welding overwrites."""
     array = None if normals is None else np.array(normals)
     result = weld(np.array(place), None if used is None else np.array(used), array, crease, merge)
     return result, array
 
 
 def to_lists(welding: Welding) -> tuple[list[int], list[int], list[int]]:
-    """Vertex of each sample, sample and first vertex of each vertex."""
+    """The vertex of each sample, the first sample of each vertex, and `welds`."""
     return welding.vertex.tolist(), welding.samples.tolist(), welding.welds.tolist()
 
 
-def test_without_normals_a_place_is_a_vertex() -> None:
+def test_without_normals_all_samples_at_a_place_are_one_vertex() -> None:
     """Samples 1 and 3 are at one place."""
     assert to_lists(weld_samples([0, 1, 2, 1])[0]) == ([0, 1, 2, 1], [0, 1, 2], [0, 1, 2])
 
 
 def test_agreeing_normals_are_merged_into_their_mean() -> None:
-    """Within the crease angle; the mean is unit again."""
+    """The normals differ by less than the crease angle; their mean has unit length."""
     near = (np.sin(0.01), 0.0, np.cos(0.01))
     result, normals = weld_samples([0, 0], [UP, near])
     assert to_lists(result) == ([0, 0], [0], [0])
@@ -44,14 +44,14 @@ def test_agreeing_normals_are_merged_into_their_mean() -> None:
 
 
 def test_equal_normals_keep_every_bit() -> None:
-    """The mean of equal vectors is that vector; a pole stays exactly vertical."""
+    """So the normal at a vertical pole stays exactly vertical."""
     _, normals = weld_samples([0, 0, 0], [UP, UP, UP])
     assert normals is not None
     assert normals[0].tolist() == list(UP)
 
 
-def test_disagreeing_normals_stay_apart_at_one_place() -> None:
-    """Two groups of two; `welds` says that they are one position."""
+def test_samples_with_different_normals_stay_separate_vertices() -> None:
+    """Four samples at one place become two vertices; `welds` says that they have one position."""
     result, normals = weld_samples([0, 0, 2, 0, 0], [UP, ASIDE, UP, UP, ASIDE])
     assert to_lists(result) == ([0, 1, 2, 0, 1], [0, 1, 2], [0, 0, 2])
     assert normals is not None
@@ -59,7 +59,7 @@ def test_disagreeing_normals_stay_apart_at_one_place() -> None:
 
 
 def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
-    """A crease angle of π merges all normals, also opposite ones."""
+    """A crease angle of π merges all normals, also opposite normals."""
     near = (np.sin(1e-7), 0.0, np.cos(1e-7))
     assert len(weld_samples([0, 0, 0], [UP, UP, near], crease=0)[0].samples) == 2
     result, normals = weld_samples([0, 0], [UP, (0.0, 0.0, -1.0)], crease=pi)
@@ -68,8 +68,8 @@ def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
     assert normals[0].tolist() == list(UP)
 
 
-def test_unused_samples_become_no_vertices() -> None:
-    """Sample 0 is in no face, although it represents the place of sample 2."""
+def test_samples_without_faces_do_not_become_vertices() -> None:
+    """Sample 0 has no face, although it is the first sample at the place of sample 2."""
     result, _ = weld_samples([0, 1, 0], [UP, UP, ASIDE], used=[1, 2])
     assert result.samples.tolist() == [1, 2]
     assert result.vertex[[1, 2]].tolist() == [0, 1]
@@ -77,13 +77,13 @@ def test_unused_samples_become_no_vertices() -> None:
 
 
 def test_without_merging_every_sample_is_a_vertex() -> None:
-    """Places are reported although no samples are merged."""
+    """`welds` still says which vertices have one position."""
     result, _ = weld_samples([0, 1, 0], [UP, UP, UP], merge=False)
     assert to_lists(result) == ([0, 1, 2], [0, 1, 2], [0, 1, 0])
 
 
-def test_very_many_normals_at_one_place_end() -> None:
-    """A fan of more directions than there are rounds: vertices stay apart, nothing is lost."""
+def test_samples_with_more_normals_than_rounds_stay_separate_vertices() -> None:
+    """One place has more directions than `MAX_ROUNDS`; each sample keeps its normal."""
     count = 3 * MAX_ROUNDS
     angle = 2 * pi * np.arange(count) / count
     fan = np.stack([np.cos(angle), np.sin(angle), np.zeros(count)], axis=1)

@@ -28,12 +28,13 @@ def place_exactly(matrix: Array, point: Array) -> list[Fraction]:
     ]
 
 
-def measure_distance(one: list[Fraction], other: list[Fraction]) -> float:
-    return math.sqrt(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)))
+def measure_distance(first: list[Fraction], second: list[Fraction]) -> float:
+    """The distance of two points; only the square root is rounded."""
+    return math.sqrt(sum((a - b) ** 2 for a, b in zip(first, second, strict=True)))
 
 
 @given(placements(), st.integers(0, 2**32))
-def test_a_copy_is_within_its_bound_of_its_place(matrix: Array, seed: int) -> None:
+def test_a_computed_copy_is_within_the_bound_of_the_exact_copy(matrix: Array, seed: int) -> None:
     points = np.random.default_rng(seed).uniform(-3, 5, (8, 3))
     copies = place_points(points, matrix)
     error = bound_placing_error(matrix, points.min(axis=0), points.max(axis=0))
@@ -52,19 +53,19 @@ def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> N
     error = bound_single_error(low, high, origin)
     stored = (points - origin).astype(np.float32)
     for point, row in zip(points.tolist(), stored.astype(np.float64).tolist(), strict=True):
-        there = [Fraction(x) + Fraction(o) for x, o in zip(row, origin.tolist(), strict=True)]
-        assert measure_distance([Fraction(x) for x in point], there) <= error
+        restored = [Fraction(x) + Fraction(o) for x, o in zip(row, origin.tolist(), strict=True)]
+        assert measure_distance([Fraction(x) for x in point], restored) <= error
     assert error < 1e-6 * float(np.abs(points - origin).max()) + 1e-12
 
 
-def build_bounded(bound: float | None, both: float | None = None) -> Mesh:
-    """A mesh of three parts that has bounds."""
+def build_bounded(bound: float | None, mesh_bound: float | None = None) -> Mesh:
+    """A mesh of three parts with these deviation bounds: of the surface and of the mesh."""
     mesh = build_silo()
     parts = tuple(
         replace(part, deviation_bound=None if bound is None else bound / (k + 1))
         for k, part in enumerate(mesh.parts)
     )
-    report = replace(mesh.report, deviation_bound=bound, mesh_deviation_bound=both)
+    report = replace(mesh.report, deviation_bound=bound, mesh_deviation_bound=mesh_bound)
     return replace(mesh, parts=parts, report=report)
 
 
@@ -73,7 +74,7 @@ def build_group(*matrices: Array | None) -> GroupModel:
     return GroupModel("group", (), members)
 
 
-def test_bounds_grow_as_distances_do() -> None:
+def test_bounds_grow_with_the_largest_scaling() -> None:
     scene = arrange(build_group(None, TURN, SHEAR), (build_bounded(0.25, 0.5),))
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert stretch > 3
@@ -87,21 +88,21 @@ def test_bounds_grow_as_distances_do() -> None:
     expected = [0.25 * s / (k + 1) for s in (1.0, 2.0, float(stretch)) for k in range(3)]
     np.testing.assert_allclose(np.array(result, dtype=float), expected, rtol=1e-9)
     assert [part.name for part in parts][:4] == ["m0/base", "m0/wall", "m0/roof", "m1/base"]
-    # An unplaced copy is the mesh itself.
+    # The first copy has no placement.
     assert result[0] == 0.25
 
 
-def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
+def test_flattening_keeps_bounds_and_rounding_to_float32_increases_them() -> None:
     scene = arrange(build_group(TURN, None), (build_bounded(0.25),))
-    whole = flatten(scene)
-    assert whole.report.deviation_bound == scene.report.deviation_bound
-    bounds = [part.deviation_bound for part in whole.parts]
+    flat = flatten(scene)
+    assert flat.report.deviation_bound == scene.report.deviation_bound
+    bounds = [part.deviation_bound for part in flat.parts]
     assert bounds == [part.deviation_bound for part in scene_parts(scene)]
-    single = round_to_single(whole)
-    narrow = single.report.deviation_bound
-    assert narrow is not None
-    assert whole.report.deviation_bound is not None
-    assert 0 < narrow - whole.report.deviation_bound < 1e-6
+    single = round_to_single(flat)
+    single_bound = single.report.deviation_bound
+    assert single_bound is not None
+    assert flat.report.deviation_bound is not None
+    assert 0 < single_bound - flat.report.deviation_bound < 1e-6
     assert all(
         part.deviation_bound is not None and 0 < part.deviation_bound - bound < 1e-6
         for part, bound in zip(single.parts, bounds, strict=True)
@@ -109,7 +110,7 @@ def test_flattened_copies_keep_their_bounds_and_float32_adds_to_them() -> None:
     )
 
 
-def test_a_scene_with_an_unknown_bound_of_a_copy_has_none() -> None:
+def test_a_scene_has_no_bound_if_a_copy_has_no_bound() -> None:
     models = (build_bounded(0.25), build_bounded(None))
     members = (PlacedModel("a", 0), PlacedModel("b", 1))
     scene = arrange(GroupModel("group", (), members), models)

@@ -34,7 +34,7 @@ def build_group(*members: Member, **more: Any) -> GroupModel:
 
 
 def compute_area_vectors(mesh: Mesh) -> Array:
-    """Normal of every triangle, as long as the triangle is large."""
+    """The area vectors of all triangles: normal to the triangle, with its area as length."""
     a, b, c = (mesh.positions[to_triangles(mesh)[:, k]] for k in range(3))
     areas: Array = np.cross(b - a, c - a) / 2
     return areas
@@ -53,7 +53,7 @@ def compute_volume(mesh: Mesh) -> float:
 def test_a_flattened_copy_is_the_placed_mesh(
     example: str, matrix: Array, faces: str, weld: bool
 ) -> None:
-    """Points times the matrix, normals times its inverse transposed, faces equal or reversed."""
+    """Points are L x + t, normals are along L⁻ᵀ n, and faces are reversed if L mirrors."""
     options = MeshOptions(resolution=(3, 4), faces=faces, weld=weld)  # type: ignore[arg-type]
     surface = find(example).surface()
     mesh = build(build_group(Member(surface, matrix=matrix), up=surface.up), options)
@@ -66,7 +66,7 @@ def test_a_flattened_copy_is_the_placed_mesh(
     expected = alone.normals @ np.linalg.inv(linear)
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
     np.testing.assert_allclose(mesh.normals, expected, atol=1e-12)
-    # Normals and areas agree in sign, so no face is turned over.
+    # Faces stay counter-clockwise about the normals.
     areas = compute_area_vectors(alone) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
     np.testing.assert_allclose(compute_area_vectors(mesh), areas, atol=1e-11)
     if alone.report.watertight:
@@ -75,8 +75,8 @@ def test_a_flattened_copy_is_the_placed_mesh(
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
-def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
-    """Checks the faces, the normals, and the grids, which the forms of OOGL use."""
+def test_normals_of_a_mirrored_body_point_outwards(faces: str) -> None:
+    """Checks faces, normals, and grids, which the OOGL formats use."""
     options = MeshOptions(resolution=(5, 3), faces=faces)  # type: ignore[arg-type]
     mesh = build(build_group(Member(find("sphere").surface(), matrix=MIRROR), up="z"), options)
     assert compute_volume(mesh) > 0
@@ -89,7 +89,7 @@ def test_a_mirrored_body_still_looks_outwards(faces: str) -> None:
 
 
 def test_members_become_parts_under_their_names_and_colors() -> None:
-    """The names of several parts follow the name of their surface."""
+    """If a member has several parts, their names are "member/part"."""
     model = build_group(
         Member(find("cylinder").surface(), "drum", RED),
         Member(find("saddle").surface()),
@@ -106,12 +106,12 @@ def test_members_become_parts_under_their_names_and_colors() -> None:
     overlays = [overlay.name for overlay in mesh.overlays]
     assert overlays == ["drum/boundary", "saddle/boundary", "other/boundary"]
     first, _, last = (overlay.positions for overlay in mesh.overlays)
-    # The cylinder is z-up in a group that is y-up: turned, and then mirrored.
+    # The axis of the cylinder is z and "up" of the group is y: so it is rotated, then mirrored.
     np.testing.assert_array_equal(first * [-1, 1, 1], last)
     assert np.ptp(first[:, 1]) == 2
 
 
-def test_equal_members_are_meshed_once_and_counted_each() -> None:
+def test_equal_members_share_one_mesh_and_are_counted_separately() -> None:
     ball = find("sphere").surface()
     model = build_group(*(Member(ball, matrix=np.diag([k, k, k, 1.0])) for k in (1, 2, 3)), up="z")
     scene = build_scene(model, MeshOptions(resolution=(4, 4)), single=True)
@@ -125,7 +125,7 @@ def test_equal_members_are_meshed_once_and_counted_each() -> None:
 
 
 def test_copies_are_not_welded_to_each_other() -> None:
-    """Two copies in one place are not welded to each other, each is within itself."""
+    """Two copies at one place: vertices are welded within each copy only."""
     ball = find("sphere").surface()
     mesh = build(build_group(Member(ball), Member(ball)), MeshOptions(resolution=(3, 3)))
     places = find_places(mesh)
@@ -133,8 +133,8 @@ def test_copies_are_not_welded_to_each_other() -> None:
     np.testing.assert_array_equal(places[half:], places[:half] + half)
 
 
-def test_a_framed_member_takes_the_grids_from_all() -> None:
-    """A mesh with strips has no regular grids."""
+def test_a_mesh_with_a_framed_member_has_no_grids() -> None:
+    """The strips of a framed patch are not a grid."""
     turned = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
     table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
     uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))
@@ -147,8 +147,8 @@ def test_a_framed_member_takes_the_grids_from_all() -> None:
 
 
 @given(placements())
-def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
-    """Placing a mesh equals meshing the placed surface, also for rational and mirrored ones."""
+def test_placing_control_points_places_the_patches(matrix: Array) -> None:
+    """Compares samples of rational patches, some of them mirrored, with placed samples."""
     surface = find("cone").surface()
     model = to_patches(
         build_group(Member(surface, "first", matrix=matrix), Member(surface), up="z")
@@ -158,14 +158,14 @@ def test_placed_patches_are_the_patches_of_placed_points(matrix: Array) -> None:
         ("cone", 8, 16),
     ]
     placed, unplaced = (evaluate(batch, (3, 3)) for batch in model.batches)
-    at = unplaced.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    expected = unplaced.positions @ matrix[:3, :3].T + matrix[:3, 3]
     if np.linalg.det(matrix[:3, :3]) < 0:
-        at = at.swapaxes(1, 2)
-    np.testing.assert_allclose(placed.positions, at, atol=1e-13)
+        expected = expected.swapaxes(1, 2)
+    np.testing.assert_allclose(placed.positions, expected, atol=1e-13)
 
 
 def test_far_members_keep_their_shape_in_single_precision() -> None:
-    """A group far from zero has one local origin."""
+    """The float32 positions of a group far from zero are relative to one local origin."""
     matrix = np.eye(4)
     matrix[:3, 3] = 1e6
     model = build_group(Member(find("sphere").surface(), matrix=matrix), up="z")
@@ -177,7 +177,7 @@ def test_far_members_keep_their_shape_in_single_precision() -> None:
 
 
 def test_base_colors_become_colors_of_vertices() -> None:
-    """The default colour is white; base colours multiply linear light."""
+    """A member without colours is white; base colours multiply colours in linear light."""
     painted = BezierSurface(NET, channels=Channels(colors=np.full((1, 1, 3), 0.5)))
     tinted = Member(painted, "tinted", (0.5, 1.0, 0.0, 0.25))
     mesh = build(
@@ -187,19 +187,19 @@ def test_base_colors_become_colors_of_vertices() -> None:
     assert mesh.colors is not None
     first, second, third = np.split(mesh.colors, 3)
     np.testing.assert_array_equal(first, [[0.5, 0.5, 0.5, 1]] * 4)
-    # Twice half in sRGB: 0.2140411 squared is 0.0458136, which is sRGB 0.236967.
+    # sRGB 0.5 is linear 0.2140411; its square is 0.0458136, which is sRGB 0.236967.
     np.testing.assert_allclose(second, [[0.236967, 0.5, 0, 0.25]] * 4, atol=1e-6)
     np.testing.assert_array_equal(third, [[1, 1, 1, 1]] * 4)
 
 
-def test_attributes_that_all_members_have_are_kept_in_one_mesh() -> None:
-    """The result does not depend on the order of members."""
+def test_one_mesh_keeps_only_attributes_that_all_members_have() -> None:
+    """The members list their attributes in different orders."""
     heat, flow = np.ones((1, 1, 1)), np.ones((1, 1, 2))
-    one, other = (
+    first, second = (
         BezierSurface(NET, channels=Channels(attributes=attributes))
         for attributes in ((("heat", heat), ("flow", flow)), (("flow", flow * 2), ("cold", heat)))
     )
-    model = build_group(Member(one), Member(other))
+    model = build_group(Member(first), Member(second))
     kinds: frozenset[ChannelKind] = frozenset({"attribute"})
     mesh = build(keep_model_channels(model, kinds, apart=False), MeshOptions(resolution=(1, 1)))
     ((name, values),) = mesh.attributes
