@@ -1,1 +1,2 @@
-"""Programs for those who work on the service: they measure, attack, judge, draw and generate."""
+"""Programs for developers: they measure, attack and judge the service, draw pictures, and generate
+files."""

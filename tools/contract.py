@@ -1,8 +1,8 @@
 """The list of all names that clients and operators depend on: `tests/contract/names.txt`.
 
-`make generated` adds new names to the list and never removes one. So `tests/test_contract.py` fails
-for a name that the code no longer has, until a person deletes its line by hand and names the
-removal in CHANGELOG.md. A name is one line, such as `field MeshRequest.tolerance`.
+A line of the list is one name, such as `field MeshRequest.tolerance`. `make generated` adds new
+names and never removes a name. If the code no longer has a name, `tests/test_contract.py` fails
+until a person deletes the line by hand; CHANGELOG.md must mention the removal.
 """
 
 import argparse
@@ -36,14 +36,14 @@ class Metric(NamedTuple):
 
 
 def add_names(text: str) -> str:
-    """The lines of `text` and of the names in the code, sorted, without duplicates."""
+    """The lines of `text` and the names in the code, sorted, without duplicates."""
     return "".join(f"{line}\n" for line in sorted({*text.splitlines(), *list_names()}))
 
 
 def list_names() -> set[str]:
-    """All names in the code, one line each."""
-    # The command line reads `service/cli/flags.json` when it is imported, and `tools.pages` writes
-    # that file first.
+    """The lines of all names in the code."""
+    # Imported here, because the command line reads `service/cli/flags.json` on import, and
+    # `tools.pages` must write that file before.
     from service.cli.main import build_parser
 
     document = json.loads(DOCUMENT.read_text(encoding="utf-8"))
@@ -77,7 +77,7 @@ def list_metrics() -> Iterator[Metric]:
 
 
 def _list_calls(document: Any) -> Iterator[str]:
-    """Operations of the OpenAPI document, their parameters, and headers of their responses."""
+    """The lines of the operations of the OpenAPI document: parameters, and headers of responses."""
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             call = f"{method.upper()} {path}"
@@ -90,14 +90,17 @@ def _list_calls(document: Any) -> Iterator[str]:
 
 
 def _list_fields(schema: Any, model: str) -> Iterator[str]:
-    """Fields of a model of the OpenAPI document, and their enumerated values."""
+    """The lines of the fields of a model of the OpenAPI document, and of their enumerated values.
+
+    `schema` is the schema of the model in the OpenAPI document.
+    """
     for name, field in schema.get("properties", {}).items():
         yield f"field {model}.{name}"
         yield from _list_values(field, f"{model}.{name}")
 
 
 def _list_values(schema: Any, owner: str) -> Iterator[str]:
-    """Values that `enum` and `const` enumerate at any depth of a schema."""
+    """The lines of the values that `enum` and `const` have at any depth of a schema."""
     if isinstance(schema, dict):
         for value in [*schema.get("enum", ()), *([schema["const"]] if "const" in schema else ())]:
             yield f"value {owner}={value}"
@@ -110,7 +113,7 @@ def _list_values(schema: Any, owner: str) -> Iterator[str]:
 
 
 def _list_flags(parser: argparse.ArgumentParser, command: str) -> Iterator[str]:
-    """Commands of the command line with their flags and positional arguments."""
+    """The lines of a command, of its flags and positional arguments, and of its subcommands."""
     yield f"command {command}"
     for action in vars(parser)["_actions"]:
         if isinstance(action, argparse._SubParsersAction):

@@ -1,9 +1,9 @@
-"""Draws the distances of points in a plane to a surface, inside and outside: docs/distance.png.
+"""Draws a map of the distances of points in a plane from a surface: docs/distance.png.
 
     python -m tools.distance_map docs/distance.png
 
-Every pixel is a projected point: blue inside, orange outside, in bands of equal distance. A band is
-1/40 of the width of the picture.
+Every pixel is a point whose distance the service computes. Points inside are blue, points outside
+are orange. A dark line is drawn at every multiple of 1/40 of the width of the picture.
 """
 
 import struct
@@ -23,11 +23,11 @@ WIDTH, HEIGHT = 320, 240
 BANDS = 40
 
 INSIDE, OUTSIDE = np.array([38.0, 84, 148]), np.array([196.0, 118, 44])
-PAPER = np.array([252.0, 250, 246])
+BACKGROUND = np.array([252.0, 250, 246])
 
 
 def draw_distance_map() -> NDArray[np.uint8]:
-    """The picture, (HEIGHT, WIDTH, 3)."""
+    """The picture (HEIGHT, WIDTH, 3)."""
     model = to_patches(find(EXAMPLE).surface().lower())
     low, high = model.bounds
     middle, size = (low + high) / 2, 1.25 * (high - low).max()
@@ -40,19 +40,19 @@ def draw_distance_map() -> NDArray[np.uint8]:
     points[:, 0] += size * x.ravel()
     points[:, up] += size * z.ravel()
     columns = project_on_surface(model, ProjectQuery(points, 1e-4, sign=True))
-    far = columns["distances"] / (size * WIDTH / HEIGHT)
-    depth = np.minimum(3 * far, 0.9)[:, np.newaxis]
+    distance = columns["distances"] / (size * WIDTH / HEIGHT)
+    depth = np.minimum(3 * distance, 0.9)[:, np.newaxis]
     color = np.where(columns["signs"][:, np.newaxis] < 0, INSIDE, OUTSIDE)
-    pixels = color + (PAPER - color) * depth
-    line = np.abs(far * BANDS - np.rint(far * BANDS)) < 0.06
-    pixels[line] *= 0.82
-    pixels[far < 0.0025] = 20
+    pixels = color + (BACKGROUND - color) * depth
+    is_line = np.abs(distance * BANDS - np.rint(distance * BANDS)) < 0.06
+    pixels[is_line] *= 0.82
+    pixels[distance < 0.0025] = 20
     picture: NDArray[np.uint8] = pixels.astype(np.uint8).reshape(HEIGHT, WIDTH, 3)
     return picture
 
 
 def encode_png(pixels: NDArray[np.uint8]) -> bytes:
-    """A picture (h, w, 3) as PNG."""
+    """The bytes of a PNG file with these pixels (h, w, 3)."""
     height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each row begins with its filter: none
     rows[:, 1:] = pixels.reshape(height, -1)

@@ -1,7 +1,8 @@
-"""Compares the memory of meshes in all formats with the prediction: `make memory`.
+"""Compares the memory that meshes use, in all formats, with the prediction: `make memory`.
 
-For small meshes it traces the allocations of Python and NumPy. For large meshes it measures the
-resident memory of a process of its own. The exit status is 1 if a mesh took more than predicted.
+For small meshes the program traces the allocations of Python and NumPy. For large meshes it
+measures the resident memory of a process of its own. The exit status is 1 if a mesh uses more
+memory than predicted.
 
     python -m tools.memory [name of a surface …]
 """
@@ -35,23 +36,23 @@ RESOLUTIONS = (1, 1), (3, 7)
 LARGE = ("saddle", 900), ("utah-teapot", 150), ("tea-service", 60), ("spline", 6)
 """Surfaces and divisions whose resident memory is measured, each in a process of its own."""
 
-OWN = 16 << 20
-"""Bytes that a process keeps after the first large mesh: bases, index patterns, work arrays."""
+CACHE_BYTES = 16 << 20
+"""Bytes that a process keeps in caches after the first large mesh: bases, plans, work arrays."""
 
-MOST_VERTICES = 300_000
-"""Larger meshes are not traced, because tracing takes ten times as long as the work itself."""
+MAX_VERTICES = 300_000
+"""Meshes with more vertices are not traced, because tracing takes ten times as long as the work."""
 
 
-class Measured(NamedTuple):
-    """Bytes that a mesh took, and the predicted bytes."""
+class Measurement(NamedTuple):
+    """The bytes that a mesh used, and the predicted bytes."""
 
     name: str
-    taken: int
+    used: int
     predicted: int
 
 
 def measure_memory(work: Callable[[], Any]) -> int:
-    """The most bytes that were allocated during some work, beyond those before it."""
+    """The peak of the bytes that `work` allocates."""
     tracemalloc.start()
     try:
         work()
@@ -61,7 +62,7 @@ def measure_memory(work: Callable[[], Any]) -> int:
 
 
 def build_surfaces() -> dict[str, Surface]:
-    """Examples, and surfaces that are extreme in some respect."""
+    """The built-in surfaces, and surfaces with extreme numbers, degrees or shapes, by name."""
     random = np.random.default_rng(8)
     surfaces = {name: find(name).surface() for name in EXAMPLES}
     points, indices = random.normal(size=(500, 3)), random.integers
@@ -69,7 +70,7 @@ def build_surfaces() -> dict[str, Surface]:
     line[..., 0] = np.arange(40)[:, np.newaxis]
     weights = random.uniform(1, 2, (30, 30))
     nets = random.normal(size=(60, 60, 3)), random.normal(size=(30, 30, 3))
-    carried = Channels(
+    channels = Channels(
         random.uniform(0, 1, (500, 4)),
         random.normal(size=(500, 2)),
         (("heat", random.normal(size=(500, 7))),),
@@ -89,12 +90,12 @@ def build_surfaces() -> dict[str, Surface]:
             triangles=indices(0, 500, (2000, 6)),
             weights=random.uniform(1, 2, 500),
         ),
-        "carried": PatchSurface(points, indices(0, 500, (800, 3, 3)), channels=carried),
+        "carried": PatchSurface(points, indices(0, 500, (800, 3, 3)), channels=channels),
     }
 
 
 def list_variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOptions, EncodeOptions]]:
-    """Options that change the mesh, or its file."""
+    """Variants of a mesh: name, options of the mesh, options of the file."""
     plain, base = EncodeOptions(), MeshOptions(resolution)
     yield "plain", base, plain
     yield "bare", MeshOptions(resolution, normals=False, weld=False), plain
@@ -114,29 +115,29 @@ def list_variants(resolution: tuple[int, int]) -> Iterator[tuple[str, MeshOption
         yield "tolerance", MeshOptions(accuracy=Accuracy(relative_tolerance=0.01)), plain
 
 
-def measure_surface(name: str, surface: Surface) -> Iterator[Measured]:
-    """Measures a surface in every variant and every format that can store it."""
+def measure_surface(name: str, surface: Surface) -> Iterator[Measurement]:
+    """Measures the meshes of a surface in all variants and in all formats that can store them."""
     for resolution in RESOLUTIONS:
         for variant, options, encode in list_variants(resolution):
             for fmt in FORMATS:
-                special = encode.oogl is not None and fmt.name != "oogl"
-                if special or (encode.quantize and not fmt.compact):
+                is_other_format = encode.oogl is not None and fmt.name != "oogl"
+                if is_other_format or (encode.quantize and not fmt.compact):
                     continue
-                called = f"{name} {resolution[0]}×{resolution[1]} {variant} {fmt.name}"
+                title = f"{name} {resolution[0]}×{resolution[1]} {variant} {fmt.name}"
                 try:
                     work = plan_mesh(surface, options, fmt, encode)
-                    if work.size.vertices > MOST_VERTICES:
+                    if work.size.vertices > MAX_VERTICES:
                         continue
-                    work.run()  # the process keeps bases and work arrays
-                    yield Measured(called, measure_memory(work.run), work.cost.memory)
+                    work.run()  # fills the caches, which are not part of the cost
+                    yield Measurement(title, measure_memory(work.run), work.cost.memory)
                 except SurfaceError:
                     continue
-    first = measure_memory(surface.lower)
-    yield Measured(f"{name} as patches", first, lowering_memory(surface.size()))
+    lowering = measure_memory(surface.lower)
+    yield Measurement(f"{name} as patches", lowering, lowering_memory(surface.size()))
 
 
-def measure_resident(name: str, divisions: int, fmt: str) -> Measured:
-    """Measures a large mesh in this process, which did no work before."""
+def measure_resident(name: str, divisions: int, fmt: str) -> Measurement:
+    """Measures a large mesh in this process, which must have done no work before."""
     pin_blas()
     share_heap()
     surface, options = build_surfaces()[name], MeshOptions((divisions, divisions))
@@ -145,40 +146,42 @@ def measure_resident(name: str, divisions: int, fmt: str) -> Measured:
     reset_peak()
     work = plan_mesh(surface, options, BY_NAME[fmt])
     work.run()
-    called = f"{name} {divisions}×{divisions} {fmt}, resident"
-    return Measured(called, peak_memory() - before - OWN, work.cost.memory)
+    title = f"{name} {divisions}×{divisions} {fmt}, resident"
+    return Measurement(title, peak_memory() - before - CACHE_BYTES, work.cost.memory)
 
 
-def _print_measured(measured: Measured) -> bool:
-    """Prints a line if a mesh took more than predicted, or much less; returns whether it was
-    more."""
-    wrong = measured.taken > measured.predicted
-    loose = measured.taken > 1 << 23 and measured.predicted > 3 * measured.taken
-    if wrong or loose or "resident" in measured.name:
-        share = f"{measured.taken / 1e6:8.2f} MB of {measured.predicted / 1e6:8.2f} MB"
-        print(f"{share}  {measured.name}{'  TOO MUCH' if wrong else ''}", flush=True)
-    return wrong
+def print_measurement(measurement: Measurement) -> bool:
+    """Prints a line if a mesh used more than predicted, or less than 1/3 of the prediction.
+
+    Returns whether it used more. Lines of large meshes are always printed.
+    """
+    is_more = measurement.used > measurement.predicted
+    is_much_less = measurement.used > 1 << 23 and measurement.predicted > 3 * measurement.used
+    if is_more or is_much_less or "resident" in measurement.name:
+        share = f"{measurement.used / 1e6:8.2f} MB of {measurement.predicted / 1e6:8.2f} MB"
+        print(f"{share}  {measurement.name}{'  TOO MUCH' if is_more else ''}", flush=True)
+    return is_more
 
 
 def main(names: list[str]) -> int:
     """Measures all surfaces, or the named ones; returns the exit status."""
     pin_blas()
-    wrong = count = 0
+    excesses = count = 0
     for name, surface in build_surfaces().items():
         if not names or name in names:
-            for measured in measure_surface(name, surface):
+            for measurement in measure_surface(name, surface):
                 count += 1
-                wrong += _print_measured(measured)
+                excesses += print_measurement(measurement)
     with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for name, divisions in LARGE:
             if not names or name in names:
                 for fmt in FORMATS:
                     count += 1
-                    wrong += _print_measured(
+                    excesses += print_measurement(
                         pool.apply(measure_resident, (name, divisions, fmt.name))
                     )
-    print(f"{count} meshes, {wrong} of which took more than was predicted.")
-    return 1 if wrong else 0
+    print(f"{count} meshes, {excesses} of which used more than predicted.")
+    return 1 if excesses else 0
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
-"""Puts small faults into the code, one at a time, and checks whether the tests of the room fail.
+"""Puts small faults (mutants) into the code, one at a time, and runs the tests of the same folder.
 
     python -m tools.mutants FILE [--seed 1] [--count 65] [--checkout DIR] [--limit 900]
 
-If FILE does not exist, the program draws COUNT mutants of DIR (default: this checkout) and writes
-them to FILE. Otherwise it reads FILE, and finds the mutants in DIR by their lines of code. So the
-tests of two checkouts can judge the same faults. The verdicts, also in FILE.DIR.json, are `killed`,
-`survived`, `slow` (more than LIMIT seconds; counts as killed) and `gone` (DIR does not have this
-line).
+If FILE does not exist, the program draws COUNT random mutants of DIR (by default this checkout) and
+writes them to FILE. If FILE exists, the program reads it, and finds the mutants in DIR by their
+lines of code. So the tests of two checkouts can judge the same mutants. A verdict is `killed` (a
+test fails), `survived`, `slow` (the tests take more than LIMIT seconds; counts as killed) or `gone`
+(DIR does not have this line). The program prints the verdicts and writes them to FILE.DIR.json.
 """
 
 import argparse
@@ -36,10 +36,10 @@ OPERATORS: dict[type, type[ast.operator]] = {
 
 @dataclass(frozen=True)
 class Mutant:
-    """One fault: at `column` (bytes) of `line`, `before` becomes `after`.
+    """One fault: at `column` (in bytes) of `line`, the text `before` is replaced by `after`.
 
-    `code` is the text of the line, which finds the place again; it is the `nth` line with this
-    text.
+    `code` is the text of the line, by which the line is found in another checkout; `nth` is the
+    number of equal lines before it.
     """
 
     path: str
@@ -53,7 +53,7 @@ class Mutant:
 
 
 def _list_faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
-    """Kind, the part that is replaced, and its new text."""
+    """The faults at a node: their kind, the part of the node that is replaced, and its new text."""
     match node:
         case ast.Compare(left=left, ops=[op, *more], comparators=others) if type(op) in COMPARISONS:
             flipped = ast.Compare(left, [COMPARISONS[type(op)](), *more], others)
@@ -80,7 +80,7 @@ def _list_faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
 
 
 def _list_parts(node: ast.AST) -> Iterator[ast.AST]:
-    """A node and its descendants, without types and parts of f-strings."""
+    """A node and its descendants, except type annotations and the parts of f-strings."""
     yield node
     for name, value in ast.iter_fields(node):
         if name not in {"annotation", "returns"} and not isinstance(node, ast.JoinedStr):
@@ -107,24 +107,24 @@ def draw_mutants(root: Path, seed: int, count: int) -> list[Mutant]:
     """Random mutants, an equal number from each room; in a room, the kinds of fault alternate."""
     sample = []
     for room in ROOMS:
-        dice = random.Random(f"{seed} {room}")
+        random_numbers = random.Random(f"{seed} {room}")
         kinds: dict[str, list[Mutant]] = {}
         for path in sorted((root / "service" / room).rglob("*.py")):
             for mutant in list_mutants(root, path):
                 kinds.setdefault(mutant.kind, []).append(mutant)
         for turn in range(count // len(ROOMS)):
             same = kinds[sorted(kinds)[turn % len(kinds)]]
-            sample.append(same.pop(dice.randrange(len(same))))
+            sample.append(same.pop(random_numbers.randrange(len(same))))
     return sample
 
 
 def apply_mutant(source: str, mutant: Mutant) -> str | None:
-    """The file with the fault; None if it does not have the line any more."""
+    """The text of the file with the fault, or None if the file does not have the line any more."""
     lines = source.splitlines(keepends=True)
-    alike = [k for k, line in enumerate(lines) if line.rstrip("\r\n") == mutant.code]
-    if len(alike) <= mutant.nth:
+    equal_lines = [k for k, line in enumerate(lines) if line.rstrip("\r\n") == mutant.code]
+    if len(equal_lines) <= mutant.nth:
         return None
-    start = alike[mutant.nth]
+    start = equal_lines[mutant.nth]
     rest = "".join(lines[start:]).encode()
     end = mutant.column + len(mutant.before.encode())
     if rest[mutant.column : end].decode() != mutant.before:
@@ -134,7 +134,7 @@ def apply_mutant(source: str, mutant: Mutant) -> str | None:
 
 
 def list_tests(copy: Path, path: str) -> list[str]:
-    """Test files, nearest first: of the module, of its folder, of the room."""
+    """Tests of a module, the nearest first: of the module itself, of its folder, of its room."""
     room, *folders, name = Path(path).with_suffix("").parts[1:]
     near = Path("tests", room, *folders)
     places = [near / f"test_{name}.py", near, Path("tests", room)]
@@ -143,8 +143,8 @@ def list_tests(copy: Path, path: str) -> list[str]:
 
 
 def judge_mutant(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
-    """The verdict, and the test that failed. A test that fails once and then passes does not
-    count."""
+    """The verdict, and the test that failed. A test that fails, but passes when it is run again,
+    does not count."""
     path = copy / mutant.path
     source = path.read_text(encoding="utf-8") if path.exists() else ""
     if (text := apply_mutant(source, mutant)) is None:
@@ -170,7 +170,7 @@ def judge_mutant(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
 
 
 def main() -> None:
-    """Draws or reads the mutants, judges each, and prints a table."""
+    """Draws or reads the mutants, judges each, and prints the verdicts and their numbers."""
     parser = argparse.ArgumentParser(prog="tools.mutants", description=__doc__)
     parser.add_argument("file", type=Path)
     parser.add_argument("--checkout", type=Path, default=Path())
@@ -189,9 +189,17 @@ def main() -> None:
         if (modules := root / "tests" / "web" / "node_modules").exists():
             (copy / "tests" / "web" / "node_modules").symlink_to(modules)
         for mutant in sample:
-            verdict, by = judge_mutant(copy, mutant, options.limit)
-            verdicts.append(asdict(mutant) | {"verdict": verdict, "by": by})
-            print(verdict, mutant.kind, mutant.path, mutant.line, mutant.after[:60], by, flush=True)
+            verdict, failed_test = judge_mutant(copy, mutant, options.limit)
+            verdicts.append(asdict(mutant) | {"verdict": verdict, "by": failed_test})
+            print(
+                verdict,
+                mutant.kind,
+                mutant.path,
+                mutant.line,
+                mutant.after[:60],
+                failed_test,
+                flush=True,
+            )
     options.file.with_suffix(f".{root.name}.json").write_text(json.dumps(verdicts, indent=1))
     for room in (*ROOMS, ""):
         counts = Counter(v["verdict"] for v in verdicts if v["path"].startswith(f"service/{room}"))

@@ -1,9 +1,9 @@
 """Writes the generated files (`make generated`).
 
-They are the reference (docs/reference.md), the tables of docs/settings.md, of
-docs/observability.md and of formats and calls in the README, the links in docs/browser.md, the
-alerts as the Prometheus Operator wants them, the flags of `surface mesh`, and the list of all names
-that clients use. The text around a table is written by hand, and kept.
+They are the reference (docs/reference.md), the tables of docs/settings.md, of docs/observability.md
+and of formats and calls in the README, the links in docs/browser.md, the alerts in the form of the
+Prometheus Operator, the flags of `surface mesh`, and the list of all names that clients use. The
+text around a table is written by hand; this program does not change it.
 """
 
 import json
@@ -40,23 +40,28 @@ CHANNELS = {"colors": "colours", "uvs": "uvs", "attribute": "attributes"}
 """Names of a format's channels in documents."""
 
 
-def settings_page(text: str) -> str:
-    """The page of the settings, with the tables of all settings and of the largest meshes."""
+def write_settings_page(text: str) -> str:
+    """The text of docs/settings.md, with the tables of all settings and of the largest meshes."""
     rows = [
-        (f"`{variable(name)}`", _default(field), describe_values(field), field.description or "")
+        (
+            f"`{variable(name)}`",
+            _describe_default(field),
+            describe_values(field),
+            field.description or "",
+        )
         for name, field in Settings.model_fields.items()
     ]
-    text = _with_table(text, ("variable", "default", "values", "what it is"), rows)
+    text = _replace_table(text, ("variable", "default", "values", "what it is"), rows)
     surfaces = [find(name).surface() for name in ("saddle", "utah-teapot")]
     sizes = [
-        (fmt.name, *(f"{_largest(s, fmt) / 1e6:.2f} million vertices" for s in surfaces))
+        (fmt.name, *(f"{_count_largest(s, fmt) / 1e6:.2f} million vertices" for s in surfaces))
         for fmt in FORMATS
     ]
-    return _with_table(text, ("format", "one patch", "the teapot"), sizes)
+    return _replace_table(text, ("format", "one patch", "the teapot"), sizes)
 
 
-def metrics_page(text: str) -> str:
-    """The page on observability, with the table of metrics."""
+def write_metrics_page(text: str) -> str:
+    """The text of docs/observability.md, with the table of metrics."""
     rows = [
         (
             f"`{metric.name}`",
@@ -66,11 +71,11 @@ def metrics_page(text: str) -> str:
         )
         for metric in list_metrics()
     ]
-    return _with_table(text, ("metric", "kind", "labels", "what it is"), rows)
+    return _replace_table(text, ("metric", "kind", "labels", "what it is"), rows)
 
 
-def rules_page(_: str) -> str:
-    """The alerts as a manifest of the Prometheus Operator."""
+def write_alert_rules(_: str) -> str:
+    """The manifest of the Prometheus Operator with the alerts."""
     manifest = {
         "apiVersion": "monitoring.coreos.com/v1",
         "kind": "PrometheusRule",
@@ -84,33 +89,36 @@ def rules_page(_: str) -> str:
     return f"# Made of deploy/prometheus/alerts.yaml by `python -m tools.pages`.\n{text}"
 
 
-def readme(text: str) -> str:
-    """The README, with the tables of all formats and of all queries."""
-    rows = [(f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_holds(f))) for f in FORMATS]
-    text = _with_table(text, ("format", "suffix", "media type", "holds"), rows)
+def write_readme(text: str) -> str:
+    """The text of the README, with the tables of all formats and of all queries."""
+    rows = [
+        (f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_list_contents(f)))
+        for f in FORMATS
+    ]
+    text = _replace_table(text, ("format", "suffix", "media type", "holds"), rows)
     calls = [
         (f"`POST {route.path}`", route.summary or "")
         for route in create_app(Settings()).routes
         if isinstance(route, BodyRoute) and route.path not in ("/v1/mesh", "/v1/surfaces")
     ]
-    return _with_table(text, ("request", "response"), calls)
+    return _replace_table(text, ("request", "response"), calls)
 
 
-def browser_page(text: str) -> str:
-    """The page on browsers, with a link to the stored surface's mesh in every format."""
+def write_browser_page(text: str) -> str:
+    """The text of docs/browser.md, with links to a mesh in every format."""
     link = r' +"\w+": "/v1/surfaces/(\w+)/mesh\.\w+\?engine=\d+",?\n'
 
-    def write_links(found: re.Match[str]) -> str:
-        links = mesh_links("", found[1]).items()
+    def write_links(match: re.Match[str]) -> str:
+        links = mesh_links("", match[1]).items()
         return ",\n".join(f'      "{suffix}": "{url}"' for suffix, url in links) + "\n"
 
     return re.sub(f"(?:{link})+", write_links, text)
 
 
-def reference_page(_: str) -> str:
-    """Every kind of surface with its fields, and every option of a mesh, as OpenAPI has them."""
+def write_reference_page(_: str) -> str:
+    """The text of docs/reference.md: all options of a mesh, and the fields of all surfaces."""
     lines = ["# Reference", "", "Written by `make generated` from the models of the interface."]
-    lines += ["", "## Options of a mesh", "", *_fields(MeshOptionFields.model_json_schema())]
+    lines += ["", "## Options of a mesh", "", *_list_fields(MeshOptionFields.model_json_schema())]
     models = {
         get_args(member)[1].tag: get_args(member)[0]
         for member in get_args(get_args(SurfaceDefinition.__value__)[0])
@@ -121,19 +129,22 @@ def reference_page(_: str) -> str:
             "\n".join(map(str.strip, part.splitlines())) for part in summary.split("\n\n")
         ]
         lines += ["", f"## `{kind}`", "", "\n\n".join(paragraphs), ""]
-        lines += _fields(models[kind].model_json_schema())
+        lines += _list_fields(models[kind].model_json_schema())
     return "\n".join([*lines, ""])
 
 
-def flags(_: str) -> str:
-    """The flags of `surface mesh`, which has no time to import the models: one option a line."""
+def write_flags(_: str) -> str:
+    """The text of service/cli/flags.json, with one option of `surface mesh` in each line.
+
+    The command reads this file, because importing the models would take too long.
+    """
     options = MeshOptionFields.model_json_schema()["properties"]
     rows = [
         json.dumps(
             {
                 "name": name,
-                "value": _value(field),
-                "text": _summary(field["description"]).replace("`", ""),
+                "value": _describe_value(field),
+                "text": _first_sentence(field["description"]).replace("`", ""),
                 "is_accuracy": name in ACCURACY,
             }
         )
@@ -143,20 +154,20 @@ def flags(_: str) -> str:
 
 
 PAGES: dict[Path, Callable[[str], str]] = {
-    ROOT / "README.md": readme,
-    ROOT / "docs" / "browser.md": browser_page,
-    ROOT / "docs" / "reference.md": reference_page,
-    ROOT / "docs" / "settings.md": settings_page,
-    ROOT / "docs" / "observability.md": metrics_page,
-    ROOT / "deploy" / "kubernetes" / "monitoring" / "rules.yaml": rules_page,
-    ROOT / "service" / "cli" / "flags.json": flags,
+    ROOT / "README.md": write_readme,
+    ROOT / "docs" / "browser.md": write_browser_page,
+    ROOT / "docs" / "reference.md": write_reference_page,
+    ROOT / "docs" / "settings.md": write_settings_page,
+    ROOT / "docs" / "observability.md": write_metrics_page,
+    ROOT / "deploy" / "kubernetes" / "monitoring" / "rules.yaml": write_alert_rules,
+    ROOT / "service" / "cli" / "flags.json": write_flags,
     CONTRACT: add_names,
 }
 """Files, and functions that return the new text of a file from its present text."""
 
 
-def _with_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    """The page, with new rows for the table that has this head."""
+def _replace_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """The text of a page, in which the table with this head has new rows."""
     start = "".join(f"| {' | '.join(cells)} |\n" for cells in (head, ("---",) * len(head)))
     before, _, rest = text.partition(start)
     lines = rest.splitlines(keepends=True)
@@ -165,15 +176,15 @@ def _with_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]
     return before + start + table + "".join(lines[end:])
 
 
-def _holds(fmt: Format) -> Iterable[str]:
-    """The abilities of a format, in words."""
+def _list_contents(fmt: Format) -> Iterable[str]:
+    """The contents of a mesh that the format can store, in words."""
     yield "triangles"
     yield from ["quads"] * fmt.quads + ["lines"] * fmt.overlays
     yield from (word for kind, word in CHANNELS.items() if kind in fmt.carries)
 
 
-def _fields(schema: Mapping[str, Any]) -> list[str]:
-    """The table of the fields of a model."""
+def _list_fields(schema: Mapping[str, Any]) -> list[str]:
+    """The lines of the table of the fields of a model."""
     required = schema.get("required", ())
     rows = [
         f"| `{name}` | {'required' if name in required else _default_text(field)} | "
@@ -184,18 +195,18 @@ def _fields(schema: Mapping[str, Any]) -> list[str]:
 
 
 def _default_text(field: Mapping[str, Any]) -> str:
-    """The default of a field as JSON; empty for an empty or missing default."""
+    """The default of a field as JSON in backticks; empty if the default is empty or missing."""
     value = field.get("default")
     return "" if value in (None, [], {}) else f"`{json.dumps(value)}`"
 
 
-def _summary(description: str) -> str:
+def _first_sentence(description: str) -> str:
     """The first sentence of a description, without its full stop."""
     return description.split(". ", maxsplit=1)[0].rstrip(".")
 
 
-def _value(field: Mapping[str, Any]) -> str | None:
-    """The value that follows an option's flag, in words; None for a switch."""
+def _describe_value(field: Mapping[str, Any]) -> str | None:
+    """The placeholder of the value after a flag, for example `N`; None if the flag has no value."""
     kind = field.get("type")
     if kind == "boolean":
         return None
@@ -206,21 +217,25 @@ def _value(field: Mapping[str, Any]) -> str | None:
     )
 
 
-def _largest(surface: SurfaceKind, fmt: Format) -> int:
-    """Vertices of the largest mesh of a surface that a service makes on a machine of 8 GB."""
+def _count_largest(surface: SurfaceKind, fmt: Format) -> int:
+    """The vertices of the largest mesh of a surface that the service makes.
+
+    The limits are those of a machine with 8 GB, of which the service uses half by default.
+    """
     limits = result_limits(Settings(memory_bytes=4_000_000_000))
 
-    def size(resolution: int) -> int:
+    def count_vertices(resolution: int) -> int:
         try:
             options = MeshOptions(resolution=(resolution, resolution))
             return plan_mesh(surface, options, fmt, limits=limits).size.vertices
         except TooLarge:
             return 0
 
-    return size(bisect_left(range(1, 5000), True, key=lambda r: not size(r)))
+    return count_vertices(bisect_left(range(1, 5000), True, key=lambda r: not count_vertices(r)))
 
 
-def _default(field: FieldInfo) -> str:
+def _describe_default(field: FieldInfo) -> str:
+    """The default of a setting in backticks; `half` stands for half of the memory."""
     if field.default_factory is not None:
         return "half"
     value = ",".join(field.default) if isinstance(field.default, tuple) else field.default

@@ -2,9 +2,9 @@
 
     .venv/bin/python -m tools.phrases
 
-The phrases are regular expressions in which a space also stands for a line break, the `#` of a
-comment and the underscore of a name; so test names are read too. It fails for a phrase without an
-exception, and for an exception that no phrase needs any more.
+The phrases are regular expressions. A space in them also matches a line break, the `#` of a comment
+and the underscore of a name, so that names of tests are checked, too. The program fails for a
+phrase without an exemption, and for an exemption that is not needed any more.
 """
 
 import os
@@ -57,11 +57,11 @@ PHRASES: Mapping[str, str] = {
     "Instead: ": "in place of …",
     "def test what(ever)?": "name the value: test_invalid_requests_are_refused",
 }
-"""What to look for, in any case of letters, and what to write instead."""
+"""Phrases, in upper or lower case, and what to write in their place."""
 
 
 class Exemption(NamedTuple):
-    """A phrase that may stand in the files whose path begins so; `*` stands for all phrases."""
+    """A phrase that is allowed in files whose path begins with `path`; `*` means all phrases."""
 
     path: str
     phrase: str
@@ -114,7 +114,7 @@ def read_files(root: Path) -> Iterator[tuple[str, str]]:
 
 
 def check(root: Path, exemptions: Sequence[Exemption] = EXEMPTIONS) -> list[str]:
-    """One line for each phrase without an exemption, and each exemption without a phrase."""
+    """A line for each phrase without an exemption, and for each exemption that is not needed."""
     lines, used = [], set()
     for path, text in read_files(root):
         for finding in find_phrases(path, text):

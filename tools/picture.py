@@ -1,8 +1,8 @@
 """Draws the pictures of the documentation, and writes the page of examples, which shows them.
 
-`python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`,
-`adaptive.png`, `examples/<id>.png`, `curves/<name>.png` and `examples.md`, and the thumbnails of
-the editor's list of examples.
+`python -m tools.picture docs` writes `editor.png`, `curvature.png`, `wires.png`, `adaptive.png`,
+`examples/<id>.png`, `curves/<name>.png` and `examples.md` in the folder `docs`. It also writes the
+thumbnails for the list of examples in the editor.
 """
 
 import json
@@ -31,8 +31,8 @@ WIRES = (
 )
 ADAPTIVE = "/v1/surfaces/utah-teapot/mesh.glb?relative_tolerance=0.001"
 EDITOR = "/?surface=utah-teapot"
-SPOUT = 200
-"""A control point at the tip of the spout."""
+SPOUT_TIP = 200
+"""The number of a control point at the tip of the spout of the teapot."""
 CURVATURE = "/?surface=nurbs-goblet&relative_tolerance=0.001&look=gaussian"
 
 Scheme: TypeAlias = Literal["light", "dark"]
@@ -69,19 +69,19 @@ Curves have no URLs. Send these bodies to `POST /v1/curve`, or save them as file
 
 
 def listing() -> str:
-    """The page of the examples, Markdown."""
-    curves = [_curve(name, example) for name, example in REQUESTS["createCurve"].items()]
-    return "\n".join([HEAD, *map(_entry, EXAMPLES.values()), CURVES, *curves])
+    """The text of docs/examples.md."""
+    curves = [_write_curve(name, example) for name, example in REQUESTS["createCurve"].items()]
+    return "\n".join([HEAD, *map(_write_entry, EXAMPLES.values()), CURVES, *curves])
 
 
-def _entry(example: Example) -> str:
+def _write_entry(example: Example) -> str:
     return (
         f"## {example.title}: `{example.id}`\n\n"
         f"![{example.title}](examples/{example.id}.png)\n\n{example.description}\n"
     )
 
 
-def _curve(name: str, example: dict[str, Any]) -> str:
+def _write_curve(name: str, example: dict[str, Any]) -> str:
     title = example["summary"]
     return (
         f"## {title}: `{name}`\n\n![{title}](curves/{name}.png)\n\n"
@@ -89,8 +89,8 @@ def _curve(name: str, example: dict[str, Any]) -> str:
     )
 
 
-def _curve_url(document: dict[str, Any]) -> str:
-    """A `data:` URL that contains a curve as a glTF file."""
+def _build_curve_url(document: dict[str, Any]) -> str:
+    """A `data:` URL with the glTF file of a curve."""
     request = validate_document(CurveRequest, document)
     glb = CURVES_BY_NAME["glb"]
     content = plan_curve(request.to_curve(), request.curve_options(), glb).run()
@@ -98,9 +98,9 @@ def _curve_url(document: dict[str, Any]) -> str:
 
 
 def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point: int) -> None:
-    """Draws the editor as it opens at a URL, in light or dark, with control point `point` selected.
+    """Writes a screenshot of the editor at a URL, in a light or dark colour scheme.
 
-    No control point is selected if `point` is 0.
+    Control point `point` is selected; if `point` is 0, no control point is selected.
     """
     context = browser.new_context(
         viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
@@ -117,7 +117,7 @@ def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point:
 
 
 def draw_thumbnail(page: Page, target: Path) -> None:
-    """Writes a small picture of the viewer as WebP, without its background."""
+    """Writes a small WebP picture of the viewer with a transparent background."""
     page.evaluate("document.body.style.background = 'none'")
     picture = b64encode(page.screenshot(omit_background=True)).decode()
     page.evaluate("document.body.style.background = ''")
@@ -125,7 +125,7 @@ def draw_thumbnail(page: Page, target: Path) -> None:
 
 
 def main(folder: Path) -> None:
-    """Writes all pictures, and the page that shows them."""
+    """Writes all pictures, and the page `examples.md`."""
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
@@ -134,14 +134,14 @@ def main(folder: Path) -> None:
         url = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
         pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
     for name, request in REQUESTS["createCurve"].items():
-        url = _curve_url({"curve": request["value"]["curve"], "resolution": 32})
+        url = _build_curve_url({"curve": request["value"]["curve"], "resolution": 32})
         pictures[folder / "curves" / f"{name}.png"] = (url, SMALL)
     with (
         run_service() as service,
         serve_folder(FOLDER) as pages,
         open_browser(find_chromium()) as browser,
     ):
-        draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT)
+        draw_editor(browser, service + EDITOR, "light", folder / "editor.png", SPOUT_TIP)
         draw_editor(browser, service + CURVATURE, "dark", folder / "curvature.png", 0)
         stage = open_page(browser)
         open_viewer(stage, pages)

@@ -1,6 +1,6 @@
-"""Servers as processes of their own, and the memory and files that a process uses.
+"""Starts servers as processes, and measures the memory and the open files of a process.
 
-Linux only: the memory of a process is read from /proc.
+It works on Linux only, because it reads the memory of a process from /proc.
 """
 
 import os
@@ -23,7 +23,7 @@ from tests.programs import find_program
 ROOT = Path(__file__).parents[1]
 HOST = "127.0.0.1"
 PATIENCE = 120.0
-"""Seconds within which a process starts, or ends."""
+"""Seconds within which a process must start, or end."""
 
 
 def free_port() -> int:
@@ -35,20 +35,21 @@ def free_port() -> int:
 
 def resident_memory(pid: int | str = "self") -> int:
     """Bytes of memory that a process uses now."""
-    return _status(pid, "VmRSS")
+    return _read_status(pid, "VmRSS")
 
 
 def peak_memory(pid: int | str = "self") -> int:
     """The most bytes that a process used since its start or since `reset_peak`."""
-    return _status(pid, "VmHWM")
+    return _read_status(pid, "VmHWM")
 
 
 def reset_peak(pid: int | str = "self") -> None:
-    """Resets `peak_memory` to the memory that is held now (proc_pid_clear_refs(5))."""
+    """Resets `peak_memory` to the memory that the process uses now (proc_pid_clear_refs(5))."""
     Path(f"/proc/{pid}/clear_refs").write_text("5", encoding="ascii")
 
 
-def _status(pid: int | str, name: str) -> int:
+def _read_status(pid: int | str, name: str) -> int:
+    """The bytes of a field of /proc/PID/status."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
     match = re.search(rf"^{name}:\s+(\d+) kB", status, re.MULTILINE)
     if match is None:
@@ -57,9 +58,9 @@ def _status(pid: int | str, name: str) -> int:
 
 
 class Server:
-    """A program that listens on a port and writes to a log; it can be started repeatedly.
+    """A program that listens on a port and writes to a log. It can be started again after it ended.
 
-    As a context manager it starts the program, waits until it responds, and ends it.
+    As a context manager it starts the program, waits until the program responds, and ends it.
 
     Parameters
     ----------
@@ -70,7 +71,10 @@ class Server:
     environment : mapping
         All environment variables of the program.
     probe : str, optional
-        A path that responds with 200 once the program is ready; default: a connection is enough.
+        A path that responds with 200 once the program is ready. By default the program is ready
+        once it accepts a connection.
+    folder : Path, optional
+        The working folder of the program; by default this checkout.
     """
 
     def __init__(
@@ -107,9 +111,9 @@ class Server:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        ended = not self.is_alive
+        has_ended = not self.is_alive
         self.stop()
-        if ended and error is None:
+        if has_ended and error is None:
             raise RuntimeError(f"the program ended by itself; its log is {self.log}")
 
     def start(self) -> None:
@@ -122,7 +126,7 @@ class Server:
 
     @property
     def process(self) -> "subprocess.Popen[bytes]":
-        """The process of the last start."""
+        """The process that was started last."""
         assert self._process is not None
         return self._process
 
@@ -132,7 +136,7 @@ class Server:
 
     @property
     def is_alive(self) -> bool:
-        """Whether the program runs."""
+        """Whether the program is running."""
         return self._process is not None and self._process.poll() is None
 
     def wait_until_ready(self) -> None:
@@ -141,7 +145,7 @@ class Server:
         Raises
         ------
         RuntimeError
-            The program has ended, or takes too long; with the end of its log.
+            The program has ended, or takes too long. The message is the end of its log.
         """
         end = time.monotonic() + PATIENCE
         while not self._is_ready():
@@ -152,17 +156,18 @@ class Server:
             time.sleep(0.05)
 
     def _is_ready(self) -> bool:
-        # Not by httpx: it reads all certificates of the system each time, as long as a mesh takes.
-        with suppress(OSError, HTTPException), closing(HTTPConnection(HOST, self.port, 5)) as to:
+        # httpx would read all certificates of the system each time, which takes as long as a mesh.
+        connection = HTTPConnection(HOST, self.port, 5)
+        with suppress(OSError, HTTPException), closing(connection):
             if self._probe:
-                to.request("GET", self._probe)
-                return to.getresponse().status == 200
-            to.connect()
+                connection.request("GET", self._probe)
+                return connection.getresponse().status == 200
+            connection.connect()
             return True
         return False
 
     def stop(self) -> int:
-        """Sends SIGTERM; the exit code once the process has ended."""
+        """Sends SIGTERM, waits until the process has ended, and returns its exit code."""
         self.process.terminate()
         try:
             return self.process.wait(PATIENCE)
@@ -170,19 +175,19 @@ class Server:
             return self.kill()
 
     def kill(self) -> int:
-        """Sends SIGKILL; the exit code."""
+        """Sends SIGKILL, waits until the process has ended, and returns its exit code."""
         self.process.kill()
         return self.process.wait(PATIENCE)
 
     def open_files(self) -> int:
-        """File descriptors that the process has open."""
+        """The number of file descriptors that the process has open."""
         return len(os.listdir(f"/proc/{self.pid}/fd"))
 
 
 def service_environment(settings: Mapping[str, str]) -> dict[str, str]:
-    """This process's environment, with these settings and no other `SURFACE_…`.
+    """The environment of this process, with these settings in place of its variables `SURFACE_…`.
 
-    Surfaces are kept in memory unless the settings say otherwise.
+    By default, the service stores surfaces in memory.
     """
     others = {key: value for key, value in os.environ.items() if not key.startswith("SURFACE_")}
     return others | {"SURFACE_STORE": "memory://"} | dict(settings)
@@ -191,7 +196,7 @@ def service_environment(settings: Mapping[str, str]) -> dict[str, str]:
 def service_server(
     folder: Path, settings: Mapping[str, str], name: str = "service", probe: str = "/health/live"
 ) -> Server:
-    """The service as an operator starts it, its log in the folder."""
+    """The service as an operator starts it, at a free port, with its log in this folder."""
     port = free_port()
     command = (sys.executable, "-m", "service", "serve", "--port", str(port))
     log = folder / f"{name}-{port}.log"
@@ -199,7 +204,7 @@ def service_server(
 
 
 class Proxy(Server):
-    """HAProxy with the shipped file, in front of the services on two ports."""
+    """HAProxy with the configuration of `deploy/`, in front of the services at two ports."""
 
     def __init__(self, folder: Path, first: int, second: int) -> None:
         port = free_port()
@@ -219,7 +224,7 @@ class Proxy(Server):
         super().__init__(folder / "haproxy.log", command, port, environment)
 
     def metric(self, name: str, label: str = "") -> float:
-        """The sum of one of HAProxy's own metrics over all series that have this label."""
+        """The sum of a metric of HAProxy over all series that have this label."""
         text = httpx.get(f"http://{HOST}:{self._metrics_port}/metrics").text
         lines = (line for line in text.splitlines() if line.startswith(name + "{"))
         return sum(float(line.rpartition(" ")[2]) for line in lines if label in line)

@@ -1,9 +1,10 @@
-"""A profile of one request: how often functions of the service are called for a small mesh.
+"""Counts the calls of functions of the service during one request for a small mesh.
 
-`python -m tools.request_profile [--format glb]` posts a net of 4 × 4 control points at resolution
-16, a mesh of 17 × 17 vertices, to the application in this process. It prints the number of calls
-for each file of `service`, for all files, and for those outside the mathematics. It counts the
-calls that `sys.setprofile` reports; these include comprehensions and resumed generators.
+`python -m tools.request_profile [--format glb]` sends a request to the application in this process:
+a net of 4 × 4 control points at resolution 16, which gives a mesh of 17 × 17 vertices. It prints
+the number of calls for each file of `service`, for all files, and for all files except those of the
+mathematics. It counts the calls that `sys.setprofile` reports, among them comprehensions and
+resumed generators.
 """
 
 import argparse
@@ -25,25 +26,25 @@ from service.settings.values import Settings
 
 SERVICE = f"{Path(__file__).parents[1] / 'service'}/"
 MATHEMATICS = ("engine/", "surface/", "bases/", "encoders/")
-WARM = 20
-"""Requests before the counted one, to fill the caches."""
+WARM_UP_REQUESTS = 20
+"""Number of requests that fill the caches, before the request whose calls are counted."""
 
 NET = [[[u, v, u * v % 3] for v in range(4)] for u in range(4)]
 BODY = orjson.dumps({"surface": {"control_net": NET}, "resolution": 16})
 HEADERS = {"Content-Type": "application/json"}
 
 
-def profile(name: str) -> Counter[str]:
-    """Calls of a request for the named format, by the file's path below `service`."""
-    return asyncio.run(_profile(create_app(Settings(), lambda _: None), name))
+def count_calls(name: str) -> Counter[str]:
+    """Numbers of calls during a request for this format, by path of the file below `service`."""
+    return asyncio.run(_count_calls(create_app(Settings(), lambda _: None), name))
 
 
-def outside(calls: Counter[str]) -> Counter[str]:
-    """The calls of files outside the mathematics."""
+def exclude_mathematics(calls: Counter[str]) -> Counter[str]:
+    """The calls without those of the files of the mathematics."""
     return Counter({path: n for path, n in calls.items() if not path.startswith(MATHEMATICS)})
 
 
-async def _profile(app: ASGIApp, name: str) -> Counter[str]:
+async def _count_calls(app: ASGIApp, name: str) -> Counter[str]:
     calls: Counter[str] = Counter()
 
     def count(frame: FrameType, event: str, _: object) -> None:
@@ -54,11 +55,11 @@ async def _profile(app: ASGIApp, name: str) -> Counter[str]:
     transport = httpx.ASGITransport(app)
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
         del client.headers["Accept-Encoding"]
-        for number in range(WARM + 1):
-            await asyncio.sleep(0)  # the event loop begins another round
-            if number == WARM:
-                gc.collect()  # so that finalizers of older objects do not run and count
-                logging.disable()  # else handlers of the service would log the client
+        for number in range(WARM_UP_REQUESTS + 1):
+            await asyncio.sleep(0)  # begins another round of the event loop
+            if number == WARM_UP_REQUESTS:
+                gc.collect()  # otherwise finalizers of older objects may run and be counted
+                logging.disable()  # otherwise handlers of the service log the requests of httpx
                 threading.setprofile(count)
                 sys.setprofile(count)
             try:
@@ -76,10 +77,10 @@ async def _profile(app: ASGIApp, name: str) -> Counter[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--format", default="glb", help="name of a format (glb)")
-    calls = profile(parser.parse_args().format)
+    calls = count_calls(parser.parse_args().format)
     for path, count in sorted(calls.items(), key=lambda pair: (-pair[1], pair[0])):
         print(f"{count:5}  {path}")
-    others = outside(calls)
+    others = exclude_mathematics(calls)
     print(f"in all: {calls.total()} calls in {len(calls)} files")
     print(f"outside the mathematics: {others.total()} calls in {len(others)} files")
 

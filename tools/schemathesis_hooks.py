@@ -1,6 +1,6 @@
-"""Hooks for schemathesis: files of control points, and JSON under other media types.
+"""Hooks for schemathesis: random files of control points, and responses in glTF.
 
-It runs in a Python of its own, without the service and without NumPy.
+This module runs in a Python of its own, in which neither the service nor NumPy is installed.
 """
 
 import json
@@ -17,13 +17,13 @@ _points = st.integers(2, 5)
 
 @st.composite
 def _arrays(draw: Callable[..., Any]) -> bytes:
-    """One net or several as `numpy.save` writes them."""
+    """Files of one control net or of several, in the format of `numpy.save`."""
     patches = draw(st.sampled_from([(), (1,), (3,)]))
     shape = (*patches, draw(_points), draw(_points), 3)
     order, kind = draw(st.sampled_from("<>")), draw(st.sampled_from("fd"))
     size = "48"[kind == "d"]
-    about = f"{{'descr': '{order}f{size}', 'fortran_order': False, 'shape': {shape}, }}"
-    head = about.ljust(117) + "\n"
+    description = f"{{'descr': '{order}f{size}', 'fortran_order': False, 'shape': {shape}, }}"
+    head = description.ljust(117) + "\n"
     count = shape[-3] * shape[-2] * 3 * (patches or (1,))[0]
     values = draw(st.lists(_coordinate, min_size=count, max_size=count))
     return (
@@ -36,7 +36,7 @@ def _arrays(draw: Callable[..., Any]) -> bytes:
 
 @st.composite
 def _oogl(draw: Callable[..., Any]) -> bytes:
-    """Patches of one degree as Geomview reads them."""
+    """Files of Bézier patches of one degree, in the format of Geomview."""
     p, q = draw(st.integers(1, 4)), draw(st.integers(1, 4))
     count = 3 * (p + 1) * (q + 1) * draw(st.integers(1, 2))
     values = draw(st.lists(_coordinate, min_size=count, max_size=count))
@@ -45,7 +45,7 @@ def _oogl(draw: Callable[..., Any]) -> bytes:
 
 @st.composite
 def _teapots(draw: Callable[..., Any]) -> bytes:
-    """Patches over shared vertices, in the layout of the Utah teapot."""
+    """Files of patches over shared vertices, in the layout of the Utah teapot."""
     side, patches, vertices = draw(_points), draw(st.integers(1, 3)), draw(st.integers(1, 20))
     indices = st.lists(st.integers(1, vertices), min_size=side * side, max_size=side * side)
     lines = [str(patches), *(",".join(map(str, draw(indices))) for _ in range(patches))]
@@ -61,13 +61,13 @@ schemathesis.openapi.media_type("text/x-teapot", _teapots())
 
 @schemathesis.hook  # type: ignore[untyped-decorator]
 def before_load_schema(_: Any, document: dict[str, Any]) -> None:
-    """Changes the document to a form that schemathesis can read, with the same meaning."""
-    _without_tuples(document)
+    """Changes the OpenAPI document to a form with the same meaning that schemathesis can read."""
+    _remove_prefix_items(document)
     for operations in document["paths"].values():
         for operation in operations.values():
             content = operation.get("requestBody", {}).get("content", {})
             for media_type in _TEXTS & set(content):
-                # The body of a media type with a strategy is bytes.
+                # Strategies for these media types generate bytes, so examples must be bytes, too.
                 for example in content[media_type].get("examples", {}).values():
                     example["value"] = example["value"].encode()
 
@@ -75,16 +75,16 @@ def before_load_schema(_: Any, document: dict[str, Any]) -> None:
 _TEXTS = {"model/x-oogl", "text/x-teapot"}
 
 
-def _without_tuples(node: Any) -> None:
-    """Removes `prefixItems`, because `items`, `minItems` and `maxItems` mean the same."""
+def _remove_prefix_items(node: Any) -> None:
+    """Removes `prefixItems` from schemas whose `items`, `minItems` and `maxItems` say the same."""
     if isinstance(node, dict):
         if {"items", "minItems", "maxItems"} <= node.keys():
             node.pop("prefixItems", None)
         for child in node.values():
-            _without_tuples(child)
+            _remove_prefix_items(child)
     elif isinstance(node, list):
         for child in node:
-            _without_tuples(child)
+            _remove_prefix_items(child)
 
 
 @schemathesis.deserializer("model/gltf+json")  # type: ignore[untyped-decorator]

@@ -1,9 +1,9 @@
-"""Compares the live service with its own OpenAPI document: `make test-api`.
+"""Compares a running service with its OpenAPI document: `make test-api`.
 
-Schemathesis generates valid and invalid requests from the document, single ones and sequences that
-follow links, and judges each response. At first the service is open; then, for fewer requests, it
-needs keys. The arguments are the path of schemathesis and the least number of requests. The program
-fails if schemathesis finds a fault, or sent fewer requests.
+Schemathesis generates valid and invalid requests from the document, and sequences of requests that
+follow links, and judges each response. The first service needs no keys; the second service, which
+gets fewer requests, needs keys. The arguments are the path of schemathesis and the least number of
+requests. The program fails if schemathesis finds a fault, or sends fewer requests.
 """
 
 import os
@@ -18,7 +18,7 @@ from service.api.guard.keys import entry_line, new_key
 from tools.processes import ROOT, Server, service_server
 
 OPEN = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
-"""Surfaces are kept in memory and may be deleted, so that every sequence of requests is
+"""Settings with which clients may delete surfaces, so that every sequence of requests is
 possible."""
 
 PRIVATE = OPEN | {
@@ -26,25 +26,31 @@ PRIVATE = OPEN | {
     "SURFACE_METRICS": "key",
     "SURFACE_SIGNING_KEYS": "0123456789abcdef" * 2,
 }
-"""Everything that can need a key needs one; the key is added later."""
+"""Settings with which all requests need a key; `main` adds the key."""
 
 SEED = 20260101
 
 OPEN_EXAMPLES, PRIVATE_EXAMPLES = 200, 25
-"""The most requests of one operation in one phase."""
+"""The largest number of requests of one operation in one phase of schemathesis."""
 
 REQUEST_TIMEOUT = 30
-"""Seconds that a response may take: half of the default of SURFACE_REQUEST_TIMEOUT."""
+"""Seconds within which each response must be complete: half of the default of
+SURFACE_REQUEST_TIMEOUT."""
 
 RULES = Path(__file__).with_name("schemathesis.toml")
 HOOKS = Path(__file__).with_name("schemathesis_hooks.py")
 
 
-def judged(program: str, service: Server, examples: int, rules: str = "") -> tuple[int, int]:
-    """Runs schemathesis; returns its exit code and the number of requests; prints findings."""
+def run_schemathesis(
+    program: str, service: Server, examples: int, more_rules: str = ""
+) -> tuple[int, int]:
+    """Runs schemathesis and prints its output; returns its exit code and the number of requests.
+
+    `more_rules` is appended to the settings of `schemathesis.toml`.
+    """
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "schemathesis.toml"
-        config.write_text(RULES.read_text(encoding="utf-8") + rules, encoding="utf-8")
+        config.write_text(RULES.read_text(encoding="utf-8") + more_rules, encoding="utf-8")
         command = [
             program,
             f"--config-file={config}",
@@ -56,7 +62,7 @@ def judged(program: str, service: Server, examples: int, rules: str = "") -> tup
             "--warnings=off",
             f"--max-response-time={REQUEST_TIMEOUT}",
         ]
-        # Without a database of examples, runs do not depend on earlier ones.
+        # The folder is temporary, so that a run does not depend on examples of earlier runs.
         environment = os.environ | {
             "HYPOTHESIS_STORAGE_DIRECTORY": folder,
             "SCHEMATHESIS_HOOKS": str(HOOKS),
@@ -65,34 +71,41 @@ def judged(program: str, service: Server, examples: int, rules: str = "") -> tup
         lines = []
         with subprocess.Popen(
             command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True
-        ) as judging:
-            assert judging.stdout is not None
-            for line in judging.stdout:
+        ) as process:
+            assert process.stdout is not None
+            for line in process.stdout:
                 print(line, end="", flush=True)
                 lines.append(line)
-    counted = re.search(r"(\d+) generated", "".join(lines))
-    return judging.returncode, int(counted.group(1)) if counted else 0
+    match = re.search(r"(\d+) generated", "".join(lines))
+    return process.returncode, int(match.group(1)) if match else 0
 
 
-def passes(
-    program: str, settings: Mapping[str, str], examples: int, least: int, rules: str = ""
+def judge_service(
+    program: str,
+    settings: Mapping[str, str],
+    examples: int,
+    min_requests: int,
+    more_rules: str = "",
 ) -> bool:
-    """Whether a service with these settings passes, with enough requests."""
+    """Starts a service with these settings and tests it; returns whether it passes all tests."""
     with service_server(ROOT / "build" / "api", settings) as service:
-        code, count = judged(program, service, examples, rules)
+        code, count = run_schemathesis(program, service, examples, more_rules)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
-    print(f"{count} requests of at least {least}, {traces} exceptions in the log of the service\n")
-    return code == 0 and count >= least and not traces
+    print(f"{count} requests (at least {min_requests}), {traces} exceptions in the log\n")
+    return code == 0 and count >= min_requests and not traces
 
 
-def main(program: str, least: int) -> bool:
-    """Whether the service passes, both open and with keys."""
-    judge = str(Path(program).absolute())
-    is_open = passes(judge, OPEN, OPEN_EXAMPLES, least)
+def main(program: str, min_requests: int) -> bool:
+    """Whether the service passes without keys and with keys."""
+    schemathesis = str(Path(program).absolute())
+    passes_open = judge_service(schemathesis, OPEN, OPEN_EXAMPLES, min_requests)
     key = new_key()
-    private = PRIVATE | {"SURFACE_API_KEYS": entry_line("judge", key)}
-    has_key = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
-    return passes(judge, private, PRIVATE_EXAMPLES, least // 4, has_key) and is_open
+    settings = PRIVATE | {"SURFACE_API_KEYS": entry_line("judge", key)}
+    key_rules = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
+    return (
+        judge_service(schemathesis, settings, PRIVATE_EXAMPLES, min_requests // 4, key_rules)
+        and passes_open
+    )
 
 
 if __name__ == "__main__":

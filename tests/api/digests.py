@@ -9,8 +9,8 @@ from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import find
-from tools.certify.crowded import crowded, mixed
-from tools.certify.nearly import noisy
+from tools.certify.crowded import build_crowded, build_mixed
+from tools.certify.nearly import build_noisy
 
 OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
 
@@ -20,7 +20,7 @@ def compute_digests() -> list[str]:
     bodies whose borders become equal, by resolution and by tolerance.
     """
     lines = []
-    for build in (noisy, mixed, crowded):
+    for build in (build_noisy, build_mixed, build_crowded):
         surface = build(4).surface
         for options in (MeshOptions((3, 5)), MeshOptions(accuracy=Accuracy(tolerance=0.1))):
             content = render(surface, options, BY_NAME["glb"])

@@ -1,4 +1,4 @@
-"""B-spline surfaces: exact lowering, compared with oracles and other libraries; refusals."""
+"""B-spline surfaces: their lowering to Bézier patches, compared in exact arithmetic; refusals."""
 
 from fractions import Fraction
 from typing import Any
@@ -24,62 +24,62 @@ from tests.spline_strategies import KnotVector, knot_vectors, random_points, ran
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-PLACES = np.array([0.0, 0.25, 0.6, 1.0])
-"""Local parameters at which patches are compared."""
+LOCAL_PARAMETERS = np.array([0.0, 0.25, 0.6, 1.0])
+"""Parameters of a patch, over [0, 1], at which tests evaluate it along u and along v."""
 
 small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
 seeds = st.integers(0, 10**6)
 
 
 def build_surface(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> BsplineSurface:
-    """A random surface over given knots."""
+    """A random surface over these knots, with or without weights."""
     net = random_points(u.points, seed, v.points)
     weights = random_weights(u.points, seed + 1, v.points) if rational else None
     return BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
 
 
-def evaluate_model(model: PatchModel, at: Array = PLACES) -> Array:
-    """Points of all patches at local parameters at × at: (P, m, m, 3), by plain products."""
+def evaluate_model(model: PatchModel, t: Array = LOCAL_PARAMETERS) -> Array:
+    """Points (P, m, m, 3) of all patches at local parameters t × t, as sums of basis functions."""
     (batch,) = model.batches
     assert isinstance(batch, TensorPatches)
     p, q = batch.degree
-    grid = np.einsum("ai,bj->abij", bernstein(p, at), bernstein(q, at))
+    grid = np.einsum("ai,bj->abij", bernstein(p, t), bernstein(q, t))
     if batch.weights is None:
-        plain: Array = np.einsum("abij,pijd->pabd", grid, batch.points)
-        return plain
-    shares = grid * batch.weights[:, None, None]
-    total = shares.sum(axis=(-2, -1))
-    rational: Array = np.einsum("pabij,pijd->pabd", shares, batch.points) / total[..., None]
+        polynomial: Array = np.einsum("abij,pijd->pabd", grid, batch.points)
+        return polynomial
+    weighted = grid * batch.weights[:, None, None]
+    total = weighted.sum(axis=(-2, -1))
+    rational: Array = np.einsum("pabij,pijd->pabd", weighted, batch.points) / total[..., None]
     return rational
 
 
-def list_parameters(model: PatchModel, at: Array = PLACES) -> tuple[Array, Array]:
-    """The domain's parameters at the same places: (P, m) each."""
+def list_parameters(model: PatchModel, t: Array = LOCAL_PARAMETERS) -> tuple[Array, Array]:
+    """The parameters u and v in the domain, (P, m) each, at local parameters t of all patches."""
     assert model.domain is not None
-    u, v = (b[:-1, None] + np.diff(b)[:, None] * at for b in (model.domain.u, model.domain.v))
+    u, v = (b[:-1, None] + np.diff(b)[:, None] * t for b in (model.domain.u, model.domain.v))
     return np.repeat(u, len(v), axis=0), np.tile(v, (len(u), 1))
 
 
 @given(small_knots, small_knots, seeds, st.booleans())
-def test_is_the_surface_of_cox_and_de_boor(
+def test_patches_agree_with_the_recursion_of_cox_and_de_boor(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
-    """Checked in exact arithmetic, at inner parameters of every patch and at its borders."""
+    """Points are compared at local parameters 0 and 0.75 of every patch, in exact arithmetic."""
     surface = build_surface(u, v, seed, rational)
     model = surface.lower()
     net = to_exact_net(surface.control_net, surface.weights)
     exact = to_fractions(u.knots), to_fractions(v.knots)
-    at = np.array([0.0, 0.75])
-    actual = evaluate_model(model, at)
-    for k, (us, vs) in enumerate(zip(*list_parameters(model, at), strict=True)):
+    t = np.array([0.0, 0.75])
+    actual = evaluate_model(model, t)
+    for k, (us, vs) in enumerate(zip(*list_parameters(model, t), strict=True)):
         for a, b in np.ndindex(2, 2):
             place = Fraction(us[a]), Fraction(vs[b])
             expected = spline_surface_point(net, exact, surface.degree, place)
             np.testing.assert_allclose(actual[k, a, b], [float(x) for x in expected], atol=1e-13)
 
 
-def test_one_span_keeps_its_control_net() -> None:
-    """Making a surface does not lower it."""
+def test_a_spline_of_one_span_is_lowered_to_its_own_net() -> None:
+    """Over clamped knots of one span, a B-spline is a Bézier patch."""
     net, weights = random_points(4, 3, 3), random_weights(4, 3, 3)
     model = BsplineSurface(net, (3, 2), weights=weights, up="z", name="bowl").lower()
     (batch,) = model.batches
@@ -92,7 +92,7 @@ def test_one_span_keeps_its_control_net() -> None:
 def test_patches_share_their_edges_bit_for_bit(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
-    """Control points and weights of the common side."""
+    """Neighbouring patches have equal control points and weights on their common side."""
     model = build_surface(u, v, seed, rational).lower()
     (batch,), domain = model.batches, model.domain
     assert domain is not None
@@ -109,34 +109,34 @@ def test_patches_share_their_edges_bit_for_bit(
 def test_the_reversed_surface_has_reversed_patches(
     u: KnotVector, v: KnotVector, seed: int, rational: bool
 ) -> None:
-    """Bit for bit, in both directions at once."""
+    """u and v are reversed at once; points and weights are equal bit for bit."""
     forward = build_surface(u, v, seed, rational)
-    there = BsplineSurface(
+    backward = BsplineSurface(
         forward.control_net[::-1, ::-1],
         forward.degree,
         (3 - u.knots[::-1], 3 - v.knots[::-1]),
         None if forward.weights is None else forward.weights[::-1, ::-1],
     )
-    (forth,), (back,) = forward.lower().batches, there.lower().batches
-    np.testing.assert_array_equal(back.points[::-1, ::-1, ::-1], forth.points)
-    if forth.weights is not None and back.weights is not None:
-        np.testing.assert_array_equal(back.weights[::-1, ::-1, ::-1], forth.weights)
+    (expected,), (batch,) = forward.lower().batches, backward.lower().batches
+    np.testing.assert_array_equal(batch.points[::-1, ::-1, ::-1], expected.points)
+    if expected.weights is not None and batch.weights is not None:
+        np.testing.assert_array_equal(batch.weights[::-1, ::-1, ::-1], expected.weights)
 
 
-def test_blocks_give_the_same_patches(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Large nets are lowered piece by piece."""
+def test_lowering_in_small_blocks_gives_the_same_patches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The service lowers large nets in blocks, so that it needs little memory at a time."""
     surface = BsplineSurface(random_points(9, 1, 8), weights=random_weights(9, 1, 8))
-    (at_once,) = surface.lower().batches
+    (expected,) = surface.lower().batches
     monkeypatch.setattr(bspline, "BLOCK_POINTS", 1)
-    (in_turn,) = surface.lower().batches
-    np.testing.assert_array_equal(in_turn.points, at_once.points)
-    np.testing.assert_array_equal(in_turn.weights, at_once.weights)
+    (in_blocks,) = surface.lower().batches
+    np.testing.assert_array_equal(in_blocks.points, expected.points)
+    np.testing.assert_array_equal(in_blocks.weights, expected.weights)
 
 
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("degree", [(3, 3), (2, 1), (4, 5)])
 def test_periodic_directions_close(degree: tuple[int, int], rational: bool) -> None:
-    """The distinct control points, given once: as many spans, and the last meets the first."""
+    """n distinct control points give n spans, and the last patch shares its side with the first."""
     net, weights = random_points(5, 3, 4), random_weights(5, 4, 4) if rational else None
     model = BsplineSurface(net, degree, ("periodic", "periodic"), weights).lower()
     assert model.patch_count == 20
@@ -148,8 +148,8 @@ def test_periodic_directions_close(degree: tuple[int, int], rational: bool) -> N
             np.testing.assert_array_equal(patches[:, -1, :, -1], patches[:, 0, :, 0])
 
 
-def test_a_pole_stays_one_point() -> None:
-    """The equal control points of a NURBS sphere's pole, with their different weights."""
+def test_equal_control_points_at_a_pole_give_a_collapsed_side() -> None:
+    """The first and the last row of control points are equal; their weights differ."""
     net, weights = random_points(7, 3, 6), random_weights(7, 4, 6)
     net[0], net[-1] = (0.1, 0.2, 0.7), (-0.3, 1 / 3, 9.1)
     model = BsplineSurface(net, (3, 2), ("clamped", "periodic"), weights).lower()
@@ -159,8 +159,8 @@ def test_a_pole_stays_one_point() -> None:
     assert collapsed.sum() == 12
 
 
-def test_is_frozen_and_copies_its_input() -> None:
-    """Later changes of the caller's arrays have no effect; arrays of the surface are read-only."""
+def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
+    """Later changes of these arrays have no effect; the arrays of the surface are read-only."""
     net, knots = random_points(4, 1, 4), knot.clamped_knots(4, 3)
     surface = BsplineSurface(net, knots=(knots, "clamped"))
     before = net.copy()
@@ -173,14 +173,14 @@ def test_is_frozen_and_copies_its_input() -> None:
             array[...] = 0  # type: ignore[index]
 
 
-GOOD: dict[str, Any] = {"control_net": np.zeros((5, 4, 3)), "degree": (2, 3)}
+VALID_FIELDS: dict[str, Any] = {"control_net": np.zeros((5, 4, 3)), "degree": (2, 3)}
 KNOTS = [0, 0, 0, 1, 2, 3, 3, 3]
 
 
 def list_issues(**fields: Any) -> tuple[Issue, ...]:
-    """The issues of the good surface with these fields replaced."""
+    """The issues of the surface of `VALID_FIELDS` with these fields replaced."""
     with pytest.raises(InvalidRequest) as caught:
-        BsplineSurface(**(GOOD | fields))
+        BsplineSurface(**(VALID_FIELDS | fields))
     return caught.value.issues
 
 
@@ -222,43 +222,45 @@ def replace_u_knots(*vector: float) -> dict[str, Any]:
         ({"up": "x"}, "wrong_value", "/up"),
     ],
 )
-def test_refuses_and_points(fields: dict[str, Any], code: str, pointer: str) -> None:
-    """Code and pointer of the issue; its got and needed have texts."""
+def test_invalid_fields_are_refused_with_code_and_pointer(
+    fields: dict[str, Any], code: str, pointer: str
+) -> None:
+    """The issue also has texts for `got` and `needed`."""
     issue = list_issues(**fields)[0]
     assert (issue.code, issue.pointer) == (code, pointer)
     assert issue.got
     assert issue.needed
 
 
-def test_the_issue_names_the_number_of_knots() -> None:
-    """n + p + 1, added up."""
+def test_the_issue_names_the_needed_number_of_knots() -> None:
+    """n + p + 1 knots are needed; the first and the last of them may be left out."""
     (issue,) = list_issues(**replace_u_knots(*KNOTS[1:]))
     assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1, or 6")
 
 
-ROUNDED = 1e-13
-"""Differences of computed knots, as a share of the domain."""
+ROUNDING = 1e-13
+"""A difference of knots, relative to the domain, that is due to rounding."""
 
 
 @pytest.mark.parametrize(
-    ("given", "expected", "count"),
+    ("u_knots", "expected", "count"),
     [
-        ([0, 0, 0, 1, 1 + ROUNDED, 3, 3, 3], [0, 0, 0, 1, 1, 3, 3, 3], 1),
+        ([0, 0, 0, 1, 1 + ROUNDING, 3, 3, 3], [0, 0, 0, 1, 1, 3, 3, 3], 1),
         ([0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], [0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], 0),
-        ([-ROUNDED, 0, ROUNDED, 1, 2, 3, 3, 3 + ROUNDED], [ROUNDED] * 3 + [1, 2, 3, 3, 3], 3),
-        ([0, 0, 0, 1, 1 + ROUNDED, 1 + 2 * ROUNDED, 3, 3, 3], None, 0),
+        ([-ROUNDING, 0, ROUNDING, 1, 2, 3, 3, 3 + ROUNDING], [ROUNDING] * 3 + [1, 2, 3, 3, 3], 3),
+        ([0, 0, 0, 1, 1 + ROUNDING, 1 + 2 * ROUNDING, 3, 3, 3], None, 0),
         ([1e6, 1e6, 1e6, 1e6 + 1e-3, 1e6 + 0.5, 1e6 + 1, 1e6 + 1, 1e6 + 1], None, 0),
     ],
-    ids=["equal", "near", "at the ends", "never more than p", "far from zero"],
+    ids=["rounding", "not rounding", "at the ends", "more than p are kept", "far from zero"],
 )
 def test_knots_that_differ_by_rounding_are_made_equal(
-    given: list[float], expected: list[float] | None, count: int
+    u_knots: list[float], expected: list[float] | None, count: int
 ) -> None:
-    net = np.random.default_rng(1).random((len(given) - 3, 4, 3))
-    surface = BsplineSurface(net, (2, 3), (np.array(given), "clamped"))
-    exact = BsplineSurface(net, (2, 3), (np.array(expected or given), "clamped"))
-    assert surface.knots[0].tolist() == given  # type: ignore[union-attr]
-    np.testing.assert_array_equal(surface.knot_vectors[0], expected or given)
+    net = np.random.default_rng(1).random((len(u_knots) - 3, 4, 3))
+    surface = BsplineSurface(net, (2, 3), (np.array(u_knots), "clamped"))
+    exact = BsplineSurface(net, (2, 3), (np.array(expected or u_knots), "clamped"))
+    assert surface.knots[0].tolist() == u_knots  # type: ignore[union-attr]
+    np.testing.assert_array_equal(surface.knot_vectors[0], expected or u_knots)
     model, other = surface.lower(), exact.lower()
     assert np.array_equal(model.batches[0].points, other.batches[0].points)
     for accuracy in (None, Accuracy(tolerance=0.1)):
@@ -266,30 +268,36 @@ def test_knots_that_differ_by_rounding_are_made_equal(
 
 
 def test_the_first_and_the_last_knot_may_be_left_out() -> None:
-    """Some systems write knots without the first and the last, which do not affect the domain."""
+    """Some systems leave out the first and the last knot, which do not affect the domain."""
     net = np.random.default_rng(2).random((5, 4, 3))
-    whole = np.array([-1, 0, 0, 1, 2, 3, 3.5, 4])
-    short, long = (
-        BsplineSurface(net, (2, 3), (knots, "clamped")) for knots in (whole[1:-1], whole)
+    all_knots = np.array([-1, 0, 0, 1, 2, 3, 3.5, 4])
+    shortened, complete = (
+        BsplineSurface(net, (2, 3), (knots, "clamped")) for knots in (all_knots[1:-1], all_knots)
     )
-    points, expected = (surface.lower().batches[0].points for surface in (short, long))
+    points, expected = (surface.lower().batches[0].points for surface in (shortened, complete))
     np.testing.assert_allclose(points, expected, atol=1e-15)
     assert list_issues(**replace_u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
 
 
-def test_accepts_surfaces_just_within_the_limits() -> None:
-    """The highest degree, knots of full multiplicity, a domain of any place and size."""
+def test_surfaces_just_within_the_limits_are_accepted() -> None:
+    """The first has the highest degree, the second a large domain and a knot of multiplicity p + 1.
+
+    Weights whose ratio is slightly above the limit are refused.
+    """
     assert BsplineSurface(np.zeros((65, 2, 3)), (64, 1)).lower().patch_count == 1
-    parted = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])
-    assert BsplineSurface(np.zeros((6, 2, 3)), (2, 1), (parted, "uniform")).lower().patch_count == 2
+    discontinuous = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])
+    assert (
+        BsplineSurface(np.zeros((6, 2, 3)), (2, 1), (discontinuous, "uniform")).lower().patch_count
+        == 2
+    )
     weights = np.ones((4, 4))
     weights[0, 0] = 0.5 / MAX_WEIGHT_RATIO
     with pytest.raises(InvalidRequest):
         BsplineSurface(np.zeros((4, 4, 3)), weights=weights)
 
 
-def test_too_many_patches_are_refused_by_number() -> None:
-    """Patches of degree 1 have few control points, and cost as much."""
+def test_too_many_patches_are_refused_because_of_their_number() -> None:
+    """Patches of degree 1 have few control points, but need the same work as others."""
     (issue,) = list_issues(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
     assert (issue.code, issue.pointer) == ("too_many_spans", "/control_net")
     assert issue.got == "709 × 709 spans"
@@ -298,10 +306,10 @@ def test_too_many_patches_are_refused_by_number() -> None:
 @pytest.mark.parametrize(
     ("shape", "degree"), [((505, 505), (3, 3)), ((1100, 2), (64, 1)), ((200, 200), (30, 30))]
 )
-def test_too_many_bezier_points_are_refused_by_number(
+def test_too_many_bezier_points_are_refused_before_they_are_computed(
     shape: tuple[int, int], degree: tuple[int, int]
 ) -> None:
-    """The error is raised before any patch is made."""
+    """The surface is refused when it is created, not when it is lowered."""
     (issue,) = list_issues(control_net=np.zeros((*shape, 3)), degree=degree)
     assert (issue.code, issue.pointer) == ("too_many_bezier_points", "/control_net")
     assert f"of degree {degree[0]}" in issue.got

@@ -1,4 +1,4 @@
-"""Channels of surfaces: their checks, copies and lowering."""
+"""Channels of surfaces: which are refused, how they are copied, and how they are lowered."""
 
 from fractions import Fraction
 from typing import Any
@@ -46,11 +46,11 @@ def read_issue(**channels: Any) -> tuple[str, str]:
         (np.ones((0, 1, 3)), "wrong_dimension", "/colors"),
     ],
 )
-def test_invalid_colors(colors: Any, code: str, pointer: str) -> None:
+def test_invalid_colors_are_refused(colors: Any, code: str, pointer: str) -> None:
     assert read_issue(colors=np.array(colors)) == (code, pointer)
 
 
-def test_invalid_texture_coordinates() -> None:
+def test_invalid_texture_coordinates_are_refused() -> None:
     assert read_issue(uvs=np.ones((2, 2, 3))) == ("wrong_dimension", "/uvs")
     assert read_issue(uvs=np.full((1, 1, 2), 1e39)[:, :, :1].repeat(2, axis=2) * [1, 0]) == (
         "coordinate_too_large",
@@ -58,7 +58,7 @@ def test_invalid_texture_coordinates() -> None:
     )
 
 
-def test_invalid_attributes() -> None:
+def test_invalid_attributes_are_refused() -> None:
     wide = np.ones((1, 1, MAX_DIMENSION + 1))
     assert read_issue(attributes=(("a", wide),)) == ("wrong_dimension", "/attributes/a")
     infinite = np.full((1, 2, 1), [[[0.0], [np.inf]]])
@@ -66,19 +66,21 @@ def test_invalid_attributes() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "1st", "_x", "a b", "ä", "a/b", "a" * 33, "a\n"], ids=repr)
-def test_invalid_names_of_attributes(name: str) -> None:
+def test_invalid_names_of_attributes_are_refused(name: str) -> None:
     code, pointer = read_issue(attributes=((name, ONE),))
     assert code == "wrong_value"
     assert len(pointer) < 64
 
 
 @pytest.mark.parametrize(
-    ("names", "at"),
+    ("names", "clashing"),
     [(("temp", "TEMP"), "TEMP"), (("flow", "Flow_0"), "Flow_0"), (("b_12", "b"), "b_12")],
 )
-def test_names_that_formats_could_not_distinguish(names: tuple[str, ...], at: str) -> None:
+def test_names_that_formats_could_not_distinguish_are_refused(
+    names: tuple[str, ...], clashing: str
+) -> None:
     attributes = tuple((name, ONE) for name in names)
-    assert read_issue(attributes=attributes) == ("name_clash", f"/attributes/{at}")
+    assert read_issue(attributes=attributes) == ("name_clash", f"/attributes/{clashing}")
 
 
 def test_the_number_of_attributes_is_limited() -> None:
@@ -87,7 +89,7 @@ def test_the_number_of_attributes_is_limited() -> None:
     assert read_issue(attributes=attributes) == ("wrong_length", "/attributes")
 
 
-def test_one_value_for_each_vertex() -> None:
+def test_channels_of_patches_need_one_value_for_each_vertex() -> None:
     vertices, index = SQUARE.reshape(4, 3), np.arange(4).reshape(1, 2, 2)
     for colors in (np.ones((3, 3)), np.ones((5, 3)), np.ones((2, 2, 3))):
         with pytest.raises(InvalidRequest) as caught:
@@ -95,9 +97,8 @@ def test_one_value_for_each_vertex() -> None:
         assert [(i.code, i.pointer) for i in caught.value.issues] == [("channel_shape", "/colors")]
 
 
-def test_a_small_document_makes_no_large_nets() -> None:
-    """A few values that very many patches share are refused before they are copied to the
-    patches."""
+def test_channel_values_that_too_many_patches_share_are_refused() -> None:
+    """A small document could otherwise need much memory, when values are copied to the patches."""
     vertices = SQUARE.reshape(4, 3)
     patches = np.zeros((MAX_NUMBERS // (4 * 16) + 1, 2, 2), dtype=np.int64)
     with pytest.raises(InvalidRequest) as caught:
@@ -109,15 +110,15 @@ def test_a_small_document_makes_no_large_nets() -> None:
 
 
 def test_values_are_copied_and_read_only() -> None:
-    given = np.zeros((1, 1, 3))
-    colors = Channels(given).colors
-    given[:] = 1
+    array = np.zeros((1, 1, 3))
+    colors = Channels(array).colors
+    array[:] = 1
     assert colors is not None
     assert not colors.any()
     assert not colors.flags.writeable
 
 
-def test_keeps_some_channels() -> None:
+def test_keep_channels_leaves_out_other_kinds() -> None:
     channels = Channels(np.ones((1, 1, 3)), np.ones((1, 1, 2)), (("a", ONE), ("b", ONE)))
     model = BezierSurface(SQUARE, channels=channels).lower()
     assert keep_channels(model, frozenset({"colors", "uvs", "attribute"})) is model
@@ -144,10 +145,10 @@ def build_spline(
 
 
 @given(small_knots, small_knots, st.booleans())
-def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
+def test_a_channel_with_the_shape_of_the_control_net_is_a_spline_without_weights(
     u: KnotVector, v: KnotVector, rational: bool
 ) -> None:
-    """The control points as an attribute are the points of the surface without weights."""
+    """The attribute `place` is the control net, so its values are points of the surface."""
     net = random_points(u.points, 7, v.points)
     channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
     (batch,) = build_spline(u, v, channels, rational).lower().batches
@@ -158,33 +159,33 @@ def test_a_net_like_the_control_net_is_a_spline_like_the_surface(
 
 
 @given(small_knots, small_knots, st.data())
-def test_any_other_net_is_one_function_over_the_whole_domain(
+def test_a_channel_of_another_shape_is_one_bezier_net_over_the_domain(
     u: KnotVector, v: KnotVector, data: st.DataObject
 ) -> None:
-    """Values at every vertex, at the parameters in the mesh, agree with exact de Casteljau."""
+    """Values at all vertices of a mesh agree with exact de Casteljau at their parameters."""
     shape = data.draw(st.tuples(st.integers(1, 6), st.integers(1, 6)))
     if shape == (u.points, v.points):
         shape = (7, 1)
     net = np.random.default_rng(shape).random((*shape, 2))
     model = build_spline(u, v, Channels(attributes=(("heat", net),)), rational=True).lower()
     assert model.domain is not None
-    built = tessellate(model, MeshOptions((2, 2), uvs=True))
-    ((_, heat),) = built.attributes
-    assert built.uvs is not None
+    mesh = tessellate(model, MeshOptions((2, 2), uvs=True))
+    ((_, heat),) = mesh.attributes
+    assert mesh.uvs is not None
     low = model.domain.u[0], model.domain.v[0]
     high = model.domain.u[-1], model.domain.v[-1]
     exact = to_exact_net(net)
-    for place, result in zip(built.uvs.tolist(), heat, strict=True):
+    for place, result in zip(mesh.uvs.tolist(), heat, strict=True):
         t = [
             (Fraction(x) - Fraction(float(a))) / (Fraction(float(b)) - Fraction(float(a)))
             for x, a, b in zip(place, low, high, strict=True)
         ]
-        right = surface_point(exact, min(t[0], Fraction(1)), min(t[1], Fraction(1)))
-        np.testing.assert_allclose(result, [float(x) for x in right], atol=1e-13)
+        expected = surface_point(exact, min(t[0], Fraction(1)), min(t[1], Fraction(1)))
+        np.testing.assert_allclose(result, [float(x) for x in expected], atol=1e-13)
 
 
-def test_spline_channels_are_limited() -> None:
-    """The limits are degrees of Bézier nets, and numbers of values."""
+def test_channels_of_splines_of_too_high_degree_or_with_too_many_values_are_refused() -> None:
+    """The degree limits channels that are Bézier nets; values are counted in all patches."""
     random = np.random.default_rng(1)
     net = random.random((MAX_DEGREE + 10, 4, 3))
     assert BsplineSurface(net, channels=Channels(net)).lower().batches[0].channels

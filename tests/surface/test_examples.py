@@ -1,4 +1,4 @@
-"""The built-in surfaces: their ids, their numbers, and that the quadrics are exact."""
+"""The built-in surfaces: their ids, patches and values, and the closed forms that they equal."""
 
 import numpy as np
 import pytest
@@ -30,25 +30,27 @@ PATCHES = {
     "nurbs-goblet": (44, (2, 3)),
     "bspline-ring": (60, (3, 3)),
 }
-OTHERS = {"rounded-box": [(8, 4)]}
+"""Number of patches and degree of the first batch of each example."""
+OTHER_BATCHES = {"rounded-box": [(8, 4)]}
 """Numbers of patches and degrees of further batches."""
 
-ON = {
+CLOSED_FORMS = {
     ("cylinder", "side"): quadrics.cylinder,
     ("cone", "side"): quadrics.cone,
     ("sphere", "sphere"): quadrics.sphere,
     ("torus", "torus"): quadrics.torus,
 }
+"""The closed form of a part of an example."""
 
 
 def read_points(example: str) -> np.ndarray:
-    """All patches of an example that lowers to one batch."""
+    """Control points of all patches of an example that is lowered to one batch."""
     (batch,) = lower_patches(example).batches
     return batch.points
 
 
-def test_each_has_an_id_and_a_description() -> None:
-    """The id is the key; descriptions are sentences."""
+def test_each_example_has_an_id_a_title_and_a_description() -> None:
+    """The id equals the key in `EXAMPLES`; the description ends with a full stop."""
     for key, example in EXAMPLES.items():
         assert example.id == key
         assert example.title
@@ -56,18 +58,18 @@ def test_each_has_an_id_and_a_description() -> None:
 
 
 @pytest.mark.parametrize("example", PATCHES)
-def test_numbers_of_patches(example: str) -> None:
-    """The part names, the number and the degree of the patches."""
+def test_examples_have_their_number_of_patches_and_degree(example: str) -> None:
+    """The parts together contain all patches."""
     model = lower_patches(example)
     batch = model.batches[0]
     assert (batch.count, batch.degree) == PATCHES[example]
-    assert [(b.count, b.degree) for b in model.batches[1:]] == OTHERS.get(example, [])
+    assert [(b.count, b.degree) for b in model.batches[1:]] == OTHER_BATCHES.get(example, [])
     assert model.parts[0].first == 0
     assert model.parts[-1].last == model.patch_count
     assert model.name == example
 
 
-def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
+def test_the_error_for_an_unknown_id_lists_the_ids() -> None:
     """The error does not repeat the requested id."""
     with pytest.raises(UnknownSurface) as caught:
         find("utah-kettle")
@@ -76,8 +78,8 @@ def test_an_unknown_id_is_an_error_that_lists_the_known_ones() -> None:
     assert "kettle" not in str(issue)
 
 
-def test_teapot_has_its_parts_and_stands_upright() -> None:
-    """Six parts, z up, from the table at 0 to the knob at 3.15."""
+def test_the_teapot_has_six_parts_and_the_right_height() -> None:
+    """z is up; the bottom is at z = 0 and the top of the knob at z = 3.15."""
     model = lower_patches("utah-teapot")
     sizes = [(part.name, part.last - part.first) for part in model.parts]
     assert sizes == [
@@ -91,78 +93,77 @@ def test_teapot_has_its_parts_and_stands_upright() -> None:
     assert model.up == "z"
     points = read_points("utah-teapot")
     assert (points[..., 2].min(), points[..., 2].max()) == (0.0, 3.15)
-    # Of Newell's 306 vertices 294 are distinct, and four of these are used by no patch.
+    # 294 of Newell's 306 vertices are distinct, and no patch uses four of these 294.
     assert len(np.unique(points.reshape(-1, 3), axis=0)) == 290
 
 
-def test_bourke_has_the_heights_of_the_c_library() -> None:
-    """x = i, y = j, and z from random() seeded with 1111: its first and last numbers."""
+def test_the_bourke_surface_has_the_heights_that_random_of_the_c_library_gives() -> None:
+    """x = i, y = j, and z is from random() with seed 1111; the first and the last are compared."""
     net = read_points("bourke-1111")[0]
     i, j = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
     np.testing.assert_array_equal(net[..., 0], i)
     np.testing.assert_array_equal(net[..., 1], j)
     assert net[0, 0, 2] == pytest.approx(-0.6152, abs=1e-15)
     assert net[5, 4, 2] == pytest.approx(0.4754, abs=1e-15)
-    # (random() mod 10000)/5000 − 1: every height is a multiple of 1/5000.
+    # The heights are (random() mod 10000)/5000 − 1, so every height is a multiple of 1/5000.
     assert np.abs(net[..., 2] * 5000 - np.round(net[..., 2] * 5000)).max() < 1e-11
     assert np.abs(net[..., 2]).max() <= 1
 
 
-def test_tveit_has_the_tutorials_normal_at_a() -> None:
-    """DA × DC at A, normalised: (4, 2, 3)/√29."""
+def test_the_tveit_surface_has_the_normal_of_the_tutorial_at_corner_a() -> None:
+    """The unit normal at A is DA × DC normalised, which is (4, 2, 3)/√29."""
     normal = exact.normals(read_points("tveit")[0], None, (1, 1))[0, 0]
     np.testing.assert_allclose(normal, np.array([4, 2, 3]) / np.sqrt(29), atol=1e-15)
 
 
-@pytest.mark.parametrize(("example", "part"), ON)
-def test_quadrics_are_exact_and_look_outwards(example: str, part: str) -> None:
-    """The exact points of the rational patches lie on the closed form, to the rounding of √½."""
+@pytest.mark.parametrize(("example", "part"), CLOSED_FORMS)
+def test_patches_of_quadrics_lie_on_them_and_have_outward_normals(example: str, part: str) -> None:
+    """The points satisfy the closed form up to the rounding of the weight √½."""
     model = lower_patches(example)
-    run = next(p for p in model.parts if p.name == part)
+    part_run = next(p for p in model.parts if p.name == part)
     (batch,) = model.batches
     assert batch.weights is not None
-    for k in range(run.first, run.last):
-        # An odd number of divisions, ends left out: no sample falls on a pole or an apex.
+    for k in range(part_run.first, part_run.last):
+        # Inner samples of an odd number of divisions are at no pole and no apex.
         inside = (slice(1, -1), slice(1, -1))
         points = exact.positions(batch.points[k], batch.weights[k], (5, 5))[inside].reshape(-1, 3)
         normals = exact.normals(batch.points[k], batch.weights[k], (5, 5))[inside].reshape(-1, 3)
-        off, outward = ON[example, part](points)
-        assert np.abs(off).max() < 4e-16
+        residuals, outward = CLOSED_FORMS[example, part](points)
+        assert np.abs(residuals).max() < 4e-16
         assert np.abs(normals - outward).max() < 2e-15
 
 
 def test_the_colored_surface_shows_its_height() -> None:
-    """The colour is right at every vertex, not only at control points; the surface does not
-    change."""
-    built, plain = (
+    """Colours depend linearly on z at every vertex; positions are those of the plain surface."""
+    mesh, plain = (
         tessellate(lower_patches(name), MeshOptions((8, 8)))
         for name in ("bourke-1111-colors", "bourke-1111")
     )
-    np.testing.assert_array_equal(built.positions, plain.positions)
-    assert built.colors is not None
+    np.testing.assert_array_equal(mesh.positions, plain.positions)
+    assert mesh.colors is not None
     (batch,) = lower_patches("bourke-1111").batches
     low, high = batch.bounds[0][2], batch.bounds[1][2]
-    share = (built.positions[:, 2:] - low) / (high - low)
+    share = (mesh.positions[:, 2:] - low) / (high - low)
     expected = (1 - share) * COLD + share * HOT
-    np.testing.assert_allclose(built.colors, expected, atol=1e-15)
+    np.testing.assert_allclose(mesh.colors, expected, atol=1e-15)
 
 
-def test_the_heated_panel_is_hot_where_it_is_yellow() -> None:
-    """Colours are a function of the temperature; texture coordinates are x and y in metres."""
-    built = tessellate(lower_patches("heated-panel"), MeshOptions((16, 16)))
-    ((name, temperature),) = built.attributes
+def test_colors_of_the_heated_panel_depend_on_its_temperature() -> None:
+    """Colours are a linear function of the temperature; texture coordinates are x and y."""
+    mesh = tessellate(lower_patches("heated-panel"), MeshOptions((16, 16)))
+    ((name, temperature),) = mesh.attributes
     assert name == "temperature"
     assert temperature.min() == 20
     assert 50 < temperature.max() < 140
-    assert built.colors is not None
+    assert mesh.colors is not None
     share = (temperature - 20) / 120
-    np.testing.assert_allclose(built.colors, (1 - share) * COLD + share * HOT, atol=1e-15)
-    assert built.uvs is not None
-    np.testing.assert_allclose(built.uvs, built.positions[:, :2], atol=1e-15)
+    np.testing.assert_allclose(mesh.colors, (1 - share) * COLD + share * HOT, atol=1e-15)
+    assert mesh.uvs is not None
+    np.testing.assert_allclose(mesh.uvs, mesh.positions[:, :2], atol=1e-15)
 
 
-def test_the_monkey_saddle_is_its_polynomial() -> None:
-    """z = x³ − 3xy² with three equal legs: exactly, except for the rounding of √3."""
+def test_the_monkey_saddle_satisfies_its_polynomial() -> None:
+    """z = x³ − 3xy² at all samples, up to the rounding of √3 in the control points."""
     (net,) = read_points("monkey-saddle")
     points = triangles.positions(triangles.jets(net, None, 6))
     x, y, z = points.T
@@ -170,12 +171,12 @@ def test_the_monkey_saddle_is_its_polynomial() -> None:
     assert triangles.normals(triangles.jets(net, None, 6))[:, 2].min() > 0
 
 
-def test_the_rounded_box_is_smooth_all_over() -> None:
-    """Each vertex of 24 flat places and of the seams has one normal, the exact one."""
+def test_the_rounded_box_is_smooth_everywhere() -> None:
+    """Every vertex has one normal, also on the seams: the exact normal of a rounded box."""
     mesh = tessellate(lower_patches("rounded-box"), MeshOptions((6, 6)))
     assert mesh.normals is not None
     assert mesh.report.watertight
     assert len(mesh.positions) == mesh.report.vertices
-    # The box without its rounding is the nearest place of every point, straight inwards.
+    # A point of the surface is 0.3 away, along its normal, from the nearest point of an inner box.
     core = np.clip(mesh.positions, [-1, -0.7, -0.5], [1, 0.7, 0.5])
     assert np.abs(mesh.positions - core - 0.3 * mesh.normals).max() < 1e-14

@@ -1,4 +1,4 @@
-"""Groups: refusals, equality, and members that are turned upright."""
+"""Groups: members with equal surfaces share a model, and members are turned upright."""
 
 import numpy as np
 import pytest
@@ -19,8 +19,8 @@ def build_scaling(x: float, y: float, z: float) -> Array:
     return np.diag([x, y, z, 1.0])
 
 
-def test_equal_surfaces_are_one_model_under_any_name() -> None:
-    """Surfaces are equal by their values, not by identity."""
+def test_members_with_equal_surfaces_share_a_model() -> None:
+    """Surfaces are equal if their values are; name, colour and matrix belong to the member."""
     group = GroupSurface(
         (
             Member(SAIL),
@@ -40,7 +40,7 @@ def test_equal_surfaces_are_one_model_under_any_name() -> None:
     assert model.patch_count == 6
 
 
-def test_content_keys_are_of_values() -> None:
+def test_content_keys_are_equal_for_equal_values_only() -> None:
     zero = np.array([0.0, 1.0])
     assert content_key(zero) == content_key(-zero * -1) == content_key(np.array([-0.0, 1.0]))
     distinct = [zero, zero[::-1], zero.reshape(1, 2), zero.astype(int), (0.0, 1.0), None, SAIL]
@@ -49,22 +49,22 @@ def test_content_keys_are_of_values() -> None:
 
 
 @pytest.mark.parametrize("matrix", [None, build_scaling(2, 3, -4)])
-def test_members_of_another_up_are_turned_upright_exactly(matrix: Array | None) -> None:
-    """A point along the member's vertical axis ends up along the group's."""
+def test_members_with_another_up_are_rotated_without_rounding(matrix: Array | None) -> None:
+    """The vertical axis of the member becomes the vertical axis of the group."""
     point = np.array([0.1, 0.2, 0.3, 1.0])
     place = np.eye(4) if matrix is None else matrix
-    turned = turn_upright(matrix, "z", "y")
-    assert turned is not None
-    assert (turned @ point).tolist() == (place @ [0.1, 0.3, -0.2, 1]).tolist()
-    back = turn_upright(matrix, "y", "z")
-    assert back is not None
-    assert (back @ point).tolist() == (place @ [0.1, -0.3, 0.2, 1]).tolist()
-    assert turn_upright(turned, "y", "y") is turned
+    upright = turn_upright(matrix, "z", "y")
+    assert upright is not None
+    assert (upright @ point).tolist() == (place @ [0.1, 0.3, -0.2, 1]).tolist()
+    from_y_to_z = turn_upright(matrix, "y", "z")
+    assert from_y_to_z is not None
+    assert (from_y_to_z @ point).tolist() == (place @ [0.1, -0.3, 0.2, 1]).tolist()
+    assert turn_upright(upright, "y", "y") is upright
     assert turn_upright(np.eye(4), "z", "z") is None
 
 
 @given(placements())
-def test_placed_bounds_hold_the_placed_corners(matrix: Array) -> None:
+def test_bounds_after_a_map_contain_the_mapped_control_points(matrix: Array) -> None:
     model = find("tveit").surface().lower()
     assert isinstance(model, PatchModel)
     low, high = place_bounds(model.bounds, matrix)

@@ -1,4 +1,4 @@
-"""Several patches and splines as one surface: seams, parts, parameters and refusals."""
+"""Multipatch surfaces of several patches and splines: seams, parts, parameters and refusals."""
 
 from dataclasses import replace
 
@@ -41,23 +41,24 @@ def list_pieces(surface: object) -> tuple[Single, ...]:
 
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("name", ["sphere", "torus"])
-def test_nets_without_indices_close_as_patches_with_them(name: str, options: MeshOptions) -> None:
+def test_a_multipatch_of_separate_nets_has_the_mesh_of_indexed_patches(
+    name: str, options: MeshOptions
+) -> None:
     surface = find(name).surface()
-    mesh, other = (
+    mesh, multipatch_mesh = (
         build(s.lower(), options)
         for s in (surface, MultipatchSurface(list_pieces(surface), surface.up, name))
     )
-    np.testing.assert_array_equal(mesh.positions, other.positions)
-    np.testing.assert_array_equal(mesh.triangles, other.triangles)
-    assert other.report.watertight
-    assert other.report.deviation_bound == mesh.report.deviation_bound
-    assert len(other.parts) == mesh.report.patches
+    np.testing.assert_array_equal(mesh.positions, multipatch_mesh.positions)
+    np.testing.assert_array_equal(mesh.triangles, multipatch_mesh.triangles)
+    assert multipatch_mesh.report.watertight
+    assert multipatch_mesh.report.deviation_bound == mesh.report.deviation_bound
+    assert len(multipatch_mesh.parts) == mesh.report.patches
 
 
 @pytest.mark.parametrize("options", OPTIONS)
-def test_splines_that_close_as_one(options: MeshOptions) -> None:
-    """A ring of splines, cut at knots, closes in any order, also with transposed or elevated
-    pieces."""
+def test_splines_that_form_a_ring_are_watertight_in_any_order(options: MeshOptions) -> None:
+    """The splines are parts of a ring, split at knots; some are transposed or elevated."""
     ring = find("bspline-ring").surface()
     pieces = list_pieces(convert(ring, [Split(u=3.0, v=2.0)]))
     raised = convert(pieces[1], [Elevate((4, 5))])
@@ -66,8 +67,8 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
         multipatch = MultipatchSurface(members, "z", "ring")
         surfaces: tuple[Surface, ...] = (multipatch,)
         if members is pieces:
-            turned = convert(multipatch, [Transpose(), Reverse("v")])
-            surfaces += (turned, convert(multipatch, [Elevate((4, 5))]))
+            transposed = convert(multipatch, [Transpose(), Reverse("v")])
+            surfaces += (transposed, convert(multipatch, [Elevate((4, 5))]))
         for surface in surfaces:
             mesh = build(surface.lower(), options)
             assert mesh.report.watertight
@@ -78,8 +79,8 @@ def test_splines_that_close_as_one(options: MeshOptions) -> None:
         assert build(grouped.lower(), options).report.watertight
 
 
-def test_parameters_are_those_of_each_surface() -> None:
-    """`patch` is the number in the list, and parameters are between the knots of that surface."""
+def test_parameters_of_points_refer_to_the_member_that_patch_names() -> None:
+    """`patch` is the number of the member, and (u, v) is in the domain of that member."""
     hills, goblet, saddle = (find(n).surface() for n in ("bspline-hills", "nurbs-goblet", "saddle"))
     assert isinstance(hills, BsplineSurface)
     assert isinstance(goblet, BsplineSurface)
@@ -87,10 +88,10 @@ def test_parameters_are_those_of_each_surface() -> None:
     members = (goblet, saddle, hills)
     model, models = MultipatchSurface(members).lower(), [single.lower() for single in members]
     uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
-    number = np.array([0, 1, 2, 0, 2])
-    result = evaluate_points(model, locate(model, PointsQuery(uv, number, 2)), 2)
+    patch = np.array([0, 1, 2, 0, 2])
+    result = evaluate_points(model, locate(model, PointsQuery(uv, patch, 2)), 2)
     for k, lowered in enumerate(models):
-        rows = number == k
+        rows = patch == k
         expected = evaluate_points(lowered, locate(lowered, PointsQuery(uv[rows], None, 2)), 2)
         for name, column in expected.items():
             np.testing.assert_array_equal(result[name][rows], column)
@@ -101,21 +102,24 @@ def test_parameters_are_those_of_each_surface() -> None:
         uvs = mesh.uvs[np.unique(mesh.triangles[slice(*part.triangles)])]
         ends = [domain.u[0], domain.v[0]], [domain.u[-1], domain.v[-1]]
         np.testing.assert_array_equal((uvs.min(axis=0), uvs.max(axis=0)), ends)
-    for wrong, where in (([[9, 0]], "/uv/0/0"), ([[1, 1], [0.5, 11.5]], "/uv/1/1")):
+    for invalid_uv, pointer in (([[9, 0]], "/uv/0/0"), ([[1, 1], [0.5, 11.5]], "/uv/1/1")):
         with pytest.raises(InvalidRequest) as caught:
-            locate(model, PointsQuery(np.array(wrong, float), np.array([1, 0])[-len(wrong) :], 0))
-        assert caught.value.issues[0].pointer == where
+            locate(
+                model,
+                PointsQuery(np.array(invalid_uv, float), np.array([1, 0])[-len(invalid_uv) :], 0),
+            )
+        assert caught.value.issues[0].pointer == pointer
 
 
-def test_refuses_empty_too_long_and_different_channels() -> None:
+def test_empty_and_too_long_lists_and_different_channels_are_refused() -> None:
     saddle = find("saddle").surface()
     assert isinstance(saddle, BezierSurface)
-    painted = replace(saddle, channels=Channels(uvs=np.zeros((1, 1, 2))))
-    for surfaces, code, where in (
+    with_channels = replace(saddle, channels=Channels(uvs=np.zeros((1, 1, 2))))
+    for surfaces, code, pointer in (
         ((), "wrong_length", "/surfaces"),
         ((saddle,) * 4097, "wrong_length", "/surfaces"),
-        ((saddle, painted), "channel_shape", "/surfaces/1"),
+        ((saddle, with_channels), "channel_shape", "/surfaces/1"),
     ):
         with pytest.raises(InvalidRequest) as caught:
             MultipatchSurface(surfaces)
-        assert [(i.code, i.pointer) for i in caught.value.issues] == [(code, where)]
+        assert [(i.code, i.pointer) for i in caught.value.issues] == [(code, pointer)]

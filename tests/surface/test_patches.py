@@ -26,8 +26,8 @@ def list_issues(**fields: object) -> tuple[Issue, ...]:
     return caught.value.issues
 
 
-def test_lowers_to_the_indexed_vertices() -> None:
-    """Points and weights are those of the indices."""
+def test_patches_are_lowered_to_the_vertices_of_their_indices() -> None:
+    """Each control point and its weight are those of the vertex with its index."""
     weights = np.arange(1.0, 9)
     model = PatchSurface(STRIP, QUADS, weights, up="z", name="strip").lower()
     (batch,) = model.batches
@@ -38,8 +38,8 @@ def test_lowers_to_the_indexed_vertices() -> None:
     assert (model.name, model.up, model.parts) == ("strip", "z", (Part("strip", 0, 3),))
 
 
-def test_parts_become_runs_and_the_rest_comes_last() -> None:
-    """Patches are in the order of parts; the part of all other patches has the surface's name."""
+def test_patches_are_lowered_part_by_part_and_others_last() -> None:
+    """Patches without a part form a last part, which has the name of the surface."""
     parts = (("end", (2,)), ("middle", (1,)))
     model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
     assert model.parts == (Part("middle", 0, 1), Part("end", 1, 2), Part("strip", 2, 3))
@@ -47,15 +47,18 @@ def test_parts_become_runs_and_the_rest_comes_last() -> None:
 
 
 def test_parts_are_in_the_order_of_their_first_patches() -> None:
-    """The order of keys in an object has no effect; the order in a list is kept."""
+    """The order of the parts has no effect; the patches of a part keep their order."""
     parts = [("a", (2, 0)), ("b", (1,)), ("c", ())]
-    for given in permutations(parts):
-        kept = PatchSurface(STRIP, QUADS, parts=given).parts
-        assert kept == (("c", ()), ("b", (1,)), ("a", (2, 0)))
+    for permuted in permutations(parts):
+        surface = PatchSurface(STRIP, QUADS, parts=permuted)
+        assert surface.parts == (("c", ()), ("b", (1,)), ("a", (2, 0)))
 
 
 def build_pillow(degrees: list[tuple[int, int]]) -> tuple[FloatArray, tuple[Ints, ...]]:
-    """Patches over the unit square with one border, closed by the first: vertices and grids."""
+    """Vertices and grids of patches over the unit square that have the same border.
+
+    The first patch is flat, and transposed so that its normal points down.
+    """
     vertices: list[tuple[float, ...]] = []
     grids: list[Ints] = []
     for height, (p, q) in enumerate(degrees):
@@ -74,25 +77,25 @@ def build_pillow(degrees: list[tuple[int, int]]) -> tuple[FloatArray, tuple[Ints
     MeshOptions(accuracy=Accuracy(tolerance=0.01)),
 ])  # fmt: skip
 @pytest.mark.parametrize("degrees", [[(1, 1), (3, 2)], [(5, 1), (3, 4)], [(2, 3), (2, 2)]])
-def test_grids_of_several_degrees_close(
+def test_patches_of_different_degrees_with_the_same_border_are_closed(
     options: MeshOptions, degrees: list[tuple[int, int]]
 ) -> None:
-    """Whether patches share vertices or each has its own; in another form too."""
+    """Patches are closed with shared or separate vertices, in any order, and after conversions."""
     vertices, grids = build_pillow(degrees)
-    places, number = np.unique(vertices, axis=0, return_inverse=True)
+    distinct, number = np.unique(vertices, axis=0, return_inverse=True)
     for surface in (
-        (soup := PatchSurface(vertices, grids)),
-        PatchSurface(places, tuple(number[grid] for grid in grids)),
+        (separate := PatchSurface(vertices, grids)),
+        PatchSurface(distinct, tuple(number[grid] for grid in grids)),
         PatchSurface(vertices, grids[::-1], parts=(("top", (0,)), ("bottom", (1,)))),
-        convert(soup, [Transpose(), Reverse("u")]),
-        convert(soup, [Elevate((5, 5))]),
+        convert(separate, [Transpose(), Reverse("u")]),
+        convert(separate, [Elevate((5, 5))]),
     ):
         report = build(surface.lower(), options).report
         assert (report.patches, report.boundary_edges) == (2, 0)
 
 
-def test_is_frozen_and_copies_its_input() -> None:
-    """Changing the caller's arrays afterwards changes nothing."""
+def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
+    """Later changes of these arrays have no effect; the arrays of the surface are read-only."""
     vertices, patches = STRIP.copy(), QUADS.copy()
     surface = PatchSurface(vertices, patches)
     vertices[:], patches[:] = 9, 0
@@ -103,8 +106,8 @@ def test_is_frozen_and_copies_its_input() -> None:
         surface.by_degree[0][1][0] = 0
 
 
-def test_refuses_parts_that_name_no_patch_or_one_twice() -> None:
-    """All faults at once, with the name of the part escaped for JSON pointers."""
+def test_parts_with_unknown_or_repeated_patches_are_refused() -> None:
+    """There is an issue for each fault; `/` in the name of a part is escaped in the pointer."""
     issues = list_issues(parts=(("a/b", (0, 3)), ("c", (0, -1))))
     assert [(i.code, i.pointer) for i in issues] == [
         ("index_out_of_range", "/parts/a~1b/1"),

@@ -1,4 +1,4 @@
-"""Every kind of surface has a size, which equals or bounds that of its lowered model."""
+"""Every kind of surface has a size, which is exact or an upper bound for its lowered model."""
 
 from abc import ABC
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from service.surface.sweep_model import SweepModel
 SERVICE = Path(__file__).parents[2] / "service"
 
 
-def test_every_kind_has_its_size() -> None:
+def test_every_kind_has_methods_for_its_size_and_its_lowering() -> None:
     kinds = get_args(Surface)
     assert len(kinds) > 6
     for kind in kinds:
@@ -30,20 +30,20 @@ def test_every_kind_has_its_size() -> None:
 
 def test_a_kind_without_size_cannot_be_created() -> None:
     assert issubclass(SurfaceKind, ABC)
-    silent = type("Silent", (SurfaceKind,), {"lower": lambda _: None})
+    class_without_size = type("Silent", (SurfaceKind,), {"lower": lambda _: None})
     with pytest.raises(TypeError, match="size"):
-        silent()
+        class_without_size()
 
 
 def list_models(model: Model) -> list[PatchModel | SweepModel]:
-    """The models of all members of a group, or the model."""
+    """The models of all members of a group, or the only model."""
     if isinstance(model, GroupModel):
         return [model.models[member.model] for member in model.members]
     return [model]
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
+def test_sizes_agree_with_the_lowered_model(example: str) -> None:
     surface = find(example).surface()
     size, models = surface.size(), list_models(surface.lower())
     batches = [b for each in models if isinstance(each, PatchModel) for b in each.batches]
@@ -53,8 +53,10 @@ def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
     assert size.control_points >= sum(batch.points.size // 3 for batch in batches)
     assert size.members == len(models)
     assert size.curves == sum(each.pieces.count for each in models if isinstance(each, SweepModel))
-    drawn = [net.points.size // 3 for o in models if isinstance(o, PatchModel) for net in o.nets]
-    assert size.net_points >= sum(drawn)
+    net_points = [
+        net.points.size // 3 for o in models if isinstance(o, PatchModel) for net in o.nets
+    ]
+    assert size.net_points >= sum(net_points)
     parts = [part.name for each in models if isinstance(each, PatchModel) for part in each.parts]
     assert size.parts >= len(parts)
     assert size.name_bytes >= sum(len(name.encode()) for name in parts)
@@ -66,7 +68,7 @@ def test_sizes_are_those_of_the_lowered_model(example: str) -> None:
         assert surface.stored_size() == size
 
 
-def test_every_kind_is_listed_where_requests_look_for_it() -> None:
+def test_every_kind_is_listed_in_service_surface_and_in_service_schemas() -> None:
     def list_classes(room: str) -> Iterator[Any]:
         for file in (SERVICE / room).glob("[a-z]*.py"):
             module = import_module(f"service.{room}.{file.stem}")

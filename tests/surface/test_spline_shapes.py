@@ -1,4 +1,4 @@
-"""The built-in B-splines have the properties in their descriptions."""
+"""The built-in B-splines have the properties that their descriptions state."""
 
 import numpy as np
 import pytest
@@ -13,27 +13,28 @@ from tests.oracles.topology import volume
 
 
 def find_spline(example: str) -> BsplineSurface:
+    """The built-in surface with this id, which must be a B-spline."""
     surface = find(example).surface()
     assert isinstance(surface, BsplineSurface)
     return surface
 
 
-def test_every_section_of_the_goblet_is_a_circle() -> None:
-    """Distance from the axis and height depend on v alone."""
+def test_every_horizontal_section_of_the_goblet_is_a_circle() -> None:
+    """The distance from the axis and the height depend only on v."""
     surface = find_spline("nurbs-goblet")
     model = surface.lower()
     assert find_closure(model) == Closure("C1", None)
     mesh = build_mesh("nurbs-goblet", resolution=(5, 4), weld=False)
     grid = mesh.positions.reshape(4, 11, 6, 5, 3)
-    away, height = np.hypot(grid[..., 0], grid[..., 1]), grid[..., 2]
-    for values in (away, height):
+    radius, height = np.hypot(grid[..., 0], grid[..., 1]), grid[..., 2]
+    for values in (radius, height):
         np.testing.assert_allclose(
             values, np.broadcast_to(values[:1, :, :1], values.shape), atol=1e-14
         )
 
 
 def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
-    """Watertight, with normals outward; only positions on foot and rim have two normals."""
+    """Normals point out; only positions on the edges of foot and rim have two normals."""
     mesh = build_mesh("nurbs-goblet", resolution=(6, 6))
     check_sound(mesh)
     check_winding(mesh)
@@ -51,19 +52,21 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
 
 
 @pytest.mark.parametrize(
-    ("example", "least", "most"), [("swept-wing", 17, 19), ("ship-hull", 645, 665)]
+    ("example", "min_volume", "max_volume"), [("swept-wing", 17, 19), ("ship-hull", 645, 665)]
 )
-def test_models_of_several_splines_are_solids(example: str, least: float, most: float) -> None:
-    """Watertight by resolution, normals outward, and by tolerance."""
+def test_models_of_several_splines_are_solids(
+    example: str, min_volume: float, max_volume: float
+) -> None:
+    """Meshes by resolution and by tolerance are watertight, and their normals point out."""
     mesh = build_mesh(example, resolution=(4, 4))
     check_winding(mesh)
-    for built in (mesh, build_mesh(example, accuracy=Accuracy(relative_tolerance=1e-3))):
-        check_sound(built)
-        assert built.report.watertight
-        assert least < volume(built.positions, to_triangles(built)) < most
+    for each in (mesh, build_mesh(example, accuracy=Accuracy(relative_tolerance=1e-3))):
+        check_sound(each)
+        assert each.report.watertight
+        assert min_volume < volume(each.positions, to_triangles(each)) < max_volume
 
 
-def test_port_is_the_mirror_of_starboard() -> None:
+def test_the_port_side_of_the_hull_mirrors_the_starboard_side() -> None:
     hull = find("ship-hull").surface()
     assert isinstance(hull, MultipatchSurface)
     nets = {single.name: single.control_net for single in hull.surfaces}

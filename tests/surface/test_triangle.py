@@ -1,4 +1,4 @@
-"""Triangular surfaces: lowering, tensor form and refusals."""
+"""Triangular surfaces: lowering, tensor-product form, and triangles beside other patches."""
 
 import numpy as np
 import pytest
@@ -13,10 +13,10 @@ from tests.oracles import triangles
 NET = np.array([(j, k, j * k) for _, j, k in triangles.keys(2)], dtype=float)
 
 
-def test_lowers_to_one_patch() -> None:
+def test_a_triangle_is_lowered_to_one_patch() -> None:
     weights = np.arange(1.0, 7)
-    carried = Channels(uvs=np.array([[0.0, 0], [1, 0], [0, 1]]))
-    surface = TriangleSurface(NET, weights, "z", "sail", carried)
+    channels = Channels(uvs=np.array([[0.0, 0], [1, 0], [0, 1]]))
+    surface = TriangleSurface(NET, weights, "z", "sail", channels)
     model = surface.lower()
     (batch,) = model.batches
     assert isinstance(batch, TrianglePatches)
@@ -28,7 +28,7 @@ def test_lowers_to_one_patch() -> None:
     assert (model.name, model.up, model.patch_count) == ("sail", "z", 1)
 
 
-def test_is_frozen_and_copies_its_input() -> None:
+def test_a_surface_is_frozen_and_copies_the_array_of_the_caller() -> None:
     net = NET.copy()
     surface = TriangleSurface(net)
     net[:] = 9
@@ -37,12 +37,12 @@ def test_is_frozen_and_copies_its_input() -> None:
         surface.control_net[0] = 0
 
 
-def test_channels_follow_into_the_tensor_form() -> None:
-    """The colour at (u, v) of the tensor form is the colour at s = u (1 − v), t = v."""
+def test_the_tensor_product_form_has_the_channels_of_the_triangle() -> None:
+    """The colour of the tensor-product form at (u, v) is the colour at s = u (1 − v), t = v."""
     rng = np.random.default_rng(3)
     net = rng.uniform(0, 1, (10, 3))
-    carried = Channels(colors=net)
-    (batch,) = TriangleSurface(NET, channels=carried).lower().batches
+    channels = Channels(colors=net)
+    (batch,) = TriangleSurface(NET, channels=channels).lower().batches
     assert isinstance(batch, TrianglePatches)
     (channel,) = batch.to_tensor().channels
     assert channel.nets.shape == (1, 4, 4, 3)
@@ -61,10 +61,10 @@ CORNERS = np.array([[1, 2, 4], [4, 5, 7], [7, 8, 10]])
 
 
 def test_grids_and_triangles_share_vertices() -> None:
-    """Grids and triangles become one batch each; both have the values of the vertices."""
+    """The grids become one batch and the triangles another; both index the same vertices."""
     weights = np.arange(1.0, 13)
-    carried = Channels(attributes=(("height", VERTICES[:, 2:]),))
-    surface = PatchSurface(VERTICES, GRIDS, weights, channels=carried, triangles=CORNERS)
+    channels = Channels(attributes=(("height", VERTICES[:, 2:]),))
+    surface = PatchSurface(VERTICES, GRIDS, weights, channels=channels, triangles=CORNERS)
     model = surface.lower()
     grids, corners = model.batches
     assert isinstance(grids, TensorPatches)
@@ -81,8 +81,8 @@ def test_grids_and_triangles_share_vertices() -> None:
     np.testing.assert_array_equal(only.points, VERTICES[CORNERS])
 
 
-def test_parts_number_grids_first_and_may_hold_both_kinds() -> None:
-    """Any number of parts gives one batch of grids and one of triangles."""
+def test_parts_may_have_grids_and_triangles_which_are_numbered_after_the_grids() -> None:
+    """With several parts, the model still has one batch of grids and one batch of triangles."""
     parts = (("a", (4, 1)), ("b", (2, 3, 0)))
     model = PatchSurface(VERTICES, GRIDS, parts=parts, triangles=CORNERS).lower()
     assert model.order is not None

@@ -1,4 +1,4 @@
-"""Rows of the attack table, with and without a response."""
+"""The judgements of `make test-attack`: short forms of responses, and faults of attacks."""
 
 import asyncio
 from collections import Counter
@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 
 from tools.attack import connections
-from tools.attack.__main__ import SLOWEST, Row, Seen
+from tools.attack.__main__ import MAX_LATENCY, ClientResult, Row
 from tools.attack.bodies import BODIES
 from tools.attack.connections import CONNECTIONS, HALF_BODIES, SLOW_BODIES, WORST
 from tools.attack.heads import HEADS, SLOW_HEADS
@@ -30,16 +30,16 @@ CODE = b'{"code": "body_too_large"}'
         (PROBLEM + CODE, "413 body_too_large"),
     ],
 )
-def test_answers_in_short(response: bytes, text: str) -> None:
+def test_short_forms_of_responses(response: bytes, text: str) -> None:
     assert summarize(response, len(response)) == text
 
 
-def test_a_response_to_head_has_no_body() -> None:
+def test_a_response_to_head_without_a_body_is_complete() -> None:
     response = b"HTTP/1.1 404 x\r\nContent-Length: 3\r\n\r\n"
     assert summarize(response, len(response), has_body=False) == "404"
 
 
-def test_attacks_expect_documented_codes_only() -> None:
+def test_no_attack_expects_a_server_error_or_an_incomplete_response() -> None:
     for attack in (
         *BODIES,
         *HEADS,
@@ -51,37 +51,41 @@ def test_attacks_expect_documented_codes_only() -> None:
         WORST,
     ):
         for response in ("500", "500 internal_error", "200, torn", "no answer", "smuggled"):
-            assert attack.wrong({response: 1}) == [response], attack.name
-        assert attack.wrong({}), "it did nothing"
+            assert attack.find_faults({response: 1}) == [response], attack.name
+        assert attack.find_faults({}), "an attack without responses must be a fault"
 
 
 @pytest.mark.parametrize(
-    ("seen", "wrong"),
+    ("latencies", "faults"),
     [
         ([], ["no client"]),
-        ([2 * SLOWEST], ["p99"]),
-        ([SLOWEST / 2, 2 * SLOWEST], ["p99"]),
-        ([SLOWEST / 2], []),
+        ([2 * MAX_LATENCY], ["p99"]),
+        ([MAX_LATENCY / 2, 2 * MAX_LATENCY], ["p99"]),
+        ([MAX_LATENCY / 2], []),
     ],
 )
-def test_a_client_without_a_response_was_not_served(seen: list[float], wrong: list[str]) -> None:
+def test_a_client_without_or_with_late_responses_is_a_fault(
+    latencies: list[float], faults: list[str]
+) -> None:
     attack = CONNECTIONS[0]
-    of_client = [Seen(0.5, "hit", seconds, "ok") for seconds in seen]
-    assert Row(attack, Counter({"gone": 1}), 0, 1, 0, of_client).wrong() == wrong
+    results = [ClientResult(0.5, "hit", seconds, "ok") for seconds in latencies]
+    assert Row(attack, Counter({"gone": 1}), 0, 1, 0, results).find_faults() == faults
 
 
-def test_a_service_that_does_not_answer_has_not_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_reader_without_a_response_gets_no_answer_not_closed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(connections, "PATIENCE", 0.05)
 
-    async def silent(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def read_in_silence(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with suppress(OSError):
             await reader.read()
         writer.close()
 
-    async def scenario() -> str:
-        server = await asyncio.start_server(silent, "127.0.0.1", 0)
+    async def read_slowly() -> str:
+        server = await asyncio.start_server(read_in_silence, "127.0.0.1", 0)
         async with server:
             port = server.sockets[0].getsockname()[1]
-            return await connections._reads_slowly(port, b"GET / HTTP/1.1\r\n\r\n")
+            return await connections._read_slowly(port, b"GET / HTTP/1.1\r\n\r\n")
 
-    assert asyncio.run(scenario()) == "no answer"
+    assert asyncio.run(read_slowly()) == "no answer"

@@ -1,4 +1,4 @@
-"""A few of the surfaces and models of every family that `make certify` judges."""
+"""Some of the surfaces and models that `make certify` judges, at least one of every family."""
 
 import pytest
 
@@ -30,24 +30,24 @@ def test_the_distance_from_the_mesh_is_bounded_if_requested(family: str) -> None
 @pytest.mark.parametrize(
     ("family", "seed", "relative"),
     [
-        # Strips whose deviation once exceeded the bound of their edges slightly.
+        # The deviation of these strips once exceeded the bound of their edges slightly.
         ("flat", 18, 1e-1),
         ("degrees 1 to 8, anywhere", 18, 1e-1),
-        # Strips that fanned from a pole, from which corners are in line.
+        # These strips once had triangles without area at a pole, where corners are collinear.
         ("triangles", 30, 1e-3),
     ],
 )
-def test_strips_beside_the_border_pass_and_have_an_area(
+def test_strips_along_the_border_are_within_the_bound_and_have_an_area(
     family: str, seed: int, relative: float
 ) -> None:
     assert judge(Case(family, seed, relative, True, "glb"), SAMPLES).wrong == []
 
 
 @pytest.mark.parametrize("kind", list(BODIES)[::2])  # `make certify` judges all of them
-def test_seams_are_closed_and_the_same_wherever_they_are_computed(kind: str) -> None:
+def test_seams_are_closed_in_any_order_of_patches_and_equal_for_patches_alone(kind: str) -> None:
     assert judge_model(kind, 1001, 0.1).wrong == []
 
 
-def test_the_order_of_surfaces_has_no_effect_on_weights_that_are_equal_up_to_a_factor() -> None:
-    """Two weights at one point are equal once they are divided by the factors of their surfaces."""
+def test_the_order_of_surfaces_has_no_effect_on_weights_with_different_factors() -> None:
+    """At common points, the weights of two surfaces differ by a constant factor."""
     assert judge_nearly("crowded knots", 84, 1e-1).wrong == []

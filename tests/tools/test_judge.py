@@ -1,4 +1,4 @@
-"""The judge without the engine's code proves true bounds, and refutes false ones."""
+"""`make judge`, which shares no code with the engine, proves true bounds and refutes false ones."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from tools.judge.enclosures import enclose_least_distances
 from tools.judge.exact import list_nets, read_glb
 from tools.judge.proof import Mesh, _bound_distances, _halve_pieces, _project_points, prove
 
-LIKE = {"relative_tolerance": 3e-2}
+ACCURACY = {"relative_tolerance": 3e-2}
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +34,9 @@ def client() -> Iterator[Client]:
     ("family", "suffix"),
     [("rational", "glb"), ("NURBS", "stl"), ("rational triangles", "glb"), ("far away", "stl")],
 )
-def test_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
-    """A few families; `make judge` has all."""
-    verdict = judge(client, Case(family, 7, LIKE, suffix))
+def test_bounds_of_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
+    """The test takes a few families; `make judge` takes all."""
+    verdict = judge(client, Case(family, 7, ACCURACY, suffix))
     if verdict is None:  # STL is too coarse so far away
         assert (family, suffix) == ("far away", "stl")
         return
@@ -44,9 +44,9 @@ def test_meshes_are_proved(client: Client, family: str, suffix: str) -> None:
     assert verdict.proof.pieces > 0
 
 
-def test_the_examples_of_several_surfaces_are_proved() -> None:
+def test_bounds_of_built_in_multipatches_are_proved() -> None:
     verdicts = judge_cases(
-        [Case("ship-hull", None, LIKE, "glb"), Case("tea-service", None, LIKE, "glb")]
+        [Case("ship-hull", None, ACCURACY, "glb"), Case("tea-service", None, ACCURACY, "glb")]
     )
     (hull,) = verdicts  # a group has no patches of its own
     assert isinstance(hull, Verdict)
@@ -54,10 +54,12 @@ def test_the_examples_of_several_surfaces_are_proved() -> None:
 
 
 @pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "rational triangles"])
-def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> None:
-    """The judge finds a vertex that is moved by three times the bound, and a missing triangle."""
+def test_a_moved_vertex_and_a_missing_triangle_are_detected(client: Client, family: str) -> None:
+    """A vertex is moved by three times the bound; then the largest triangle is removed."""
     surface: dict[str, Any] = write_document(FAMILIES[family].surface(7))
-    response = client.post("/v1/mesh?format=glb", {"surface": surface, "normals": False, **LIKE})
+    response = client.post(
+        "/v1/mesh?format=glb", {"surface": surface, "normals": False, **ACCURACY}
+    )
     corners, origin = read_glb(response.content)
     nets, bound = list_nets(surface, origin), float(response.headers["surface-deviation-bound"])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -74,7 +76,7 @@ def test_a_vertex_in_the_wrong_place_is_noticed(client: Client, family: str) -> 
 
 @pytest.mark.parametrize("family", ["degrees 1 to 8", "rational", "creases", "NURBS",
                                     "rings and tori", "rational triangles"])  # fmt: skip
-def test_nets_are_those_of_the_surface(family: str) -> None:
+def test_nets_of_a_document_give_the_points_of_the_surface(family: str) -> None:
     for seed in range(2):
         surface = FAMILIES[family].surface(seed)
         (sheet,) = build_sheets(surface)
@@ -92,7 +94,7 @@ def test_nets_are_those_of_the_surface(family: str) -> None:
 
 
 def crumple_square(rng: np.random.Generator, spread: float) -> Array:
-    """Triangles about the unit square that are folded along their edges, some of them sharply."""
+    """Triangles (8, 3, 3) near the unit square, folded along their edges, some of them sharply."""
     grid = np.stack(np.meshgrid([0.0, 0.4, 1], [0.0, 0.7, 1], [0.0], indexing="ij"), -1)[:, :, 0]
     grid = grid + spread * rng.uniform(-1, 1, grid.shape)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
@@ -100,8 +102,8 @@ def crumple_square(rng: np.random.Generator, spread: float) -> Array:
 
 
 @pytest.mark.parametrize("spread", [0.02, 0.2, 0.6])
-def test_no_point_of_a_piece_is_further_than_its_hull_is_said_to_be(spread: float) -> None:
-    """Pieces of all sizes over folds, where the hull is on two triangles."""
+def test_distances_of_all_points_of_a_piece_are_within_its_bound(spread: float) -> None:
+    """Pieces of many sizes are near folds, where a piece is near to two triangles."""
     rng = np.random.default_rng(5)
     t = np.linspace(0, 1, 9)
     lines = [np.array([comb(2, k) * x**k * (1 - x) ** (2 - k) for k in range(3)]) for x in t]
@@ -114,19 +116,19 @@ def test_no_point_of_a_piece_is_further_than_its_hull_is_said_to_be(spread: floa
         pieces = np.moveaxis(net, -1, 0)[:, np.newaxis]
         for _ in range(6):
             points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
-            true = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
-            text = _bound_distances(mesh, _project_points(pieces), of_all=False)
-            assert (true.reshape(len(text), -1).max(axis=1) <= text + 1e-12).all()
+            distances = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
+            bounds = _bound_distances(mesh, _project_points(pieces), of_all=False)
+            assert (distances.reshape(len(bounds), -1).max(axis=1) <= bounds + 1e-12).all()
             pieces = _halve_pieces(pieces, _project_points(pieces))
 
 
-def test_there_are_enough_of_every_family() -> None:
-    every = list(list_cases())
-    assert len({case.family for case in every} & set(FAMILIES)) == len(FAMILIES) - 1
-    assert set(Counter(case.family for case in every if case.seed is not None).values()) == {200}
+def test_every_family_has_200_cases() -> None:
+    cases = list(list_cases())
+    assert len({case.family for case in cases} & set(FAMILIES)) == len(FAMILIES) - 1
+    assert set(Counter(case.family for case in cases if case.seed is not None).values()) == {200}
 
 
-def test_enclosures_hold_the_distances_of_a_cylinder() -> None:
+def test_enclosures_contain_the_distances_from_a_cylinder() -> None:
     """A quarter of a cylinder of radius 1 and height 1, whose distances have a closed form."""
     arc = np.array([[1, 0, 1], [1, 1, np.sqrt(0.5)], [0, 1, 1]])
     net = np.array([[[x * w, y * w, z * w, w] for z in (0.0, 1.0)] for x, y, w in arc])

@@ -1,4 +1,4 @@
-"""The check on phrases finds a planted one, and an exemption that nothing needs."""
+"""The check of phrases reports a phrase, and an exemption that is not needed."""
 
 from pathlib import Path
 
@@ -17,7 +17,9 @@ from tools.phrases import Exemption, check
         ("README.md", "A request that is under\n# way.\n", 1),
     ],
 )
-def test_a_planted_phrase_is_found(tmp_path: Path, name: str, text: str, line: int) -> None:
+def test_a_phrase_is_reported_with_its_file_and_line(
+    tmp_path: Path, name: str, text: str, line: int
+) -> None:
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_text(text, encoding="utf-8")
@@ -26,6 +28,6 @@ def test_a_planted_phrase_is_found(tmp_path: Path, name: str, text: str, line: i
     assert check(tmp_path, (Exemption(name, "*", "planted"),)) == []
 
 
-def test_an_unused_exemption_is_reported(tmp_path: Path) -> None:
+def test_an_exemption_that_is_not_needed_is_reported(tmp_path: Path) -> None:
     (result,) = check(tmp_path, (Exemption("service/", "so many|so much", "none"),))
     assert "nothing needs the exemption of 'service/'" in result

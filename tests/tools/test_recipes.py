@@ -1,5 +1,7 @@
-"""All steps of the recipes can be carried out in this checkout; `make test-recipes` runs the
-tests."""
+"""All steps of the recipes can be done in this checkout.
+
+`make test-recipes` also runs the tests of the recipes.
+"""
 
 import ast
 import re
@@ -16,24 +18,24 @@ from tools.recipes.__main__ import RECIPES
 
 
 @pytest.mark.parametrize("name", RECIPES)
-def test_steps_find_their_places_and_their_names_and_touch_few_files(
+def test_steps_can_be_done_and_change_few_files_without_missing_names(
     name: str, tmp_path: Path
 ) -> None:
     recipe = RECIPES[name]
-    assert len({step.path for step in recipe.steps}) <= recipe.most
+    assert len({step.path for step in recipe.steps}) <= recipe.max_files
     for step in recipe.steps:
         (tmp_path / step.path).parent.mkdir(parents=True, exist_ok=True)
-        if step.behind:
+        if step.insertions:
             shutil.copy(ROOT / step.path, tmp_path / step.path)
-        step.do(tmp_path)
+        step.apply(tmp_path)
     command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select=F821", str(tmp_path)]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+    result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+    assert result.returncode == 0, result.stdout
     assert not list(find_missing_imports(tmp_path))
 
 
 def find_missing_imports(copy: Path) -> Iterator[str]:
-    """Names that files of `copy` import from files in which no such word is."""
+    """Names that files of `copy` import from modules whose text does not contain the name."""
     for path in copy.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if not isinstance(node, ast.ImportFrom):
@@ -41,12 +43,14 @@ def find_missing_imports(copy: Path) -> Iterator[str]:
             module = (node.module or "").replace(".", "/")
             text = read_text(copy, f"{module}.py") or read_text(copy, f"{module}/__init__.py")
             for name in [each.name for each in node.names] if text else ():
-                is_there = re.search(rf"\b{name}\b", text) or read_text(copy, f"{module}/{name}.py")
-                if not is_there:
+                is_defined = re.search(rf"\b{name}\b", text) or read_text(
+                    copy, f"{module}/{name}.py"
+                )
+                if not is_defined:
                     yield f"{path.relative_to(copy)}: {node.module}.{name}"
 
 
 def read_text(copy: Path, path: str) -> str:
-    """A file of `copy`, or of this checkout where it has none; empty if neither has it."""
+    """The text of a file of `copy`, or else of this checkout; empty if neither has the file."""
     files = (root / path for root in (copy, ROOT) if (root / path).is_file())
     return next((file.read_text(encoding="utf-8") for file in files), "")

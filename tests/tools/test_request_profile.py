@@ -1,9 +1,9 @@
-"""How much of the service runs for one small mesh, outside the mathematics."""
+"""The number of calls of functions outside the mathematics, during a request for a small mesh."""
 
-from tools.request_profile import outside, profile
+from tools.request_profile import count_calls, exclude_mathematics
 
 
-def test_a_small_mesh_takes_few_calls_in_few_files() -> None:
-    calls = outside(profile("glb"))
+def test_a_request_for_a_small_mesh_needs_few_calls_in_few_files() -> None:
+    calls = exclude_mathematics(count_calls("glb"))
     assert calls.total() <= 124
     assert len(calls) <= 26, sorted(calls)

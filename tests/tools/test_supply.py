@@ -1,4 +1,4 @@
-"""Packages of other projects in the image are listed, and have allowed licences."""
+"""Packages of other projects in the image are listed and have allowed licences; releases."""
 
 import json
 import re
@@ -13,92 +13,100 @@ import yaml
 from service import __version__
 from tests.deploy.files import run_command
 from tests.programs import find_program
-from tools.supply.licences import PAGE, READ, Unread, check, licence, page, statement
-from tools.supply.packages import BUNDLED, ROOT, needed, scripts
-from tools.supply.release import unreleased
+from tools.supply.licences import (
+    PAGE,
+    READ,
+    UnknownLicence,
+    check_licence,
+    find_licence,
+    read_statement,
+    write_page,
+)
+from tools.supply.packages import BUNDLED, ROOT, list_packages, list_scripts
+from tools.supply.release import find_changelog_fault
 from tools.supply.sbom import add_scripts
 
 DOCKERFILE = (ROOT / "Dockerfile").read_text(encoding="utf-8")
 DEPENDABOT = ROOT / ".github" / "dependabot.yml"
 
 
-def read_licence(name: str, **fields: str) -> str:
-    """The licence of a distribution with these fields."""
+def find_licence_of(name: str, **fields: str) -> str:
+    """The licence that is found for a package with these fields of metadata."""
     metadata = Message()
     for field, text in fields.items():
         metadata[field] = text
-    return licence(cast(Any, SimpleNamespace(name=name, metadata=metadata)))
+    return find_licence(cast(Any, SimpleNamespace(name=name, metadata=metadata)))
 
 
 def test_the_page_of_licences_lists_the_installed_packages() -> None:
     try:
-        result = page()
+        result = write_page()
     except PackageNotFoundError as error:
         pytest.skip(f"not installed: {error.name}, which the image's Python needs")
     assert PAGE.read_text(encoding="utf-8") == result
 
 
 def test_needed_packages_exclude_development_tools() -> None:
-    result = needed()
+    result = list_packages()
     assert {"fastapi", "starlette", "numpy", "meshopt"} <= result.keys()
     assert not result.keys() & {"pytest", "ruff", "scipy", "playwright"}
 
 
-def test_an_unclear_licence_must_be_read_first() -> None:
-    with pytest.raises(Unread, match="'BSD License'"):
-        read_licence("x", Classifier="License :: OSI Approved :: BSD License")
-    with pytest.raises(Unread, match="says ''"):
-        read_licence("x")
+def test_a_licence_that_is_no_spdx_expression_is_refused_until_a_person_read_it() -> None:
+    with pytest.raises(UnknownLicence, match="'BSD License'"):
+        find_licence_of("x", Classifier="License :: OSI Approved :: BSD License")
+    with pytest.raises(UnknownLicence, match="says ''"):
+        find_licence_of("x")
 
 
-def test_a_changed_licence_text_must_be_read_again() -> None:
+def test_a_package_that_changes_its_statement_is_refused_until_a_person_read_it() -> None:
     name, (declared, expected) = next(iter(READ.items()))
-    assert statement(distribution(name)) == declared
-    assert read_licence(name, License="GPL-3.0-only") == "GPL-3.0-only"
-    with pytest.raises(Unread, match=name):
-        read_licence(name, License="Our own licence")
-    assert check(name, expected) == expected
+    assert read_statement(distribution(name)) == declared
+    assert find_licence_of(name, License="GPL-3.0-only") == "GPL-3.0-only"
+    with pytest.raises(UnknownLicence, match=name):
+        find_licence_of(name, License="Our own licence")
+    assert check_licence(name, expected) == expected
 
 
 @pytest.mark.parametrize("expression", ["GPL-3.0-only", "MIT OR AGPL-3.0-only", "(MIT)AND(X)", ""])
-def test_strange_licence_is_refused(expression: str) -> None:
-    with pytest.raises(Unread, match="not allowed"):
-        check("x", expression)
+def test_licences_that_are_not_allowed_are_refused(expression: str) -> None:
+    with pytest.raises(UnknownLicence, match="not allowed"):
+        check_licence("x", expression)
 
 
-def test_scripts_are_those_that_the_image_copies() -> None:
+def test_bundled_npm_packages_are_those_that_the_image_copies() -> None:
     copied = re.findall(r"/web/node_modules/([\w./-]+)/", DOCKERFILE)
     assert set(copied) == set(BUNDLED)
 
 
-def test_bill_of_materials_has_the_scripts_too() -> None:
+def test_the_bill_of_materials_has_the_npm_packages() -> None:
     library = {"bom-ref": "numpy==2", "name": "numpy", "version": "2", "type": "library"}
     bill: dict[str, Any] = {
         "metadata": {"component": {"bom-ref": "root-component", "name": "surface-service"}},
         "components": [library],
         "dependencies": [{"ref": "root-component", "dependsOn": ["numpy==2"]}, {"ref": "numpy==2"}],
     }
-    whole = add_scripts(bill)
-    assert whole["metadata"]["component"]["version"] == __version__
-    assert [each["name"] for each in whole["components"]] == ["numpy", *BUNDLED]
-    (hashed,) = whole["components"][-1]["hashes"]
-    assert hashed["alg"] == "SHA-512"
-    assert re.fullmatch("[0-9a-f]{128}", hashed["content"])
-    needs = {each["ref"]: each.get("dependsOn") for each in whole["dependencies"]}
-    added = [f"pkg:npm/{script.name}@{script.version}" for script in scripts()]
+    complete = add_scripts(bill)
+    assert complete["metadata"]["component"]["version"] == __version__
+    assert [each["name"] for each in complete["components"]] == ["numpy", *BUNDLED]
+    (checksum,) = complete["components"][-1]["hashes"]
+    assert checksum["alg"] == "SHA-512"
+    assert re.fullmatch("[0-9a-f]{128}", checksum["content"])
+    needs = {each["ref"]: each.get("dependsOn") for each in complete["dependencies"]}
+    added = [f"pkg:npm/{script.name}@{script.version}" for script in list_scripts()]
     assert needs["root-component"] == ["numpy==2", *added]
     assert needs["numpy==2"] is None
-    assert json.dumps(add_scripts(bill)) == json.dumps(whole)
+    assert json.dumps(add_scripts(bill)) == json.dumps(complete)
 
 
-def test_bases_of_the_image_are_exact() -> None:
+def test_base_images_have_exact_versions() -> None:
     bases = re.findall(r"^ARG \w+_IMAGE=(\S+)$", DOCKERFILE, re.MULTILINE)
     assert len(bases) == 2
     for base in bases:
         assert re.fullmatch(r"\w+:\d+\.\d+\.\d+-slim-\w+|\w+:\d+\.\d+\.\d+-\w+-slim", base)
 
 
-def test_updates_are_looked_for_wherever_something_is_pinned() -> None:
+def test_dependabot_watches_every_file_that_pins_versions() -> None:
     run_command(
         find_program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT
     )
@@ -110,7 +118,7 @@ def test_updates_are_looked_for_wherever_something_is_pinned() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changelog", "problem"),
+    ("changelog", "fault"),
     [
         ("# Log\n\n## [Unreleased]\n\n## [1.1.0]\n\nNews.\n\n## [1.0.0]\n", ""),
         ("# Log\n\n## [1.1.0] - 2026-01-01\n\nNews.\n", ""),
@@ -119,7 +127,7 @@ def test_updates_are_looked_for_wherever_something_is_pinned() -> None:
         ("# Log\n", "is not 1.1.0"),
     ],
 )
-def test_changelog_of_a_release(changelog: str, problem: str) -> None:
-    result = unreleased(changelog, "1.1.0")
-    assert problem in result
-    assert bool(problem) == bool(result)
+def test_faults_of_a_changelog(changelog: str, fault: str) -> None:
+    result = find_changelog_fault(changelog, "1.1.0")
+    assert fault in result
+    assert bool(fault) == bool(result)

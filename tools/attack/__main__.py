@@ -1,16 +1,16 @@
-"""The attack table: `make test-attack`.
+"""Attacks a running service and prints a table of the results: `make test-attack`.
 
-It attacks a service in a process of its own, with default settings, but with a small memory budget
-and a small quota. The attacks run one after the other, and at the end the worst of them together.
-Meanwhile a well-behaved client sends small requests and compares every byte of the responses.
-Attacks that only HAProxy can withstand go through the HAProxy of `deploy/`. Attackers have a low
-priority and send only a few requests at a time, because they share two processors with the service
-and the client: the test looks for limits, not for bandwidth.
+The service runs in a process of its own, with a small memory budget and a small quota; its other
+settings are the defaults. The attacks run one after the other, and at the end the worst of them at
+once. Meanwhile a well-behaved client sends small requests and compares every byte of the responses.
+Attacks that only HAProxy can withstand go through the HAProxy of `deploy/`. The attackers have a
+low priority and send only a few requests at a time, because they share two processors with the
+service and the client: the program tests limits, not bandwidth.
 
-It fails if the service held more memory than allowed, if the client waited too long or got a wrong
-response, or if an attack got a response that is not documented. It also fails if the attacks leave
-something behind: memory, open files, held memory or threads in the metrics, or a service that does
-not respond.
+The program fails if the service used more memory than allowed, if the client waited too long or got
+a wrong response, or if an attack got a response that is not documented. It also fails if, after the
+attacks, the service does not respond, uses too much memory or too many open files, or still reports
+reserved memory or busy threads in its metrics.
 """
 
 import asyncio
@@ -46,77 +46,82 @@ from tools.processes import (
 BUDGET = 400_000_000
 """`SURFACE_MEMORY_BYTES` of the attacked service."""
 
-MOST_RESIDENT = BUDGET + 250e6
-"""The most bytes that the process may hold: its budget, and 250 MB for Python, NumPy and the
-server."""
+MAX_RESIDENT = BUDGET + 250e6
+"""The largest number of bytes that the process may use during attacks: its budget, and 250 MB for
+Python, NumPy and the server."""
 
-SLOWEST, SLOWEST_JSON = 0.1, 0.3
-"""Limits of the client's 99th percentile in seconds: in general, and during an attack that sends
-the largest JSON."""
+MAX_LATENCY, MAX_LATENCY_JSON = 0.1, 0.3
+"""The largest 99th percentiles of the client's latencies in seconds: in general, and during an
+attack that sends the largest JSON."""
 
-LEFT = 250e6
-"""The most bytes that the process may hold after all attacks, cached responses included."""
+MAX_LEFTOVER = 250e6
+"""The largest number of bytes that the process may use after all attacks, with its caches."""
 
-QUIET = 2.0
-"""Seconds before the first attack, in which the client is measured for comparison."""
+QUIET_SECONDS = 2.0
+"""Seconds before the first attack, in which the latencies of the client are measured."""
 
 FOLDER = ROOT / "build" / "attack"
 
 LASTING = (SLOW_HEADS, SLOW_BODIES, HALF_BODIES)
+"""Slow attacks, which run for a long time, at once with others."""
+
 FIRST, BESIDE, LAST = (BODIES, (*HEADS, *CONNECTIONS), (*WORK, WORST))
-"""Attacks before the lasting ones, during these, and after these; the lasting attacks take the
-memory for bodies."""
+"""Attacks that run before, during and after `LASTING`. Attacks with large bodies are not among
+`BESIDE`, because the slow attacks take the memory for bodies."""
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """Result of one request of the well-behaved client."""
+class ClientResult:
+    """The result of one request of the well-behaved client; `outcome` is `ok` or the fault."""
 
     time: float
     kind: str
     seconds: float
-    what: str
+    outcome: str
 
 
 @dataclass(slots=True)
 class Row:
-    """Result of one attack."""
+    """The result of one attack; times in seconds, `resident` is the peak memory in bytes."""
 
     attack: Attack
-    answers: Counter[str]
+    responses: Counter[str]
     start: float
     end: float
     resident: int
-    seen: list[Seen] = field(default_factory=list)
+    results: list[ClientResult] = field(default_factory=list)
 
-    def wrong(self) -> list[str]:
-        """Faults of the service that the attack showed."""
-        faults = self.attack.wrong(self.answers)
-        faults += [f"client: {what}" for what in sorted({s.what for s in self.seen} - {"ok"})]
-        if self.resident > MOST_RESIDENT:
+    def find_faults(self) -> list[str]:
+        """The faults of the service during the attack."""
+        faults = self.attack.find_faults(self.responses)
+        faults += [f"client: {text}" for text in sorted({r.outcome for r in self.results} - {"ok"})]
+        if self.resident > MAX_RESIDENT:
             faults.append("memory")
-        if not self.seen:
-            faults.append("no client")  # it waited during the whole attack, or has ended
-        elif compute_percentile(self.seen, 99) > (SLOWEST_JSON if self.attack.parses else SLOWEST):
+        if not self.results:
+            faults.append("no client")  # no request ended during the attack
+        elif compute_percentile(self.results, 99) > (
+            MAX_LATENCY_JSON if self.attack.parses else MAX_LATENCY
+        ):
             faults.append("p99")
         return faults
 
-    def line(self) -> str:
-        """A line of the table."""
-        answers = ", ".join(f"{count} × {what}" for what, count in self.answers.most_common())
-        half, most = (compute_percentile(self.seen, part) * 1e3 for part in (50, 99))
+    def format(self) -> str:
+        """A row of the table in Markdown."""
+        responses = ", ".join(f"{count} × {text}" for text, count in self.responses.most_common())
+        p50, p99 = (compute_percentile(self.results, percent) * 1e3 for percent in (50, 99))
         return (
-            f"| {self.attack.name} | {self.end - self.start:.0f} s | {answers} | "
-            f"{self.resident / 1e6:.0f} MB | {half:.1f} / {most:.1f} ms of {len(self.seen)} | "
-            f"{', '.join(self.wrong()) or 'ok'} |"
+            f"| {self.attack.name} | {self.end - self.start:.0f} s | {responses} | "
+            f"{self.resident / 1e6:.0f} MB | {p50:.1f} / {p99:.1f} ms of {len(self.results)} | "
+            f"{', '.join(self.find_faults()) or 'ok'} |"
         )
 
 
-def compute_percentile(seen: list[Seen], part: int) -> float:
-    """A percentile of the latencies of requests, in seconds; 0 without requests."""
-    if len(seen) < 2:
-        return sum(s.seconds for s in seen)
-    return statistics.quantiles((s.seconds for s in seen), n=100, method="inclusive")[part - 1]
+def compute_percentile(results: list[ClientResult], percent: int) -> float:
+    """The percentile `percent` of the latencies in seconds; 0 without results."""
+    if len(results) < 2:
+        return sum(result.seconds for result in results)
+    latencies = [result.seconds for result in results]
+    return statistics.quantiles(latencies, n=100, method="inclusive")[percent - 1]
 
 
 async def run_attacks(
@@ -128,58 +133,63 @@ async def run_attacks(
     beside: Sequence[Attack] = (),
     last: Sequence[Attack] = (),
 ) -> list[Row]:
-    """Runs the attacks `first`, then `lasting` together with `beside`, then `last`; returns their
-    rows."""
+    """Runs `first`, then `lasting` together with `beside`, then `last`; returns the rows.
+
+    The attacks of a sequence run one after the other, except those of `lasting`, which run at once.
+    """
     rows: list[Row] = []
 
     async def run_attack(attack: Attack) -> None:
         reset_peak(service.pid)
         start = time.monotonic()
-        answers = await attack.run(port)
-        rows.append(Row(attack, answers, start, time.monotonic(), peak_memory(service.pid)))
-        print(f"  {attack.name}: {dict(answers)}", file=sys.stderr, flush=True)
+        responses = await attack.run(port)
+        rows.append(Row(attack, responses, start, time.monotonic(), peak_memory(service.pid)))
+        print(f"  {attack.name}: {dict(responses)}", file=sys.stderr, flush=True)
 
-    async def run_in_turn(attacks: Iterable[Attack]) -> None:
+    async def run_one_by_one(attacks: Iterable[Attack]) -> None:
         for attack in attacks:
             await run_attack(attack)
             await asyncio.sleep(0.3)
 
-    await run_in_turn(first)
-    await asyncio.gather(*map(run_attack, lasting), run_in_turn(beside))
-    await run_in_turn(last)
+    await run_one_by_one(first)
+    await asyncio.gather(*map(run_attack, lasting), run_one_by_one(beside))
+    await run_one_by_one(last)
     return rows
 
 
 @contextmanager
-def client(port: int) -> Iterator[list[Seen]]:
-    """Results of a well-behaved client at a port: a list that is complete after the block."""
+def run_client(port: int) -> Iterator[list[ClientResult]]:
+    """Runs the well-behaved client during the block; the list has its results after the block."""
     command = [sys.executable, "-m", "tools.attack.client", str(port)]
-    seen: list[Seen] = []
+    results: list[ClientResult] = []
     with tempfile.TemporaryFile("w+") as output:
         process = subprocess.Popen(command, cwd=ROOT, stdout=output)
         try:
-            time.sleep(QUIET + 1)
-            yield seen
+            time.sleep(QUIET_SECONDS + 1)
+            yield results
         finally:
             process.terminate()
             process.wait()
         output.seek(0)
         for line in output:
-            moment, kind, seconds, what = line.rstrip("\n").split(" ", 3)
-            seen.append(Seen(float(moment), kind, float(seconds), what))
+            moment, kind, seconds, outcome = line.rstrip("\n").split(" ", 3)
+            results.append(ClientResult(float(moment), kind, float(seconds), outcome))
 
 
 def find_leftovers(service: Server, files: int) -> list[str]:
-    """Leftovers some seconds after the last attack."""
+    """Memory, open files and gauges that are too high after the attacks, and stay so for 30 s.
+
+    `files` is the number of open files before the attacks.
+    """
     problems: list[str] = []
     for _ in range(60):
         time.sleep(0.5)
         problems = []
-        if resident_memory(service.pid) > LEFT:
+        if resident_memory(service.pid) > MAX_LEFTOVER:
             problems.append(f"{resident_memory(service.pid) / 1e6:.0f} MB of memory")
         if service.open_files() > files + 4:
             problems.append(f"{service.open_files()} open files, {files} before")
-        problems += find_held_resources(service)
+        problems += find_nonzero_gauges(service)
         if not problems:
             break
     return problems
@@ -189,24 +199,27 @@ GAUGES = ("surface_queue_length{", "surface_threads_busy{", "surface_memory_byte
 """Gauges that must be 0 after the attacks."""
 
 
-def find_held_resources(service: Server) -> list[str]:
-    """Memory and threads that the service's metrics still report as held."""
+def find_nonzero_gauges(service: Server) -> list[str]:
+    """The gauges of `GAUGES` that are above 0 in the metrics of the service."""
     response = httpx.get(f"{service.url}/metrics")
     if response.status_code != 200:
         return ["no /metrics"]
-    held = []
+    nonzero = []
     for line in response.text.splitlines():
         name, _, value = line.rpartition(" ")
         if name.startswith(GAUGES) and float(value) > 0:
-            held.append(f"{name} {value}")
-    return held
+            nonzero.append(f"{name} {value}")
+    return nonzero
 
 
-def main(chosen: list[str]) -> bool:
-    """Whether the service withstood all attacks."""
+def main(words: list[str]) -> bool:
+    """Runs all attacks, or those whose name contains one of these words.
+
+    Returns whether the service withstood them.
+    """
 
     def select(attacks: Sequence[Attack]) -> list[Attack]:
-        return [each for each in attacks if not chosen or any(word in each.name for word in chosen)]
+        return [each for each in attacks if not words or any(word in each.name for word in words)]
 
     shutil.rmtree(FOLDER, ignore_errors=True)
     settings = {
@@ -217,50 +230,53 @@ def main(chosen: list[str]) -> bool:
     rows: list[Row] = []
     with service_server(FOLDER, settings) as service:
         if select(PROXIED):
-            with Proxy(FOLDER, service.port, service.port) as proxy, client(proxy.port) as seen:
+            with (
+                Proxy(FOLDER, service.port, service.port) as proxy,
+                run_client(proxy.port) as results,
+            ):
                 rows += asyncio.run(run_attacks(service, proxy.port, select(PROXIED)))
-            assign(rows, seen)
-        with client(service.port) as seen:
+            assign_results(rows, results)
+        with run_client(service.port) as results:
             os.nice(10)  # the attacks get only idle processor time
             files, begin = service.open_files(), time.monotonic()
             rest = {"lasting": select(LASTING), "beside": select(BESIDE), "last": select(LAST)}
             direct = asyncio.run(run_attacks(service, service.port, select(FIRST), **rest))
             end = time.monotonic()
-        assign(direct, seen)
-        left = find_leftovers(service, files)
+        assign_results(direct, results)
+        leftovers = find_leftovers(service, files)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
-    before = [s for s in seen if s.time < begin]
-    return report(rows + direct, before, left, traces, end - begin)
+    before = [s for s in results if s.time < begin]
+    return print_report(rows + direct, before, leftovers, traces, end - begin)
 
 
-def assign(rows: list[Row], seen: list[Seen]) -> None:
-    """Gives each row the client's requests during its attack."""
+def assign_results(rows: list[Row], results: list[ClientResult]) -> None:
+    """Gives each row the results of the client during its attack."""
     for row in rows:
-        row.seen = [s for s in seen if row.start <= s.time <= row.end]
+        row.results = [s for s in results if row.start <= s.time <= row.end]
 
 
-def report(
-    rows: list[Row], before: list[Seen], left: list[str], traces: int, seconds: float
+def print_report(
+    rows: list[Row], before: list[ClientResult], leftovers: list[str], traces: int, seconds: float
 ) -> bool:
-    """Prints the table; returns whether the service passed."""
-    half, most = (compute_percentile(before, part) * 1e3 for part in (50, 99))
-    print("| attack | took | answers | most memory | client p50 / p99 | |")
+    """Prints the table and the faults; returns whether there are no faults."""
+    p50, p99 = (compute_percentile(before, percent) * 1e3 for percent in (50, 99))
+    print("| attack | duration | responses | peak memory | client p50 / p99 | faults |")
     print("| --- | --- | --- | --- | --- | --- |")
-    print(f"| nothing | | | | {half:.1f} / {most:.1f} ms of {len(before)} | |")
+    print(f"| nothing | | | | {p50:.1f} / {p99:.1f} ms of {len(before)} | |")
     for row in rows:
-        print(row.line())
-    wrong = [f"{row.attack.name}: {what}" for row in rows for what in row.wrong()]
-    wrong += [f"left over: {what}" for what in left]
-    wrong += [f"{traces} exceptions in the log"] if traces else []
-    slow = sorted((s for row in rows for s in row.seen), key=lambda s: -s.seconds)[:5]
-    print(f"\n{seconds:.0f} s; the slowest of the client:", end=" ")
+        print(row.format())
+    faults = [f"{row.attack.name}: {text}" for row in rows for text in row.find_faults()]
+    faults += [f"after the attacks: {text}" for text in leftovers]
+    faults += [f"{traces} exceptions in the log"] if traces else []
+    slow = sorted((s for row in rows for s in row.results), key=lambda s: -s.seconds)[:5]
+    print(f"\n{seconds:.0f} s; slowest requests of the client:", end=" ")
     print(", ".join(f"{s.seconds * 1e3:.0f} ms {s.kind}" for s in slow))
     for kind in sorted({s.kind for s in before}):
-        of_kind = [s for row in rows for s in row.seen if s.kind == kind]
-        half, most = (compute_percentile(of_kind, part) * 1e3 for part in (50, 99))
-        print(f"  {kind}: {half:.1f} / {most:.1f} ms of {len(of_kind)}")
-    print(f"{len(wrong)} things are wrong" + "".join(f"\n- {what}" for what in wrong))
-    return not wrong
+        of_kind = [s for row in rows for s in row.results if s.kind == kind]
+        p50, p99 = (compute_percentile(of_kind, percent) * 1e3 for percent in (50, 99))
+        print(f"  {kind}: {p50:.1f} / {p99:.1f} ms of {len(of_kind)}")
+    print(f"{len(faults)} faults" + "".join(f"\n- {text}" for text in faults))
+    return not faults
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""A well-behaved client: sends small requests at a steady pace, times each and compares its bytes.
+"""A well-behaved client sends small requests at a steady rate, and compares bytes of responses.
 
-It is a process of its own, so that the attacks do not slow it down. It writes a line for each
-request to standard output, `time kind seconds what`, where `what` is `ok` or names the fault.
+The client is a process of its own, so that the attacks do not slow it down. For each request it
+writes a line to standard output: `time kind seconds outcome`. The outcome is `ok` or the fault.
 """
 
 import http.client
@@ -11,21 +11,21 @@ import sys
 import time
 from dataclasses import dataclass
 
-PACE = 0.012
+INTERVAL = 0.012
 """Seconds from one request to the next."""
 
 PATIENCE = 5.0
-"""Seconds after which a request is given up."""
+"""Seconds after which the client gives up a request."""
 
-FRESH = 25
-"""Number of requests on one connection."""
+REQUESTS_PER_CONNECTION = 25
+"""Number of requests that the client sends on one connection."""
 
 _NET = [[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)]
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One of the requests, which the client sends in turn; `status` is the expected one."""
+    """A request that the client sends; `status` is the expected status."""
 
     kind: str
     method: str
@@ -34,7 +34,7 @@ class Request:
     status: int = 200
 
 
-def _post(kind: str, url: str, **document: object) -> Request:
+def _build_post(kind: str, url: str, **document: object) -> Request:
     return Request(kind, "POST", url, json.dumps(document).encode())
 
 
@@ -43,12 +43,12 @@ _SURFACE = {"control_net": _NET}
 REQUESTS = (
     Request("health", "GET", "/health/live"),
     Request("hit", "GET", "/v1/surfaces/utah-teapot/mesh.glb?resolution=8"),
-    _post("mesh", "/v1/mesh?format=glb", surface=_SURFACE, resolution=8),
+    _build_post("mesh", "/v1/mesh?format=glb", surface=_SURFACE, resolution=8),
     Request("hit", "GET", "/v1/surfaces/saddle/mesh.stl?resolution=16"),
-    _post("points", "/v1/points", surface=_SURFACE, uv=[[0.5, 0.25], [0, 1]], derivatives=2),
+    _build_post("points", "/v1/points", surface=_SURFACE, uv=[[0.5, 0.25], [0, 1]], derivatives=2),
     Request("get", "GET", "/v1/surfaces/torus"),
-    _post("mesh", "/v1/mesh?format=json", surface=_SURFACE, resolution=6),
-    _post("estimate", "/v1/estimate", surface=_SURFACE, resolution=64),
+    _build_post("mesh", "/v1/mesh?format=json", surface=_SURFACE, resolution=6),
+    _build_post("estimate", "/v1/estimate", surface=_SURFACE, resolution=64),
     Request("refused", "POST", "/v1/mesh", b'{"surface": {"control_net": [[1]]}}', 422),
 )
 
@@ -56,27 +56,28 @@ REQUESTS = (
 def main(port: int) -> None:
     """Sends requests until the process is stopped."""
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
-    expected = {request: _ask(connection, request)[1] for request in REQUESTS}
+    expected = {request: _send_request(connection, request)[1] for request in REQUESTS}
     due = time.monotonic()
     for number in itertools.count():
         request = REQUESTS[number % len(REQUESTS)]
-        if number % FRESH == 0:
+        if number % REQUESTS_PER_CONNECTION == 0:
             connection.close()  # the next request opens a new one
         start = time.monotonic()
         try:
-            status, content = _ask(connection, request)
-            wrong = "other bytes" if content != expected[request] else "ok"
-            what = wrong if status == request.status else f"status {status}"
+            status, content = _send_request(connection, request)
+            outcome = "other bytes" if content != expected[request] else "ok"
+            if status != request.status:
+                outcome = f"status {status}"
         except (OSError, http.client.HTTPException) as error:
-            what = type(error).__name__
+            outcome = type(error).__name__
             connection.close()
         end = time.monotonic()
-        print(f"{end:.6f} {request.kind} {end - start:.6f} {what}", flush=True)
-        due = max(due + PACE, end - PACE)
+        print(f"{end:.6f} {request.kind} {end - start:.6f} {outcome}", flush=True)
+        due = max(due + INTERVAL, end - INTERVAL)
         time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _ask(connection: http.client.HTTPConnection, request: Request) -> tuple[int, bytes]:
+def _send_request(connection: http.client.HTTPConnection, request: Request) -> tuple[int, bytes]:
     headers = {"Content-Type": "application/json"} if request.body is not None else {}
     connection.request(request.method, request.url, request.body, headers)
     response = connection.getresponse()

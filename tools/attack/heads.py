@@ -11,19 +11,19 @@ from tools.attack.wire import (
     BUSY,
     Attack,
     Pieces,
-    ask,
-    get,
+    build_get,
+    build_post,
     open_connection,
-    post,
-    repeat,
-    send_storm,
+    repeat_requests,
+    send_request,
+    send_requests,
     summarize,
 )
 
-SMALL = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":1}'
+SMALL_BODY = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":1}'
 
 
-def _floods() -> Iterator[Pieces]:
+def _list_header_floods() -> Iterator[Pieces]:
     start = b"GET /health HTTP/1.1\r\nHost: x\r\n"
     yield [start, *(b"x%d: y\r\n" % k * 100 for k in range(1000))]
     yield [start, *(b"x: y\r\n" * 10_000 for _ in range(50))]
@@ -41,8 +41,8 @@ def _floods() -> Iterator[Pieces]:
     yield [chunked, b"0" * 16_384, *(b"0" * 16_384 for _ in range(64))]
 
 
-async def floods(port: int) -> Counter[str]:
-    return await send_storm(port, repeat(_floods))
+async def send_header_floods(port: int) -> Counter[str]:
+    return await send_requests(port, repeat_requests(_list_header_floods))
 
 
 PATHS = (
@@ -55,7 +55,7 @@ PATHS = (
 )  # fmt: skip
 
 
-async def traversal(port: int) -> Counter[str]:
+async def send_traversal_paths(port: int) -> Counter[str]:
     addresses = [
         place.format(path)
         for place in (
@@ -70,8 +70,8 @@ async def traversal(port: int) -> Counter[str]:
         for path in PATHS
     ]
     encoded = [url.encode("utf-8").decode("latin-1") for url in addresses]
-    return await send_storm(
-        port, cycle([get(a, method=m) for a in encoded for m in ("GET", "DELETE")])
+    return await send_requests(
+        port, cycle([build_get(a, method=m) for a in encoded for m in ("GET", "DELETE")])
     )
 
 
@@ -96,8 +96,8 @@ MALFORMED = (
 )  # fmt: skip
 
 
-async def malformed(port: int) -> Counter[str]:
-    return await send_storm(port, cycle(MALFORMED))
+async def send_malformed(port: int) -> Counter[str]:
+    return await send_requests(port, cycle(MALFORMED))
 
 
 _HIDDEN = b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -122,48 +122,48 @@ SMUGGLING = tuple(
 )
 
 
-async def smuggling(port: int) -> Counter[str]:
-    """Requests with two lengths: the request that is hidden in the body must get no response."""
-    answers: Counter[str] = Counter()
+async def send_smuggled_requests(port: int) -> Counter[str]:
+    """Sends requests with two lengths; the request hidden in the body must get no response."""
+    responses: Counter[str] = Counter()
     for request in SMUGGLING * 4:
-        seen = b""
+        received = b""
         with suppress(TimeoutError, OSError):
             async with asyncio.timeout(2), open_connection(port) as (reader, writer):
                 writer.write(request)
                 while piece := await reader.read(1 << 16):
-                    seen += piece
-        answers["smuggled" if b'"ready"' in seen else summarize(seen, len(seen))] += 1
-    return answers
+                    received += piece
+        responses["smuggled" if b'"ready"' in received else summarize(received, len(received))] += 1
+    return responses
 
 
 METHODS = ("HEAD", "OPTIONS", "TRACE", "CONNECT", "PROPFIND", "PUT", "PATCH", "DELETE")
 
 
-async def methods(port: int) -> Counter[str]:
+async def send_unusual_methods(port: int) -> Counter[str]:
     sent: list[Pieces] = []
     for url in ("/", "/health", "/v1/mesh", "/v1/surfaces/saddle/mesh.glb", "*", "/none"):
-        sent += [get(url, method=method) for method in METHODS]
-    sent.append(get("http://example.org/health"))
-    sent.append(get("example.org:80", method="CONNECT"))
-    return await send_storm(port, cycle(sent))
+        sent += [build_get(url, method=method) for method in METHODS]
+    sent.append(build_get("http://example.org/health"))
+    sent.append(build_get("example.org:80", method="CONNECT"))
+    return await send_requests(port, cycle(sent))
 
 
-async def upgrades(port: int) -> Counter[str]:
+async def send_upgrades(port: int) -> Counter[str]:
     headers = (
         "Upgrade: {}",
         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
         "Sec-WebSocket-Version: 13",
     )
     sent = [
-        get("/health", headers[0].format(kind), *headers[1:]).replace(
+        build_get("/health", headers[0].format(kind), *headers[1:]).replace(
             b": close", b": Upgrade, close"
         )
         for kind in ("websocket", "h2c", "TLS/1.0", "websocket, h2c")
     ]
-    return await send_storm(port, cycle(sent))
+    return await send_requests(port, cycle(sent))
 
 
-async def long_lists(port: int) -> Counter[str]:
+async def send_long_lists(port: int) -> Counter[str]:
     """Headers that the service reads, of almost the largest length."""
     url = "/v1/surfaces/saddle/mesh.glb?resolution=2"
     values = (
@@ -185,40 +185,40 @@ async def long_lists(port: int) -> Counter[str]:
         "Access-Control-Request-Headers: " + "x," * 30_000,
         "Cookie: " + "a=b; " * 12_000,
     )
-    sent: list[Pieces] = [get(url, value) for value in values]
-    sent += [get("/v1/mesh?format=json", value, method="POST") for value in values]
-    sent += [get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values]
-    return await send_storm(port, cycle(sent))
+    sent: list[Pieces] = [build_get(url, value) for value in values]
+    sent += [build_get("/v1/mesh?format=json", value, method="POST") for value in values]
+    sent += [build_get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values]
+    return await send_requests(port, cycle(sent))
 
 
-async def slow_heads(port: int) -> Counter[str]:
-    """Many connections that send a byte every 0.8 s."""
-    head = get("/health")
+async def send_slow_heads(port: int) -> Counter[str]:
+    """Opens 300 connections, each of which sends one byte of a head every 0.8 s."""
+    head = build_get("/health")
     slowly = [bytes([byte]) for byte in head]
-    tasks = (ask(port, slowly, seconds=40, pause=0.8) for _ in range(300))
+    tasks = (send_request(port, slowly, seconds=40, pause=0.8) for _ in range(300))
     return Counter(await asyncio.gather(*tasks))
 
 
-async def pipelines(port: int) -> Counter[str]:
-    """Thousands of requests on a connection, whose responses are read only after 3 s."""
+async def send_pipelines(port: int) -> Counter[str]:
+    """Sends thousands of requests on one connection, and reads the responses only after 3 s."""
     kinds = (
         b"GET /health/live HTTP/1.1\r\nHost: x\r\n\r\n" * 5000,
         b"GET /v1/surfaces/utah-teapot/mesh.glb?resolution=16 HTTP/1.1\r\nHost: x\r\n\r\n" * 2000,
         b"".join(
-            post("/v1/mesh?format=stl", SMALL).replace(b"Connection: close\r\n", b"")
+            build_post("/v1/mesh?format=stl", SMALL_BODY).replace(b"Connection: close\r\n", b"")
             for _ in range(2000)
         ),
         b"GET /v1/surfaces/tea-service/mesh.json?resolution=%d HTTP/1.1\r\nHost: x\r\n\r\n"
         * 500
         % tuple(range(1, 501)),
     )
-    done = await asyncio.gather(*(_pipeline(port, kind) for kind in kinds * 4))
+    done = await asyncio.gather(*(_send_pipeline(port, kind) for kind in kinds * 4))
     return sum(done, Counter())
 
 
-async def _pipeline(port: int, requests: bytes) -> Counter[str]:
-    """The first responses of many on one connection; does not wait for all."""
-    answers: Counter[str] = Counter()
+async def _send_pipeline(port: int, requests: bytes) -> Counter[str]:
+    """Counts the responses that arrive within 3 s, after not reading for 3 s."""
+    responses: Counter[str] = Counter()
     with suppress(OSError, TimeoutError):
         async with asyncio.timeout(8), open_connection(port) as (reader, writer):
             writer.write(requests)
@@ -226,33 +226,41 @@ async def _pipeline(port: int, requests: bytes) -> Counter[str]:
             async with asyncio.timeout(3):
                 while piece := await reader.read(1 << 16):
                     for line in piece.split(b"HTTP/1.1 ")[1:]:
-                        answers[line[:3].decode("latin-1")] += 1
-    return answers or Counter({"closed": 1})
+                        responses[line[:3].decode("latin-1")] += 1
+    return responses or Counter({"closed": 1})
 
 
 HEADS = (
-    Attack("header floods: many, long, folded", floods, "431 head_too_large|400 malformed_request"),
+    Attack(
+        "header floods: many, long, folded",
+        send_header_floods,
+        "431 head_too_large|400 malformed_request",
+    ),
     Attack(
         "path traversal in ids",
-        traversal,
+        send_traversal_paths,
         r"404 (not_found|unknown_surface|unknown_suffix)|405 method_not_allowed"
         r"|400 malformed_request|422 invalid_request",
     ),
-    Attack("malformed HTTP", malformed, "400 malformed_request|closed"),
-    Attack("TE and CL smuggling", smuggling, "400 (malformed_request|malformed_json)|closed"),
+    Attack("malformed HTTP", send_malformed, "400 malformed_request|closed"),
+    Attack(
+        "TE and CL smuggling",
+        send_smuggled_requests,
+        "400 (malformed_request|malformed_json)|closed",
+    ),
     Attack(
         "HEAD, OPTIONS, TRACE, CONNECT floods",
-        methods,
+        send_unusual_methods,
         "200|204|400 malformed_request|404|404 not_found|405|405 method_not_allowed",
     ),
-    Attack("websocket and h2c upgrades", upgrades, "200"),
+    Attack("websocket and h2c upgrades", send_upgrades, "200"),
     Attack(
         "long lists in headers",
-        long_lists,
+        send_long_lists,
         rf"200|400 (malformed_request|malformed_json)|405 method_not_allowed|406 not_acceptable"
         rf"|415 unsupported_media_type|431 head_too_large|{BUSY}",
     ),
-    Attack("pipelining floods", pipelines, "200|429|503|431|closed"),
+    Attack("pipelining floods", send_pipelines, "200|429|503|431|closed"),
 )
 
-SLOW_HEADS = Attack("slow heads: 300 connections", slow_heads, "408 head_too_slow")
+SLOW_HEADS = Attack("slow heads: 300 connections", send_slow_heads, "408 head_too_slow")

@@ -1,4 +1,4 @@
-"""The type of an attack, and plain sockets that send its bytes and read the responses."""
+"""The type of an attack, and plain sockets that send bytes of requests and read the responses."""
 
 import asyncio
 import json
@@ -13,37 +13,38 @@ from dataclasses import dataclass
 HOST = "127.0.0.1"
 
 PATIENCE = 75
-"""Seconds until a response must arrive: the service may compute for 60 s, and needs some more to
-send it."""
+"""Seconds until a response must be complete: 60 s in which the service may compute, and some more
+in which it sends the response."""
 
-KEPT = 1 << 14
-"""Bytes of a response that are kept; further bytes are only counted."""
+KEPT_BYTES = 1 << 14
+"""Number of first bytes of a response that are kept; further bytes are only counted."""
 
 Pieces = bytes | Iterable[bytes]
+"""The bytes of a request, in one piece or in pieces that are sent one after the other."""
 
 
-def get(url: str, *headers: str, method: str = "GET") -> bytes:
+def build_get(url: str, *headers: str, method: str = "GET") -> bytes:
     """A request without a body."""
     lines = (f"{method} {url} HTTP/1.1", "Host: x", "Connection: close", *headers, "", "")
     return "\r\n".join(lines).encode("latin-1")
 
 
-def post(url: str, body: bytes, *headers: str, media_type: str = "application/json") -> bytes:
+def build_post(url: str, body: bytes, *headers: str, media_type: str = "application/json") -> bytes:
     """A request with a body."""
     lines = f"Content-Type: {media_type}", f"Content-Length: {len(body)}", *headers
-    return get(url, *lines, method="POST") + body
+    return build_get(url, *lines, method="POST") + body
 
 
-def post_head(url: str, *headers: str, media_type: str = "application/x-npy") -> bytes:
-    """The beginning of a request whose body is sent by hand."""
-    return get(url, f"Content-Type: {media_type}", *headers, method="POST")
+def build_post_head(url: str, *headers: str, media_type: str = "application/x-npy") -> bytes:
+    """The head of a POST request; the caller sends the body."""
+    return build_get(url, f"Content-Type: {media_type}", *headers, method="POST")
 
 
 @asynccontextmanager
 async def open_connection(
     port: int, source: str = HOST
 ) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
-    """A connection from an address of this machine; it is reset at the end."""
+    """A connection to the port from the address `source`; it is aborted at the end of the block."""
     reader, writer = await asyncio.open_connection(
         HOST, port, limit=1 << 16, local_addr=(source, 0)
     )
@@ -53,23 +54,26 @@ async def open_connection(
         writer.transport.abort()
 
 
-def reset(writer: asyncio.StreamWriter) -> None:
-    """Ends a connection with RST, as the system of a client that crashed does."""
+def reset_connection(writer: asyncio.StreamWriter) -> None:
+    """Ends a connection with RST, as an operating system does when a client process crashes."""
     connection: socket.socket = writer.get_extra_info("socket")
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     writer.transport.abort()
 
 
-async def ask(port: int, request: Pieces, seconds: float = PATIENCE, pause: float = 0) -> str:
-    """The response to one request, in the words of `summarize`.
+async def send_request(
+    port: int, request: Pieces, seconds: float = PATIENCE, pause: float = 0
+) -> str:
+    """Sends one request; returns a short form of the response (see `summarize`).
 
-    The response is read while pieces of the request are being sent, with a pause before each.
+    The response is read while the pieces of the request are sent, with `pause` seconds after each
+    piece. Without a complete response after `seconds` the result is `no answer`.
     """
     try:
         async with asyncio.timeout(seconds), open_connection(port) as (reader, writer):
-            sending = asyncio.create_task(_send(writer, request, pause))
+            sending = asyncio.create_task(_send_pieces(writer, request, pause))
             try:
-                kept, count = await _read(reader)
+                kept, count = await _read_response(reader)
                 has_body = not (isinstance(request, bytes) and request.startswith(b"HEAD "))
                 return summarize(kept, count, has_body=has_body)
             finally:
@@ -82,7 +86,7 @@ async def ask(port: int, request: Pieces, seconds: float = PATIENCE, pause: floa
         return "closed"
 
 
-async def _send(writer: asyncio.StreamWriter, request: Pieces, pause: float) -> None:
+async def _send_pieces(writer: asyncio.StreamWriter, request: Pieces, pause: float) -> None:
     for piece in [request] if isinstance(request, bytes) else request:
         writer.write(piece)
         await writer.drain()
@@ -90,19 +94,22 @@ async def _send(writer: asyncio.StreamWriter, request: Pieces, pause: float) -> 
             await asyncio.sleep(pause)
 
 
-async def _read(reader: asyncio.StreamReader) -> tuple[bytes, int]:
+async def _read_response(reader: asyncio.StreamReader) -> tuple[bytes, int]:
     """The first bytes of a response, and the number of its bytes."""
     kept, count = b"", 0
     with suppress(OSError):
         while piece := await reader.read(1 << 16):
-            kept += piece[: KEPT - len(kept)]
+            kept += piece[: KEPT_BYTES - len(kept)]
             count += len(piece)
     return kept, count
 
 
 def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
-    """The status and the code of a problem; `closed` without a response; `torn` if the response is
-    incomplete; `two answers` if a second response follows the first.
+    """The short form of a response, of which `kept` are the first of `count` bytes.
+
+    It is the status, followed by the code if the response is a problem. `closed` means that there
+    are no bytes, `torn` that the response is incomplete, and `two answers` that a second response
+    follows.
     """
     if not kept:
         return "closed"
@@ -115,10 +122,10 @@ def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
         for name, _, value in (line.partition(b":") for line in head.split(b"\r\n")[1:])
     }
     length = int(fields.get(b"content-length", b"-1"))
-    got = count - len(head) - 4
-    if 0 <= length < got:
+    body_bytes = count - len(head) - 4
+    if 0 <= length < body_bytes:
         return f"{status}, two answers"
-    if has_body and got < length and status != "304":
+    if has_body and body_bytes < length and status != "304":
         return f"{status}, torn"
     if b"problem+json" in fields.get(b"content-type", b""):
         with suppress(ValueError):
@@ -127,58 +134,62 @@ def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
     return status
 
 
-async def send_storm(
+async def send_requests(
     port: int, requests: Iterable[Pieces], together: int = 4, seconds: float = 4, pause: float = 0
 ) -> Counter[str]:
-    """The responses to requests, `together` at a time; no request begins after `seconds`."""
-    waiting, answers = iter(requests), Counter[str]()
+    """Sends requests, `together` at a time, and none after `seconds`.
+
+    Returns the numbers of responses by their short form.
+    """
+    remaining, responses = iter(requests), Counter[str]()
     end = asyncio.get_running_loop().time() + seconds
 
-    async def one_by_one() -> None:
-        for request in waiting:
+    async def send_one_by_one() -> None:
+        for request in remaining:
             if asyncio.get_running_loop().time() > end:
                 break
-            answers[await ask(port, request, pause=pause)] += 1
+            responses[await send_request(port, request, pause=pause)] += 1
 
-    await asyncio.gather(*(one_by_one() for _ in range(together)))
-    return answers
+    await asyncio.gather(*(send_one_by_one() for _ in range(together)))
+    return responses
 
 
-def repeat(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
-    """All requests, repeated without end, so that the client can be measured for long enough."""
+def repeat_requests(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
+    """The requests that `make` returns, again and again, so that an attack lasts long enough."""
     while True:
         yield from make()
 
 
 @dataclass(frozen=True, slots=True)
 class Attack:
-    """One row of the table.
+    """One attack, which is one row of the table.
 
     Attributes
     ----------
     name : str
     run : function
-        Attacks the service at a port; returns the number of responses by their short form.
-    answers : str
-        A regular expression of the documented responses.
+        Attacks the service at a port; returns the numbers of responses by their short form.
+    expected : str
+        A regular expression for the short forms of documented responses.
     parses : bool
-        Whether the attack sends the largest JSON: Python does nothing else while it parses that.
+        Whether the attack sends the largest JSON. Python runs no other thread while it parses JSON,
+        so the client may wait longer.
     """
 
     name: str
     run: Callable[[int], Awaitable[Counter[str]]]
-    answers: str
+    expected: str
     parses: bool = False
 
-    def wrong(self, answers: Mapping[str, int]) -> list[str]:
+    def find_faults(self, responses: Mapping[str, int]) -> list[str]:
         """The responses that are not documented, or `nothing happened` without any response."""
-        if not answers:
+        if not responses:
             return ["nothing happened"]
-        return [response for response in answers if not re.fullmatch(self.answers, response)]
+        return [response for response in responses if not re.fullmatch(self.expected, response)]
 
 
 BUSY = r"429 busy|503 out_of_time"
-"""Statuses that a busy service may always answer."""
+"""Responses that are always allowed when the service is busy."""
 
 DONE = rf"200|422 (result_too_large|invalid_request|unsupported_by_format)|{BUSY}"
-"""Statuses of work that the service accepts or refuses."""
+"""Responses to work that the service does or refuses."""

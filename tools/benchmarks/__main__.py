@@ -1,9 +1,9 @@
-"""`make bench`: all benchmarks, one table after another.
+"""Runs all benchmarks and prints their tables: `make bench`.
 
     python -m tools.benchmarks [SECTION …]
 
-Programs that are compared run alternately, so compare ratios. The exit status is 1 if a measured
-value exceeds its limit.
+Programs that are compared run alternately, so that their ratios do not depend on other load of the
+machine. The exit status is 1 if a measured value exceeds its limit.
 """
 
 import sys
@@ -16,14 +16,14 @@ SECTIONS = ("evaluation", "methods", "encoders", "queries", "requests", "hostile
 
 
 def main(sections: Sequence[str]) -> int:
-    """Measures all or the named sections; returns 0 if all limits are kept."""
+    """Runs all or the named sections; returns 0 if no value exceeds its limit."""
     pin_blas()
-    kept = []
+    is_within_limits = True
     for name in sections or SECTIONS:
         # Imported late, because the processes of `hostile` import this module too.
-        kept.append(import_module(f"tools.benchmarks.{name}").run() is not False)
+        is_within_limits &= import_module(f"tools.benchmarks.{name}").run() is not False
         print(flush=True)
-    return 0 if all(kept) else 1
+    return 0 if is_within_limits else 1
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
 """Closest points per second, compared with other libraries, each in a Python of its own.
 
-`make bench-queries` installs the libraries; missing ones are left out. Query points are random in
-the box of the control points, enlarged by 1/5. All libraries run alternately; times are CPU times.
-`wrong` counts points for which a library found nothing, or a distance that exceeds the least one
-found by more than 1e-9 of the diagonal; `right a second` counts all others. Points nearest to a
-border do not count as wrong for Open CASCADE, which searches only for normals.
+`make bench-queries` installs the libraries; libraries that are not installed are left out. Query
+points are random in the bounding box of the control points, enlarged by 1/5. All libraries run
+alternately; times are CPU times. A point is wrong if a library returns no distance, or a distance
+that is larger than the smallest of all libraries by more than 1e-9 of the diagonal. For Open
+CASCADE, which only searches for normals, points whose closest point is on a border are not wrong.
+The table has all points per second, the right points per second, and the number of wrong points.
 """
 
 import subprocess
@@ -21,15 +22,15 @@ import numpy as np
 from service.engine.queries.project import ProjectQuery, project_on_surface
 from service.surface.lowered import PatchModel
 
-ROUNDS, OURS = 5, 20_000
-"""Rounds, and points in each."""
+ROUNDS, SERVICE_POINTS = 5, 20_000
+"""Number of rounds, and of points of the service in each."""
 
 WORKER = Path(__file__).with_name("closest_worker.py")
 
 
 class Peer(NamedTuple):
-    """A library: its Python, its number of points, and whether it finds closest points on
-    borders."""
+    """A library: its Python, its number of points in each round, and whether it also finds closest
+    points on borders."""
 
     python: Path
     points: int
@@ -44,40 +45,42 @@ PEERS = {
 
 
 def print_closest(title: str, model: PatchModel) -> None:
-    """Prints a row for the service and one for each library that is installed."""
+    """Prints a row for the service, and a row for each library that is installed."""
     low, high = model.bounds
     side = high - low
-    points = np.random.default_rng(1).uniform(low - side / 10, high + side / 10, (OURS, 3))
+    points = np.random.default_rng(1).uniform(
+        low - side / 10, high + side / 10, (SERVICE_POINTS, 3)
+    )
     peers = {name: peer for name, peer in PEERS.items() if peer.python.exists()}
     seconds: dict[str, list[float]] = {name: [] for name in ("service", *peers)}
     by_library: dict[str, Any] = {}
     with ExitStack() as stack:
-        asks = {name: stack.enter_context(_worker(name, model, points)) for name in peers}
+        workers = {name: stack.enter_context(_start_worker(name, model, points)) for name in peers}
         for _ in range(ROUNDS):
             start = time.process_time()
             columns = project_on_surface(model, ProjectQuery(points))
             seconds["service"].append(time.process_time() - start)
-            for name, ask in asks.items():
-                response = ask()
+            for name, request in workers.items():
+                response = request()
                 seconds[name].append(float(response["seconds"]))
                 by_library[name] = response["distances"]
     by_library["service"] = columns["distances"]
-    least = by_library["service"].copy()
+    smallest = by_library["service"].copy()
     for distances in by_library.values():
-        least[: len(distances)] = np.minimum(least[: len(distances)], distances)
+        smallest[: len(distances)] = np.minimum(smallest[: len(distances)], distances)
     print(f"{title:24}{'points a second':>18}{'right a second':>18}{'wrong of':>10}")
     for name, times in seconds.items():
         count = len(by_library[name])
-        wrong = by_library[name] > least[:count] + 1e-9 * model.diagonal
+        is_wrong = by_library[name] > smallest[:count] + 1e-9 * model.diagonal
         if name in PEERS and not PEERS[name].borders:
-            wrong &= ~columns["on_boundary"][:count]
-        rate, faults = count / median(times), int(wrong.sum())
+            is_wrong &= ~columns["on_boundary"][:count]
+        rate, faults = count / median(times), int(is_wrong.sum())
         right = rate * (1 - faults / count)
         print(f"{name:24}{rate:18,.0f}{right:18,.0f}{f'{faults} of {count}':>16}", flush=True)
 
 
-class _Ask:
-    """Asks a worker for the closest points of one file, at each call."""
+class _Worker:
+    """A process that computes the closest points of one file at each call."""
 
     def __init__(self, stdin: IO[str], stdout: IO[str], file: Path) -> None:
         self.stdin, self.stdout, self.file = stdin, stdout, file
@@ -90,8 +93,8 @@ class _Ask:
 
 
 @contextmanager
-def _worker(name: str, model: PatchModel, points: Any) -> Iterator[_Ask]:
-    """A process of this library; it ends with the `with` block."""
+def _start_worker(name: str, model: PatchModel, points: Any) -> Iterator[_Worker]:
+    """A process that runs this library; it ends at the end of the block."""
     peer = PEERS[name]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "points.npz"
@@ -103,5 +106,5 @@ def _worker(name: str, model: PatchModel, points: Any) -> Iterator[_Ask]:
         ) as process:
             assert process.stdin is not None
             assert process.stdout is not None
-            yield _Ask(process.stdin, process.stdout, file)
+            yield _Worker(process.stdin, process.stdout, file)
             process.stdin.close()

@@ -2,11 +2,11 @@
 
     python closest_worker.py open_cascade | splinepy | geomdl
 
-Reads names of .npz files, one in each line, and prints a line for each after it has written the
-file `<name>.out.npz`. An input file has `nets` (K, n, m, 3) of Bézier patches and `points` (N, 3).
-An output file has `distances` (N,), ∞ if nothing was found, and `seconds` of CPU time for all
-patches. The time does not include building the library's surfaces, or other preparation for many
-points.
+The program reads names of .npz files, one in each line. For each it writes the file
+`<name>.out.npz`, and then prints an empty line. An input file has `nets` (K, n, m, 3) of Bézier
+patches and `points` (N, 3). An output file has `distances` (N,), ∞ if the library found no closest
+point, and `seconds` of CPU time for all patches. The time does not include building the library's
+surfaces, nor other preparation that is done once for many points.
 
 Open CASCADE's Extrema searches for normals through the point. splinepy uses Newton's method from
 the nearest of a grid of samples, by default 2 n samples for n control points. geomdl has no
@@ -21,13 +21,13 @@ from typing import Any
 
 import numpy as np
 
-SAMPLES, STEPS, ENOUGH = 10, 20, 1e-10
-"""For geomdl: samples of a patch in each direction, most steps, and the change of a parameter that
-ends them."""
+SAMPLES, MAX_STEPS, MIN_CHANGE = 10, 20, 1e-10
+"""For geomdl: samples of a patch in each direction, the largest number of steps, and the change of
+parameters below which the steps end."""
 
 
-def open_cascade(net: Any, points: Any) -> Callable[[], Iterator[float]]:
-    """GeomAPI_ProjectPointOnSurf."""
+def prepare_open_cascade(net: Any, points: Any) -> Callable[[], Iterator[float]]:
+    """A function that searches with Open CASCADE's GeomAPI_ProjectPointOnSurf."""
     from OCP.collections import Array2_gp_Pnt  # noqa: PLC0415
     from OCP.Geom import Geom_BezierSurface  # noqa: PLC0415
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf  # noqa: PLC0415
@@ -41,35 +41,35 @@ def open_cascade(net: Any, points: Any) -> Callable[[], Iterator[float]]:
     surface = Geom_BezierSurface(array)
     places = [gp_Pnt(*point) for point in points.tolist()]
 
-    def run() -> Iterator[float]:
+    def find_distances() -> Iterator[float]:
         search = GeomAPI_ProjectPointOnSurf()
         search.Init(surface, 0.0, 1.0, 0.0, 1.0, 1e-9)
         for place in places:
             search.Perform(place)
             yield search.LowerDistance() if search.NbPoints() else np.inf
 
-    return run
+    return find_distances
 
 
-def splinepy(net: Any, points: Any) -> Callable[[], Iterator[float]]:
-    """Bezier.proximities."""
-    import splinepy as library  # noqa: PLC0415
+def prepare_splinepy(net: Any, points: Any) -> Callable[[], Iterator[float]]:
+    """A function that searches with splinepy's Bezier.proximities."""
+    import splinepy  # noqa: PLC0415
 
     rows, columns = net.shape[:2]
     # In splinepy's order, the index of the first parameter varies fastest.
-    surface = library.Bezier([rows - 1, columns - 1], net.transpose(1, 0, 2).reshape(-1, 3))
+    surface = splinepy.Bezier([rows - 1, columns - 1], net.transpose(1, 0, 2).reshape(-1, 3))
 
-    def run() -> Iterator[float]:
+    def find_distances() -> Iterator[float]:
         proximities = surface.proximities(
             points, [2 * rows, 2 * columns], nthreads=1, return_verbose=True
         )
         return iter(proximities[3].ravel().tolist())
 
-    return run
+    return find_distances
 
 
-def geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
-    """Newton's method with geomdl's derivatives."""
+def prepare_geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
+    """A function that searches by Newton's method with geomdl's derivatives."""
     from geomdl.BSpline import Surface  # noqa: PLC0415
 
     surface = Surface()
@@ -82,10 +82,10 @@ def geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
     grid = [(u, v) for u in line.tolist() for v in line.tolist()]
     samples = np.array(surface.evaluate_list(grid))
 
-    def run() -> Iterator[float]:
+    def find_distances() -> Iterator[float]:
         for x in points:
             u, v = grid[int(((samples - x) ** 2).sum(axis=1).argmin())]
-            for _ in range(STEPS):
+            for _ in range(MAX_STEPS):
                 s = np.array([each[:3] for each in surface.derivatives(u, v, 2)])
                 y = s[0, 0] - x
                 f = np.array([y @ s[1, 0], y @ s[0, 1]])
@@ -100,21 +100,25 @@ def geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
                 new = np.clip([u + step[0], v + step[1]], 0.0, 1.0).tolist()
                 change = abs(new[0] - u) + abs(new[1] - v)
                 u, v = new
-                if change < ENOUGH:
+                if change < MIN_CHANGE:
                     break
             yield float(np.linalg.norm(np.array(surface.evaluate_single((u, v))) - x))
 
-    return run
+    return find_distances
 
 
 def main(name: str) -> None:
-    """Processes files until the input ends."""
-    peer = {"open_cascade": open_cascade, "splinepy": splinepy, "geomdl": geomdl}[name]
+    """Computes the distances for each file whose name is read, until the input ends."""
+    prepare = {
+        "open_cascade": prepare_open_cascade,
+        "splinepy": prepare_splinepy,
+        "geomdl": prepare_geomdl,
+    }[name]
     for line in sys.stdin:
         points = np.load(line.strip())
-        runs = [peer(net, points["points"]) for net in points["nets"]]
+        searches = [prepare(net, points["points"]) for net in points["nets"]]
         start = time.process_time()
-        distances = np.min([list(run()) for run in runs], axis=0)
+        distances = np.min([list(search()) for search in searches], axis=0)
         seconds = time.process_time() - start
         np.savez(f"{line.strip()}.out.npz", distances=distances, seconds=seconds)
         print(flush=True)

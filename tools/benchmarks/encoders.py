@@ -1,4 +1,4 @@
-"""Encoders: our GLB against trimesh's, every format on the teapot, and the cost of compact GLB."""
+"""Times of the encoders: GLB compared with trimesh, every format, and the cost of compact GLB."""
 
 import gzip
 from collections.abc import Callable
@@ -26,19 +26,19 @@ FORMS = {
     "both": EncodeOptions(quantize=True, compression="meshopt"),
 }
 LEVEL = 6
-"""The level of gzip: zlib's default."""
+"""The level of compression by gzip: the default of zlib."""
 
 
 def run() -> None:
     """Prints the tables."""
     square = BezierSurface(build_hills(1, 3).points[0]).lower()
-    works = (
+    models = (
         ("teapot at 16 divisions", lower_patches("utah-teapot"), 16),
         ("1 bicubic patch at 512 divisions", square, 512),
     )
     print("GLB with normals from a mesh; CPU time, medians of alternating rounds")
     print(f"{'mesh':38}{'ours ms':>10}{'trimesh ms':>12}{'ours / trimesh':>16}")
-    for title, model, divisions in works:
+    for title, model, divisions in models:
         compare_with_trimesh(title, model, MeshOptions(resolution=(divisions, divisions)))
     print()
     print("Every encoder on the teapot at 16 divisions")
@@ -53,42 +53,42 @@ def run() -> None:
     print()
     print("Compact GLB with normals, beyond the mesh itself; CPU time, alternating rounds")
     print(f"{'mesh':34}{'form':>10}{'ms':>8}{'bytes':>11}{'share':>8}{'gzip ms':>9}{'gzip':>11}")
-    for title, model, divisions in works:
+    for title, model, divisions in models:
         compare_compact(title, model, MeshOptions(resolution=(divisions, divisions)))
 
 
 def compare_with_trimesh(title: str, model: PatchModel, options: MeshOptions) -> None:
-    """Prints a line: our GLB and trimesh's, from the same arrays."""
+    """Prints a row: the times in which the service and trimesh encode the same arrays as GLB."""
     mesh = build_mesh(model, options, GLB)
-    theirs = trimesh.Trimesh(
+    trimesh_mesh = trimesh.Trimesh(
         mesh.positions, mesh.triangles, vertex_normals=mesh.normals, process=False
     )
-    rivals: dict[str, Callable[[], object]] = {
+    encoders: dict[str, Callable[[], object]] = {
         "ours": partial(GLB.encode, mesh, EncodeOptions()),
-        "trimesh": partial(theirs.export, file_type="glb", include_normals=True),
+        "trimesh": partial(trimesh_mesh.export, file_type="glb", include_normals=True),
     }
-    times = measure_alternately(rivals, rounds=7)
+    times = measure_alternately(encoders, rounds=7)
     ratio = times["ours"] / times["trimesh"]
     print(f"{title:38}{times['ours'] * 1e3:10.2f}{times['trimesh'] * 1e3:12.2f}{ratio:16.3f}")
 
 
 def compare_compact(title: str, model: PatchModel, options: MeshOptions) -> None:
-    """Prints a line for each form of GLB: its time and bytes, alone and after gzip."""
+    """Prints a row for each form of GLB: time and bytes, without gzip and with gzip."""
     mesh = build_mesh(model, options, GLB)
 
     def write(form: EncodeOptions) -> bytes:
-        placed = quantize(mesh, model, options) if form.quantize else mesh
-        assert isinstance(placed, Mesh)
-        return bytes(GLB.encode(placed, form))
+        quantized = quantize(mesh, model, options) if form.quantize else mesh
+        assert isinstance(quantized, Mesh)
+        return bytes(GLB.encode(quantized, form))
 
     writers = {name: partial(write, form) for name, form in FORMS.items()}
     files = {name: writer() for name, writer in writers.items()}
     times = measure_alternately(writers, rounds=5)
-    zipped = {name: partial(gzip.compress, file, LEVEL) for name, file in files.items()}
-    gzips = measure_alternately(zipped, rounds=3)
+    compressors = {name: partial(gzip.compress, file, LEVEL) for name, file in files.items()}
+    gzip_times = measure_alternately(compressors, rounds=3)
     for name, file in files.items():
         share = len(file) / len(files["plain"])
         print(
             f"{title:34}{name:>10}{times[name] * 1e3:8.2f}{len(file):11}{share:8.2f}"
-            f"{gzips[name] * 1e3:9.1f}{len(zipped[name]()):11}"
+            f"{gzip_times[name] * 1e3:9.1f}{len(compressors[name]()):11}"
         )

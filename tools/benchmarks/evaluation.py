@@ -1,9 +1,9 @@
-"""Measures evaluation in units of the time to copy its result once.
+"""Measures the time of evaluation, in units of the time in which its result is copied once.
 
-It measures seven cases with float32 positions and unit normals. The table has every formulation
-that can compute the case, and marks the one that `evaluate` chooses. The record is the time of the
-best prototype, without poles or checks; times should stay below 1.5 times the record. The record is
-a range, because times depend on other load of the memory.
+Each of the seven cases has float32 positions and unit normals. The table has every formulation that
+can compute the case, and marks that which `evaluate` chooses. The record is the time of the best
+prototype, without poles or checks; the time of the service should be less than 1.5 times the
+record. The record is a range, because times depend on other load of the memory.
 """
 
 from collections.abc import Callable
@@ -19,8 +19,8 @@ from tools.benchmarks.alternately import measure_alternately
 
 
 @dataclass(frozen=True)
-class Work:
-    """One case, and its record in units of the time of a copy."""
+class Case:
+    """A case, with the range of its record in units of the time of a copy."""
 
     title: str
     patches: TensorPatches
@@ -29,35 +29,35 @@ class Work:
 
 
 def build_hills(count: int, degree: int) -> TensorPatches:
-    """Patches over a regular grid with small pseudo-random heights, the same in every run."""
+    """Patches near a regular grid, with small pseudo-random offsets, the same in every run."""
     steps = np.arange(degree + 1.0)
     flat = np.stack(np.meshgrid(steps, steps, [0.0], indexing="ij"), axis=-1)[:, :, 0]
     return TensorPatches(flat + 0.3 * np.random.default_rng(1).random((count, *flat.shape)))
 
 
-def list_works() -> list[Work]:
+def list_cases() -> list[Case]:
     """The seven cases."""
     teapot = lower_example("utah-teapot")
     return [
-        Work("1 bicubic patch, 65 x 65", build_hills(1, 3), 64, (18, 22)),
-        Work("1 bicubic patch, 513 x 513", build_hills(1, 3), 512, (3.5, 3.8)),
-        Work("1 bicubic patch, 2049 x 2049", build_hills(1, 3), 2048, (2.0, 2.1)),
-        Work("teapot, 32 bicubic patches, 17 x 17", teapot, 16, (18, 19)),
-        Work("10 000 bicubic patches, 9 x 9", build_hills(10_000, 3), 8, (4.3, 5.2)),
-        Work("100 000 bicubic patches, 5 x 5", build_hills(100_000, 3), 4, (4.8, 4.8)),
-        Work("degree 15 x 15, 129 x 129", build_hills(1, 15), 128, (22, 24)),
+        Case("1 bicubic patch, 65 x 65", build_hills(1, 3), 64, (18, 22)),
+        Case("1 bicubic patch, 513 x 513", build_hills(1, 3), 512, (3.5, 3.8)),
+        Case("1 bicubic patch, 2049 x 2049", build_hills(1, 3), 2048, (2.0, 2.1)),
+        Case("teapot, 32 bicubic patches, 17 x 17", teapot, 16, (18, 19)),
+        Case("10 000 bicubic patches, 9 x 9", build_hills(10_000, 3), 8, (4.3, 5.2)),
+        Case("100 000 bicubic patches, 5 x 5", build_hills(100_000, 3), 4, (4.8, 4.8)),
+        Case("degree 15 x 15, 129 x 129", build_hills(1, 15), 128, (22, 24)),
     ]
 
 
-def list_rivals(work: Work) -> list[Formulation]:
+def list_formulations(case: Case) -> list[Formulation]:
     """The formulations to time for this case."""
-    samples, p = (work.divisions + 1) ** 2, work.patches.degree[0]
-    is_fit: dict[Formulation, bool] = {
+    samples, p = (case.divisions + 1) ** 2, case.patches.degree[0]
+    is_suitable: dict[Formulation, bool] = {
         "kronecker": samples * (p + 1) ** 2 <= 1e5,
-        "separable": work.patches.count < 1000,
-        "normal_polynomial": work.patches.count < 1000 and samples >= 4000 and p <= 5,
+        "separable": case.patches.count < 1000,
+        "normal_polynomial": case.patches.count < 1000 and samples >= 4000 and p <= 5,
     }
-    return [name for name, fit in is_fit.items() if fit]
+    return [name for name, is_listed in is_suitable.items() if is_listed]
 
 
 def run() -> None:
@@ -66,28 +66,28 @@ def run() -> None:
     print(
         f"{'work':38}{'formulation':20}{'ns/vertex':>10}{'x copy':>9}{'record':>13}{'x record':>14}"
     )
-    for work in list_works():
-        measure(work)
+    for case in list_cases():
+        print_case(case)
 
 
-def measure(work: Work) -> None:
+def print_case(case: Case) -> None:
     """Prints the lines of one case."""
-    resolution = (work.divisions, work.divisions)
-    result = evaluate(work.patches, resolution, dtype=np.float32)
+    resolution = (case.divisions, case.divisions)
+    result = evaluate(case.patches, resolution, dtype=np.float32)
     assert result.normals is not None
-    both = np.stack([result.positions, result.normals])
-    chosen = choose_formulation(work.patches, resolution, True)
-    call = partial(evaluate, work.patches, resolution, dtype=np.float32, out=result)
+    copied = np.stack([result.positions, result.normals])
+    chosen = choose_formulation(case.patches, resolution, True)
+    call = partial(evaluate, case.patches, resolution, dtype=np.float32, out=result)
     calls: dict[str, Callable[[], object]] = {
-        name: partial(call, formulation=name) for name in list_rivals(work)
+        name: partial(call, formulation=name) for name in list_formulations(case)
     }
-    copy = partial(np.copyto, np.empty_like(both), both)
+    copy = partial(np.copyto, np.empty_like(copied), copied)
     times = measure_alternately({"copy": copy, **calls}, rounds=9)
     for name in calls:
-        each, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
-        low, high = work.record
-        against = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
+        per_vertex, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
+        low, high = case.record
+        comparison = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
         print(
-            f"{work.title:38}{name + ' *' * (name == chosen):20}{each:10.1f}"
-            f"{ratio:9.1f}{against if name == chosen else ''}"
+            f"{case.title:38}{name + ' *' * (name == chosen):20}{per_vertex:10.1f}"
+            f"{ratio:9.1f}{comparison if name == chosen else ''}"
         )

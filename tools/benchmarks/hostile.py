@@ -1,8 +1,8 @@
-"""Measures hostile bodies: time and memory until the refusal is complete.
+"""Measures the time and the memory in which the service refuses hostile bodies.
 
-Each body of the table goes to an application in a process of its own, in the pieces that a server
-would pass on. Memory is the growth of that process up to its peak, including the bytes of the body
-that the service read.
+Each body is sent to an application in a process of its own, in the pieces in which a server would
+receive it. Memory is the growth of that process up to its peak, with the bytes of the body that the
+application read.
 """
 
 import gc
@@ -26,7 +26,7 @@ _JSON = {"Content-Type": "application/json"}
 
 
 class Cost(NamedTuple):
-    """Cost of one refusal."""
+    """The time in seconds and the peak memory in bytes of one refusal."""
 
     name: str
     seconds: float
@@ -34,7 +34,7 @@ class Cost(NamedTuple):
 
 
 def measure_costs() -> list[Cost]:
-    """Cost of every body of the table, each in a new process, the slowest first."""
+    """The costs of all hostile bodies, each measured in a new process; the slowest is first."""
     processes = get_context("forkserver")
     processes.set_forkserver_preload(["tools.benchmarks.hostile"])  # imported once
     with processes.Pool(1, maxtasksperchild=1) as pool:
@@ -43,7 +43,7 @@ def measure_costs() -> list[Cost]:
 
 
 def run() -> bool:
-    """Prints the slowest bodies; returns whether all stay within the limits."""
+    """Prints the ten slowest bodies; returns whether time and memory are within the limits."""
     rows = measure_costs()
     slowest, largest = rows[0], max(rows, key=lambda cost: cost.peak)
     print(f"{len(rows)} hostile bodies; the slowest ten:")
@@ -55,28 +55,28 @@ def run() -> bool:
 
 
 def _measure_cost(index: int) -> Cost:
-    """The cost of one body of the table: the best time of three, and the peak of the first."""
+    """The cost of one body: the shortest of three times, and the peak memory of the first."""
     with start_client(create_app(Settings())) as client:
         for case in HOSTILE[:3]:
             client.request("POST", "/v1/mesh", case.chunks(), _JSON)
         if index < len(HOSTILE):
             name, chunks = HOSTILE[index].name, list(HOSTILE[index].chunks())
-            post = partial(client.request, "POST", "/v1/mesh", chunks, _JSON)
+            send_body = partial(client.request, "POST", "/v1/mesh", chunks, _JSON)
         else:
             file = FILES[index - len(HOSTILE)]
             name, chunks = file.name, list(split_body(file.build()))
             headers = {"Content-Type": file.media_type}
-            post = partial(client.request, "POST", f"/v1/mesh?{file.query}", chunks, headers)
+            send_body = partial(client.request, "POST", f"/v1/mesh?{file.query}", chunks, headers)
         gc.collect()
         reset_peak()
         before = resident_memory()
-        seconds = [_measure_time(post)]
+        seconds = [_measure_time(send_body)]
         peak = peak_memory() - before
-        seconds += [_measure_time(post) for _ in range(2)]
+        seconds += [_measure_time(send_body) for _ in range(2)]
     return Cost(name, min(seconds), peak)
 
 
-def _measure_time(post: Callable[[], object]) -> float:
+def _measure_time(send_body: Callable[[], object]) -> float:
     start = time.perf_counter()
-    post()
+    send_body()
     return time.perf_counter() - start

@@ -1,9 +1,8 @@
 """Measures time and error of the methods of evaluation: the tables of docs/methods.md.
 
-The cost is the CPU time for positions and normals as a multiple of that of `matrix`, measured
-alternately. The loss is the largest error of a position as a share of the extent of the net. The
-reference is exact arithmetic at a few samples of each row; at many divisions it is `matrix` in
-float64, which is right to 1e-15.
+Times are CPU times for positions and normals, divided by that of `matrix`; the methods run
+alternately. Errors are the largest error of a position, divided by the extent of the net. They are
+measured by exact arithmetic; at many divisions by `matrix` in float64, whose error is 1e-15.
 """
 
 from collections.abc import Callable
@@ -34,8 +33,8 @@ def build_random_patches(p: int, q: int, *, weights: bool = False, count: int = 
     return TensorPatches(points, rng.uniform(0.2, 5, shape) if weights else None)
 
 
-def list_works() -> list[tuple[str, Patches, int]]:
-    """The measured cases: title, patches, divisions."""
+def list_cases() -> list[tuple[str, Patches, int]]:
+    """The cases: title, patches, and number of divisions."""
     teapot = lower_example("utah-teapot")
     cubic = np.random.default_rng(3).uniform(-1, 1, (1, 10, 3))
     return [
@@ -60,12 +59,12 @@ def run() -> None:
 
 
 def print_costs() -> None:
-    """CPU time of each method in multiples of `matrix`."""
+    """Prints the CPU times of all methods, divided by that of `matrix`."""
     print("CPU time in multiples of matrix (ns a sample), float32 and float64; normals included")
     print(f"{'work':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
-    for title, patches, divisions in list_works():
+    for title, patches, divisions in list_cases():
         for dtype in (np.float32, np.float64):
-            times = measure_alternately(list_rivals(patches, divisions, dtype), rounds=5)
+            times = measure_alternately(list_calls(patches, divisions, dtype), rounds=5)
             samples = evaluate(patches, (divisions, divisions), normals=False).positions.size / 3
             cells = "".join(
                 f"{times[m] / times['matrix']:14.1f} ({times[m] / samples * 1e9:6.0f})"
@@ -76,24 +75,24 @@ def print_costs() -> None:
             print(f"{title:28}{dtype.__name__:9}{cells}")
 
 
-def list_rivals(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], Any]]:
-    """Calls of the methods that take this degree."""
+def list_calls(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], Any]]:
+    """Calls of all methods that accept the degree of these patches, by name."""
     degree = max(patches.side_degrees)
-    fit = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
+    accepted = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
     resolution = (divisions, divisions)
-    return {m: partial(evaluate, patches, resolution, dtype=dtype, method=m) for m in fit}
+    return {m: partial(evaluate, patches, resolution, dtype=dtype, method=m) for m in accepted}
 
 
 def print_errors() -> None:
-    """Largest error at 16 × 16 divisions, compared with exact fractions."""
-    print("Largest error of a position at 16 x 16 divisions, in parts of the extent")
+    """Prints the largest errors at 16 × 16 divisions, compared with exact fractions."""
+    print("Largest error of a position at 16 x 16 divisions, divided by the extent")
     print(f"{'degree':28}{'':9}" + "".join(f"{name:>24}" for name in METHODS))
     for p, q, weights in ((3, 3, False), (3, 5, True), (8, 8, True), (16, 16, True)):
         patches = build_random_patches(p, q, weights=weights)
         patch_weights = None if patches.weights is None else patches.weights[0]
         truth = exact.positions(patches.points[0], patch_weights, (16, 16))
         for dtype in (np.float32, np.float64):
-            calls = list_rivals(patches, 16, dtype)
+            calls = list_calls(patches, 16, dtype)
             errors = {m: np.abs(call().positions[0] - truth).max() for m, call in calls.items()}
             cells = "".join(
                 f"{errors[m] / patches.extent:24.1e}" if m in errors else f"{'-':>24}"
@@ -104,8 +103,8 @@ def print_errors() -> None:
 
 
 def print_growth() -> None:
-    """Largest error of forward differences as the divisions of a row grow."""
-    print("Largest error of forward_difference, in parts of the extent, by divisions of a row")
+    """Prints the largest errors of forward differences by the number of divisions of a row."""
+    print("Largest error of forward_difference, divided by the extent, by divisions of a row")
     print(f"{'degree':28}{'':9}" + "".join(f"{divisions:>12}" for divisions in DIVISIONS))
     for degree in (*DEGREES, 16):
         patches = build_random_patches(2, degree, count=4)
@@ -115,9 +114,9 @@ def print_growth() -> None:
             cells = ""
             for divisions in DIVISIONS:
                 differences = partial(evaluate, dtype=dtype, method="forward_difference")
-                right, positions = (
+                expected, positions = (
                     method(patches, (2, divisions), normals=False).positions
                     for method in (evaluate, differences)
                 )
-                cells += f"{np.abs(positions - right).max() / patches.extent:12.1e}"
+                cells += f"{np.abs(positions - expected).max() / patches.extent:12.1e}"
             print(f"{degree:<28}{dtype.__name__:9}{cells}")

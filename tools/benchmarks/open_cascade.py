@@ -1,17 +1,17 @@
-"""Meshes by tolerance against Open CASCADE's mesher and a certified uniform grid: `make bench-occ`.
+"""Compares meshes by tolerance with those of Open CASCADE and with uniform grids: `make bench-occ`.
 
-It compares triangles, time, memory and true deviations for the same tolerance. Open CASCADE meshes
-with a linear deflection equal to the tolerance and an angular deflection of 0.5 rad, in a process
-of its own; the two meshers run alternately. Its time is that of the mesher alone. Our time is that
-from patches to the mesh in memory, with the heap settings of the service; with glibc's default, the
-heap would go back to the system after each mesh. The true deviation of a mesh is measured by
-sampling. Memory is the growth during one mesh: for ours as tracemalloc counts it, for theirs by the
-peak of their process. The uniform grid is the smallest one whose certified bound meets the
-tolerance; it is left out for models of many faces.
+The table compares triangles, time, memory and sampled deviations for the same tolerance. Open
+CASCADE meshes with a linear deflection equal to the tolerance and an angular deflection of 0.5 rad,
+in a process of its own; both meshers run alternately. Its time is that of the mesher alone. The
+time of the service is that from patches to the mesh in memory, with the heap settings of the
+service; with the default of glibc, memory would be returned to the system after each mesh. Memory
+is the growth during one mesh: for the service as tracemalloc counts it, for Open CASCADE the peak
+of its process. The uniform grid is the smallest grid whose proved bound is within the tolerance; it
+is left out for models of several batches.
 
     python -m tools.benchmarks.open_cascade PYTHON [GROUP …]
 
-PYTHON is a Python in which cadquery-ocp is installed.
+PYTHON is a Python in which cadquery-ocp is installed, and GROUP a group of surfaces of the table.
 """
 
 import subprocess
@@ -55,22 +55,21 @@ from tools.certify.surfaces import (
 )
 
 Surface: TypeAlias = BezierSurface | BsplineSurface | PatchModel
-Occ: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
+OpenCascade: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
 
 WORKER = Path(__file__).with_name("open_cascade_worker.py")
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 ROUNDS, LONG = 3, 2.0
-"""Rounds of meshing; a mesh that takes more than `LONG` seconds is made once."""
+"""Number of rounds; a mesh that takes more than `LONG` seconds is made only once."""
 
-FEW = 4
-"""Models of at most this many sheets are sampled sheet by sheet, and more finely where the
-deviation is largest."""
+MAX_SHEETS = 4
+"""A model with more sheets is sampled only once, not more finely where the deviation is largest."""
 
 MODELS = (
     "utah-teapot", "sphere", "torus", "cone", "cylinder", "bourke-1111", "nurbs-goblet",
 )  # fmt: skip
 SHAPES = (1, 1), (2, 1), (1, 2), (4, 1), (1, 4), (8, 1), (1, 8)
-"""Divisions along u and v of uniform grids, up to a factor."""
+"""Ratios of the divisions along u and v of uniform grids."""
 
 HEADER = (
     f"{'surfaces':22}{'tolerance':>10}{'ours':>8}{'OCC':>8}{'ratio':>7}{'ms':>8}{'OCC':>8}"
@@ -79,8 +78,8 @@ HEADER = (
 )
 
 
-def list_works() -> dict[str, list[Surface]]:
-    """The meshed models, in groups."""
+def list_groups() -> dict[str, list[Surface]]:
+    """The surfaces by name of their group."""
     rng = np.random.default_rng(15)
     ridges = (FAMILIES["sine ridges"].surface(seed) for seed in range(6))
     spikes = (FAMILIES["spikes"].surface(seed) for seed in range(6))
@@ -97,7 +96,7 @@ def list_works() -> dict[str, list[Surface]]:
 
 
 def find_example(name: str) -> Surface:
-    """A built-in surface; its patches if it has several."""
+    """A built-in surface: a Bézier patch, a B-spline, or the patches of its model."""
     surface = find(name).surface()
     if isinstance(surface, BezierSurface | BsplineSurface):
         return surface
@@ -107,10 +106,10 @@ def find_example(name: str) -> Surface:
 
 
 def build_machine_parts() -> PatchModel:
-    """Surfaces of machine parts: planes, quarters of cylinders, and fillets, of many sizes.
+    """A model of 1000 faces as machine parts have them: planes, quarters of cylinders, and fillets.
 
-    Fillets are quarters of a tube along a quarter of a circle. The faces lie on a lattice, in
-    random orientations.
+    Fillets are quarters of a tube along a quarter of a circle. The faces have many sizes, and stand
+    on a lattice in random orientations.
     """
     rng = np.random.default_rng(16)
     turn = np.column_stack([QUARTER, np.ones(3)])
@@ -132,9 +131,9 @@ def build_machine_parts() -> PatchModel:
 
 
 def build_wing_skin(seed: int) -> BsplineSurface:
-    """The skin of a wing: 526 × 13 points, with dense knots near its leading edge.
+    """The skin of a wing: 526 × 13 control points, with dense knots near its leading edge.
 
-    Every seed but 0 adds noise to the control points, as in a measured skin.
+    Every seed except 0 adds noise to the control points, as a measured skin has.
     """
     rng = np.random.default_rng(seed)
     away = np.cumsum(np.geomspace(1e-8, 0.02, 261))
@@ -150,19 +149,27 @@ def build_wing_skin(seed: int) -> BsplineSurface:
 
 
 @dataclass(frozen=True)
-class Line:
-    """One surface at one tolerance, meshed by both; `found` is a multiple of the tolerance."""
+class Comparison:
+    """The meshes of one surface at one tolerance: pairs of the service and of Open CASCADE.
+
+    `peak` is in megabytes. `deviations` are sampled, in multiples of the tolerance. `uniform` is
+    the number of triangles of the uniform grid, or 0.
+    """
 
     triangles: tuple[int, int]
     seconds: tuple[float, float]
     peak: tuple[float, float]
-    found: tuple[float, float]
+    deviations: tuple[float, float]
     uniform: int
 
 
 @contextmanager
-def open_cascade(python: str) -> Iterator[Occ]:
-    """A function that meshes with Open CASCADE: corners (T, 3, 3) and seconds."""
+def start_open_cascade(python: str) -> Iterator[OpenCascade]:
+    """Starts the worker process of Open CASCADE, which ends at the end of the block.
+
+    The result is a function of a surface and a tolerance. It returns corners (T, 3, 3), seconds and
+    peak memory in bytes.
+    """
     with (
         tempfile.TemporaryDirectory() as folder,
         subprocess.Popen(
@@ -179,7 +186,7 @@ def open_cascade(python: str) -> Iterator[Occ]:
             np.savez(name, deflection=deflection, **arrays)
             print(name, file=worker.stdin, flush=True)
             if worker.stdout is None or not worker.stdout.readline():
-                raise SystemExit("Open CASCADE has ended")
+                raise SystemExit("the process of Open CASCADE has ended")
             response = np.load(f"{name}.out.npz")
             return response["corners"], float(response["seconds"]), int(response["peak"])
 
@@ -188,14 +195,14 @@ def open_cascade(python: str) -> Iterator[Occ]:
 
 
 def build_fields(surface: Surface) -> list[dict[str, Array]]:
-    """The arrays that the worker reads, face by face."""
+    """The arrays of each face that the worker reads."""
     if isinstance(surface, PatchModel):
         fields = []
         for batch in surface.batches:
-            loads = [{}] * batch.count if batch.weights is None else [
+            weights = [{}] * batch.count if batch.weights is None else [
                 {"weights": each} for each in batch.weights
             ]  # fmt: skip
-            fields += [{"net": net} | load for net, load in zip(batch.points, loads, strict=True)]
+            fields += [{"net": net} | each for net, each in zip(batch.points, weights, strict=True)]
         return fields
     face = {"net": surface.control_net}
     if surface.weights is not None:
@@ -209,7 +216,7 @@ def build_fields(surface: Surface) -> list[dict[str, Array]]:
 
 
 def time_mesh(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
-    """A mesh of bare positions, and seconds of CPU time."""
+    """A mesh without normals, and the CPU time in seconds."""
     options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
     start = time.process_time()
     mesh = build(model, options, single=False)
@@ -227,51 +234,51 @@ def count_uniform(model: PatchModel, tolerance: float) -> int:
 
     def exceeds_tolerance(times: int, shape: tuple[int, int]) -> bool:
         u, v = times * shape[0], times * shape[1]
-        bends = bound_second_derivatives(batch, (u, v), (count_blocks(u, p), count_blocks(v, q)))
-        return float(bends.bound_deviations(1 / u, 1 / v).max()) > tolerance
+        bound = bound_second_derivatives(batch, (u, v), (count_blocks(u, p), count_blocks(v, q)))
+        return float(bound.bound_deviations(1 / u, 1 / v).max()) > tolerance
 
     def find_least(shape: tuple[int, int]) -> int:
         high = 1
         while exceeds_tolerance(high, shape):
             high *= 2
-        # If a number of divisions meets the bound, so do all larger ones.
+        # If the bound of some divisions is within the tolerance, so is that of more divisions.
         times = range(high // 2 + 1, high)
         return times.start + bisect_left(times, True, key=lambda n: not exceeds_tolerance(n, shape))
 
     return min(2 * find_least(shape) ** 2 * shape[0] * shape[1] * batch.count for shape in SHAPES)
 
 
-def measure_line(surface: Surface, relative: float, occ: Occ) -> Line:
-    """Times of both meshers in turns, and the properties of their meshes."""
+def compare_meshes(surface: Surface, relative: float, occ: OpenCascade) -> Comparison:
+    """The comparison of both meshers for one surface; `relative` is the relative tolerance."""
     model = surface if isinstance(surface, PatchModel) else surface.lower()
     points = np.concatenate([batch.points.reshape(-1, 3) for batch in model.batches])
     tolerance = relative * float(np.linalg.norm(np.ptp(points, axis=0)))
     times: list[tuple[float, float]] = []
     while len(times) < ROUNDS and (not times or times[0][0] < LONG):
-        mesh, mine = time_mesh(model, tolerance)
-        theirs, its, peak = occ(surface, tolerance)
-        times.append((mine, its))
+        mesh, seconds = time_mesh(model, tolerance)
+        occ_corners, occ_seconds, occ_peak = occ(surface, tolerance)
+        times.append((seconds, occ_seconds))
     tracemalloc.start()
     time_mesh(model, tolerance)
-    most = tracemalloc.get_traced_memory()[1]
+    peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     corners = mesh.positions[mesh.triangles].astype(np.float64)
-    return Line(
-        (len(corners), len(theirs)),
-        (median(mine for mine, _ in times), median(its for _, its in times)),
-        (most / 1e6, peak / 1e6),
+    return Comparison(
+        (len(corners), len(occ_corners)),
+        (median(row[0] for row in times), median(row[1] for row in times)),
+        (peak / 1e6, occ_peak / 1e6),
         (
             measure_deviation(surface, corners) / tolerance,
-            measure_deviation(surface, theirs) / tolerance,
+            measure_deviation(surface, occ_corners) / tolerance,
         ),
         count_uniform(model, tolerance) if len(model.batches) == 1 else 0,
     )
 
 
 def measure_deviation(surface: Surface, corners: Array) -> float:
-    """The largest distance found by sampling."""
+    """The largest sampled distance from the surface to the triangles with these corners."""
     sheets = build_sheets(surface)
-    if len(sheets) <= FEW:
+    if len(sheets) <= MAX_SHEETS:
         return measure_surface_to_mesh(
             sheets, corners, int(np.clip(4 * len(corners), 4000, 30000))
         ).distance
@@ -280,34 +287,35 @@ def measure_deviation(surface: Surface, corners: Array) -> float:
     return Soup(corners).farthest(points)[1]
 
 
-def write_row(title: str, relative: float, lines: list[Line]) -> str:
-    """A row: medians over a group, the worst deviations, and the number above the tolerance."""
-    mine, its = (median(line.triangles[k] for line in lines) for k in range(2))
-    slow, fast = (1e3 * median(line.seconds[k] for line in lines) for k in range(2))
+def write_row(title: str, relative: float, lines: list[Comparison]) -> str:
+    """A row of the table: medians over a group, largest deviations, counts above the tolerance."""
+    triangles, occ_triangles = (median(line.triangles[k] for line in lines) for k in range(2))
+    ms, occ_ms = (1e3 * median(line.seconds[k] for line in lines) for k in range(2))
     grid = median(line.uniform for line in lines)
     ratios = [line.triangles[0] / max(line.uniform, 1) for line in lines]
-    large, light = (max(line.peak[k] for line in lines) for k in range(2))
+    peak, occ_peak = (max(line.peak[k] for line in lines) for k in range(2))
+    largest, occ_largest = (max(line.deviations[k] for line in lines) for k in range(2))
+    exceeding, occ_exceeding = (sum(line.deviations[k] > 1 for line in lines) for k in range(2))
     return (
-        f"{title:22}{relative:10g}{mine:8.0f}{its:8.0f}"
+        f"{title:22}{relative:10g}{triangles:8.0f}{occ_triangles:8.0f}"
         f"{median(line.triangles[0] / line.triangles[1] for line in lines):7.2f}"
-        f"{slow:8.1f}{fast:8.1f}{median(line.seconds[0] / line.seconds[1] for line in lines):7.2f}"
-        f"{large:7.1f}{light:7.1f}"
-        f"{max(line.found[0] for line in lines):11.3f}{max(line.found[1] for line in lines):7.2f}"
-        f"{sum(line.found[0] > 1 for line in lines):6}{sum(line.found[1] > 1 for line in lines):5}"
-        + (f"{grid:9.0f}{median(ratios):7.2f}" if grid else "")
+        f"{ms:8.1f}{occ_ms:8.1f}{median(line.seconds[0] / line.seconds[1] for line in lines):7.2f}"
+        f"{peak:7.1f}{occ_peak:7.1f}"
+        f"{largest:11.3f}{occ_largest:7.2f}"
+        f"{exceeding:6}{occ_exceeding:5}" + (f"{grid:9.0f}{median(ratios):7.2f}" if grid else "")
     )
 
 
 def run(python: str, names: Sequence[str] = ()) -> None:
     """Prints the table, or its rows for these groups."""
-    print("Meshes by tolerance, ours, Open CASCADE's and a certified uniform grid; medians;")
-    print("MB is the largest peak; found/tol is the largest deviation met by sampling, over counts")
-    print("the meshes above 1")
+    print("Meshes by tolerance: the service, Open CASCADE, and a uniform grid; medians;")
+    print("MB is the largest peak; found/tol is the largest sampled deviation divided by the")
+    print("tolerance; over is the number of meshes for which this is above 1")
     print(HEADER)
-    with open_cascade(python) as occ:
-        for title, surfaces in list_works().items():
+    with start_open_cascade(python) as occ:
+        for title, surfaces in list_groups().items():
             for relative in TOLERANCES if not names or title in names else ():
-                lines = [measure_line(surface, relative, occ) for surface in surfaces]
+                lines = [compare_meshes(surface, relative, occ) for surface in surfaces]
                 print(write_row(title, relative, lines), flush=True)
 
 

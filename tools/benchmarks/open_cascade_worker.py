@@ -1,11 +1,11 @@
 """Open CASCADE's mesher, in a Python of its own, without the service.
 
-Reads names of .npz files, one a line, and prints each name after it has written the file
-`<name>.out.npz`. A file has `deflection`. The names of the arrays of face k begin with `k `: `net`
-(n, m, 3); for a rational face `weights`; for a B-spline `degree`, the distinct knots `knots_u`,
-`knots_v` and their multiplicities `times_u`, `times_v`. The output has `corners` (T, 3, 3),
-`seconds`, the CPU time of the mesher alone, and `peak`, the bytes by which the memory of the
-process grew.
+The program reads names of .npz files, one in each line. For each it writes the file
+`<name>.out.npz`, and then prints the name. An input file has the number `deflection`. The names of
+the arrays of face k begin with `k `: `net` (n, m, 3); for a rational face `weights`; for a B-spline
+`degree`, the distinct knots `knots_u`, `knots_v` and their multiplicities `times_u`, `times_v`. An
+output file has `corners` (T, 3, 3), `seconds`, the CPU time of the mesher alone, and `peak`, the
+bytes by which the memory of the process grew.
 """
 
 import sys
@@ -24,10 +24,11 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Compound
 
 ANGLE = 0.5
+"""The angular deflection in radians."""
 
 
 def to_grid(values: Any, kind: Any) -> Any:
-    """Open CASCADE's array of points or of weights, counted from 1."""
+    """Open CASCADE's two-dimensional array of points or weights, whose indices begin at 1."""
     rows, columns = values.shape[:2]
     array = kind(1, rows, 1, columns)
     for i in range(rows):
@@ -38,7 +39,7 @@ def to_grid(values: Any, kind: Any) -> Any:
 
 
 def to_numbers(values: Any, kind: Any) -> Any:
-    """Open CASCADE's array of numbers, counted from 1."""
+    """Open CASCADE's array of numbers, whose indices begin at 1."""
     array = kind(1, len(values))
     for k, value in enumerate(values.tolist()):
         array.SetValue(k + 1, value)
@@ -59,7 +60,7 @@ def build_surface(fields: Any) -> Any:
 
 
 def read_bytes(field: str) -> int:
-    """A number of bytes in /proc/self/status."""
+    """The bytes of a field of /proc/self/status, which is in KiB there."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(field))
 
@@ -74,7 +75,7 @@ def read_corners(face: Any) -> Any:
 
 
 def main() -> None:
-    """Meshes files until the input ends."""
+    """Meshes the faces of each file whose name is read, until the input ends."""
     for line in sys.stdin:
         name = line.rstrip("\n")
         fields: dict[str, dict[str, Any]] = {}

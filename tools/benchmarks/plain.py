@@ -1,5 +1,7 @@
-"""A plain mesher, as one hour of work makes it: typed lists and NumPy; no seams, poles or
-bounds."""
+"""A plain service for meshes, written in one hour, to compare the service with.
+
+It uses FastAPI, typed lists and NumPy; it does not handle seams and poles, and computes no bounds.
+"""
 
 import json
 import struct
@@ -25,8 +27,11 @@ class MeshRequest(BaseModel):
 
 
 @cache
-def bases(count: int, p: int, resolution: int) -> tuple[Any, Any]:
-    """Values and derivatives of B-splines at the samples; of the Bernstein basis by default."""
+def sample_basis(count: int, p: int, resolution: int) -> tuple[Any, Any]:
+    """Values and derivatives of `count` clamped B-splines of degree p at all samples.
+
+    If p is 0, they are those of the Bernstein basis.
+    """
     knots = np.pad(np.arange(count - (p or count - 1) + 1.0), p or count - 1, mode="edge")
     spline = BSpline(knots, np.eye(count), p or count - 1)
     t = np.linspace(0, knots[-1], int(knots[-1]) * resolution + 1)
@@ -51,11 +56,11 @@ def write_glb(arrays: list[Any]) -> bytes:
     return head + text + struct.pack("<I4s", ends[2], b"BIN") + b"".join(map(bytes, arrays))
 
 
-def mesh(suffix: str, request: MeshRequest) -> Any:
+def build_mesh(suffix: str, request: MeshRequest) -> Any:
     surface, r = request.surface, request.resolution
     nets = np.array([surface.control_net] if surface.control_net else surface.vertices)
     nets = nets if surface.control_net else nets[np.array(surface.patches)]
-    (u, du), (v, dv) = (bases(n, surface.degree, r) for n in nets.shape[1:3])
+    (u, du), (v, dv) = (sample_basis(n, surface.degree, r) for n in nets.shape[1:3])
     points, x, y = (np.einsum("ai,pijc,bj->pabc", a, nets, b, optimize=True).reshape(-1, 3)
                     for a, b in ((u, v), (du, v), (u, dv)))  # fmt: skip
     normals = np.cross(x, y)
@@ -75,5 +80,5 @@ def mesh(suffix: str, request: MeshRequest) -> Any:
 
 def create() -> FastAPI:
     app = FastAPI()
-    app.post("/mesh.{suffix}")(mesh)
+    app.post("/mesh.{suffix}")(build_mesh)
     return app

@@ -22,14 +22,14 @@ from tools.benchmarks.closest_peers import print_closest
 from tools.certify.surfaces import FAMILIES
 
 ROUNDS, RAYS = 5, 50_000
-"""Rounds, and rays in each."""
+"""Number of rounds, and of rays in each."""
 
-SIGNED, PLANES = 2000, 20
-"""Number of points with signs, and of planes."""
+SIGNED_POINTS, PLANES = 2000, 20
+"""Number of points whose signs are computed in each round, and of planes."""
 
 
 def run() -> None:
-    """Prints the table."""
+    """Prints the tables."""
     bicubic = FAMILIES["bicubic, moderate"].surface(1)
     assert isinstance(bicubic, BezierSurface)
     surfaces: dict[str, SurfaceKind] = {
@@ -49,45 +49,47 @@ def run() -> None:
 
 
 def measure_other_rates(surface: SurfaceKind) -> tuple[float, float, float]:
-    """Signed points a second, planes a second, and milliseconds of all measures."""
+    """Points with signs per second, planes per second, and milliseconds of all measures."""
     model = to_patches(surface.lower())
     low, high = model.bounds
     rng = np.random.default_rng(1)
-    points = ProjectQuery(rng.uniform(low, high, (SIGNED, 3)), sign=True)
+    points = ProjectQuery(rng.uniform(low, high, (SIGNED_POINTS, 3)), sign=True)
     normals = rng.normal(size=(PLANES, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     planes = Planes(normals, (rng.uniform(low, high, (PLANES, 3)) * normals).sum(axis=1))
-    cut = plan_sections(surface, (planes, SectionTolerance()), SECTIONS_BY_NAME["json"])
+    sections = plan_sections(surface, (planes, SectionTolerance()), SECTIONS_BY_NAME["json"])
     work: tuple[Callable[[], object], ...] = (
         lambda: project_on_surface(model, points),
-        cut.run,
+        sections.run,
         lambda: measure(model, MeasureQuery()),
     )
     seconds: list[list[float]] = [[], [], []]
     for _ in range(ROUNDS):
-        for which, run_once in enumerate(work):
+        for number, call in enumerate(work):
             start = time.process_time()
-            run_once()
-            seconds[which].append(time.process_time() - start)
-    signed, planed, measured = (median(each) for each in seconds)
-    return SIGNED / signed, PLANES / planed, 1e3 * measured
+            call()
+            seconds[number].append(time.process_time() - start)
+    sign_seconds, plane_seconds, measure_seconds = (median(each) for each in seconds)
+    return SIGNED_POINTS / sign_seconds, PLANES / plane_seconds, 1e3 * measure_seconds
 
 
 def measure_ray_rates(model: PatchModel) -> tuple[list[float], float]:
-    """Rays per second for first hits and for all hits, and hits per ray. Rays go from a sphere to
-    points of the box."""
+    """Rays per second for first hits and for all hits, and the number of hits per ray.
+
+    Rays begin on a sphere around the model, and go to random points of its bounding box.
+    """
     low, high = model.bounds
     rng = np.random.default_rng(1)
-    away = rng.normal(size=(RAYS, 3))
-    away /= np.linalg.norm(away, axis=1, keepdims=True)
-    origins = (low + high) / 2 + 0.75 * model.diagonal * away
+    outward = rng.normal(size=(RAYS, 3))
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    origins = (low + high) / 2 + 0.75 * model.diagonal * outward
     directions = rng.uniform(low, high, (RAYS, 3)) - origins
     seconds: list[list[float]] = [[], []]
     hits = 0
     for _ in range(ROUNDS):
-        for which, only_first in enumerate((True, False)):
+        for number, only_first in enumerate((True, False)):
             start = time.process_time()
             query = RayQuery(origins, directions, only_first)
             hits = len(intersect_rays(model, query, 10**7)["t"])
-            seconds[which].append(time.process_time() - start)
+            seconds[number].append(time.process_time() - start)
     return [RAYS / median(each) for each in seconds], hits / RAYS

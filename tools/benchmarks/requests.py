@@ -1,16 +1,16 @@
 """Requests per second of the service, compared with an echo of the same bytes and a plain service.
 
-Each server is one process of uvicorn with BLAS on one thread. The echo reads the body and sends the
-service's response, which it has in a file: the ratio shows the share of FastAPI in the time.
-`plain` is a service as one hour of work makes it, with FastAPI and NumPy, without seams, poles and
-bounds; it has no meshes by tolerance. `wrk` loads the servers alternately, with one thread and four
-connections; ratios are medians over the rounds.
+Each server is one process of uvicorn with BLAS on one thread. The echo reads the body, and sends
+the response of the service from a file. So the ratio of both rates is the share of the time that
+FastAPI and uvicorn need. `plain` is a plain service (`tools/benchmarks/plain.py`), which has no
+meshes by tolerance. The program `wrk` sends requests to the servers alternately, on four
+connections of one thread; ratios are medians over the rounds.
 
     python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
 
-DIRECTORY is another checkout of the service with a `.venv` of its own; the table then also has its
-requests per second, and the ratio of this checkout to it. The columns `kept` have the ratios in
-`requests.json`, which `--keep` replaces.
+DIRECTORY is another checkout of the service with a `.venv` of its own. The table then also has its
+requests per second, and the ratio of the rate of this checkout to that rate. The columns `kept`
+have the ratios in `requests.json`; with `--keep` the program writes the new ratios to this file.
 """
 
 import argparse
@@ -35,35 +35,35 @@ from fastapi import FastAPI, Request, Response
 from tools.processes import ROOT, Server, free_port, service_environment
 
 CONNECTIONS = 4
-FOLDER = "ECHO_FOLDER"
-"""The environment variable that names the folder of the echo's responses."""
+FOLDER_VARIABLE = "ECHO_FOLDER"
+"""The environment variable that names the folder of the responses of the echo."""
 
-LEAST = {"hit.glb": 1.5, "unchanged.glb": 2.0}
-"""The least ratio to the echo for responses from the cache: below it, the exit status is 1."""
+MIN_RATIOS = {"hit.glb": 1.5, "unchanged.glb": 2.0}
+"""For responses from the cache, the ratio to the echo below which the exit status is 1."""
 
 BASELINE = Path(__file__).with_name("requests.json")
-PLAIN = {"Accept-Encoding": "identity"}
+UNCOMPRESSED = {"Accept-Encoding": "identity"}
 SERVICE, ECHO = "service.api.app:create_app", "tools.benchmarks.requests:create_echo"
-HOUR = "tools.benchmarks.plain:create"
+PLAIN = "tools.benchmarks.plain:create"
 
 
 class Work(NamedTuple):
-    """A POST of a document, or a GET; `tag` is the entity tag of a response that the client has."""
+    """A request: a POST of a document, or a GET, with the entity tag `tag` if it is not empty."""
 
     name: str
     target: str
     document: Mapping[str, Any] | None = None
     tag: str = ""
 
-    def ask(self, server: Server) -> httpx.Response:
-        """The complete response of the service."""
+    def send(self, server: Server) -> httpx.Response:
+        """Sends the request once; returns the response."""
         method, url = "GET" if self.document is None else "POST", server.url + self.target
-        response = httpx.request(method, url, json=self.document, headers=PLAIN, timeout=60)
+        response = httpx.request(method, url, json=self.document, headers=UNCOMPRESSED, timeout=60)
         return response.raise_for_status()
 
     def write_script(self, folder: Path) -> Path:
-        """Writes the script of `wrk` with the request."""
-        headers = PLAIN | ({"If-None-Match": self.tag} if self.tag else {})
+        """Writes the Lua script with which `wrk` sends the request; returns its path."""
+        headers = UNCOMPRESSED | ({"If-None-Match": self.tag} if self.tag else {})
         lines = [f"wrk.headers[{name!r}] = {value!r}" for name, value in headers.items()]
         if self.document is not None:
             lines += ['wrk.method = "POST"', 'wrk.headers["Content-Type"] = "application/json"']
@@ -75,29 +75,29 @@ class Work(NamedTuple):
 
 def list_works(service: Server) -> list[Work]:
     """The measured requests; the heights of the nets are the same in every run."""
-    chance = random.Random(3)
+    random_heights = random.Random(3)
 
-    def net(side: int) -> list[list[list[float]]]:
-        return [[[i, j, chance.random()] for j in range(side)] for i in range(side)]
+    def build_net(side: int) -> list[list[list[float]]]:
+        return [[[i, j, random_heights.random()] for j in range(side)] for i in range(side)]
 
-    def mesh(name: str, surface: Mapping[str, Any], **options: float) -> Work:
+    def build_work(name: str, surface: Mapping[str, Any], **options: float) -> Work:
         target = f"/v1/mesh?format={name.rpartition('.')[2]}"
         return Work(name, target, {"surface": surface, **options})
 
-    one = {"control_net": net(4)}
-    spans = {"type": "bspline", "degree": 3, "knots": "clamped", "control_net": net(30)}
+    patch = {"control_net": build_net(4)}
+    spline = {"type": "bspline", "degree": 3, "knots": "clamped", "control_net": build_net(30)}
     teapot = httpx.get(f"{service.url}/v1/surfaces/utah-teapot").json()["surface"]
     hit = Work("hit.glb", "/v1/surfaces/saddle/mesh.glb?resolution=16")
-    tag = hit.ask(service).headers["etag"]
+    tag = hit.send(service).headers["etag"]
     return [
-        mesh("one16.glb", one, resolution=16),
-        mesh("one16.json", one, resolution=16),
-        mesh("teapot16.glb", teapot, resolution=16),
-        mesh("teapot16.json", teapot, resolution=16),
-        mesh("teapot1e-3.glb", teapot, relative_tolerance=1e-3),
-        mesh("one1e-2.glb", one, relative_tolerance=1e-2),
-        mesh("bspline27x8.glb", spans, resolution=8),
-        mesh("one512.glb", one, resolution=512),
+        build_work("one16.glb", patch, resolution=16),
+        build_work("one16.json", patch, resolution=16),
+        build_work("teapot16.glb", teapot, resolution=16),
+        build_work("teapot16.json", teapot, resolution=16),
+        build_work("teapot1e-3.glb", teapot, relative_tolerance=1e-3),
+        build_work("one1e-2.glb", patch, relative_tolerance=1e-2),
+        build_work("bspline27x8.glb", spline, resolution=8),
+        build_work("one512.glb", patch, resolution=512),
         hit,
         Work("unchanged.glb", hit.target, tag=tag),
     ]
@@ -105,38 +105,50 @@ def list_works(service: Server) -> list[Work]:
 
 def create_echo() -> FastAPI:
     """An application that reads the body and responds with the bytes of a file."""
-    answers = {file.name: file.read_bytes() for file in Path(os.environ[FOLDER]).iterdir()}
+    responses = {
+        file.name: file.read_bytes() for file in Path(os.environ[FOLDER_VARIABLE]).iterdir()
+    }
     app = FastAPI(openapi_url=None)
 
     @app.api_route("/{name}", methods=["GET", "POST"])
     async def echo(name: str, request: Request) -> Response:
         await request.body()
-        return Response(answers[name], media_type="model/gltf-binary")
+        return Response(responses[name], media_type="model/gltf-binary")
 
     return app
 
 
-def start_uvicorn(app: str, answers: Path, checkout: Path = ROOT) -> Server:
-    """One process of uvicorn that runs an application of a checkout."""
+def start_uvicorn(app: str, responses: Path, checkout: Path = ROOT) -> Server:
+    """Starts uvicorn with an application of a checkout; `responses` is the folder of the echo."""
     python = sys.executable if checkout == ROOT else checkout / ".venv" / "bin" / "python"
     port = free_port()
     options = ("--factory", "--port", str(port), "--no-access-log", "--log-level", "warning")
-    environment = service_environment({"OPENBLAS_NUM_THREADS": "1", FOLDER: str(answers)})
+    environment = service_environment(
+        {"OPENBLAS_NUM_THREADS": "1", FOLDER_VARIABLE: str(responses)}
+    )
     command = (python, "-m", "uvicorn", app, *options)
-    return Server(answers.parent / f"{port}.log", command, port, environment, folder=checkout)
+    return Server(responses.parent / f"{port}.log", command, port, environment, folder=checkout)
 
 
 def measure_rate(url: str, script: Path, seconds: int) -> float:
-    """Requests per second that `wrk` counts; raises if any response is an error."""
+    """Requests per second that `wrk` measures.
+
+    Raises
+    ------
+    RuntimeError
+        A response is an error, or a connection failed.
+    """
     options = ("-t1", f"-c{CONNECTIONS}", f"-d{seconds}s", "--timeout=30s", "-s", str(script))
-    done = subprocess.run(("wrk", *options, url), capture_output=True, text=True, check=True).stdout
-    if match := re.search(r"(Non-2xx|Socket errors).*", done):
+    output = subprocess.run(
+        ("wrk", *options, url), capture_output=True, text=True, check=True
+    ).stdout
+    if match := re.search(r"(Non-2xx|Socket errors).*", output):
         raise RuntimeError(f"{url}: {match[0]}")
-    return float(re.findall(r"Requests/sec:\s+([\d.]+)", done)[0])
+    return float(re.findall(r"Requests/sec:\s+([\d.]+)", output)[0])
 
 
 def run(arguments: Sequence[str] = ()) -> bool:
-    """Prints the table; returns whether responses from the cache are fast enough."""
+    """Prints the table; returns whether no ratio is below `MIN_RATIOS`."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--against", type=Path, metavar="DIRECTORY")
     parser.add_argument("--keep", action="store_true", help="keep the ratios as the baseline")
@@ -151,18 +163,18 @@ def run(arguments: Sequence[str] = ()) -> bool:
     header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}{'kept':>8}"
     header += f"{'plain/s':>10}{'ratio':>8}{'kept':>8}"
     print(header + (f"{'old/s':>10}{'new/old':>9}" if options.against else ""))
-    slow, kept, ratios = [], json.loads(BASELINE.read_text()), {}
+    too_slow, kept, ratios = [], json.loads(BASELINE.read_text()), {}
     with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
-        answers = Path(temporary) / "answers"
-        answers.mkdir()
-        service = stack.enter_context(start_uvicorn(SERVICE, answers))
+        responses = Path(temporary) / "answers"
+        responses.mkdir()
+        service = stack.enter_context(start_uvicorn(SERVICE, responses))
         chosen = [w for w in list_works(service) if not options.names or w.name in options.names]
         for work in chosen:
-            (answers / work.name).write_bytes(work.ask(service).content)
-        echo, plain = (stack.enter_context(start_uvicorn(app, answers)) for app in (ECHO, HOUR))
+            (responses / work.name).write_bytes(work.send(service).content)
+        echo, plain = (stack.enter_context(start_uvicorn(app, responses)) for app in (ECHO, PLAIN))
         old = None
         if options.against:
-            old = stack.enter_context(start_uvicorn(SERVICE, answers, options.against.absolute()))
+            old = stack.enter_context(start_uvicorn(SERVICE, responses, options.against.absolute()))
         for work in chosen:
             script = work.write_script(Path(temporary))
             urls = {"service": service.url + work.target, "echo": f"{echo.url}/{work.name}"}
@@ -178,9 +190,9 @@ def run(arguments: Sequence[str] = ()) -> bool:
             ratio = {
                 name: median(row["service"] / (row[name] or nan) for row in rates) for name in urls
             }
-            if ratio["echo"] < LEAST.get(work.name, 0):
-                slow.append(f"{work.name}: the ratio must be {LEAST[work.name]}")
-            size = (answers / work.name).stat().st_size
+            if ratio["echo"] < MIN_RATIOS.get(work.name, 0):
+                too_slow.append(f"{work.name}: the ratio must be {MIN_RATIOS[work.name]}")
+            size = (responses / work.name).stat().st_size
             line = f"{work.name:18}{size:10}{each['service']:11.1f}"
             for name, key in (("echo", work.name), ("plain", f"{work.name} / plain")):
                 if name in urls:
@@ -191,9 +203,9 @@ def run(arguments: Sequence[str] = ()) -> bool:
             print(line + (f"{each['old']:10.1f}{ratio['old']:9.2f}" if old else ""), flush=True)
     if options.keep:
         BASELINE.write_text(json.dumps(kept | ratios, indent=1) + "\n")
-    for line in slow:
+    for line in too_slow:
         print(line)
-    return not slow
+    return not too_slow
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""Judges certified meshes of many random surfaces from their files alone, by sampling."""
+"""Judges meshes of many random surfaces: compares the bounds in their files with samples."""

@@ -1,13 +1,13 @@
-"""Judges certified meshes of a thousand random surfaces, models and groups: `make certify`.
+"""Judges meshes of a thousand random surfaces, models and groups: `make certify`.
 
-Every surface is meshed at four tolerances and one resolution; the file is read back, and the
-surface is sampled. Ctrl-C ends the program and prints the findings so far. The exit status is 1 if
-it found a fault.
+The program meshes every surface at four tolerances and one resolution, reads the files, and
+compares them with samples of the surface. Ctrl-C ends the program, which then prints the findings
+so far. The exit status is 1 if there are faults.
 
     python -m tools.certify [share] [family …]
 
-`share` is the part of the surfaces and models that is judged, 1 for all of them. The names of
-families are those of the table.
+`share` is the share of the surfaces and models that are judged, by default 1. The families are
+those of the printed tables, by default all.
 """
 
 import signal
@@ -29,32 +29,33 @@ from tools.certify.table import Finding, write_rows
 
 JOINT_TOLERANCES = 3e-1, 3e-2, 3e-3
 RESOLUTIONS = (1, 1), (4, 4), (3, 7), (16, 2), (6, 6)
-PATIENCE = 60
-"""CPU seconds for one task; other programs may use the machine meanwhile."""
+MAX_SECONDS = 60
+"""CPU seconds after which a task counts as failed."""
 
-MOST = 40
-"""Most complaints that are printed at the end."""
+MAX_COMPLAINTS = 40
+"""The largest number of complaints that are printed at the end."""
 
 TWO_SIDED_EVERY, BINARY_EVERY = 6, 2
+"""Every 6th surface is meshed with a bound in both directions; every 2nd file is a GLB."""
 
 
 def list_cases(share: float, names: list[str]) -> Iterator[Case]:
-    """All surfaces at all tolerances, every second file a GLB, and at one resolution."""
+    """The meshes of all surfaces, or of the named families: by tolerance and by resolution."""
     for name, family in FAMILIES.items():
         if names and name not in names:
             continue
         for seed in range(max(1, round(share * family.count))):
-            for turn, relative in enumerate(TOLERANCES):
+            for number, relative in enumerate(TOLERANCES):
                 two_sided = seed % TWO_SIDED_EVERY == 0 and relative >= 1e-3
-                binary = (seed + turn) % BINARY_EVERY == 0
-                yield Case(name, seed, relative, two_sided, "glb" if binary else "json")
+                is_binary = (seed + number) % BINARY_EVERY == 0
+                yield Case(name, seed, relative, two_sided, "glb" if is_binary else "json")
             resolution = RESOLUTIONS[seed % len(RESOLUTIONS)]
             faces: Literal["triangles", "quads"] = "quads" if seed % 3 else "triangles"
             yield Case(name, seed, resolution=resolution, faces=faces)
 
 
-def list_joints(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
-    """All models and groups, each at one of the tolerances."""
+def list_models(share: float, names: list[str]) -> Iterator[tuple[str, int, float]]:
+    """All models, nearly closed surfaces and groups: family, seed, and one of the tolerances."""
     for kind, (count, _) in BODIES.items():
         if names and kind not in names:
             continue
@@ -72,13 +73,13 @@ def list_joints(share: float, names: list[str]) -> Iterator[tuple[str, int, floa
 Task: TypeAlias = Case | tuple[str, int, float]
 
 
-def _choose_seed(task: Task) -> int:
+def _get_seed(task: Task) -> int:
     return task.seed if isinstance(task, Case) else task[1]
 
 
 def judge_task(task: Task) -> Finding:
-    """Judges one mesh, one model or one group; a task that takes too long counts as a fault."""
-    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+    """The findings about one mesh, model or group; a task that takes too long has a fault."""
+    signal.setitimer(signal.ITIMER_PROF, MAX_SECONDS)
     try:
         if isinstance(task, Case):
             return judge(task)
@@ -90,7 +91,7 @@ def judge_task(task: Task) -> Finding:
 
 
 def _raise_timeout(_signal: int, _frame: object) -> None:
-    raise TimeoutError(f"more than {PATIENCE} s")
+    raise TimeoutError(f"more than {MAX_SECONDS} s")
 
 
 def _prepare_worker() -> None:
@@ -101,12 +102,12 @@ def _prepare_worker() -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Judges all tasks and prints the tables."""
+    """Judges all tasks in two processes and prints the tables; returns the exit status."""
     share = float(arguments[0]) if arguments else 1.0
     names = arguments[1:]
-    # Sorted by seed, so that a run that is stopped early has judged some surfaces of each family.
+    # Sorted by seed, so that a run that ends early has judged some surfaces of each family.
     tasks: list[Task] = sorted(
-        [*list_joints(share, names), *list_cases(share, names)], key=_choose_seed
+        [*list_models(share, names), *list_cases(share, names)], key=_get_seed
     )
     findings: list[Finding] = []
     start = time.monotonic()
@@ -128,15 +129,15 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         pool.terminate()
     print(file=sys.stderr)
-    return report(findings)
+    return print_report(findings)
 
 
-def report(findings: list[Finding]) -> int:
+def print_report(findings: list[Finding]) -> int:
     """Prints the tables and the complaints; returns 1 if there are complaints."""
     order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY, "groups"])}
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models = [each for each in findings if isinstance(each, Joint)]
-    nearly = [each for each in findings if isinstance(each, Near)]
+    nearly_closed = [each for each in findings if isinstance(each, Near)]
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
@@ -144,17 +145,28 @@ def report(findings: list[Finding]) -> int:
         ("family", by_tolerance, ("missed", "bad", "excused")),
         ("by resolution", by_resolution, ()),
         ("models", models, ("seams", "boundary")),
-        ("equal up to rounding", nearly, ("closed",)),
+        ("equal up to rounding", nearly_closed, ("closed",)),
     ):
         if listed:
             print("\n".join([*write_rows(title, listed, counts), ""]))
-    two = [v for v in by_tolerance if v.case.two_sided and v.mesh_bound > 0]
-    if two:
-        tight = max(v.mesh_deviation / v.mesh_bound for v in two)
-        print(f"{len(two)} meshes two-sided: found/bound from mesh to surface {tight:.3f} at most")
+    two_sided_verdicts = [v for v in by_tolerance if v.case.two_sided and v.mesh_bound > 0]
+    if two_sided_verdicts:
+        max_ratio = max(v.mesh_deviation / v.mesh_bound for v in two_sided_verdicts)
+        print(
+            f"{len(two_sided_verdicts)} two-sided meshes: "
+            f"found/bound from mesh to surface at most {max_ratio:.3f}"
+        )
     complaints = [text for each in findings for text in each.complaints()]
-    rest = [f"… and {len(complaints) - MOST} more"] if len(complaints) > MOST else []
-    print("\n".join(["", *complaints[:MOST], *rest] if complaints else ["", "Nothing is wrong."]))
+    rest = (
+        [f"… and {len(complaints) - MAX_COMPLAINTS} more"]
+        if len(complaints) > MAX_COMPLAINTS
+        else []
+    )
+    print(
+        "\n".join(
+            ["", *complaints[:MAX_COMPLAINTS], *rest] if complaints else ["", "Nothing is wrong."]
+        )
+    )
     return int(bool(complaints))
 
 

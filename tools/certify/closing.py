@@ -1,7 +1,7 @@
-"""Judges meshes of surfaces that must close, or must stay open.
+"""Judges meshes of surfaces whose borders are nearly equal: they must close, or must stay open.
 
-Each surface is meshed by resolution and by tolerance, in two orders of its patches. The mesh is
-compared with the original surface, before borders were joined.
+Each surface is meshed by resolution and by tolerance, and by tolerance also in another order of its
+patches. The mesh is compared with the original surface, before the service joined borders.
 """
 
 import time
@@ -20,17 +20,21 @@ from service.surface.multipatch import MultipatchSurface
 from service.surface.patches import PatchSurface
 from tests.oracles.deviation import measure_surface_to_mesh
 from tests.oracles.sheets import build_sheets
-from tools.certify.crowded import crowded, mixed
-from tools.certify.nearly import Case, Pieces, list_points, noisy, pieces
+from tools.certify.crowded import build_crowded, build_mixed
+from tools.certify.nearly import Case, Pieces, build_noisy, build_pieces, list_points
 from tools.certify.table import Finding
-from tools.certify.written import Written, read
+from tools.certify.written import Written, read_file
 
 RESOLUTION = (3, 5)
 
 
 @dataclass
 class Near(Finding):
-    """The findings about one case."""
+    """The findings about one surface.
+
+    `moved` is the largest distance by which joining moved a point; `closed` is whether the last
+    mesh is watertight.
+    """
 
     moved: float = 0.0
     closed: bool = False
@@ -41,18 +45,17 @@ class Near(Finding):
 
 NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
     {
-        "noise": (108, noisy),
-        "borders": (120, pieces),
-        "mixed degrees": (112, mixed),
-        "crowded knots": (112, crowded),
+        "noise": (108, build_noisy),
+        "borders": (120, build_pieces),
+        "mixed degrees": (112, build_mixed),
+        "crowded knots": (112, build_crowded),
     }
 )
-"""For each family the number of its surfaces, and the function that makes one."""
+"""For each family, the number of its surfaces and the function that builds one from a seed."""
 
 
 def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
-    """Meshes a surface by resolution and by tolerance, in two orders of its patches, and judges
-    both."""
+    """The findings about the meshes of one surface, by resolution and by tolerance."""
     case = NEARLY[kind][1](seed)
     near = Near(kind=kind, seed=seed)
     start = time.process_time()
@@ -63,14 +66,14 @@ def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
                 accuracy=Accuracy(relative_tolerance=tolerance), weld_tolerance=case.weld_tolerance
             ),
         ):
-            _judge(near, case, options)
+            _judge_mesh(near, case, options)
     except Exception as error:  # any error means that no mesh was made
         near.wrong.append(f"{type(error).__name__}: {error}")
     near.seconds = time.process_time() - start
     return near
 
 
-def _judge(near: Near, case: Case, options: MeshOptions) -> None:
+def _judge_mesh(near: Near, case: Case, options: MeshOptions) -> None:
     mesh = write_mesh(case.surface, options)
     report = mesh.report
     near.tolerance = float(np.linalg.norm(np.ptp(list_points(case.surface), axis=0)))
@@ -81,11 +84,11 @@ def _judge(near: Near, case: Case, options: MeshOptions) -> None:
     if not largest.distance <= near.bound + largest.noise:
         near.wrong.append(f"deviates by {largest.distance}, bound {near.bound}")
     near.closed = report["watertight"]
-    # A slit narrower than the tolerance may have the same straight edge on both sides.
-    is_slit = case.is_closed is False and options.accuracy is not None
-    if not is_slit and case.is_closed not in (None, report["watertight"]):
+    # An opening narrower than the tolerance may be closed: both sides may be the same edge.
+    is_narrow_opening = case.is_closed is False and options.accuracy is not None
+    if not is_narrow_opening and case.is_closed not in (None, report["watertight"]):
         near.wrong.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
-    # Surfaces that are cut are snapped again after every round of cuts.
+    # The service splits borders of a multipatch in rounds, and joins points after each round.
     rounds = 4 if isinstance(case.surface, MultipatchSurface) else 1
     reach = max(case.weld_tolerance, 2.0**-48 * find_knot_ratio(case.surface.lower()))
     if near.moved > 2.01 * rounds * reach * near.tolerance:
@@ -94,11 +97,11 @@ def _judge(near: Near, case: Case, options: MeshOptions) -> None:
         near.wrong.append(f"moved by {near.moved}, bound {near.bound}")
     if options.accuracy is not None:
         rng = np.random.default_rng(near.seed)
-        _compare(near, mesh, _reverse_order(rng, case.surface), options)
+        _compare_order(near, mesh, _change_order(rng, case.surface), options)
 
 
-def _reverse_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
-    """Patches, or surfaces, in the reverse order."""
+def _change_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
+    """The surface with its patches in random order, or with its surfaces in reverse order."""
     if isinstance(surface, MultipatchSurface):
         return replace(surface, surfaces=surface.surfaces[::-1])
     if not isinstance(surface, PatchSurface):
@@ -108,15 +111,15 @@ def _reverse_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
     return replace(surface, patches=patches, triangles=surface.triangles[triangles], parts=())
 
 
-def _compare(near: Near, mesh: Written, again: Pieces, options: MeshOptions) -> None:
-    """Adds a fault if the patches in another order have other triangles."""
-    if list_triangles(write_mesh(again, options)) != list_triangles(mesh):
+def _compare_order(near: Near, mesh: Written, reordered: Pieces, options: MeshOptions) -> None:
+    """Adds a fault if the patches in another order give other triangles."""
+    if list_triangles(write_mesh(reordered, options)) != list_triangles(mesh):
         near.wrong.append("the order of the patches matters")
 
 
 def write_mesh(surface: Pieces, options: MeshOptions) -> Written:
     """The mesh of a surface, written as JSON and read back."""
-    return read("json", render(surface, options, BY_NAME["json"]))
+    return read_file("json", render(surface, options, BY_NAME["json"]))
 
 
 def list_triangles(mesh: Written) -> set[bytes]:

@@ -1,7 +1,8 @@
-"""Judges groups: bounds of stretched copies, and tolerances for a camera.
+"""Judges groups: the bounds of stretched copies, and tolerances in pixels of a camera.
 
 Every group has three surfaces, one of them twice, with random affine matrices. It is meshed once by
-tolerance and once for a camera, as JSON, in which all copies are placed.
+tolerance and once for a camera. The file is JSON, which stores the vertices of all copies in
+coordinates of the group.
 """
 
 import time
@@ -18,18 +19,18 @@ from tests.oracles.deviation import measure_seen_deviation
 from tests.oracles.sheets import PlacedSheet, Sheet, build_sheets
 from tools.certify.seams import Joint, check_deviation
 from tools.certify.surfaces import FAMILIES, Array, Random
-from tools.certify.written import Written, read
+from tools.certify.written import Written, read_file
 
 KINDS = "bicubic, wild", "NURBS", "rational triangles", "poles", "creases", "quadrics", "flat"
 COUNT = 40
 PIXELS = 2.0
 NEAR = 1e-3
-"""Points nearer to the camera than this share of the diagonal are judged as if they were that
-far."""
+"""A share of the diagonal: points nearer to the camera are judged as if they were at this
+distance."""
 
 
 def judge_group(seed: int, relative: float) -> Joint:
-    """Judges the meshes of a group, copy by copy."""
+    """The findings about both meshes of a group; deviations are compared copy by copy."""
     rng = np.random.default_rng(seed)
     group, sheets = build_group(rng)
     joint = Joint(kind="groups", seed=seed, tolerance=relative)
@@ -38,47 +39,48 @@ def judge_group(seed: int, relative: float) -> Joint:
     camera = Camera(tuple((points[0] + rng.uniform(-1, 1, 3) * size).tolist()), 0.8, 600)
     try:
         start = time.process_time()
-        mesh = _mesh(group, Accuracy(relative_tolerance=relative))
-        seen = _mesh(group, Accuracy(camera=camera, pixel_tolerance=PIXELS))
+        mesh = _write_mesh(group, Accuracy(relative_tolerance=relative))
+        camera_mesh = _write_mesh(group, Accuracy(camera=camera, pixel_tolerance=PIXELS))
         joint.seconds = time.process_time() - start
     except Exception as error:  # any error means that no mesh was made
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    # The diagonal of the control points is larger than that of the samples, but less than this.
+    # The tolerance is relative to the diagonal of the control points, which is larger than that of
+    # the samples, but by less than a factor of 4.
     joint.tolerance = relative * 4 * size
     check_deviation(joint, sheets, mesh, "member", 2000)
-    rate = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
+    allowed = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
     eye = np.array(camera.position)
-    distances = measure_seen_deviation(sheets, seen.corners, eye, NEAR * 4 * size, 1000)
-    if not distances <= rate * (1 + 1e-9):
-        joint.wrong.append(f"{distances / rate * PIXELS} pixels off where {PIXELS} are allowed")
+    ratio = measure_seen_deviation(sheets, camera_mesh.corners, eye, NEAR * 4 * size, 1000)
+    if not ratio <= allowed * (1 + 1e-9):
+        joint.wrong.append(f"deviates by {ratio / allowed * PIXELS} pixels, allowed {PIXELS}")
     return joint
 
 
-def _mesh(group: GroupSurface, accuracy: Accuracy) -> Written:
+def _write_mesh(group: GroupSurface, accuracy: Accuracy) -> Written:
     options = MeshOptions(accuracy=accuracy, normals=False)
-    return read("json", render(group, options, BY_NAME["json"]))
+    return read_file("json", render(group, options, BY_NAME["json"]))
 
 
 def build_group(rng: Random) -> tuple[GroupSurface, list[Sheet]]:
-    """Four copies of three surfaces, and their sheets."""
+    """A group of three random surfaces, the first of them twice; and the sheets of its members."""
     kinds = rng.choice(KINDS, size=3, replace=False)
     surfaces = [FAMILIES[kind].surface(int(rng.integers(1000))) for kind in kinds]
     members: list[Member] = []
     sheets: list[Sheet] = []
     for k, surface in enumerate([surfaces[0], *surfaces]):
-        matrix = _place(rng)
+        matrix = _draw_matrix(rng)
         members.append(Member(surface, name=f"member {k}", matrix=matrix))
         sheets += [PlacedSheet(sheet, matrix) for sheet in build_sheets(surface)]
     return GroupSurface(tuple(members)), sheets
 
 
-def _place(rng: Random) -> Array:
-    """A random matrix: turns, stretches up to tenfold, shears, mirrors and moves."""
+def _draw_matrix(rng: Random) -> Array:
+    """A random affine matrix (4, 4): rotations, a shift, and perhaps stretching up to tenfold."""
     matrix = np.eye(4)
     stretch = np.diag(10 ** rng.uniform(-1, 1, 3)) if rng.integers(2) else np.eye(3)
-    turns = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))
-    matrix[:3, :3] = next(turns) @ stretch @ next(turns)
+    rotations = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))
+    matrix[:3, :3] = next(rotations) @ stretch @ next(rotations)
     matrix[:3, 3] = rng.uniform(-3, 3, 3)
     return matrix

@@ -1,4 +1,4 @@
-"""Makes one mesh, reads its file back, and looks for all faults that it can have."""
+"""Makes the file of one mesh, reads the file, and checks the mesh for all kinds of faults."""
 
 import time
 from collections import Counter
@@ -18,22 +18,25 @@ from tests.oracles.sheets import build_sheets
 from tools.certify.rounding import is_flattened_by_rounding
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding
-from tools.certify.written import Array, Rows, Written, list_edges, read
+from tools.certify.written import Array, Rows, Written, list_edges, read_file
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
-"""Shares of the diagonal of the box about the control points."""
+"""Tolerances relative to the diagonal of the bounding box of the control points."""
 
 SAMPLES = 2000, 20000
-"""The fewest and the most samples of a sheet; between these limits 4 for each triangle."""
+"""The smallest and the largest number of samples of a sheet, which has 4 for each triangle."""
 
 THIN = 1e-9
-"""Below this quotient of twice the area and the square of the longest side, exact arithmetic
-decides whether a triangle has an area."""
+"""If twice the area of a triangle, divided by the square of its longest side, is below this, exact
+arithmetic decides whether the area is zero."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh to be made and judged: by resolution if the case has one, else by tolerance."""
+    """A mesh to judge: by resolution if the case has one, else by tolerance.
+
+    `relative` is the relative tolerance, `written_as` the name of the format.
+    """
 
     family: str
     seed: int
@@ -52,7 +55,11 @@ class Case:
 
 @dataclass
 class Verdict(Finding):
-    """The findings about the mesh of a case."""
+    """The findings about the mesh of a case.
+
+    `missed` is whether the mesh of a spike does not reach its top, `bad` the number of faulty
+    triangles, and `excused` that of triangles without area that are no fault.
+    """
 
     case: Case
     mesh_bound: float = 0.0
@@ -66,7 +73,7 @@ class Verdict(Finding):
 
 
 def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
-    """Makes the mesh, reads it back, and judges it."""
+    """The findings about the mesh of a case, compared with samples of its surface."""
     family = FAMILIES[case.family]
     surface = family.surface(case.seed)
     tolerance = min(case.relative, 1e3) * measure_diagonal(surface)
@@ -79,21 +86,21 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
         verdict.wrong.append(f"{type(error).__name__}: {error}")
         return verdict
     verdict.seconds = time.process_time() - start
-    mesh = read(case.written_as, content)
+    mesh = read_file(case.written_as, content)
     verdict.triangles = len(mesh.faces)
-    _measure(verdict, surface, mesh, samples)
+    _compare_bounds(verdict, surface, mesh, samples)
     if case.faces == "quads":
-        _measure(verdict, surface, read(case.written_as, content, diagonal=1), samples)
+        _compare_bounds(verdict, surface, read_file(case.written_as, content, diagonal=1), samples)
     if case.resolution is not None:
         return verdict
-    _count(verdict, mesh, None if family.lines else _find_flat(verdict, surface, mesh))
+    _count_faults(verdict, mesh, None if family.lines else _find_flat(verdict, surface, mesh))
     if family.flat and not case.two_sided and verdict.triangles != 2:
         verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
 
 
 def build_options(case: Case) -> MeshOptions:
-    """Options for positions alone; meshes by tolerance also have parameters."""
+    """The options of a case: without normals; meshes by tolerance have parameters of vertices."""
     if case.resolution is not None:
         return MeshOptions(resolution=case.resolution, faces=case.faces, normals=False)
     accuracy = Accuracy(relative_tolerance=case.relative, two_sided=case.two_sided)
@@ -106,8 +113,10 @@ def measure_diagonal(surface: Any) -> float:
     return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
 
 
-def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]) -> None:
-    """Compares deviations with the reported bounds, and the bounds with the tolerance."""
+def _compare_bounds(
+    verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, int]
+) -> None:
+    """Adds faults if a deviation exceeds the reported bound, or the bound the tolerance."""
     sheets = build_sheets(surface)
     if not len(mesh.faces):
         if verdict.tolerance > 0 and verdict.case.resolution is None:
@@ -144,7 +153,7 @@ def _measure(verdict: Verdict, surface: Any, mesh: Written, samples: tuple[int, 
 
 
 def _find_flat(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
-    """The triangles without area, except those that lost it by rounding alone."""
+    """Rows of the triangles without area, except those whose area only rounding made zero."""
     flat = find_flat_triangles(mesh.corners)
     if mesh.steps is None or mesh.places is None:
         return flat
@@ -157,24 +166,25 @@ def _find_flat(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
     return wrong
 
 
-def _count(verdict: Verdict, mesh: Written, without_area: list[int] | None) -> None:
-    """Adds faults: triangles without area or turned over, edges with more than two triangles.
+def _count_faults(verdict: Verdict, mesh: Written, flat: list[int] | None) -> None:
+    """Adds faults: triangles without area or reversed, edges with more than two triangles.
 
-    `without_area` is None for a mesh of a line: its triangles have no area, and its edges overlap.
+    `flat` are the rows of triangles without area. It is None for a mesh of a line, whose triangles
+    have no area and whose edges overlap.
     """
     bad = Counter(
         {
-            "name a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
-            "have no area": len(without_area or ()),
-            "are turned over": 0 if mesh.places is None else count_turned_triangles(mesh.places),
+            "have a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
+            "have no area": len(flat or ()),
+            "are reversed": 0 if mesh.places is None else count_reversed_triangles(mesh.places),
         }
     )
     verdict.bad = bad.total()
-    verdict.wrong += [f"{count} triangles {what}" for what, count in bad.items() if count]
-    boundary, more = count_edges(mesh.faces)
+    verdict.wrong += [f"{count} triangles {text}" for text, count in bad.items() if count]
+    boundary, overused = count_edges(mesh.faces)
     if verdict.case.written_as == "json":
-        if more and without_area is not None:
-            verdict.wrong.append(f"{more} edges of more than two triangles")
+        if overused and flat is not None:
+            verdict.wrong.append(f"{overused} edges of more than two triangles")
         if boundary != mesh.report["boundary_edges"]:
             verdict.wrong.append(
                 f"{boundary} boundary edges, reported {mesh.report['boundary_edges']}"
@@ -182,7 +192,7 @@ def _count(verdict: Verdict, mesh: Written, without_area: list[int] | None) -> N
 
 
 def find_flat_triangles(corners: Array) -> list[int]:
-    """Rows of the triangles whose area is zero, exactly."""
+    """Rows of the triangles whose area is exactly zero."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
@@ -190,8 +200,8 @@ def find_flat_triangles(corners: Array) -> list[int]:
     return [k for k in thin.tolist() if is_flat(corners[k])]
 
 
-def count_turned_triangles(places: Array) -> int:
-    """Number of triangles that run clockwise in (u, v), as far as float32 shows it."""
+def count_reversed_triangles(places: Array) -> int:
+    """Number of triangles that are clockwise in (u, v) by more than the rounding of float32."""
     a, b, c = places[:, 0], places[:, 1], places[:, 2]
     (x, y), (z, w) = (b - a).T, (c - a).T
     size = np.abs(places).max(axis=(1, 2)) * 2.0**-22
@@ -200,6 +210,6 @@ def count_turned_triangles(places: Array) -> int:
 
 
 def count_edges(faces: Rows) -> tuple[int, int]:
-    """Numbers of edges: with one triangle; with more than two, or twice in one direction."""
+    """Numbers of edges with one triangle, and of edges with more than two triangles."""
     _, uses = np.unique(np.sort(list_edges(faces), axis=1), axis=0, return_counts=True)
     return int((uses == 1).sum()), int((uses > 2).sum())

@@ -1,4 +1,7 @@
-"""Random models of many patches that share edges: reversed, rotated, raised in degree, weighted."""
+"""Random models of many patches that share edges.
+
+Patches may be reversed and rotated, have a raised degree, and be rational.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +26,7 @@ Random: TypeAlias = np.random.Generator
 
 @dataclass(frozen=True)
 class Body:
-    """Corners, and faces that name three or four of them counter-clockwise."""
+    """Corners (C, 3), and faces as loops of three or four numbers of corners, counter-clockwise."""
 
     corners: Array
     faces: tuple[Loop, ...]
@@ -31,11 +34,11 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Complex:
-    """A model whose shared edges are known.
+    """A model of patches, with the corners that each patch shares with others.
 
-    Patch k has the corners `loops[k]`, in the order in which its border runs: of a grid (0, 0),
-    (1, 0), (1, 1), (0, 1), of a triangle r, s, t. `alike` are the edges whose control points are
-    the same numbers in all patches.
+    `nets` and `weights` are those of the patches. Patch k has the corners `loops[k]`, in the order
+    of its border: of a grid (0, 0), (1, 0), (1, 1), (0, 1), and of a triangle r, s, t. `alike` are
+    the edges, as pairs of corners, whose control points and weights are equal in all their patches.
     """
 
     nets: tuple[Array, ...]
@@ -45,27 +48,31 @@ class Complex:
     alike: frozenset[Pair]
 
     def model(self, order: Sequence[int], *, together: bool = True) -> PatchModel:
-        """Some of the patches in this order, each a part; consecutive patches of one kind form a
-        batch."""
+        """The patches with these numbers, in this order, each of them a part.
+
+        With `together`, consecutive patches of the same shape are one batch.
+        """
         batches: list[Patches] = []
-        run: list[int] = []
+        numbers: list[int] = []
         for number, following in pairwise([*order, None]):
             assert number is not None
-            run.append(number)
-            same = following is not None and self.nets[following].shape == self.nets[number].shape
-            if not (same and together):
-                batches.append(self._batch(run))
-                run = []
+            numbers.append(number)
+            is_same_shape = (
+                following is not None and self.nets[following].shape == self.nets[number].shape
+            )
+            if not (is_same_shape and together):
+                batches.append(self._batch(numbers))
+                numbers = []
         parts = tuple(Part(f"patch {k}", row, row + 1) for row, k in enumerate(order))
         return PatchModel("model", tuple(batches), parts)
 
-    def _batch(self, run: Sequence[int]) -> Patches:
-        points = np.stack([self.nets[k] for k in run])
-        weights = None if self.weights is None else np.stack([self.weights[k] for k in run])
+    def _batch(self, numbers: Sequence[int]) -> Patches:
+        points = np.stack([self.nets[k] for k in numbers])
+        weights = None if self.weights is None else np.stack([self.weights[k] for k in numbers])
         return (TrianglePatches if points.ndim == 3 else TensorPatches)(points, weights)
 
     def edges(self) -> dict[Pair, list[int]]:
-        """The patches at every edge."""
+        """The numbers of the patches at every edge, which is a pair of corners, the lower first."""
         patches_by_edge: dict[Pair, list[int]] = {}
         for number, loop in enumerate(self.loops):
             for a, b in pairwise([*loop, loop[0]]):
@@ -73,8 +80,11 @@ class Complex:
         return patches_by_edge
 
 
-def _lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
-    """Quads in rows, open, closed along u, or along both; some cut into two triangles."""
+def _build_lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
+    """Rows of quads, half of them divided into two triangles.
+
+    The rows are open (`wrap` = 0), closed along u (1), or closed along u and v (2).
+    """
     i, j = np.meshgrid(np.arange(rows + (wrap < 1)), np.arange(columns + (wrap < 2)), indexing="ij")
     x, y = i.astype(np.float64), j.astype(np.float64)
     across = 2 * pi * y / columns
@@ -85,59 +95,61 @@ def _lattice(rng: Random, rows: int, columns: int, *, wrap: int = 0) -> Body:
     ][wrap]
     length = i.shape[1]
 
-    def at(k: int, m: int) -> int:
+    def number_corner(k: int, m: int) -> int:
         return (k % i.shape[0]) * length + m % length
 
     faces: list[Loop] = []
     for k in range(rows):
         for m in range(columns):
-            a, b, c, d = at(k, m), at(k + 1, m), at(k + 1, m + 1), at(k, m + 1)
-            cut = rng.integers(4)
-            faces += [(a, b, c, d)] if cut < 2 else [(a, b, c), (a, c, d)]
+            a, b = number_corner(k, m), number_corner(k + 1, m)
+            c, d = number_corner(k + 1, m + 1), number_corner(k, m + 1)
+            is_quad = rng.integers(4) < 2
+            faces += [(a, b, c, d)] if is_quad else [(a, b, c), (a, c, d)]
     return Body(places.reshape(-1, 3), tuple(faces))
 
 
 def _rotate(turn: Array, radius: Array, height: Array) -> Array:
+    """Points (…, 3) at cylindrical coordinates; `turn` is the angle in full turns."""
     angle = 2 * pi * turn
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
 
 
-def _solid(corners: Sequence[Sequence[float]], faces: Sequence[Loop]) -> Body:
+def _build_body(corners: Sequence[Sequence[float]], faces: Sequence[Loop]) -> Body:
     return Body(np.array(corners, dtype=float), tuple(faces))
 
 
-def _circle(count: int, height: float) -> list[list[float]]:
+def _list_circle(count: int, height: float) -> list[list[float]]:
     return [[cos(2 * pi * k / count), sin(2 * pi * k / count), height] for k in range(count)]
 
 
-def _pyramid(count: int) -> Body:
-    """Triangles about an apex over a polygon of three or four corners: closed."""
+def _build_pyramid(count: int) -> Body:
+    """A closed pyramid: triangles around an apex, over a base of three or four corners."""
     sides: list[Loop] = [(k, (k + 1) % count, count) for k in range(count)]
-    return _solid([*_circle(count, 0), [0, 0, 1.2]], [tuple(range(count))[::-1], *sides])
+    return _build_body([*_list_circle(count, 0), [0, 0, 1.2]], [tuple(range(count))[::-1], *sides])
 
 
-def _prism(count: int) -> Body:
+def _build_prism(count: int) -> Body:
     sides: list[Loop] = [
         (k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)
     ]
     ends: list[Loop] = [tuple(range(count))[::-1], tuple(range(count, 2 * count))]
-    return _solid(_circle(count, 0) + _circle(count, 1.3), [*sides, *ends])
+    return _build_body(_list_circle(count, 0) + _list_circle(count, 1.3), [*sides, *ends])
 
 
-def _double_pyramid(count: int) -> Body:
+def _build_double_pyramid(count: int) -> Body:
     up: list[Loop] = [(k, (k + 1) % count, count) for k in range(count)]
     down: list[Loop] = [((k + 1) % count, k, count + 1) for k in range(count)]
-    return _solid([*_circle(count, 0), [0, 0, 1.2], [0, 0, -1]], [*up, *down])
+    return _build_body([*_list_circle(count, 0), [0, 0, 1.2], [0, 0, -1]], [*up, *down])
 
 
-def _fan(count: int) -> Body:
-    """Patches about a corner, a gap between the last and the first."""
+def _build_fan(count: int) -> Body:
+    """Triangles around a corner, with a gap between the last and the first."""
     faces: list[Loop] = [(k, k + 1, count) for k in range(count - 1)]
-    return _solid([*_circle(count, 0), [0, 0, 0.4]], faces)
+    return _build_body([*_list_circle(count, 0), [0, 0, 0.4]], faces)
 
 
-def _moebius(count: int) -> Body:
-    """A strip that is closed with half a turn."""
+def _build_moebius(count: int) -> Body:
+    """A Möbius strip of quads."""
     angles = 2 * pi * np.arange(count) / count
     low, high = (
         np.stack(
@@ -160,58 +172,62 @@ def _draw_count(rng: Random, least: int, most: int) -> int:
 
 BODIES: Mapping[str, tuple[int, Callable[[Random], Body]]] = MappingProxyType(
     {
-        "sheets": (50, lambda rng: _lattice(rng, _draw_count(rng, 1, 3), _draw_count(rng, 1, 3))),
+        "sheets": (
+            50,
+            lambda rng: _build_lattice(rng, _draw_count(rng, 1, 3), _draw_count(rng, 1, 3)),
+        ),
         "rings": (
             30,
-            lambda rng: _lattice(rng, _draw_count(rng, 3, 4), _draw_count(rng, 1, 2), wrap=1),
+            lambda rng: _build_lattice(rng, _draw_count(rng, 3, 4), _draw_count(rng, 1, 2), wrap=1),
         ),
-        "tori": (15, lambda rng: _lattice(rng, 3, 3, wrap=2)),
-        "pyramids": (25, lambda rng: _pyramid(_draw_count(rng, 3, 4))),
-        "prisms": (30, lambda rng: _prism(_draw_count(rng, 3, 4))),
-        "double pyramids": (20, lambda rng: _double_pyramid(_draw_count(rng, 3, 4))),
-        "fans": (15, lambda rng: _fan(_draw_count(rng, 3, 6))),
-        "Moebius strips": (15, lambda rng: _moebius(_draw_count(rng, 3, 5))),
+        "tori": (15, lambda rng: _build_lattice(rng, 3, 3, wrap=2)),
+        "pyramids": (25, lambda rng: _build_pyramid(_draw_count(rng, 3, 4))),
+        "prisms": (30, lambda rng: _build_prism(_draw_count(rng, 3, 4))),
+        "double pyramids": (20, lambda rng: _build_double_pyramid(_draw_count(rng, 3, 4))),
+        "fans": (15, lambda rng: _build_fan(_draw_count(rng, 3, 6))),
+        "Moebius strips": (15, lambda rng: _build_moebius(_draw_count(rng, 3, 5))),
     }
 )
-"""For each kind the number of its models, and the function that makes its body."""
+"""For each kind, the number of its models, and the function that builds a random body."""
 
 
 def build_complex(kind: str, seed: int) -> Complex:
-    """A random model: every edge is a curve of its own degree, every patch begins at a random
-    corner.
+    """A random model, in which every patch begins at a random corner of its loop.
 
-    In every other model all degrees are equal; in the others, edges are raised to the degrees of
-    their patches, in exact arithmetic and rounded once. A third of the models is rational; in half
-    of these the weights of each patch have a factor of their own.
+    For odd seeds all degrees are equal. For even seeds every edge is a curve of its own degree,
+    which is raised to the degrees of its patches in exact arithmetic and rounded once. A third of
+    the models is rational; in half of these, the weights of each patch have a factor of their own.
     """
     rng = np.random.default_rng(seed)
     body = BODIES[kind][1](rng)
     corners = body.corners + rng.uniform(-0.1, 0.1, body.corners.shape)
     rational = rng.integers(3) == 0
-    factors = bool(rng.integers(2))
-    heavy = rng.uniform(0.5, 2, len(corners)) if rational else np.ones(len(corners))
+    has_factors = bool(rng.integers(2))
+    corner_weights = rng.uniform(0.5, 2, len(corners)) if rational else np.ones(len(corners))
     loops = [_rotate_loop(rng, loop) for loop in body.faces]
     common = int(rng.integers(1, 4)) if seed % 2 else None
-    curves = _curves(rng, corners, heavy, loops, rational=bool(rational), degree=common)
+    curves = _draw_curves(
+        rng, corners, corner_weights, loops, rational=bool(rational), degree=common
+    )
     nets: list[Array] = []
     weights: list[Array] = []
-    named: dict[Pair, set[tuple[int, float]]] = {}
+    forms_by_edge: dict[Pair, set[tuple[int, float]]] = {}
     for loop in loops:
-        factor = 2.0 ** int(rng.integers(-2, 3)) if rational and factors else 1.0
-        net, load = (_quad if len(loop) == 4 else _triangle)(
+        factor = 2.0 ** int(rng.integers(-2, 3)) if rational and has_factors else 1.0
+        net, net_weights = (_build_quad if len(loop) == 4 else _build_triangle)(
             rng, loop, curves, rational=bool(rational), raised=common is None
         )
         nets.append(net)
-        weights.append(load * factor)
-        degrees = _degrees(net, len(loop))
+        weights.append(net_weights * factor)
+        degrees = _list_degrees(net, len(loop))
         for (a, b), degree in zip(pairwise([*loop, loop[0]]), degrees, strict=True):
-            named.setdefault((min(a, b), max(a, b)), set()).add((degree, factor))
-    alike = frozenset(edge for edge, ways in named.items() if len(ways) == 1)
+            forms_by_edge.setdefault((min(a, b), max(a, b)), set()).add((degree, factor))
+    alike = frozenset(edge for edge, forms in forms_by_edge.items() if len(forms) == 1)
     return Complex(tuple(nets), tuple(weights) if rational else None, tuple(loops), corners, alike)
 
 
-def _degrees(net: Array, sides: int) -> list[int]:
-    """Degree of each side in the order of the loop."""
+def _list_degrees(net: Array, sides: int) -> list[int]:
+    """The degree of each side of a patch, in the order of its loop."""
     if sides == 3:
         return [triangles.find_degree(len(net))] * 3
     p, q = net.shape[0] - 1, net.shape[1] - 1
@@ -219,16 +235,16 @@ def _degrees(net: Array, sides: int) -> list[int]:
 
 
 def _rotate_loop(rng: Random, loop: Loop) -> Loop:
-    """The loop from a random corner, sometimes in the other direction."""
+    """The loop, beginning at a random corner; a third of the loops is also reversed."""
     first = int(rng.integers(len(loop)))
-    turned = loop[first:] + loop[:first]
-    return turned[::-1] if rng.integers(3) == 0 else turned
+    rotated = loop[first:] + loop[:first]
+    return rotated[::-1] if rng.integers(3) == 0 else rotated
 
 
-def _curves(
+def _draw_curves(
     rng: Random,
     corners: Array,
-    heavy: Array,
+    corner_weights: Array,
     loops: Sequence[Loop],
     *,
     rational: bool,
@@ -249,17 +265,17 @@ def _curves(
             points = (1 - t) * corners[a] + t * corners[b]
             points[1:-1] += rng.uniform(-0.3, 0.3, points[1:-1].shape)
             points[0], points[-1] = corners[a], corners[b]
-            loads = rng.uniform(0.4, 2.5, n + 1) if rational else np.ones(n + 1)
-            loads[0], loads[-1] = heavy[a], heavy[b]
+            weights = rng.uniform(0.4, 2.5, n + 1) if rational else np.ones(n + 1)
+            weights[0], weights[-1] = corner_weights[a], corner_weights[b]
             curves[a, b] = [
                 [*(Fraction(w) * Fraction(x) for x in point), Fraction(w)]
-                for point, w in zip(points.tolist(), loads.tolist(), strict=True)
+                for point, w in zip(points.tolist(), weights.tolist(), strict=True)
             ]
     return curves
 
 
 def _elevate(line: Line, degree: int) -> Array:
-    """The curve in a higher degree, rounded once: points and weights (n+1, 4)."""
+    """Points and weights (n+1, 4) of a curve in a higher degree n, rounded once."""
     while len(line) - 1 < degree:
         n = len(line)
         line = [
@@ -273,15 +289,19 @@ def _elevate(line: Line, degree: int) -> Array:
 
 
 def _read_edge(curves: Mapping[Pair, Line], a: int, b: int, degree: int) -> Array:
-    """The edge from corner a to corner b in this degree."""
+    """Points and weights of the edge from corner a to corner b in this degree."""
     line = _elevate(curves[min(a, b), max(a, b)], degree)
     return line if a < b else line[::-1]
 
 
-def _quad(
+def _build_quad(
     rng: Random, loop: Loop, curves: Mapping[Pair, Line], *, rational: bool, raised: bool
 ) -> tuple[Array, Array]:
-    """A net whose borders are the four edges; its inside is blended from these, with noise."""
+    """Net and weights of a grid whose borders are the four edges of the loop.
+
+    Inner points are those of a Coons patch, with noise. With `raised`, a degree may be higher by 1
+    than that of the edges.
+    """
     a, b, c, d = loop
     p, q = (
         max(len(curves[min(pair), max(pair)]) - 1 for pair in pairs)
@@ -301,10 +321,13 @@ def _quad(
     return net[..., :3].copy(), net[..., 3].copy()
 
 
-def _triangle(
+def _build_triangle(
     rng: Random, loop: Loop, curves: Mapping[Pair, Line], *, rational: bool, raised: bool
 ) -> tuple[Array, Array]:
-    """A triangular net whose borders are the three edges."""
+    """Net and weights of a triangle whose borders are the three edges of the loop.
+
+    With `raised`, the degree may be higher by 1 than that of the edges.
+    """
     pairs = list(pairwise([*loop, loop[0]]))
     n = max(len(curves[min(pair), max(pair)]) - 1 for pair in pairs) + int(
         raised and rng.integers(5) == 0

@@ -1,8 +1,7 @@
 """Surfaces whose borders are equal up to rounding, or are one curve in different forms.
 
-A family makes a surface from a seed and states whether its mesh must be closed. The families
-`noisy` and `pieces` are defined here, others in `tools.certify.crowded`. The table of all is in
-`tools.certify.closing`.
+Each function of a family builds a surface from a seed, and says whether its mesh must be closed.
+More families are in `tools.certify.crowded`; the table of all is in `tools.certify.closing`.
 """
 
 from dataclasses import dataclass, replace
@@ -26,39 +25,41 @@ Pieces: TypeAlias = BsplineSurface | PatchSurface | MultipatchSurface
 
 @dataclass(frozen=True)
 class Case:
-    """A surface, its `weld_tolerance`, and whether its mesh must be closed; None: either is
-    right."""
+    """A surface, its `weld_tolerance`, and whether its mesh must be closed.
+
+    `is_closed` is None if the mesh may be closed or open.
+    """
 
     surface: Pieces
     weld_tolerance: float
     is_closed: bool | None
 
 
-def noisy(seed: int) -> Case:
+def build_noisy(seed: int) -> Case:
     """A ball or a ring, as a B-spline or as patches, with noise of 1e-17 to 1e-9 of its size.
 
-    The noise moves points by at most an amplitude a, so points that were equal are at most 2 a
-    apart. If a is the tolerance, the mesh may be closed or not.
+    The noise moves points by at most an amplitude a, so that the distance of points that were equal
+    is at most 2 a. If a equals the tolerance, the mesh may be closed or open.
     """
     rng = np.random.default_rng(seed)
     amplitude = 10.0 ** -(9 + seed % 9)
     tolerance = 1e-12 if seed % 2 else max(3 * amplitude, 1e-15)
-    surface: BsplineSurface | PatchSurface = body(rng, has_poles=bool(seed // 2 % 2))
+    surface: BsplineSurface | PatchSurface = build_closed_spline(rng, has_poles=bool(seed // 2 % 2))
     if seed // 4 % 2:
-        surface = soup(surface.lower().batches[0])
+        surface = separate_patches(surface.lower().batches[0])
     is_closed = None if amplitude == tolerance else 2 * amplitude < tolerance
     return Case(add_noise(rng, surface, amplitude), tolerance, is_closed)
 
 
-def pieces(seed: int) -> Case:
+def build_pieces(seed: int) -> Case:
     """A ball or a ring of B-splines whose common borders are one curve in different forms.
 
-    The body is cut into strips, and each strip across, at its own random places. Then knots are
-    inserted, degrees raised, parameters scaled, directions reversed and exchanged. For every third
-    seed a point on a border is moved, so that the surface is open.
+    The surface is split into strips, and each strip into parts at its own random parameters. Then
+    knots are inserted, degrees raised, parameters scaled, directions reversed and exchanged. For
+    every third seed a point on a border is moved, so that the surface is open.
     """
     rng = np.random.default_rng([seed, 1])
-    parts = cut_up(rng, body(rng, has_poles=bool(seed % 2)), 2 + seed // 2 % 2)
+    parts = split_spline(rng, build_closed_spline(rng, has_poles=bool(seed % 2)), 2 + seed // 2 % 2)
     is_closed = seed % 3 > 0
     if not is_closed:
         net = parts[0].control_net.copy()
@@ -68,23 +69,23 @@ def pieces(seed: int) -> Case:
     return Case(MultipatchSurface(tuple(parts[k] for k in order)), 1e-12, is_closed)
 
 
-def cut_up(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSurface]:
-    """The pieces of strips along u, each strip cut into one to three, all in different forms."""
+def split_spline(rng: Random, surface: BsplineSurface, strips: int) -> list[BsplineSurface]:
+    """The parts of strips along u; each strip has one to three parts, in different forms."""
     parts: list[BsplineSurface] = []
-    for u in _intervals(rng, surface, 0, strips):
+    for u in _divide_domain(rng, surface, 0, strips):
         strip = convert(surface, [Restrict(u=u)])
         assert isinstance(strip, BsplineSurface)
-        for v in _intervals(rng, strip, 1, int(rng.integers(1, 4))):
+        for v in _divide_domain(rng, strip, 1, int(rng.integers(1, 4))):
             piece = convert(strip, [Restrict(v=v)])
             assert isinstance(piece, BsplineSurface)
             parts.append(_change_form(rng, piece))
     return parts
 
 
-def _intervals(
+def _divide_domain(
     rng: Random, surface: BsplineSurface, axis: int, count: int
 ) -> list[tuple[float, float]]:
-    """The domain along an axis, cut into `count` pieces."""
+    """`count` intervals that the domain along an axis is divided into, at random parameters."""
     knots, degree = surface.knot_vectors[axis], surface.degree[axis]
     low, high = float(knots[degree]), float(knots[-1 - degree])
     inner = low + (high - low) * (np.arange(1, count) + rng.uniform(-0.3, 0.3, count - 1)) / count
@@ -93,7 +94,7 @@ def _intervals(
 
 
 def _change_form(rng: Random, piece: BsplineSurface) -> BsplineSurface:
-    """The surface with other knots (by SciPy), degrees and directions (by conversions)."""
+    """The surface with inserted knots, higher degrees, and reversed or exchanged directions."""
     rows = np.ones((*piece.control_net.shape[:2], 4))
     if piece.weights is not None:
         rows[..., 3] = piece.weights * rng.uniform(0.5, 2)
@@ -107,21 +108,23 @@ def _change_form(rng: Random, piece: BsplineSurface) -> BsplineSurface:
         rows = spline.c.swapaxes(0, axis)
         knots.append(spline.t * rng.uniform(0.3, 3) + rng.uniform(-2, 2))
     net, weights = rows[..., :3] / rows[..., 3:], rows[..., 3]
-    again = BsplineSurface(
+    refined = BsplineSurface(
         net, piece.degree, (knots[0], knots[1]), None if piece.weights is None else weights
     )
     p, q = piece.degree
-    more = rng.integers(0, 4, 2) == 0
+    raises = rng.integers(0, 4, 2) == 0
     choices: list[Operation] = [Reverse("u"), Reverse("v"), Transpose()]
     chosen = [operation for operation in choices if rng.integers(2)]
-    result = convert(again, [Elevate((p + int(more[0]), q + int(more[1]))), *chosen])
+    result = convert(refined, [Elevate((p + int(raises[0]), q + int(raises[1]))), *chosen])
     assert isinstance(result, BsplineSurface)
     return result
 
 
-def body(rng: Random, *, has_poles: bool) -> BsplineSurface:
-    """A closed B-spline: last row equal to the first; columns closed, or with poles at both
-    ends."""
+def build_closed_spline(rng: Random, *, has_poles: bool) -> BsplineSurface:
+    """A closed B-spline: a ball with poles at both ends of v, or a ring closed along u and v.
+
+    Points repeat bit for bit: the last row equals the first, and with a ring the last column, too.
+    """
     p, q = rng.integers(1, 4, 2, endpoint=True).tolist()
     n, m = (int(rng.integers(max(d + 1, 4), d + 6)) for d in (p, q))
     turn = np.linspace(0, 2 * np.pi, n)[:, None]
@@ -142,8 +145,8 @@ def body(rng: Random, *, has_poles: bool) -> BsplineSurface:
     return BsplineSurface(net, (p, q), weights=weights)
 
 
-def soup(batch: object) -> PatchSurface:
-    """Patches that share no vertices."""
+def separate_patches(batch: object) -> PatchSurface:
+    """A surface of patches that share no vertices, each of them a part."""
     assert isinstance(batch, TensorPatches)
     indices = np.arange(batch.points[..., 0].size).reshape(batch.points.shape[:-1])
     weights = None if batch.weights is None else batch.weights.ravel()
@@ -152,13 +155,15 @@ def soup(batch: object) -> PatchSurface:
 
 
 def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: float) -> Pieces:
-    """The surface with points moved by at most `amplitude` of its diagonal, and weights
-    likewise."""
+    """The surface with random noise on its points and weights.
+
+    Points move by at most `amplitude` times the diagonal, weights by a relative 0.9 `amplitude`.
+    """
     flat = list_points(surface)
     reach = amplitude * np.linalg.norm(np.ptp(flat, axis=0)) * (1 - 2.0**-10)
-    away = rng.normal(size=flat.shape)
-    away *= reach * rng.uniform(0, 1, (len(flat), 1)) / np.linalg.norm(away, axis=1)[:, None]
-    moved = flat + away
+    noise = rng.normal(size=flat.shape)
+    noise *= reach * rng.uniform(0, 1, (len(flat), 1)) / np.linalg.norm(noise, axis=1)[:, None]
+    moved = flat + noise
     weights = surface.weights
     if weights is not None:
         weights = weights * (1 + 0.9 * amplitude * rng.uniform(-1, 1, weights.shape))
@@ -168,7 +173,7 @@ def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: fl
 
 
 def list_points(surface: Pieces | Single) -> Array:
-    """All control points, (N, 3)."""
+    """All control points (N, 3) of a surface."""
     if isinstance(surface, MultipatchSurface):
         return np.concatenate([list_points(each) for each in surface.surfaces])
     points = surface.vertices if isinstance(surface, PatchSurface) else surface.control_net

@@ -1,9 +1,9 @@
-"""Decides whether triangles lost their area only because corners were rounded to float32.
+"""Decides whether triangles have no area only because corners were rounded to float32.
 
-The mesh was made in float64, from points of the surface at the parameters in the file. If all three
-corners are within the rounding error of these points, the triangle was narrower than that error,
-and rounding flattened it. If a corner is further away, or if the points themselves are collinear,
-the triangle has another fault.
+The service computes a mesh in float64, from points of the surface at the parameters in the file. If
+all three corners are within the rounding error of these points, then rounding made the area zero.
+If a corner is further away, or if the points themselves are collinear, the triangle has another
+fault.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from tests.oracles.sheets import Sheet
 from tools.certify.written import Array
 
 NOISE = 2.0**-46
-"""The relative error of a point of the surface as this program computes it."""
+"""An upper bound of the relative error of a point of the surface that this program computes."""
 
 
 def is_flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps: Array) -> bool:
@@ -33,16 +33,16 @@ def is_flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps:
     if is_flat(points):
         return False
     allowed = steps + NOISE * (np.abs(points) + np.abs(sheet.origin))
-    return bool((np.abs(corners - points) <= allowed + _doubt(sheet, places)).all())
+    return bool((np.abs(corners - points) <= allowed + _measure_rounding(sheet, places)).all())
 
 
-def _doubt(sheet: Sheet, places: Array) -> Array:
-    """How far the points (3, 3) may move because their parameters are rounded as well."""
-    at = sheet.at(sheet.inside(places))
-    moved = np.zeros_like(at)
+def _measure_rounding(sheet: Sheet, places: Array) -> Array:
+    """Distances (3, 3) by which coordinates may change if their parameters change by rounding."""
+    points = sheet.at(sheet.inside(places))
+    distances = np.zeros_like(points)
     for axis in range(2):
         step = np.zeros_like(places)
         step[:, axis] = np.spacing(np.abs(places[:, axis]).astype(np.float32))
         for neighbours in (places - step, places + step):
-            moved = np.maximum(moved, np.abs(sheet.at(sheet.inside(neighbours)) - at))
-    return 2 * moved
+            distances = np.maximum(distances, np.abs(sheet.at(sheet.inside(neighbours)) - points))
+    return 2 * distances

@@ -1,4 +1,8 @@
-"""Judges models of many patches: are shared edges joined, and equal in other orders and alone?"""
+"""Judges models of many patches: shared edges must be joined.
+
+Each patch must have the same triangles in any order of the patches. If it is meshed alone, its
+edges must have the same vertices.
+"""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -17,18 +21,18 @@ from tests.oracles.deviation import measure_each_sheet
 from tests.oracles.sheets import Sheet, build_sheets
 from tools.certify.models import Complex, Loop, Pair, build_complex
 from tools.certify.table import Finding
-from tools.certify.written import Array, Rows, Written, list_edges, read
+from tools.certify.written import Array, Rows, Written, list_edges, read_file
 
 ALONE = 3
-"""Number of patches of each model that are also meshed alone."""
+"""Number of patches of each model that are also meshed without the others."""
 
 
 @dataclass(frozen=True, eq=False)
-class Ready(SurfaceKind):
-    """A model that lowers to itself."""
+class LoweredSurface(SurfaceKind):
+    """A model as a surface, which is lowered to this model."""
 
     model: PatchModel
-    name: str = "ready"
+    name: str = "lowered"
 
     def size(self) -> SurfaceSize:
         return SurfaceSize((3, 3), grids=self.model.patch_count)
@@ -39,7 +43,7 @@ class Ready(SurfaceKind):
 
 @dataclass
 class Joint(Finding):
-    """The findings about one model: its seams, and its boundary edges."""
+    """The findings about one model, with the numbers of its seams and of its boundary edges."""
 
     seams: int = 0
     boundary: int = 0
@@ -49,48 +53,48 @@ class Joint(Finding):
 
 
 def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
-    """Meshes a model, the model in another order, and some of its patches alone."""
+    """The findings about the meshes of a model, of the model in another order, of patches alone."""
     joint = Joint(kind=kind, seed=seed, tolerance=tolerance)
     net_complex = build_complex(kind, seed)
     rng = np.random.default_rng([seed, 1])
     patches = range(len(net_complex.nets))
     try:
         start = time.process_time()
-        mesh = _mesh(net_complex.model(patches), tolerance)
+        mesh = _write_mesh(net_complex.model(patches), tolerance)
         joint.seconds = time.process_time() - start
-        again = _mesh(
+        reordered = _write_mesh(
             net_complex.model(rng.permutation(len(patches)).tolist(), together=False), tolerance
         )
-        few = rng.permutation(len(patches))[:ALONE].tolist()
-        alone = {k: _mesh(net_complex.model([k]), tolerance) for k in few}
+        alone_numbers = rng.permutation(len(patches))[:ALONE].tolist()
+        alone = {k: _write_mesh(net_complex.model([k]), tolerance) for k in alone_numbers}
     except Exception as error:  # any error means that no mesh was made
         joint.wrong.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    check_order(joint, mesh, again)
+    check_order(joint, mesh, reordered)
     sides = check_seams(joint, net_complex, mesh)
-    for k, single in alone.items():
-        together = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
-        _check_alone(joint, net_complex, k, single, together)
+    for k, alone_mesh in alone.items():
+        in_model = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
+        _check_alone(joint, net_complex, k, alone_mesh, in_model)
     count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
     check_deviation(joint, build_sheets(net_complex.model(patches)), mesh, "patch", count)
     return joint
 
 
-def _mesh(model: PatchModel, tolerance: float) -> Written:
+def _write_mesh(model: PatchModel, tolerance: float) -> Written:
     options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
-    return read("json", render(Ready(model), options, BY_NAME["json"]))
+    return read_file("json", render(LoweredSurface(model), options, BY_NAME["json"]))
 
 
-def check_order(joint: Joint, mesh: Written, again: Written) -> None:
-    """Adds a fault unless each patch has the same triangles in both meshes, bit for bit."""
+def check_order(joint: Joint, mesh: Written, reordered: Written) -> None:
+    """Adds a fault for each part whose triangles are not equal bit for bit in both meshes."""
     for name in mesh.parts:
-        if _triangles(mesh, name) != _triangles(again, name):
+        if _list_triangles(mesh, name) != _list_triangles(reordered, name):
             joint.wrong.append(f"{name} depends on the order of the patches")
 
 
-def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
-    """Corners of the triangles of a part, the least corner first."""
+def _list_triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
+    """The triangles of a part: their corners, beginning with the smallest corner."""
     triangles = set()
     for corners in mesh.corners[slice(*mesh.parts[name])].tolist():
         points = [tuple(corner) for corner in corners]
@@ -102,15 +106,17 @@ def _triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
 def check_seams(
     joint: Joint, net_complex: Complex, mesh: Written
 ) -> dict[tuple[int, Pair], list[int]]:
-    """Checks that both sides of each seam have the same vertices; returns the vertices of all
-    sides."""
+    """Adds faults if the patches at a seam have different vertices there, or if counts are wrong.
+
+    Returns the vertices of every side, by number of the patch and pair of corners.
+    """
     edges, uses = np.unique(np.sort(list_edges(mesh.faces), axis=1), axis=0, return_counts=True)
-    times = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
+    use_counts = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
         joint.wrong.append(f"{(uses > 2).sum()} edges of more than two triangles")
     sides: dict[tuple[int, Pair], list[int]] = {}
     for k, loop in enumerate(net_complex.loops):
-        lines = _sides(
+        lines = _find_sides(
             mesh.vertices, mesh.faces[slice(*mesh.parts[f"patch {k}"])], net_complex, loop
         )
         if lines is None:
@@ -118,10 +124,10 @@ def check_seams(
             return sides
         sides |= {(k, pair): line for pair, line in lines.items()}
     for pair, patches in net_complex.edges().items():
-        lines_ = [sides[k, pair] for k in patches]
-        if any(line != lines_[0] for line in lines_):
+        seam_lines = [sides[k, pair] for k in patches]
+        if any(line != seam_lines[0] for line in seam_lines):
             joint.wrong.append(f"the sides of the seam {pair} differ")
-        count = [times[min(a, b), max(a, b)] for a, b in pairwise(lines_[0])]
+        count = [use_counts[min(a, b), max(a, b)] for a, b in pairwise(seam_lines[0])]
         if any(n != len(patches) for n in count):
             joint.wrong.append(f"edges on {pair} are used {sorted(set(count))} times")
         if len(patches) > 1:
@@ -138,57 +144,58 @@ def check_seams(
     return sides
 
 
-def _sides(
+def _find_sides(
     vertices: Array, faces: Rows, net_complex: Complex, loop: Loop
 ) -> dict[Pair, list[int]] | None:
-    """Vertices along each side of one patch, from its lower corner to its higher.
+    """Vertices along each side of one patch, from the corner with the lower number to the other.
 
-    The border of the patch is the edges of one triangle: one loop through its corners in order.
+    The border of the patch consists of the edges that only one triangle has. It must be one loop
+    through the corners of the patch in their order; otherwise the result is None.
     """
     ends = list_edges(faces)
     _, first, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
     following = dict(ends[first[uses == 1]].tolist())
     if len(following) != (uses == 1).sum():
         return None
-    near = {tuple(point): row for row, point in enumerate(vertices.tolist())}
-    number = {near.get(tuple(net_complex.corners[c].tolist()), -1): c for c in loop}
-    if -1 in number:
+    vertex_at = {tuple(point): row for row, point in enumerate(vertices.tolist())}
+    corner_of_vertex = {vertex_at.get(tuple(net_complex.corners[c].tolist()), -1): c for c in loop}
+    if -1 in corner_of_vertex:
         return None
-    start = at = next(iter(number))
+    start = current = next(iter(corner_of_vertex))
     lines: dict[Pair, list[int]] = {}
-    line = [at]
+    line = [current]
     for _ in following:
-        at = following.get(at, start)
-        line.append(at)
-        if at in number:
-            a, b = number[line[0]], number[at]
+        current = following.get(current, start)
+        line.append(current)
+        if current in corner_of_vertex:
+            a, b = corner_of_vertex[line[0]], corner_of_vertex[current]
             lines[min(a, b), max(a, b)] = line if a < b else line[::-1]
-            line = [at]
-        if at == start:
+            line = [current]
+        if current == start:
             break
     expected = {(min(a, b), max(a, b)) for a, b in pairwise([*loop, loop[0]])}
-    used = sum(len(line) - 1 for line in lines.values())
-    return lines if set(lines) == expected and used == len(following) else None
+    edge_count = sum(len(line) - 1 for line in lines.values())
+    return lines if set(lines) == expected and edge_count == len(following) else None
 
 
 def _check_alone(
-    joint: Joint, net_complex: Complex, k: int, single: Written, sides: Mapping[Pair, Array]
+    joint: Joint, net_complex: Complex, k: int, alone_mesh: Written, sides: Mapping[Pair, Array]
 ) -> None:
-    """Checks that a patch alone has the same vertices on edges with the same numbers (`alike`)."""
-    lines = _sides(single.vertices, single.faces, net_complex, net_complex.loops[k])
+    """Adds a fault if a patch alone has other vertices on an edge of `Complex.alike`."""
+    lines = _find_sides(alone_mesh.vertices, alone_mesh.faces, net_complex, net_complex.loops[k])
     if lines is None:
         joint.wrong.append(f"the border of patch {k} alone does not run from corner to corner")
         return
     for pair, line in lines.items():
         is_alike = pair in net_complex.alike and pair in sides
-        if is_alike and single.vertices[line].tolist() != sides[pair].tolist():
+        if is_alike and alone_mesh.vertices[line].tolist() != sides[pair].tolist():
             joint.wrong.append(f"edge {pair} of patch {k} differs when computed alone")
 
 
 def check_deviation(
     joint: Joint, sheets: Sequence[Sheet], mesh: Written, part: str, count: int
 ) -> None:
-    """Compares samples of every sheet with the bounds of its part and of the whole mesh."""
+    """Adds faults if a sheet deviates by more than the bound of its part, or bounds are wrong."""
     joint.bound = mesh.report.get("deviation_bound", np.nan)
     if not joint.bound <= joint.tolerance:
         joint.wrong.append(f"bound {joint.bound} above the tolerance")

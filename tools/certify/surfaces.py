@@ -20,16 +20,16 @@ Random: TypeAlias = np.random.Generator
 Surface: TypeAlias = BezierSurface | BsplineSurface | TriangleSurface
 
 MODERATE, WILD = 0.1, 0.35
-"""The largest distance of control points from a regular grid over the unit square, along the
+"""The largest distances in x and in y of control points from a regular grid over the unit
 square."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """Surfaces of one kind.
+    """A family of random surfaces, of which `make certify` judges `count`.
 
-    `make certify` judges `count` of them. `lines`: the surfaces have no area, so triangles without
-    area are right. `flat`: two triangles are enough.
+    With `lines`, the surfaces have no area, so triangles without area are allowed. With `flat`, two
+    triangles are enough for a mesh by tolerance.
     """
 
     make: Callable[[Random], Surface]
@@ -38,14 +38,17 @@ class Family:
     flat: bool = False
 
     def surface(self, seed: int) -> Surface:
-        """The surface of this number."""
+        """The surface that the family builds from this seed."""
         return self.make(np.random.default_rng(seed))
 
 
 def scatter_points(
     rng: Random, rows: int, columns: int, spread: float, height: float = 0.5
 ) -> Array:
-    """Points (rows, columns, 3) about a regular grid over the unit square."""
+    """Random points (rows, columns, 3) near a regular grid over the unit square.
+
+    They differ from the grid by at most `spread` in x and y, and by at most `height` in z.
+    """
     x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
     flat = np.stack([x, y, np.zeros_like(x)], axis=-1)
     reach = np.array([spread, spread, height])
@@ -54,18 +57,18 @@ def scatter_points(
 
 
 def bicubic(seed: int, spread: float) -> Array:
-    """A bicubic net."""
+    """A random bicubic net (4, 4, 3)."""
     return scatter_points(np.random.default_rng(seed), 4, 4, spread)
 
 
-def _degrees(rng: Random, most: int) -> tuple[int, int]:
-    p, q = rng.integers(1, most, size=2, endpoint=True).tolist()
+def _draw_degrees(rng: Random, maximum: int) -> tuple[int, int]:
+    p, q = rng.integers(1, maximum, size=2, endpoint=True).tolist()
     return p, q
 
 
-def _weights(rng: Random, shape: tuple[int, ...], most: float) -> Array:
-    """Weights from 1/most to most, their logarithms uniform."""
-    return most ** rng.uniform(-1, 1, shape)
+def _draw_weights(rng: Random, shape: tuple[int, ...], maximum: float) -> Array:
+    """Weights from 1/maximum to maximum, whose logarithms are uniformly distributed."""
+    return maximum ** rng.uniform(-1, 1, shape)
 
 
 def _bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
@@ -73,27 +76,27 @@ def _bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
 
 
 def _any_degree(rng: Random) -> Surface:
-    p, q = _degrees(rng, 8)
+    p, q = _draw_degrees(rng, 8)
     return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.4 / max(p, q)))
 
 
 def _anywhere(rng: Random) -> Surface:
-    p, q = _degrees(rng, 8)
+    p, q = _draw_degrees(rng, 8)
     return BezierSurface(rng.uniform(-1, 1, (p + 1, q + 1, 3)))
 
 
 def _rational(rng: Random) -> Surface:
-    p, q = _degrees(rng, 5)
+    p, q = _draw_degrees(rng, 5)
     return BezierSurface(
         scatter_points(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])),
-        _weights(rng, (p + 1, q + 1), 5.0),
+        _draw_weights(rng, (p + 1, q + 1), 5.0),
     )
 
 
 def _heavy(rng: Random) -> Surface:
-    p, q = _degrees(rng, 4)
+    p, q = _draw_degrees(rng, 4)
     return BezierSurface(
-        scatter_points(rng, p + 1, q + 1, MODERATE), _weights(rng, (p + 1, q + 1), 1e3)
+        scatter_points(rng, p + 1, q + 1, MODERATE), _draw_weights(rng, (p + 1, q + 1), 1e3)
     )
 
 
@@ -103,18 +106,18 @@ def _high(rng: Random) -> Surface:
 
 
 def _spline(rng: Random, weights: float = 1.0) -> Surface:
-    p, q = _degrees(rng, 4)
+    p, q = _draw_degrees(rng, 4)
     rows, columns = p + int(rng.integers(1, 6)), q + int(rng.integers(1, 6))
     names: list[Knots] = ["clamped", "uniform"]
     u, v = rng.integers(0, 2, 2).tolist()
     net = scatter_points(rng, rows, columns, 0.3 / max(rows, columns), 0.3)
-    loads = None if weights == 1.0 else _weights(rng, (rows, columns), weights)
-    return BsplineSurface(net, (p, q), (names[u], names[v]), loads)
+    net_weights = None if weights == 1.0 else _draw_weights(rng, (rows, columns), weights)
+    return BsplineSurface(net, (p, q), (names[u], names[v]), net_weights)
 
 
 def _creased(rng: Random) -> Surface:
-    """A B-spline with knots at random distances, some of them repeated, at most p times."""
-    p, q = _degrees(rng, 3)
+    """A B-spline with knots at random distances, each repeated up to p times."""
+    p, q = _draw_degrees(rng, 3)
     knots: list[Knots] = []
     counts: list[int] = []
     for degree in (p, q):
@@ -130,13 +133,13 @@ def _creased(rng: Random) -> Surface:
         knots.append(line)
         counts.append(len(line) - degree - 1)
     net = scatter_points(rng, counts[0], counts[1], 0.3 / max(counts), 0.3)
-    loads = _weights(rng, (counts[0], counts[1]), 3.0) if rng.integers(2) else None
-    return BsplineSurface(net, (p, q), (knots[0], knots[1]), loads)
+    net_weights = _draw_weights(rng, (counts[0], counts[1]), 3.0) if rng.integers(2) else None
+    return BsplineSurface(net, (p, q), (knots[0], knots[1]), net_weights)
 
 
 def _ring(rng: Random) -> Surface:
     """A B-spline that is closed along u, with a random profile; sometimes closed along v too."""
-    p, q = _degrees(rng, 3)
+    p, q = _draw_degrees(rng, 3)
     rows, columns = int(rng.integers(max(4, p + 1), 8)), int(rng.integers(max(4, q + 1), 8))
     both = bool(rng.integers(2))
     around = 2 * pi * np.arange(rows) / rows
@@ -146,12 +149,12 @@ def _ring(rng: Random) -> Surface:
     rise = (np.sin(across) if both else np.linspace(0, 3, columns))[:, np.newaxis]
     net = turn * radius + rise * np.array([0.0, 0, 1])
     net = net + rng.uniform(-0.2, 0.2, net.shape)
-    loads = _weights(rng, (rows, columns), 2.0) if rng.integers(2) else None
-    return BsplineSurface(net, (p, q), ("periodic", "periodic" if both else "clamped"), loads)
+    net_weights = _draw_weights(rng, (rows, columns), 2.0) if rng.integers(2) else None
+    return BsplineSurface(net, (p, q), ("periodic", "periodic" if both else "clamped"), net_weights)
 
 
 def _spike(rng: Random) -> Surface:
-    """A flat B-spline except for one of its 20 × 20 control points."""
+    """A B-spline of 20 × 20 control points, all but one of them in a plane."""
     x, y = np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 20), indexing="ij")
     net = np.stack([x, y, np.zeros_like(x)], axis=-1)
     i, j = rng.integers(2, 18, size=2)
@@ -161,7 +164,7 @@ def _spike(rng: Random) -> Surface:
 
 
 def _ridges(rng: Random) -> Surface:
-    """Waves in a random direction: all spans bend in this direction only."""
+    """Waves in a random direction; the surface is straight in the other direction."""
     rows, columns = int(rng.integers(12, 24)), int(rng.integers(4, 10))
     x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
     slope = rng.uniform(-0.5, 0.5)
@@ -170,7 +173,7 @@ def _ridges(rng: Random) -> Surface:
 
 
 def _corner_grid(degree: int) -> Array:
-    """The regular net of a triangle, s along x, t along y."""
+    """The control points of a flat triangle in the order of its net, with x = s and y = t."""
     return np.array([(j, k, 0.0) for _, j, k in triangles.keys(degree)]) / degree
 
 
@@ -185,20 +188,21 @@ def _rational_triangle(rng: Random) -> Surface:
     n = int(rng.integers(1, 4, endpoint=True))
     net = _corner_grid(n)
     points = net + np.array([0.3, 0.3, 0.5]) / n * rng.uniform(-1, 1, net.shape)
-    return TriangleSurface(points, _weights(rng, (len(net),), float(rng.choice([5.0, 100.0]))))
+    return TriangleSurface(points, _draw_weights(rng, (len(net),), float(rng.choice([5.0, 100.0]))))
 
 
 def _poles(rng: Random) -> Surface:
-    """Patches with one or two sides collapsed to a point, or with two corners in one point."""
-    p, q = _degrees(rng, 5)
+    """A patch with one or two sides that are collapsed to a point."""
+    p, q = _draw_degrees(rng, 5)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
     for side in rng.choice(["u0", "u1", "v0", "v1"], size=rng.integers(1, 3), replace=False):
         _collapse(net, side, net[0, 0] if side.endswith("0") else net[-1, -1])
-    weights = _weights(rng, (p + 1, q + 1), 3.0) if rng.integers(2) else None
+    weights = _draw_weights(rng, (p + 1, q + 1), 3.0) if rng.integers(2) else None
     return BezierSurface(net, weights)
 
 
 def _collapse(net: Array, side: str, point: Array) -> None:
+    """Sets all control points of a side of the net to one point."""
     line = 0 if side.endswith("0") else -1
     if side.startswith("u"):
         net[line] = point
@@ -207,8 +211,8 @@ def _collapse(net: Array, side: str, point: Array) -> None:
 
 
 def _almost(rng: Random) -> Surface:
-    """A side that is almost a point, or a patch that is almost a line."""
-    p, q = _degrees(rng, 4)
+    """A patch with a side that is almost a point, or a patch that is almost a line."""
+    p, q = _draw_degrees(rng, 4)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
     small = 10 ** rng.uniform(-9, -2)
     if rng.integers(2):
@@ -220,8 +224,8 @@ def _almost(rng: Random) -> Surface:
 
 
 def _folded(rng: Random) -> Surface:
-    """Patches of which two sides coincide: opposite ones, or the two at a corner."""
-    p, q = _degrees(rng, 5)
+    """A patch with two equal sides, which are opposite or meet at a corner."""
+    p, q = _draw_degrees(rng, 5)
     if rng.integers(2):
         # With degree 1 the patch would return along the same points, without an area.
         net = scatter_points(rng, max(p, 2) + 1, q + 1, WILD)
@@ -233,8 +237,8 @@ def _folded(rng: Random) -> Surface:
 
 
 def _cusped(rng: Random) -> Surface:
-    """Patches with a place where partials vanish, turn back, or are parallel."""
-    p, q = max(_degrees(rng, 5)[0], 2), max(_degrees(rng, 5)[1], 2)
+    """A patch with points where partials vanish, reverse their direction, or are parallel."""
+    p, q = max(_draw_degrees(rng, 5)[0], 2), max(_draw_degrees(rng, 5)[1], 2)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
     kind = rng.integers(4)
     if kind == 0:
@@ -249,8 +253,8 @@ def _cusped(rng: Random) -> Surface:
 
 
 def _lines(rng: Random) -> Surface:
-    """A degenerate patch: all points on a line, or on a curve."""
-    p, q = _degrees(rng, 4)
+    """A degenerate patch whose points are all on a line, or on a curve."""
+    p, q = _draw_degrees(rng, 4)
     net = scatter_points(rng, p + 1, q + 1, WILD)
     if rng.integers(2):
         net[..., 1:] = net[..., :1] * rng.uniform(-1, 1, 2)
@@ -264,7 +268,7 @@ ARC = np.array([1.0, sqrt(0.5), 1.0])
 
 
 def _quadric(rng: Random) -> Surface:
-    """Exact pieces of cylinders, cones, spheres and tori, stretched."""
+    """An exact part of a cylinder, cone, sphere or torus, stretched along the axes."""
     small, great = rng.uniform(0.2, 1), rng.uniform(1.2, 3)
     kind = rng.integers(4)
     profile = QUARTER * small
@@ -282,13 +286,13 @@ def _quadric(rng: Random) -> Surface:
 
 
 def _flat(rng: Random) -> Surface:
-    """A patch in a plane with four straight sides, whose parameters are not uniform."""
-    p, q = _degrees(rng, 6)
+    """A patch in a plane with four straight sides and random inner control points."""
+    p, q = _draw_degrees(rng, 6)
     corners = np.array([[0, 0], [0.2, 1], [1, -0.1], [0.9, 0.8]]) + rng.uniform(-0.1, 0.1, (4, 2))
-    at = rng.uniform(0, 1, (p + 1, q + 1, 2))
-    at[[0, -1], :, 0] = np.array([[0.0], [1]])
-    at[:, [0, -1], 1] = np.array([0.0, 1])
-    u, v = at[..., :1], at[..., 1:]
+    uv = rng.uniform(0, 1, (p + 1, q + 1, 2))
+    uv[[0, -1], :, 0] = np.array([[0.0], [1]])
+    uv[:, [0, -1], 1] = np.array([0.0, 1])
+    u, v = uv[..., :1], uv[..., 1:]
     flat = (1 - u) * ((1 - v) * corners[0] + v * corners[1])
     flat = flat + u * ((1 - v) * corners[2] + v * corners[3])
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2]
@@ -303,16 +307,18 @@ def _level(rng: Random) -> Surface:
 
 
 def _far(rng: Random) -> Surface:
-    """A patch of one metre, a thousand kilometres from the origin."""
+    """A patch or a triangle of size 1, about 10^6 away from the origin."""
     away = 1e6 * rng.uniform(-1, 1, 3)
-    surface = rng.choice([0, 1])
-    if surface:
+    is_triangle = rng.choice([0, 1])
+    if is_triangle:
         return TriangleSurface(_corner_grid(3) + rng.uniform(-0.2, 0.2, (10, 3)) + away)
-    return BezierSurface(scatter_points(rng, 4, 4, MODERATE) + away, _weights(rng, (4, 4), 2.0))
+    return BezierSurface(
+        scatter_points(rng, 4, 4, MODERATE) + away, _draw_weights(rng, (4, 4), 2.0)
+    )
 
 
 def _bent(rng: Random) -> Surface:
-    """A long winding strip, which is long mainly in one direction."""
+    """A narrow strip along a helix."""
     rows = int(rng.integers(10, 18))
     around = np.linspace(0, rng.uniform(3, 9), rows)
     line = np.stack([np.cos(around), np.sin(around), 0.1 * around], axis=-1)
@@ -353,4 +359,4 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
         "vast": Family(lambda rng: _bicubic(rng, WILD, 1e6), 10),
     }
 )
-"""The families by name; all counts together are somewhat above 1000."""
+"""The families by name; together they have somewhat more than 1000 surfaces."""

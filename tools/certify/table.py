@@ -1,4 +1,4 @@
-"""Findings about each mesh, and tables of them."""
+"""The type of findings about a mesh, and tables of findings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -7,7 +7,11 @@ from statistics import median
 
 @dataclass(kw_only=True)
 class Finding:
-    """The findings about one mesh; `wrong` lists the faults."""
+    """The findings about one mesh.
+
+    `kind` and `seed` name the surface. `deviation` is the largest sampled distance, and `bound` the
+    bound in the file. `wrong` lists the faults in words.
+    """
 
     kind: str
     seed: int
@@ -19,12 +23,15 @@ class Finding:
     wrong: list[str] = field(default_factory=list)
 
     def complaints(self) -> list[str]:
-        """The mesh's name and its faults."""
+        """A line for each fault, with the name of the mesh."""
         return [f"WRONG: {self}: {text}" for text in self.wrong]
 
 
 def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) -> list[str]:
-    """A header, a line for each kind, and a line for all; `counts` are attributes to add up."""
+    """The lines of a table: a header, a row for each kind, and a row for all.
+
+    `counts` are names of attributes whose sums are further columns.
+    """
     header = (
         f"{title:28}{'meshes':>7}{'triangles':>10}{'found/bound':>12}{'median':>8}{'found/tol':>10}"
         f"{'bound/tol':>10}{''.join(f'{name:>9}' for name in counts)}{'wrong':>6}{'seconds':>8}"
@@ -38,12 +45,12 @@ def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = 
 
 def _write_row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
     meshed = [each for each in findings if each.triangles] or findings
-    proved = [each for each in meshed if each.bound > 1e-12 * each.tolerance]
-    tight = [each.deviation / each.bound for each in proved] or [0.0]
+    bounded = [each for each in meshed if each.bound > 1e-12 * each.tolerance]
+    ratios = [each.deviation / each.bound for each in bounded] or [0.0]
     sums = (sum(getattr(each, count) for each in findings) for count in counts)
     return (
         f"{name:28}{len(findings):7}{median(each.triangles for each in meshed):10.0f}"
-        f"{max(tight):12.3f}{median(tight):8.3f}"
+        f"{max(ratios):12.3f}{median(ratios):8.3f}"
         f"{max(each.deviation / each.tolerance for each in meshed):10.3f}"
         f"{max(each.bound / each.tolerance for each in meshed):10.3f}"
         f"{''.join(f'{total:9}' for total in sums)}"

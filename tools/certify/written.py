@@ -1,4 +1,4 @@
-"""Meshes as they were written: the bytes of a file, read back."""
+"""Reads the mesh of a file: JSON, or binary glTF."""
 
 import json
 from collections.abc import Mapping
@@ -16,11 +16,12 @@ Rows: TypeAlias = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """Vertices (V, 3), faces (T, 3), the report, and further data of a file.
+    """The mesh of a file: vertices (V, 3), faces (T, 3), its report, and further data.
 
-    Places (T, 3, 2) are the parameters at the corners of the faces, `parts` the runs of faces by
-    name, `part_bounds` the reported bounds of parts. Steps (V, 3) are half the distance of
-    neighbouring float32 numbers at each coordinate, if vertices were rounded to float32.
+    `places` (T, 3, 2) are the parameters at the corners of the faces. `parts` are the first face of
+    each part and the one after its last, by name, and `part_bounds` the reported bounds of parts.
+    `steps` (V, 3) are half the distance of neighbouring float32 numbers at each coordinate, if
+    vertices were rounded to float32.
     """
 
     vertices: Array
@@ -37,17 +38,17 @@ class Written:
         return self.vertices[self.faces]
 
 
-def read(name: str, content: bytes, diagonal: int = 0) -> Written:
-    """Reads a file of a format; splits quads along diagonal 0 or 1."""
-    return _glb(content) if name == "glb" else _json(content, diagonal)
+def read_file(name: str, content: bytes, diagonal: int = 0) -> Written:
+    """The mesh of a file; `name` is `glb` or `json`. Quads are split along diagonal 0 or 1."""
+    return _read_glb(content) if name == "glb" else _read_json(content, diagonal)
 
 
-def _json(content: bytes, diagonal: int) -> Written:
+def _read_json(content: bytes, diagonal: int) -> Written:
     document = json.loads(content)
-    faces = _triangles(document["faces"], diagonal)
+    faces = _split_polygons(document["faces"], diagonal)
     places = None
     if "uvs" in document:
-        rows = _triangles(document.get("attribute_faces", document["faces"]), diagonal)
+        rows = _split_polygons(document.get("attribute_faces", document["faces"]), diagonal)
         places = np.array(document["uvs"], dtype=float)[rows]
     parts = {part["name"]: (part["faces"][0], part["faces"][1]) for part in document["parts"]}
     part_reports = document["report"].get("parts", [])
@@ -58,17 +59,17 @@ def _json(content: bytes, diagonal: int) -> Written:
     return Written(vertices, faces, document["report"], places, parts, bounds)
 
 
-def _triangles(faces: list[list[int]], diagonal: int) -> Rows:
-    """Polygons of three or four corners as triangles."""
+def _split_polygons(faces: list[list[int]], diagonal: int) -> Rows:
+    """Triangles (T, 3) of polygons with three or four corners."""
     triangles: list[list[int]] = []
     for face in faces:
-        turned = face[diagonal:] + face[:diagonal]
-        triangles += [face] if len(face) == 3 else [turned[:3], [turned[0], *turned[2:]]]
+        rotated = face[diagonal:] + face[:diagonal]
+        triangles += [face] if len(face) == 3 else [rotated[:3], [rotated[0], *rotated[2:]]]
     return np.array(triangles, dtype=np.int64).reshape(-1, 3)
 
 
-def _glb(content: bytes) -> Written:
-    """All meshes at the places of their nodes, in float64; nodes may move but not turn."""
+def _read_glb(content: bytes) -> Written:
+    """All meshes in coordinates of the scene, in float64; nodes may have translations only."""
     gltf = read_glb(content)
     points: list[Array] = [np.empty((0, 3))]
     faces: list[Rows] = [np.empty((0, 3), dtype=np.int64)]
@@ -82,7 +83,7 @@ def _glb(content: bytes) -> Written:
         assert not {"rotation", "scale", "matrix"} & set(node)
         shift = shift + np.array(node.get("translation", [0.0, 0.0, 0.0]))
         waiting += [(child, shift) for child in node.get("children", [])]
-        for primitive in _primitives(gltf, node):
+        for primitive in _list_primitives(gltf, node):
             rows = gltf.array(primitive["indices"]).astype(np.int64).reshape(-1, 3)
             rounded = gltf.array(primitive["attributes"]["POSITION"])
             faces.append(rows + sum(map(len, points)))
@@ -100,8 +101,8 @@ def _glb(content: bytes) -> Written:
     )
 
 
-def _primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The primitives with triangles at a node."""
+def _list_primitives(gltf: Gltf, node: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The primitives of the mesh of a node that consist of triangles."""
     if "mesh" not in node:
         return []
     primitives = gltf.document["meshes"][node["mesh"]]["primitives"]

@@ -16,40 +16,42 @@ from typing import Any
 PROGRAMS = ("mmdebstrap", "buildah", "podman", "runc")
 
 DEBIAN = "bookworm"
-"""The release of the Debian roots; it has Python 3.11 and Node 18, which the build needs."""
+"""The Debian release of the base images; it has Python 3.11 and Node 18, which the build needs."""
 
-ROOTS = {"python": "python3-minimal,python3-venv", "node": "nodejs,npm"}
-"""Packages of the Debian roots that replace the official images, besides Debian's minimum."""
-
-
-class Failed(Exception):
-    """A command failed, or a check found a fault."""
+PACKAGES = {"python": "python3-minimal,python3-venv", "node": "nodejs,npm"}
+"""Packages of the base images of Debian that replace the official images."""
 
 
-def run(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> str:
-    """The output of a command.
+class CheckFailed(Exception):
+    """A command failed, or a container does not respond."""
+
+
+def run_command(*command: str | Path, timeout: float = 900, cwd: Path | None = None) -> str:
+    """Runs a command; returns its standard output.
 
     Raises
     ------
     Failed
-        The command fails or takes too long; with the end of its output.
+        The command fails or takes too long. The message has the end of its output.
     """
     try:
-        done = subprocess.run(
+        result = subprocess.run(
             command, capture_output=True, text=True, timeout=timeout, cwd=cwd, check=False
         )
     except subprocess.TimeoutExpired:
-        raise Failed(f"{command[0]}: no end after {timeout:.0f} s") from None
-    if done.returncode:
-        raise Failed(f"{' '.join(map(str, command))}\n{(done.stdout + done.stderr)[-3000:]}")
-    return done.stdout
+        raise CheckFailed(f"{command[0]}: no end after {timeout:.0f} s") from None
+    if result.returncode:
+        raise CheckFailed(
+            f"{' '.join(map(str, command))}\n{(result.stdout + result.stderr)[-3000:]}"
+        )
+    return result.stdout
 
 
 def find_missing() -> str:
-    """The reason why this machine cannot build images, in words; empty if it can."""
-    lacking = [name for name in PROGRAMS if not shutil.which(name)]
-    if lacking:
-        return f"not installed: {', '.join(lacking)} (Debian's packages of these names)"
+    """The reason, in words, why this machine cannot build images; empty if it can."""
+    missing = [name for name in PROGRAMS if not shutil.which(name)]
+    if missing:
+        return f"not installed: {', '.join(missing)} (Debian's packages of these names)"
     return "" if os.geteuid() == 0 else "only root may build and run images here"
 
 
@@ -64,33 +66,33 @@ class Engine:
         self._podman = ("podman", *self._storage, *options)
 
     def buildah(self, *arguments: str | Path) -> str:
-        """The output of buildah."""
-        return run("buildah", *self._storage, *arguments)
+        """Runs buildah; returns its output."""
+        return run_command("buildah", *self._storage, *arguments)
 
     def podman(self, *arguments: str | Path, timeout: float = 120) -> str:
-        """The output of podman; runc runs the containers, as it supports both kinds of cgroups."""
-        # If memory runs out, podman leaves a file about it in the working folder.
-        return run(*self._podman, *arguments, timeout=timeout, cwd=self.folder)
+        """Runs podman with runc, which supports both versions of cgroups; returns its output."""
+        # If memory runs out, podman writes a file into the working folder.
+        return run_command(*self._podman, *arguments, timeout=timeout, cwd=self.folder)
 
-    def root(self, kind: str) -> str:
-        """The image of a Debian root with `kind`, "python" or "node"; made once."""
+    def build_base(self, kind: str) -> str:
+        """The name of a base image of Debian with "python" or "node"; it is built only once."""
         name = f"localhost/debian-{kind}:{DEBIAN}"
         if not self.podman("images", "--quiet", name).strip():
-            print(f"  making a Debian root with {kind} …", flush=True)
+            print(f"  building a base image of Debian with {kind} …", flush=True)
             archive = self.folder / f"{kind}.tar"
-            packages = f"--include={ROOTS[kind]},ca-certificates"
-            run("mmdebstrap", "--quiet", "--variant=minbase", packages, DEBIAN, archive)
+            packages = f"--include={PACKAGES[kind]},ca-certificates"
+            run_command("mmdebstrap", "--quiet", "--variant=minbase", packages, DEBIAN, archive)
             self.podman("import", "--quiet", archive, name)
             archive.unlink()
         return name
 
     def build(self, source: Path, tag: str, arguments: dict[str, str]) -> None:
-        """Builds the Dockerfile of a folder without cache, with this machine's settings for
+        """Builds the Dockerfile of a folder without cache; pip and npm use this machine's
         registries."""
         build_arguments = [
             text for pair in arguments.items() for text in ("--build-arg", "=".join(pair))
         ]
-        # Docker's format has health checks; the times do not depend on the time of the build.
+        # Only Docker's format has health checks. With timestamp 0, files do not depend on the time.
         self.buildah(
             "bud", "--quiet", "--no-cache", "--pull-never", "--isolation", "chroot",
             "--format", "docker", "--timestamp", "0", *build_arguments, *self._registries(),
@@ -98,22 +100,24 @@ class Engine:
         )  # fmt: skip
 
     def inspect(self, image: str) -> dict[str, Any]:
-        """The description of an image."""
+        """The description of an image by `podman image inspect`."""
         images: list[dict[str, Any]] = json.loads(self.podman("image", "inspect", image))
         return images[0]
 
     def state(self, container: str) -> dict[str, Any]:
-        """The state of a container: its process, its start, its exit code."""
+        """The state of a container by `podman container inspect`: process id, start, exit code."""
         (description,) = json.loads(self.podman("container", "inspect", container))
         return dict(description["State"])
 
     def logs(self, container: str) -> str:
-        """The output of a container, on both streams."""
-        return run("sh", "-c", '"$@" 2>&1', "sh", *self._podman, "logs", container)
+        """Standard output and standard error of a container, in one text."""
+        return run_command("sh", "-c", '"$@" 2>&1', "sh", *self._podman, "logs", container)
 
     def _registries(self) -> list[str]:
-        """Options that give pip and npm this machine's registries: secrets, and the files that
-        these name."""
+        """Options of buildah with which pip and npm use this machine's registries.
+
+        The settings are secrets; the files that the settings name are volumes.
+        """
         options: dict[str, str] = {}
         for name, text in {"pip.conf": _read_pip_settings(), "npmrc": _read_npm_settings()}.items():
             file = self.folder / name
@@ -129,9 +133,9 @@ class Engine:
 
 
 def _read_pip_settings() -> str:
-    """The settings of this machine's pip, as one file; variables take precedence, as for pip."""
+    """The settings of this machine's pip as one file; variables of the environment come first."""
     settings: dict[str, str] = {}
-    for line in sorted(run(sys.executable, "-m", "pip", "config", "list").splitlines()):
+    for line in sorted(run_command(sys.executable, "-m", "pip", "config", "list").splitlines()):
         place, _, value = line.partition("=")
         name = place.rpartition(".")[2]
         if place.startswith((":env:", "global.", "user.", "site.")) and name not in settings:
@@ -140,6 +144,8 @@ def _read_pip_settings() -> str:
 
 
 def _read_npm_settings() -> str:
-    """The settings of this machine's npm."""
-    files = (run("npm", "config", "get", f"{kind}config").strip() for kind in ("global", "user"))
+    """The settings of this machine's npm as one file."""
+    files = (
+        run_command("npm", "config", "get", f"{kind}config").strip() for kind in ("global", "user")
+    )
     return "\n".join(Path(f).read_text(encoding="utf-8") for f in files if Path(f).is_file())

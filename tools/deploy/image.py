@@ -1,9 +1,9 @@
-"""Builds the image, runs it, and checks it: `make image-test`. It prints a line for each check.
+"""Builds the image, runs it, and prints a line for each check: `make image-test`.
 
-Debian roots replace the official base images, so no registry of images is needed. PYTHON_IMAGE and
-NODE_IMAGE in the environment name other base images, which podman must have on this machine. The
-container runs as in production: as uid 10001, with a read-only file system, without capabilities,
-with 512 MB. It listens at 127.0.0.1 on the network of this machine.
+Base images of Debian replace the official base images, so no registry of images is needed.
+PYTHON_IMAGE and NODE_IMAGE in the environment name other base images, which podman must have on
+this machine. The container runs as in production: as uid 10001, with a read-only file system,
+without capabilities, with 512 MB. It listens at 127.0.0.1 on the network of this machine.
 """
 
 import json
@@ -21,24 +21,27 @@ from pathlib import Path
 import httpx
 
 from service import __version__
-from tools.deploy.containers import Engine, Failed, find_missing
+from tools.deploy.containers import CheckFailed, Engine, find_missing
 from tools.processes import ROOT, peak_memory, resident_memory
 
 IMAGE = "localhost/surface-service:test"
 PORT = int(os.environ.get("IMAGE_TEST_PORT", "8150"))
 URL = f"http://127.0.0.1:{PORT}"
 USER = 10001
-MAX_ABOVE_BASE = 150e6
+MAX_ADDED_BYTES = 150e6
+"""The largest size of the image without its base image."""
 MAX_START = 2.0
+"""The largest CPU time, in seconds, until the first response."""
 MEMORY = 512 << 20
+"""The memory limit of the container."""
 MEMORY_BYTES = "250MB"
-"""The largest allowed SURFACE_MEMORY_BYTES in this memory; docs/settings.md explains it."""
+"""The largest SURFACE_MEMORY_BYTES that this limit allows; docs/settings.md explains it."""
 
 SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
-INSIDE = """
+INSIDE_PROGRAM = """
 import json, os
-def refused(path):
+def find_error(path):
     try:
         open(path, "w").close()
     except OSError as error:
@@ -49,27 +52,27 @@ print(json.dumps({
     "uid": os.getuid(), "gid": os.getgid(), "groups": os.getgroups(),
     "CapEff": status["CapEff"], "CapBnd": status["CapBnd"],
     "NoNewPrivs": status["NoNewPrivs"], "Seccomp": status["Seccomp"],
-    "refused": {path: refused(path + "/x") for path in ("/", "/app", "/tmp", "/var/tmp", "/run")},
-    "data": refused("/data/x"),
+    "errors": {path: find_error(path + "/x") for path in ("/", "/app", "/tmp", "/var/tmp", "/run")},
+    "data": find_error("/data/x"),
 }))
 """
 
 
-WRONG: list[str] = []
-"""The faults that were found."""
+FAULTS: list[str] = []
+"""The names of the checks that failed."""
 
 
-def report_check(what: str, fact: object = "", *, good: bool = True) -> None:
-    """Prints a line about a check, and remembers the faults."""
-    print(f"{' ' if good else '✗'} {what:<44} {fact}", flush=True)
-    if not good:
-        WRONG.append(what)
+def report_check(name: str, fact: object = "", *, passes: bool = True) -> None:
+    """Prints a line about a check, and adds its name to `FAULTS` if it does not pass."""
+    print(f"{' ' if passes else '✗'} {name:<44} {fact}", flush=True)
+    if not passes:
+        FAULTS.append(name)
 
 
-def build(engine: Engine) -> None:
+def check_build(engine: Engine) -> None:
     """Checks that two builds have the same layers, and that the image is small and labelled."""
     bases = {
-        f"{kind.upper()}_IMAGE": os.environ.get(f"{kind.upper()}_IMAGE") or engine.root(kind)
+        f"{kind.upper()}_IMAGE": os.environ.get(f"{kind.upper()}_IMAGE") or engine.build_base(kind)
         for kind in ("python", "node")
     }
     arguments = {**bases, "REVISION": "0" * 40, "SOURCE_DATE_EPOCH": "0"}
@@ -79,27 +82,31 @@ def build(engine: Engine) -> None:
         engine.build(ROOT, IMAGE, arguments)
         report_check("built", f"in {time.monotonic() - begin:.0f} s")
         layers.append(engine.inspect(IMAGE)["RootFS"]["Layers"])
-    report_check("two builds have the same layers", layers[0][-1][:19], good=layers[0] == layers[1])
+    report_check(
+        "two builds have the same layers", layers[0][-1][:19], passes=layers[0] == layers[1]
+    )
     image, base = engine.inspect(IMAGE), engine.inspect(bases["PYTHON_IMAGE"])
-    above = image["Size"] - base["Size"]
-    report_check("above its base", f"{above / 1e6:.0f} MB", good=above <= MAX_ABOVE_BASE)
+    added = image["Size"] - base["Size"]
+    report_check("added to its base", f"{added / 1e6:.0f} MB", passes=added <= MAX_ADDED_BYTES)
     config = image["Config"]
     labels = config["Labels"]
     name = "org.opencontainers.image."
-    right = (labels[name + "version"], labels[name + "revision"]) == (__version__, "0" * 40)
-    report_check("labels", ", ".join(key.removeprefix(name) for key in sorted(labels)), good=right)
-    report_check("user", config["User"], good=config["User"] == f"{USER}:{USER}")
+    has_version = (labels[name + "version"], labels[name + "revision"]) == (__version__, "0" * 40)
+    report_check(
+        "labels", ", ".join(key.removeprefix(name) for key in sorted(labels)), passes=has_version
+    )
+    report_check("user", config["User"], passes=config["User"] == f"{USER}:{USER}")
     shells = [config["Entrypoint"][0], image["Healthcheck"]["Test"][1]]
     report_check(
         "runs",
         " ".join(config["Entrypoint"] + config["Cmd"]),
-        good=shells == ["/app/bin/surface"] * 2,
+        passes=shells == ["/app/bin/surface"] * 2,
     )
 
 
 @contextmanager
 def run_container(engine: Engine, *options: str) -> Iterator[str]:
-    """The id of a container that runs as in production and responds; removes it afterwards."""
+    """Starts a container as in production; its id, once it responds. Removes it after the block."""
     container = engine.podman(
         "run", "--detach", "--read-only", "--read-only-tmpfs=false", "--cap-drop", "ALL",
         "--security-opt", "no-new-privileges", "--memory", str(MEMORY),
@@ -111,14 +118,14 @@ def run_container(engine: Engine, *options: str) -> Iterator[str]:
         *options, IMAGE,
     ).strip()  # fmt: skip
     try:
-        _wait(engine, container)
+        _wait_until_ready(engine, container)
         yield container
     finally:
         engine.podman("stop", "--time", "60", container)
         engine.podman("rm", "--force", container)
 
 
-def _wait(engine: Engine, container: str) -> None:
+def _wait_until_ready(engine: Engine, container: str) -> None:
     """Waits until the container responds."""
     for _ in range(1500):
         try:
@@ -126,16 +133,15 @@ def _wait(engine: Engine, container: str) -> None:
                 return
         except httpx.TransportError:
             time.sleep(0.02)
-    raise Failed(f"no answer\n{engine.logs(container)}")
+    raise CheckFailed(f"no response\n{engine.logs(container)}")
 
 
-def start(engine: Engine) -> None:
-    """Measures the time from the start to the first response: from a cold disk, then five times
-    more.
+def check_start(engine: Engine) -> None:
+    """Checks the time from the start to the first response, with a cold disk and five times warm.
 
-    The limit is on CPU time, which does not depend on other programs of the machine.
+    The limit applies to the CPU time, because it does not depend on other programs of the machine.
     """
-    times, work = [], []
+    times, cpu_times = [], []
     for number in range(6):
         if number == 0:
             os.sync()
@@ -145,27 +151,27 @@ def start(engine: Engine) -> None:
             state = engine.state(container)
             times.append(now - datetime.fromisoformat(state["StartedAt"]).timestamp())
             ticks = Path(f"/proc/{state['Pid']}/stat").read_text("ascii").rpartition(")")[2].split()
-            work.append((int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"))
-    report_check("first answer, from a cold disk", f"after {times[0]:.2f} s")
+            cpu_times.append((int(ticks[11]) + int(ticks[12])) / os.sysconf("SC_CLK_TCK"))
+    report_check("first response, from a cold disk", f"after {times[0]:.2f} s")
     best = min(times[1:])
-    least = min(work[1:])
-    fact = f"after {best:.2f} s, {least:.2f} s of a processor's time"
-    report_check("first answer, later", fact, good=least < MAX_START)
+    best_cpu = min(cpu_times[1:])
+    fact = f"after {best:.2f} s, {best_cpu:.2f} s of CPU time"
+    report_check("first response, later", fact, passes=best_cpu < MAX_START)
 
 
 def check_confinement(engine: Engine, container: str) -> None:
-    """Checks the container's user and privileges, and where it can write."""
-    facts = json.loads(engine.podman("exec", container, "/app/bin/python", "-c", INSIDE))
+    """Checks the user and the privileges of the container, its health check and its log."""
+    facts = json.loads(engine.podman("exec", container, "/app/bin/python", "-c", INSIDE_PROGRAM))
     report_check(
-        "uid, gid", (facts["uid"], facts["gid"]), good=facts["uid"] == facts["gid"] == USER
+        "uid, gid", (facts["uid"], facts["gid"]), passes=facts["uid"] == facts["gid"] == USER
     )
-    none = int(facts["CapEff"], 16) == int(facts["CapBnd"], 16) == 0
-    report_check("capabilities", facts["CapBnd"], good=none)
-    locked = (facts["NoNewPrivs"], facts["Seccomp"]) == ("1", "2")
-    report_check("no new privileges, system calls filtered", locked, good=locked)
-    refused = facts["refused"]
-    report_check("may not write", ", ".join(refused), good=all(refused.values()))
-    report_check("may write", "/data", good=facts["data"] is None)
+    has_no_capabilities = int(facts["CapEff"], 16) == int(facts["CapBnd"], 16) == 0
+    report_check("capabilities", facts["CapBnd"], passes=has_no_capabilities)
+    is_restricted = (facts["NoNewPrivs"], facts["Seccomp"]) == ("1", "2")
+    report_check("no new privileges, system calls filtered", is_restricted, passes=is_restricted)
+    errors = facts["errors"]
+    report_check("cannot write", ", ".join(errors), passes=all(errors.values()))
+    report_check("can write", "/data", passes=facts["data"] is None)
     begin = time.monotonic()
     for flags in ([], ["--live"]):
         engine.podman("exec", container, "/app/bin/surface", "health", *flags)
@@ -173,27 +179,27 @@ def check_confinement(engine: Engine, container: str) -> None:
     engine.podman("healthcheck", "run", container)
     report_check("health check of the image", "healthy")
     lines = engine.logs(container).splitlines()
-    strange = [line for line in lines if not line.startswith("{") or not line.endswith("}")]
+    invalid = [line for line in lines if not line.startswith("{") or not line.endswith("}")]
     report_check(
-        "log lines, each one JSON", strange or len(lines), good=bool(lines) and not strange
+        "log lines, each is JSON", invalid or len(lines), passes=bool(lines) and not invalid
     )
 
 
-def check_answers(client: httpx.Client) -> str:
+def check_responses(client: httpx.Client) -> str:
     """Checks pages, scripts and a mesh, and stores a surface; returns the URL of the surface."""
     for path in ("/", "/docs", "/openapi.json", "/v1/surfaces", "/metrics"):
         status = client.get(path).status_code
-        report_check(f"GET {path}", status, good=status == 200)
+        report_check(f"GET {path}", status, passes=status == 200)
     pages = client.get("/").text + client.get("/docs").text
     files = set(re.findall(r'"(?:\./)?((?:page|docs)/[\w./-]+)"', pages))
     sizes = {path: len(client.get(f"/{path}").raise_for_status().content) for path in files}
-    heavy = sum(size > 500_000 for size in sizes.values())
+    large_files = sum(size > 500_000 for size in sizes.values())
     fact = f"{len(sizes)}, {sum(sizes.values()) / 1e6:.1f} MB, three.js and Swagger UI among them"
-    report_check("files of the pages", fact, good=heavy == 2 and all(sizes.values()))
+    report_check("files of the pages", fact, passes=large_files == 2 and all(sizes.values()))
     mesh = client.get("/v1/surfaces/utah-teapot/mesh.glb?resolution=16").content
-    report_check("the teapot", f"{len(mesh)} bytes", good=mesh[:4] == b"glTF")
+    report_check("the teapot", f"{len(mesh)} bytes", passes=mesh[:4] == b"glTF")
     stored = client.post("/v1/surfaces", json={"surface": SURFACE})
-    report_check("a surface is stored", stored.status_code, good=stored.status_code in (200, 201))
+    report_check("a surface is stored", stored.status_code, passes=stored.status_code in (200, 201))
     return str(stored.headers["location"])
 
 
@@ -209,7 +215,7 @@ def find_largest(client: httpx.Client, suffix: str) -> int:
 
 
 def check_large(engine: Engine, container: str) -> None:
-    """Checks that many of the largest meshes and bodies at once stay within the memory."""
+    """Checks that the service stays within the memory with many of the largest requests at once."""
     pid = engine.state(container)["Pid"]
     report_check("resident before", f"{resident_memory(pid) >> 20} MiB")
     with httpx.Client(base_url=URL, trust_env=False, timeout=120) as client:
@@ -219,71 +225,71 @@ def check_large(engine: Engine, container: str) -> None:
     spline = {"type": "bspline", "control_net": net, "degree": [3, 3], "knots": "clamped"}
     points = json.dumps({"surface": spline, "resolution": 1}).encode()
 
-    def ask(number: int) -> int | str:
-        """Requests a mesh that no other client requests, or sends a large body for a small mesh."""
+    def send_request(number: int) -> int | str:
+        """Requests a large mesh that no other client requests, or sends a large body."""
         suffix = list(sizes)[number % len(sizes)]
         body = json.dumps({"surface": SURFACE, "resolution": sizes[suffix] - number}).encode()
-        where = f"{URL}/v1/mesh?format={suffix}"
+        url = f"{URL}/v1/mesh?format={suffix}"
         headers = {"Content-Type": "application/json"}
         content = points if number % 5 == 4 else body
         try:
             response = httpx.post(
-                where, content=content, headers=headers, timeout=120, trust_env=False
+                url, content=content, headers=headers, timeout=120, trust_env=False
             )
             return response.status_code
         except httpx.TransportError as error:
             return type(error).__name__
 
     with ThreadPoolExecutor(12) as pool:
-        statuses = Counter(pool.map(ask, range(40)))
-    good = statuses.keys() <= {200, 429, 503} and statuses[200] > 0
-    report_check("40 of them and of bodies, 12 at a time", dict(statuses), good=good)
+        statuses = Counter(pool.map(send_request, range(40)))
+    is_expected = statuses.keys() <= {200, 429, 503} and statuses[200] > 0
+    report_check("40 large requests, 12 at a time", dict(statuses), passes=is_expected)
     peak = peak_memory(pid)
     fact = f"{peak >> 20} of {MEMORY >> 20} MiB, SURFACE_MEMORY_BYTES={MEMORY_BYTES}"
-    report_check("resident at most", fact, good=peak < 0.9 * MEMORY)
+    report_check("resident at most", fact, passes=peak < 0.9 * MEMORY)
     engine.podman("exec", container, "/app/bin/surface", "health")
     report_check("still ready")
 
 
-def check_end(engine: Engine, container: str) -> None:
+def check_stop(engine: Engine, container: str) -> None:
     """Checks that SIGTERM ends the container with exit code 0."""
     begin = time.monotonic()
     engine.podman("stop", "--time", "60", container)
     state = engine.state(container)
     fact = f"exit code {state['ExitCode']} after {time.monotonic() - begin:.1f} s"
-    report_check("SIGTERM", fact, good=state["ExitCode"] == 0 and not state["OOMKilled"])
+    report_check("SIGTERM", fact, passes=state["ExitCode"] == 0 and not state["OOMKilled"])
 
 
-def check(engine: Engine) -> None:
+def run_checks(engine: Engine) -> None:
     """Runs all checks."""
-    build(engine)
+    check_build(engine)
     engine.podman("volume", "rm", "--force", "surfaces")
-    start(engine)
+    check_start(engine)
     with (
         run_container(engine) as container,
         httpx.Client(base_url=URL, trust_env=False, timeout=30) as client,
     ):
         check_confinement(engine, container)
-        url = check_answers(client)
+        url = check_responses(client)
         check_large(engine, container)
-        check_end(engine, container)
+        check_stop(engine, container)
     with run_container(engine) as container:
-        again = httpx.get(URL + url, trust_env=False).status_code
-        report_check("the stored surface, in a new container", again, good=again == 200)
-        check_end(engine, container)
+        status = httpx.get(URL + url, trust_env=False).status_code
+        report_check("the stored surface, in a new container", status, passes=status == 200)
+        check_stop(engine, container)
 
 
 def main() -> int:
-    """Runs the program; returns 0 if all checks passed."""
-    if lacking := find_missing():
-        print(f"The image cannot be built here: {lacking}.", file=sys.stderr)
+    """Runs all checks; returns 0 if they pass, 1 if not, and 2 if the image cannot be built."""
+    if missing := find_missing():
+        print(f"The image cannot be built here: {missing}.", file=sys.stderr)
         return 2
     try:
-        check(Engine(ROOT / "build" / "image"))
-    except Failed as error:
+        run_checks(Engine(ROOT / "build" / "image"))
+    except CheckFailed as error:
         print(error, file=sys.stderr)
         return 1
-    return 1 if WRONG else 0
+    return 1 if FAULTS else 0
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Many clients at once, each a thread, and counts of their responses.
+"""Sends requests of many clients at once, each in a thread, and counts the responses.
 
-It uses `http.client`, which never repeats a request: other clients hide a closed connection by
-sending the request again.
+The clients use `http.client`, which never repeats a request. Other libraries send a request again
+if the connection was closed, and so hide the fault.
 """
 
 import gzip
@@ -14,16 +14,16 @@ from contextlib import closing
 from dataclasses import dataclass, field
 from http.client import HTTPConnection, HTTPException
 
-from tools.deploy.traffic import Answer, Request, Traffic
+from tools.deploy.traffic import Request, Response, Traffic
 from tools.processes import HOST
 
-TOO_LATE = 90.0
-"""Seconds without a byte after which a response counts as missing."""
+TIMEOUT = 90.0
+"""Seconds without a byte after which a request counts as failed."""
 
 
 @dataclass
 class Tally:
-    """The times of requests by kind, and the failed requests."""
+    """The times of complete requests by kind, and the failed requests."""
 
     seconds: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     broken: list[str] = field(default_factory=list)
@@ -33,13 +33,13 @@ class Tally:
 
     @property
     def count(self) -> int:
-        """Requests that have ended."""
+        """Number of requests that have ended, with or without a complete response."""
         return sum(map(len, list(self.seconds.values()))) + len(self.broken)
 
-    def lines(self) -> list[str]:
-        """A table: kind, number, median, 99th percentile and longest time."""
-        yes = f"{self.count} requests, {len(self.broken)} broken, {len(self.wrong)} wrong"
-        return [yes] + [
+    def format_lines(self) -> list[str]:
+        """The lines of a table: number, median, 99th percentile and longest time of each kind."""
+        summary = f"{self.count} requests, {len(self.broken)} broken, {len(self.wrong)} wrong"
+        return [summary] + [
             f"  {kind:<11} {len(times):>6}   p50 {_read_quantile(times, 0.5):>8.1f} ms"
             f"   p99 {_read_quantile(times, 0.99):>8.1f} ms   longest {max(times) * 1e3:>8.1f} ms"
             for kind, times in sorted(self.seconds.items())
@@ -48,11 +48,14 @@ class Tally:
 
 @dataclass(frozen=True)
 class Clients:
-    """Several clients, each of which sends one request after the other."""
+    """A group of clients, each of which sends one request after the other.
+
+    `kinds` are the kinds of requests with their weights.
+    """
 
     number: int
     kinds: dict[str, int]
-    keep: bool = True
+    keeps_connection: bool = True
     """Whether clients keep their connection, or open a new one for each request."""
     pause: float = 0.0
     """Seconds between a response and the next request."""
@@ -61,29 +64,30 @@ class Clients:
 def run_under_load(
     port: int, traffic: Traffic, groups: tuple[Clients, ...], during: Callable[[Tally], None]
 ) -> Tally:
-    """Sends requests of clients to a port of this machine while `during` runs.
+    """Sends the requests of all clients to a port of this machine while `during` runs.
 
-    At the end it waits for the running requests.
+    Then it waits for the running requests, and returns the results. `during` gets the results so
+    far.
     """
     tally = Tally()
-    over = threading.Event()
+    is_over = threading.Event()
 
-    def ask_until_over(group: Clients) -> None:
-        with closing(HTTPConnection(HOST, port, timeout=TOO_LATE)) as connection:
+    def send_until_over(group: Clients) -> None:
+        with closing(HTTPConnection(HOST, port, timeout=TIMEOUT)) as connection:
             for request in traffic.requests(group.kinds):
-                if over.wait(group.pause):
+                if is_over.wait(group.pause):
                     break
                 _send_one(connection, request, traffic, tally)
-                if not group.keep:
+                if not group.keeps_connection:
                     connection.close()
 
     with ThreadPoolExecutor(sum(group.number for group in groups)) as pool:
-        every = [group for group in groups for _ in range(group.number)]
-        clients = [pool.submit(ask_until_over, group) for group in every]
+        all_groups = [group for group in groups for _ in range(group.number)]
+        clients = [pool.submit(send_until_over, group) for group in all_groups]
         try:
             during(tally)
         finally:
-            over.set()
+            is_over.set()
     for client in clients:
         client.result()
     return tally
@@ -92,26 +96,26 @@ def run_under_load(
 def _send_one(connection: HTTPConnection, request: Request, traffic: Traffic, tally: Tally) -> None:
     start = time.perf_counter()
     try:
-        answer = _ask(connection, request)
+        response = _send(connection, request)
     except (OSError, EOFError, HTTPException) as error:
         connection.close()
-        tally.broken.append(f"{time.strftime('%X')} {_name(request)}: {error!r}")
+        tally.broken.append(f"{time.strftime('%X')} {_describe(request)}: {error!r}")
         return
     tally.seconds[request.kind].append(time.perf_counter() - start)
-    if problem := traffic.wrong_with(request, answer):
-        tally.wrong.append(f"{time.strftime('%X')} {_name(request)}: {problem}")
+    if fault := traffic.find_fault(request, response):
+        tally.wrong.append(f"{time.strftime('%X')} {_describe(request)}: {fault}")
 
 
-def _ask(connection: HTTPConnection, request: Request) -> Answer:
+def _send(connection: HTTPConnection, request: Request) -> Response:
     connection.request(request.method, request.target, request.body or None, request.headers)
-    response = connection.getresponse()
-    body = response.read()
-    if response.headers["Content-Encoding"] == "gzip":
+    answer = connection.getresponse()
+    body = answer.read()
+    if answer.headers["Content-Encoding"] == "gzip":
         body = gzip.decompress(body)
-    return Answer(response.status, response.headers["Location"], body)
+    return Response(answer.status, answer.headers["Location"], body)
 
 
-def _name(request: Request) -> str:
+def _describe(request: Request) -> str:
     return f"{request.kind}, {request.method} {request.target}"
 
 

@@ -1,6 +1,7 @@
-"""Restarts and kills instances behind HAProxy under load: `make test-rolling`.
+"""Tests that requests do not fail while instances behind HAProxy end: `make test-rolling`.
 
-HAProxy uses the shipped file. The instances share a folder, as containers share a bucket.
+HAProxy has the configuration of `deploy/`. The instances share a folder, as containers share a
+bucket.
 """
 
 import hashlib
@@ -26,12 +27,12 @@ REQUESTS = 20_000
 ROUNDS = 4
 KILLS = 10
 LONGEST = float(os.environ.get("LONGEST", "180"))
-"""Seconds after which no further round begins; a busy machine needs more."""
+"""Seconds after which no further round of restarts begins; a busy machine needs more."""
 
 SETTINGS = {"SURFACE_DRAIN_DELAY": "5", "SURFACE_DRAIN_TIMEOUT": "60", "SURFACE_THREADS": "2"}
-"""As in `deploy/compose.yaml`."""
+"""The settings of `deploy/compose.yaml`."""
 
-SHORT = {
+SHORT_REQUESTS = {
     "small_hit": 24,
     "unchanged": 14,
     "small_post": 8,
@@ -42,9 +43,9 @@ SHORT = {
     "large_hit": 1,
 }
 CLIENTS = (
-    Clients(6, SHORT),
-    Clients(4, SHORT, keep=False),
-    # Rare requests, so that connections are idle in between.
+    Clients(6, SHORT_REQUESTS),
+    Clients(4, SHORT_REQUESTS, keeps_connection=False),
+    # These clients send rarely, so that their connections are idle in between.
     Clients(2, {"small_post": 1, "large_hit": 1}, pause=3.0),
     Clients(1, {"long_post": 1}, pause=1.0),
 )
@@ -52,43 +53,43 @@ CLIENTS = (
 
 @contextmanager
 def start_two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server, Server]]]:
-    """HAProxy and two instances that store in one folder; stops all afterwards."""
+    """Starts HAProxy and two instances that store in one folder; stops them after the block."""
     settings = SETTINGS | {"SURFACE_STORE": str(folder / "store")}
-    one, two = (service_server(folder, settings, probe="/health/ready") for _ in range(2))
+    first, second = (service_server(folder, settings, probe="/health/ready") for _ in range(2))
     try:
-        one.start()
-        two.start()
-        one.wait_until_ready()
-        two.wait_until_ready()
-        with Proxy(folder, one.port, two.port) as proxy:
-            yield proxy, (one, two)
+        first.start()
+        second.start()
+        first.wait_until_ready()
+        second.wait_until_ready()
+        with Proxy(folder, first.port, second.port) as proxy:
+            yield proxy, (first, second)
     finally:
-        for each in (one, two):
+        for each in (first, second):
             if each.is_alive:
                 each.kill()
 
 
-def report(capsys: pytest.CaptureFixture[str], tally: Tally, *lines: str) -> None:
-    """Prints the results, whether the test passes or not."""
+def print_results(capsys: pytest.CaptureFixture[str], tally: Tally, *lines: str) -> None:
+    """Prints the results, also if the test passes."""
     with capsys.disabled():
         failed = (*tally.broken[:20], *tally.wrong[:20])
-        print("", *tally.lines(), *lines, *failed, sep="\n  ")
+        print("", *tally.format_lines(), *lines, *failed, sep="\n  ")
 
 
 def check_store(folder: Path, traffic: Traffic, instances: tuple[Server, ...]) -> str:
     """Checks that stored objects are complete, and that all confirmed objects are stored."""
     objects = [path for path in (folder / "store" / SURFACES).rglob("*") if path.is_file()]
     for path in objects:
-        assert hashlib.sha256(path.read_bytes()).hexdigest() == path.name, "a torn object"
+        assert hashlib.sha256(path.read_bytes()).hexdigest() == path.name, "an incomplete object"
     assert traffic.stored.keys() <= {path.name for path in objects}
     for number, instance in enumerate(instances):
         with httpx.Client(base_url=instance.url, timeout=30) as client:
             for id, body in list(traffic.stored.items())[number :: len(instances)]:
                 response = client.get(f"/v1/surfaces/{id}")
-                assert response.status_code == 200, f"{id} was acknowledged and is lost"
+                assert response.status_code == 200, f"{id} was confirmed, but is not stored"
                 net = json.loads(body)["surface"]["control_net"]
                 assert response.json()["surface"]["control_net"] == net
-    return f"{len(objects)} objects, all whole; {len(traffic.stored)} acknowledged, all there"
+    return f"{len(objects)} objects, all complete; {len(traffic.stored)} confirmed, all stored"
 
 
 def test_no_request_fails_while_instances_are_restarted(
@@ -113,19 +114,19 @@ def test_no_request_fails_while_instances_are_restarted(
                     seconds.append(time.monotonic() - start)
                     each.start()
                     each.wait_until_ready()
-                    # Waits until HAProxy has seen it too, as an operator or Kubernetes does.
+                    # HAProxy needs some time until it notices that the instance is ready.
                     time.sleep(1.5)
                 rounds += 1
 
         tally = run_under_load(proxy.port, traffic, CLIENTS, restart)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
-        kept = proxy.metric("haproxy_backend_http_cache_hits_total")
+        cache_hits = proxy.metric("haproxy_backend_http_cache_hits_total")
         stored = check_store(tmp_path, traffic, instances)
-    report(
+    print_results(
         capsys,
         tally,
         f"{len(codes)} restarts, the longest stop {max(seconds):.1f} s, the most memory"
-        f" {max(peaks) / 1e6:.0f} MB; {retries:.0f} retries, {kept:.0f} hits in HAProxy",
+        f" {max(peaks) / 1e6:.0f} MB; {retries:.0f} retries, {cache_hits:.0f} hits in HAProxy",
         stored,
     )
     assert not tally.broken
@@ -136,15 +137,19 @@ def test_no_request_fails_while_instances_are_restarted(
     assert len(tally.seconds["long post"]) >= len(codes)
 
 
-def test_killed_instances_lose_nothing_and_tear_nothing(
+def test_killed_instances_lose_no_stored_surface_and_break_few_responses(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Only responses that have begun may break, and each client notices an incomplete response.
+    """Only responses that have begun may be incomplete, and each client notices it.
 
-    HAProxy sends requests without any byte of response to the other instance.
+    HAProxy sends a request again, to the other instance, if no byte of the response has arrived.
     """
     traffic = Traffic()
-    clients = (*CLIENTS, Clients(6, {"store": 1}), Clients(2, {"large_hit": 1}, keep=False))
+    clients = (
+        *CLIENTS,
+        Clients(6, {"store": 1}),
+        Clients(2, {"large_hit": 1}, keeps_connection=False),
+    )
     with start_two_behind_haproxy(tmp_path) as (proxy, instances):
 
         def kill(tally: Tally) -> None:
@@ -154,7 +159,7 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
                 assert each.kill() == -9
                 before = tally.count
                 time.sleep(0.5)
-                assert tally.count > before, "the other one does not go on"
+                assert tally.count > before, "the other instance does not respond"
                 each.start()
                 each.wait_until_ready()
                 time.sleep(1.5)
@@ -162,46 +167,53 @@ def test_killed_instances_lose_nothing_and_tear_nothing(
         tally = run_under_load(proxy.port, traffic, clients, kill)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
         stored = check_store(tmp_path, traffic, instances)
-    refused = [line for line in tally.wrong if ": 502 " in line]
-    report(
-        capsys, tally, f"{KILLS} killed; {retries:.0f} retries, {len(refused)} answers 502", stored
+    bad_gateways = [line for line in tally.wrong if ": 502 " in line]
+    print_results(
+        capsys,
+        tally,
+        f"{KILLS} killed; {retries:.0f} retries, {len(bad_gateways)} responses 502",
+        stored,
     )
-    assert tally.wrong == refused
-    assert len(tally.broken) + len(refused) <= KILLS * sum(group.number for group in clients)
+    assert tally.wrong == bad_gateways
+    assert len(tally.broken) + len(bad_gateways) <= KILLS * sum(group.number for group in clients)
     assert tally.count > 100 * KILLS
 
 
-def test_an_answer_that_breaks_off_is_seen_to(tmp_path: Path) -> None:
-    """The killed instance is sending a long response to a client."""
+def test_a_client_notices_that_a_response_is_incomplete(tmp_path: Path) -> None:
+    """The instance is killed while it sends a long response to the client."""
     target = f"/v1/surfaces/saddle/mesh.json?resolution=340&engine={ENGINE}"
-    plain = {"Accept-Encoding": "identity"}
-    # Only a few bytes are in buffers while the client does not read.
-    little = httpx.HTTPTransport(socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)])
+    identity = {"Accept-Encoding": "identity"}
+    # With a small buffer, only a few bytes have been sent while the client does not read.
+    small_buffer = httpx.HTTPTransport(
+        socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)]
+    )
     with start_two_behind_haproxy(tmp_path) as (proxy, instances):
-        complete = httpx.get(proxy.url + target, headers=plain, timeout=60)
+        complete = httpx.get(proxy.url + target, headers=identity, timeout=60)
         assert complete.status_code == 200
         with (
-            httpx.Client(base_url=proxy.url, transport=little, timeout=60) as client,
-            client.stream("GET", target, headers=plain) as answer,
+            httpx.Client(base_url=proxy.url, transport=small_buffer, timeout=60) as client,
+            client.stream("GET", target, headers=identity) as response,
         ):
-            pieces = answer.iter_raw(1 << 16)
+            pieces = response.iter_raw(1 << 16)
             next(pieces)
             find_serving(proxy, instances).kill()
             with pytest.raises(httpx.RemoteProtocolError):
                 deque(pieces)
-        assert answer.status_code == 200
-        assert int(answer.headers["content-length"]) == len(complete.content)
+        assert response.status_code == 200
+        assert int(response.headers["content-length"]) == len(complete.content)
         # The other instance still responds.
-        assert httpx.get(proxy.url + target, headers=plain, timeout=60).content == complete.content
+        assert (
+            httpx.get(proxy.url + target, headers=identity, timeout=60).content == complete.content
+        )
 
 
-def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
+def test_responses_that_the_proxy_sends_by_itself(tmp_path: Path) -> None:
     with start_two_behind_haproxy(tmp_path) as (proxy, instances):
         # The proxy serves no metrics to clients, for any spelling of the URL.
         assert httpx.get(f"{instances[0].url}/metrics").status_code == 200
         for path in ("/metrics", "/%6detrics", "/metrics?x=1"):
-            shown = httpx.get(proxy.url + path)
-            assert (shown.status_code, shown.json()["code"]) == (404, "not_found")
+            response = httpx.get(proxy.url + path)
+            assert (response.status_code, response.json()["code"]) == (404, "not_found")
         # A long head reaches the service, which refuses the query itself.
         refused = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
         assert refused.status_code == 422
@@ -210,11 +222,11 @@ def test_responses_of_the_proxy_without_an_instance(tmp_path: Path) -> None:
         for coding, resolution in (("identity", 4), ("gzip", 5)):
             query = f"resolution={resolution}&engine={ENGINE}"
             target = f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{query}"
-            first, again = (httpx.get(target, headers={"Accept-Encoding": coding}) for _ in "12")
-            assert first.content == again.content
-            assert ("age" in first.headers, "age" in again.headers) == (False, True)
+            first, second = (httpx.get(target, headers={"Accept-Encoding": coding}) for _ in "12")
+            assert first.content == second.content
+            assert ("age" in first.headers, "age" in second.headers) == (False, True)
             assert first.headers["x-request-id"]
-            assert not again.headers.keys() & {"x-request-id", "server-timing"}
+            assert not second.headers.keys() & {"x-request-id", "server-timing"}
             headers = {"Accept-Encoding": coding, "If-None-Match": first.headers["etag"]}
             assert httpx.get(target, headers=headers).status_code == 304
         for each in instances:

@@ -1,4 +1,4 @@
-"""Requests of clients while instances come and go, and checks of the responses."""
+"""Random requests of all kinds, and checks of their responses, for tests under load."""
 
 import hashlib
 import json
@@ -13,12 +13,13 @@ from service.engine.mesh.report import ENGINE
 SEED = 1963
 
 JSON = {"Content-Type": "application/json"}
-LONG_SIDE = 10
-LONG_TRIANGLES = 5_000
+
+LONG_SIDE, LONG_TRIANGLES = 10, 5_000
+"""Control points in each direction, and triangles, of a mesh that takes about two seconds."""
 
 
 @dataclass(frozen=True)
-class Answer:
+class Response:
     """A response of a server, with its complete, decoded body."""
 
     status: int
@@ -28,7 +29,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Request:
-    """A request, and the properties that its response must have."""
+    """A request, and the statuses that its response may have."""
 
     kind: str
     method: str
@@ -41,8 +42,8 @@ class Request:
 class Traffic:
     """Random requests of all kinds from a seed, and checks of their responses.
 
-    The same request must always get the same bytes: from every instance, before and after a
-    restart, from the cache and computed.
+    Equal requests must get equal bytes: from every instance, before and after a restart, from a
+    cache or computed.
     """
 
     def __init__(self, seed: int = SEED) -> None:
@@ -50,23 +51,23 @@ class Traffic:
         self._seen: dict[tuple[str, str, bytes], str] = {}
         self._stores = count(10_000)
         self.stored: dict[str, bytes] = {}
-        """The stored surfaces that the service confirmed: ids, and the posted bodies."""
+        """The bodies of the stored surfaces that the service confirmed, by id."""
 
     def requests(self, kinds: dict[str, int]) -> Iterator[Request]:
-        """An endless sequence of requests; kinds by their weights."""
+        """An endless sequence of random requests; `kinds` are the kinds with their weights."""
         names, weights = list(kinds), list(kinds.values())
         while True:
             (kind,) = self._random.choices(names, weights)
             yield getattr(self, f"_{kind}")()
 
-    def wrong_with(self, request: Request, response: Answer) -> str | None:
-        """The fault of a response, or None."""
+    def find_fault(self, request: Request, response: Response) -> str | None:
+        """The fault of a response in words, or None."""
         if response.status not in request.statuses:
             return f"{response.status} {response.body[:300]!r}"
         if request.kind == "store":
             id = json.loads(response.body)["id"]
             if response.location != f"/v1/surfaces/{id}":
-                return "a URL that does not belong to the id"
+                return "the URL does not have the id"
             self.stored[id] = request.body
             return None
         if response.status == 304:
@@ -74,13 +75,13 @@ class Traffic:
         if response.body[:4] == b"glTF" and int.from_bytes(response.body[8:12], "little") != len(
             response.body
         ):
-            return "a binary glTF of another length than it says"
+            return "the length in the binary glTF is wrong"
         digest = hashlib.sha256(response.body).hexdigest()
         first_digest = self._seen.setdefault((request.method, request.target, request.body), digest)
         return (
             None
             if digest == first_digest
-            else "other bytes than another answer to the same request"
+            else "other bytes than an earlier response to the same request"
         )
 
     def _small_hit(self) -> Request:
@@ -100,7 +101,7 @@ class Traffic:
         )
 
     def _unchanged(self) -> Request:
-        """A mesh that the client has already."""
+        """A mesh that the client has already, so the response is 304."""
         target = write_mesh_url("torus", "resolution=32")
         return Request("304", "GET", target, {"If-None-Match": "*"}, statuses=frozenset({304}))
 
@@ -128,7 +129,7 @@ class Traffic:
         return Request("long post", "POST", "/v1/mesh?format=glb", JSON, body)
 
     def _store(self) -> Request:
-        """Stores a surface that is new."""
+        """Stores a surface that no earlier request stored."""
         body = write_body(build_patch(next(self._stores)))
         statuses = frozenset({200, 201})
         return Request("store", "POST", "/v1/surfaces", JSON, body, statuses)
@@ -142,22 +143,22 @@ class Traffic:
 
 
 def write_mesh_url(id: str, query: str) -> str:
-    """URL of a mesh."""
+    """The path and query of the URL of a mesh."""
     return f"/v1/surfaces/{id}/mesh.glb?{query}"
 
 
 def write_body(surface: dict[str, object], **options: object) -> bytes:
-    """Body of a request."""
+    """The JSON body of a request."""
     return json.dumps({"surface": surface, **options}).encode("ascii")
 
 
 def build_patch(number: int) -> dict[str, object]:
-    """One patch of many."""
+    """The JSON of a bilinear patch, which differs for each number."""
     return {"control_net": [[[0, 0, number], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
 
 def build_hills(side: int) -> dict[str, object]:
-    """A B-spline that bends everywhere."""
+    """The JSON of a B-spline of `side` × `side` points, curved everywhere."""
     rows = range(side)
     net = [[[u, v, math.sin(0.7 * u) * math.cos(0.9 * v)] for v in rows] for u in rows]
     return {

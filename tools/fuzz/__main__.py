@@ -1,7 +1,7 @@
-"""Fuzzes every parser, one after the other, for SECONDS in total: `make fuzz`.
+"""Fuzzes all parsers, one after the other, for SECONDS in total: `make fuzz`.
 
-Its arguments are the seconds, and optionally names of targets. It prints each finding and keeps its
-input in build/fuzz/. Each past finding is a test in the room of its parser.
+The arguments are SECONDS, and optionally names of targets. The program prints each finding and
+writes its input to build/fuzz/. Each past finding has a test in the folder of its parser.
 """
 
 import re
@@ -17,32 +17,32 @@ FOLDER = ROOT / "build" / "fuzz" / "corpus"
 
 
 def fuzz(name: str, seconds: int) -> bool:
-    """Fuzzes a target; returns whether nothing was found."""
+    """Fuzzes a target; returns whether there are no findings."""
     command = [sys.executable, "-m", "tools.fuzz.one", name, str(seconds), str(FOLDER)]
     start = time.monotonic()
-    done = subprocess.run(
+    result = subprocess.run(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
     )
     elapsed = time.monotonic() - start
-    output = done.stdout.decode("utf-8", "replace")
-    counted = re.search(r"number_of_executed_units: (\d+)", output)
-    inputs = int(counted.group(1)) if counted else 0
-    kept = len(list((FOLDER / name).iterdir()))
-    ok = done.returncode == 0 and inputs > 0
-    outcome = "nothing found" if ok else "FOUND"
-    print(f"{name:10} {inputs:9} inputs {kept:6} kept {elapsed:6.0f} s  {outcome}", flush=True)
-    if not ok:
+    output = result.stdout.decode("utf-8", "replace")
+    match = re.search(r"number_of_executed_units: (\d+)", output)
+    inputs = int(match.group(1)) if match else 0
+    corpus = len(list((FOLDER / name).iterdir()))
+    passes = result.returncode == 0 and inputs > 0
+    outcome = "no finding" if passes else "FINDING"
+    print(f"{name:10} {inputs:9} inputs {corpus:6} kept {elapsed:6.0f} s  {outcome}", flush=True)
+    if not passes:
         print(output[-8000:], flush=True)
-    return ok
+    return passes
 
 
 def main(seconds: int, names: list[str]) -> bool:
-    """Fuzzes the targets; returns whether nothing was found."""
+    """Fuzzes the targets one after the other; returns whether there are no findings."""
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
     chosen = names or list(TARGETS)
-    clean = [fuzz(name, max(1, seconds // len(chosen))) for name in chosen]
-    return all(clean)
+    passes = [fuzz(name, max(1, seconds // len(chosen))) for name in chosen]
+    return all(passes)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Calls a target with one input; raises if the target crashes, or takes too long or too much."""
+"""Calls a target with one input; raises if the target fails, or takes too much time or memory."""
 
 import os
 import resource
@@ -12,34 +12,42 @@ SECONDS = 2.0
 """Seconds of processor time that one input may take."""
 
 MEMORY = 100 << 20
-"""Bytes that the process may grow by with one input."""
+"""Bytes by which the memory of the process may grow during one input."""
 
 _PAGE = os.sysconf("SC_PAGESIZE")
 
 
 class TooExpensive(Exception):
-    """An input that takes more time or memory than allowed."""
+    """The target takes more time or memory for an input than allowed."""
 
 
 def judge(target: Callable[[bytes], None], content: bytes, seconds: float = SECONDS) -> None:
-    """Calls the target; raises its errors, except refusals, and `TooExpensive`."""
+    """Calls the target with an input.
+
+    Raises
+    ------
+    TooExpensive
+        The target takes more CPU seconds than `seconds`, or more memory than `MEMORY`.
+    Exception
+        Any exception of the target, except a `SurfaceError`, with which the service refuses input.
+    """
     before, start = measure_resident(), time.process_time()
-    most = measure_most_resident()
-    with suppress(SurfaceError):  # a refusal
+    peak_before = measure_peak()
+    with suppress(SurfaceError):
         target(content)
-    elapsed, grown = time.process_time() - start, measure_most_resident()
+    elapsed, peak = time.process_time() - start, measure_peak()
     if elapsed > seconds:
         raise TooExpensive(f"{elapsed:.1f} s for {len(content)} bytes")
-    if grown > most and grown - before > MEMORY:
-        raise TooExpensive(f"{(grown - before) >> 20} MiB for {len(content)} bytes")
+    if peak > peak_before and peak - before > MEMORY:
+        raise TooExpensive(f"{(peak - before) >> 20} MiB for {len(content)} bytes")
 
 
 def measure_resident() -> int:
-    """Bytes of memory that this process holds now (Linux)."""
+    """Bytes of memory that this process uses now (on Linux)."""
     with open("/proc/self/statm", "rb", buffering=0) as file:
         return int(file.read(64).split()[1]) * _PAGE
 
 
-def measure_most_resident() -> int:
-    """The most bytes of memory that this process has ever held."""
+def measure_peak() -> int:
+    """The largest number of bytes of memory that this process has used since its start."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -1,9 +1,9 @@
-"""Fuzzes one target until the time is up or something is found: a process of its own.
+"""Fuzzes one target, in a process of its own, until the time is over or there is a finding.
 
-Atheris mutates inputs, and keeps those that reach new code. The exit code is 0 if nothing was
-found. Atheris changes bytes; the mutations of this module change words and numbers too. Numbers
-that must agree, such as counts and lengths, rarely agree after a change of bytes. Moving, repeating
-or replacing words finds such inputs sooner.
+Atheris mutates inputs, and keeps those that reach new code. The exit code is 0 without a finding.
+Atheris changes bytes; this module changes words and numbers. After a change of bytes, numbers that
+must agree, such as counts and lengths, rarely agree. If words are moved, repeated or replaced, they
+agree more often.
 """
 
 import random
@@ -19,11 +19,11 @@ with atheris.instrument_imports(include=["service"]):
     from tools.fuzz.targets import TARGETS
 
 SEED = 20260101
-SLOW = 30
-"""Seconds after which an input counts as endless; shorter runs are judged by their CPU time."""
+MAX_INPUT_SECONDS = 30
+"""Seconds after which Atheris ends an input; the CPU time of shorter inputs is judged."""
 
-TOTAL = 2048
-"""MiB of memory for the whole process, kept inputs included."""
+MAX_MEMORY_MIB = 2048
+"""The largest memory of the process, including the inputs that Atheris keeps."""
 
 _TOKENS = re.compile(rb"[0-9A-Za-z_.+-]+|\s+|[^\s0-9A-Za-z_.+-]")
 
@@ -33,13 +33,13 @@ VALUES = (
     b"null", b"true", b"false", b"[]", b"{}", b'""', b"[", b"]", b"{", b"}", b",", b":", b";", b"*",
     b'"', b"\\u0000", b"\xff", b"\0", b"%00", b"&", b"=", b"\r\n", b"q=0", b"W/", b"gzip", b"json",
 )  # fmt: skip
-"""Replacements for words."""
+"""Texts that replace words of an input."""
 
-MOST_TOKENS = 5000
+MAX_TOKENS = 5000
 
 
 def main(name: str, seconds: str, folder: str) -> None:
-    """Fuzzes a target; ends the process."""
+    """Fuzzes a target; Atheris ends the process."""
     corpus = Path(folder) / name
     corpus.mkdir(parents=True, exist_ok=True)
     for number, content in enumerate(SEEDS[name]()):
@@ -52,41 +52,41 @@ def main(name: str, seconds: str, folder: str) -> None:
         f"-max_total_time={seconds}",
         f"-max_len={LARGEST}",
         f"-seed={SEED}",
-        f"-timeout={SLOW}",
-        f"-rss_limit_mb={TOTAL}",
+        f"-timeout={MAX_INPUT_SECONDS}",
+        f"-rss_limit_mb={MAX_MEMORY_MIB}",
         f"-artifact_prefix={folder}/found-{name}-",
         "-print_final_stats=1",
         "-verbosity=0",
         "-len_control=0",
     ]
 
-    def mutate(content: bytes, most: int, seed: int) -> bytes:
-        """One mutation: half of them by Atheris, half by this module."""
+    def mutate(content: bytes, max_length: int, seed: int) -> bytes:
+        """A mutated input: by this module for even seeds, by Atheris for odd seeds."""
         if seed % 2:
-            return bytes(atheris.Mutate(content, most))
-        return mutate_content(content, seed)[:most]
+            return bytes(atheris.Mutate(content, max_length))
+        return mutate_content(content, seed)[:max_length]
 
     atheris.Setup(arguments, lambda content: judge(target, content), custom_mutator=mutate)
     atheris.Fuzz()
 
 
 def mutate_content(content: bytes, seed: int) -> bytes:
-    """The content with some of its words changed, removed, repeated or exchanged."""
-    chance = random.Random(seed)
-    tokens = _TOKENS.findall(content, 0, len(content))[:MOST_TOKENS]
-    for _ in range(chance.choice((1, 1, 2, 3, 6))):
+    """The content after some random changes of words: replaced, removed, repeated, exchanged."""
+    random_choice = random.Random(seed)
+    tokens = _TOKENS.findall(content, 0, len(content))[:MAX_TOKENS]
+    for _ in range(random_choice.choice((1, 1, 2, 3, 6))):
         if not tokens:
-            return chance.choice(VALUES)
-        _change(tokens, chance)
+            return random_choice.choice(VALUES)
+        _change_token(tokens, random_choice)
     return b"".join(tokens)
 
 
-def _change(tokens: list[bytes], chance: random.Random) -> None:
-    place, other = chance.randrange(len(tokens)), chance.randrange(len(tokens))
-    length = chance.choice((1, 1, 2, 4, 8, 16))
-    match chance.randrange(6):
+def _change_token(tokens: list[bytes], random_choice: random.Random) -> None:
+    place, other = random_choice.randrange(len(tokens)), random_choice.randrange(len(tokens))
+    length = random_choice.choice((1, 1, 2, 4, 8, 16))
+    match random_choice.randrange(6):
         case 0:
-            tokens[place] = chance.choice(VALUES)
+            tokens[place] = random_choice.choice(VALUES)
         case 1:
             tokens[place] = tokens[other]
         case 2:
@@ -96,7 +96,7 @@ def _change(tokens: list[bytes], chance: random.Random) -> None:
         case 4:
             tokens[other:other] = tokens[place : place + length]
         case _:
-            tokens.insert(place, chance.choice(VALUES))
+            tokens.insert(place, random_choice.choice(VALUES))
 
 
 if __name__ == "__main__":

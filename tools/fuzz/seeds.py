@@ -1,4 +1,4 @@
-"""Seeds of mutations: valid requests, and invalid ones from the tests."""
+"""The first inputs of the fuzzer: valid requests, and invalid requests from the tests."""
 
 from collections.abc import Callable, Iterator
 from itertools import chain
@@ -15,11 +15,11 @@ from tests.api.hostile_calls import CALLS
 from tests.api.hostile_files import FILES, NPY, OOGL, TEAPOT, build_net, save_array
 
 LARGEST = 1 << 16
-"""The most bytes of an input: longer inputs find no other faults."""
+"""The largest number of bytes of an input. Longer inputs are slower and find no other faults."""
 
 TEAPOT_TEXT = b"2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
 
-GOOD = (
+VALID_BODIES = (
     b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},"resolution":[2,3]}',
     b'{"surface":{"type":"bspline","control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,1]]],'
     b'"degree":1,"knots":[[0,0,1,1],"clamped"],"weights":[[1,2],[1,1]]},"tolerance":0.1}',
@@ -40,19 +40,19 @@ GOOD = (
     b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]],"colors":[[[0,0,1]]],'
     b'"uvs":[[[0,0]]],"attributes":{"a":[[[0]],[[1]]]},"up":"z","name":"n"}}',
 )
-"""One request of every kind of surface and of every operation."""
+"""Bodies of requests with all kinds of surfaces and all kinds of operations."""
 
 
-def bodies() -> Iterator[bytes]:
-    """Bodies of requests as JSON."""
-    yield from GOOD
+def list_bodies() -> Iterator[bytes]:
+    """Bodies of requests in JSON."""
+    yield from VALID_BODIES
     for case in chain.from_iterable(CALLS.values()):
         if not case.name.startswith("long"):
             yield case.build()
 
 
-def files(media_type: str) -> Iterator[bytes]:
-    """Files of one type."""
+def list_files(media_type: str) -> Iterator[bytes]:
+    """Files of one media type."""
     yield from (case.build() for case in FILES if case.media_type == media_type and case.status)
     if media_type == NPY:
         yield from (
@@ -71,13 +71,13 @@ def files(media_type: str) -> Iterator[bytes]:
                 continue  # tubes and ribbons have no patches
 
 
-def contents() -> Iterator[bytes]:
+def list_contents() -> Iterator[bytes]:
     """Contents of stored surfaces."""
     for name in EXAMPLES:
         yield canonical_content(find(name).surface())
 
 
-def queries() -> Iterator[bytes]:
+def list_queries() -> Iterator[bytes]:
     """Queries of URLs."""
     yield b"resolution=16,32&faces=quads&overlays=control_net,boundary&engine=2&normals=false"
     yield b"tolerance=1e-3&angle_tolerance=.2&max_triangles=2000&two_sided=true&isocurves=4"
@@ -86,7 +86,7 @@ def queries() -> Iterator[bytes]:
     yield from (case.query.encode() for case in FILES if case.query)
 
 
-def headers() -> Iterator[bytes]:
+def list_headers() -> Iterator[bytes]:
     """Values of all headers that the service reads."""
     yield from (
         b"model/gltf-binary;q=0.5, application/json;q=0.1, */*;q=0",
@@ -102,26 +102,26 @@ def headers() -> Iterator[bytes]:
     )
 
 
-def keys() -> Iterator[bytes]:
+def list_keys() -> Iterator[bytes]:
     """Files of API keys."""
     line = entry_line("fuzzer", "sfk_" + "0" * 64).encode()
     yield from (line, line + b"\n# old\n\n" + line.upper(), b"a:", b":" + b"0" * 64)
 
 
-def signed() -> Iterator[bytes]:
-    """Queries with signatures that no signer made."""
+def list_signed_queries() -> Iterator[bytes]:
+    """Queries with invalid signatures."""
     end = b"expires=1999999999&signature=" + b"A" * 43
     yield from (end, b"resolution=2&" + end, end + b"&" + end, b"%65xpires=1&signature=%41")
 
 
-def requests() -> Iterator[bytes]:
-    """Whole requests, some of them several in a row."""
+def list_requests() -> Iterator[bytes]:
+    """Bytes of connections: one request, or several requests."""
     names = (
         b"Accept", b"If-None-Match", b"Accept-Encoding", b"Range", b"traceparent", b"tracestate",
         b"Authorization", b"X-Forwarded-For", b"Content-Type", b"X-Forwarded-Proto",
     )  # fmt: skip
     start = b"GET /v1/surfaces/saddle/mesh.glb?resolution=2 HTTP/1.1\r\nHost: x\r\n"
-    for name, value in zip(names, headers(), strict=True):
+    for name, value in zip(names, list_headers(), strict=True):
         yield start + name + b": " + value + b"\r\n\r\n"
     key = b"Authorization: Bearer sfk_" + b"0123456789abcdef" * 4 + b"\r\n"
     for path in (
@@ -130,7 +130,7 @@ def requests() -> Iterator[bytes]:
         b"/v1/surfaces/saddle/mesh.glb?engine=2&expires=1&signature=AA&key=1",
     ):  # fmt: skip
         yield b"GET " + path + b" HTTP/1.1\r\nHost: x\r\n\r\n"
-    for body in GOOD[:3]:
+    for body in VALID_BODIES[:3]:
         head = b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n" + key
         yield head + b"Content-Length: %d\r\n\r\n" % len(body) + body
         yield head + b"Transfer-Encoding: chunked\r\n\r\n%x;e=1\r\n%b\r\n0\r\nT: 1\r\n\r\n" % (
@@ -147,15 +147,15 @@ def requests() -> Iterator[bytes]:
 
 
 SEEDS: dict[str, Callable[[], Iterator[bytes]]] = {
-    "json": bodies,
-    "npy": lambda: files(NPY),
-    "oogl": lambda: files(OOGL),
-    "teapot": lambda: files(TEAPOT),
-    "query": queries,
-    "content": contents,
-    "header": headers,
-    "keys": keys,
-    "signed": signed,
-    "protocol": requests,
+    "json": list_bodies,
+    "npy": lambda: list_files(NPY),
+    "oogl": lambda: list_files(OOGL),
+    "teapot": lambda: list_files(TEAPOT),
+    "query": list_queries,
+    "content": list_contents,
+    "header": list_headers,
+    "keys": list_keys,
+    "signed": list_signed_queries,
+    "protocol": list_requests,
 }
-"""Functions that make the seeds, by the name of the target."""
+"""Functions that return the first inputs, by name of the target."""

@@ -1,7 +1,7 @@
-"""Targets of fuzzing: each parser as the service calls it, with arbitrary bytes.
+"""Targets of fuzzing: functions that call each parser as the service does, with arbitrary bytes.
 
-A target returns, or raises a `SurfaceError`, which the client gets as an error. Any
-other exception is a finding.
+A target may return, or raise a `SurfaceError`, with which the service refuses a request. Any other
+exception is a finding.
 """
 
 import asyncio
@@ -48,7 +48,7 @@ from tests.server.wire import Wire
 
 KEY = "sfk_" + "0123456789abcdef" * 4
 SECRET = "0123456789abcdef" * 2
-"""The key of the fuzzed requests; no service has it."""
+"""The key and the signing secret of the fuzzed requests, which no service uses."""
 
 LIMITS = DocumentLimits(max_control_points=20_000)
 SETTINGS = Settings(
@@ -67,8 +67,8 @@ SETTINGS = Settings(
 )
 
 
-def json(content: bytes) -> None:
-    """A JSON body, for each operation that has one."""
+def parse_json(content: bytes) -> None:
+    """Parses a body as JSON for each kind of request."""
     DocumentBudget(LIMITS).take(content)
     calls: tuple[Callable[[], object], ...] = (
         lambda: _check_restored(parse_request(SurfaceRequest, content, LIMITS).to_surface()),
@@ -84,21 +84,24 @@ def json(content: bytes) -> None:
 
 
 def _check_restored(surface: Any) -> None:
+    """Raises if a surface that is restored from its stored content has other content."""
     content = canonical_content(surface)
     if canonical_content(restore_surface(content, LIMITS)) != content:
-        raise AssertionError("a surface is not what it was when it was stored")
+        raise AssertionError("a stored surface differs after it is restored")
 
 
-def _file(name: str) -> Callable[[bytes], None]:
-    def target(content: bytes) -> None:
+def _build_file_target(name: str) -> Callable[[bytes], None]:
+    """A target that decodes a file of this format."""
+
+    def decode_file(content: bytes) -> None:
         tree = DECODERS[name].decode(content, None, LIMITS.max_control_points)
         validate_document(SurfaceRequest, {"surface": tree}, LIMITS).to_surface()
 
-    return target
+    return decode_file
 
 
-def query(content: bytes) -> None:
-    """The query of a URL: of a mesh, or beside a file."""
+def parse_query(content: bytes) -> None:
+    """Parses the query of the URL of a mesh, and the query of a request with a file."""
     pairs = parse_qsl(content.decode("latin-1"), keep_blank_values=True)
     try:
         parsed = parse_mesh_query(pairs)
@@ -107,24 +110,24 @@ def query(content: bytes) -> None:
     else:
         written = canonical_query(parsed)
         if canonical_query(parse_mesh_query(parse_qsl(written))) != written:
-            raise AssertionError("the canonical query says something else")
-    beside = document_from_query(pairs)
-    format_by_name(str(beside.get("format")), FORMATS)
+            raise AssertionError("parsing the canonical query gives another query")
+    document = document_from_query(pairs)
+    format_by_name(str(document.get("format")), FORMATS)
 
 
-def content(content: bytes) -> None:
-    """The stored contents."""
+def restore_content(content: bytes) -> None:
+    """Restores a surface from its stored content."""
     _check_restored(restore_surface(content, LIMITS))
 
 
-def header(content: bytes) -> None:
-    """The value of each header that the service reads."""
+def parse_headers(content: bytes) -> None:
+    """Parses the value of each header that the service reads."""
     text = content.decode("latin-1")
     is_any(content)
     parse_tags(content)
     caller_trace_id(content)
     if owner(bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
-        raise AssertionError("something else than the key is taken for it")
+        raise AssertionError("another text is accepted as the key")
     scope = {"client": ("10.0.0.1", 1), "headers": [(b"x-forwarded-for", content)]}
     _PROXIES.set_client(scope)
     calls: tuple[Callable[[], object], ...] = (
@@ -143,8 +146,8 @@ _KEYS = parse_entries([entry_line("fuzzer", KEY)])
 _PROXIES = Proxies(["10.0.0.0/8", "fd00::/8"])
 
 
-def keys(content: bytes) -> None:
-    """The lines of a file of keys, if the content is text."""
+def parse_keys(content: bytes) -> None:
+    """Parses a file of API keys."""
     with suppress(InvalidKeys):
         join_entries(parse_entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
 
@@ -153,8 +156,8 @@ _SIGNER = Signer([SECRET, SECRET[::-1]])
 _PATH = "/v1/surfaces/saddle/mesh.glb"
 
 
-def signed(content: bytes) -> None:
-    """The query of a URL with a signature; only a query that was signed here is accepted."""
+def check_signature(content: bytes) -> None:
+    """Checks the signature of a query; only a query that this target signed may be accepted."""
     try:
         text = _SIGNER.sign(_PATH, content.decode("latin-1"), 2_000_000_000)
     except ValueError:
@@ -163,11 +166,11 @@ def signed(content: bytes) -> None:
         if text.isascii():
             _SIGNER.check(_PATH, text.encode(), 1_900_000_000)
     _SIGNER.check(_PATH, content, 1_900_000_000)
-    raise AssertionError("the service accepted a signature that no signer made")
+    raise AssertionError("the service accepted an invalid signature")
 
 
 class Connection(Wire):
-    """The other end of a connection; bytes that are written after its end are lost."""
+    """The transport that the protocol of the server writes to, also after the connection ended."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -177,26 +180,26 @@ class Connection(Wire):
         self.answer += data
 
 
-class _Live:
-    """The whole service on an event loop of its own, and its failures."""
+class _RunningService:
+    """The application and the HTTP protocol of the server on an event loop, and their failures."""
 
     def __init__(self) -> None:
         self.loop = asyncio.new_event_loop()
         asyncio.set_event_loop(self.loop)
-        self.loop.set_exception_handler(self._failed)
+        self.loop.set_exception_handler(self._add_failure)
         self.failures: list[BaseException] = []
         self.app = create_app(SETTINGS)
-        self.config = make_server(self._watched, SETTINGS, interface="asgi3").config
+        self.config = make_server(self._call_app, SETTINGS, interface="asgi3").config
         self.config.load()
 
-    def speak(self, content: bytes) -> None:
-        """Sends some bytes of a client, which then disconnects."""
+    def receive(self, content: bytes) -> None:
+        """Receives these bytes from a client, which then disconnects; raises the first failure."""
         self.failures.clear()
-        self.loop.run_until_complete(self._speak(content))
+        self.loop.run_until_complete(self._receive(content))
         if self.failures:
             raise self.failures[0]
 
-    async def _speak(self, content: bytes) -> None:
+    async def _receive(self, content: bytes) -> None:
         state, wire = ServerState(), Connection()
         protocol_class: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
         protocol = protocol_class(config=self.config, server_state=state, app_state={})
@@ -214,42 +217,42 @@ class _Live:
         if b"HTTP/1.1 500" in wire.answer:
             self.failures.append(AssertionError("the server itself failed"))
 
-    async def _watched(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def seen(message: Message) -> None:
+    async def _call_app(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def send_checked(message: Message) -> None:
             if message["type"] == "http.response.start" and message["status"] >= 500:
-                self.failures.append(AssertionError(f"answered with {message['status']}"))
+                self.failures.append(AssertionError(f"the status is {message['status']}"))
             await send(message)
 
         try:
-            await self.app(scope, receive, seen)
+            await self.app(scope, receive, send_checked)
         except BaseException as error:
             self.failures.insert(0, error)
             raise
 
-    def _failed(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    def _add_failure(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         self.failures.append(context.get("exception") or AssertionError(context["message"]))
 
 
-_live: list[_Live] = []
+_service: list[_RunningService] = []
 
 
-def protocol(content: bytes) -> None:
-    """Bytes on a connection, into the server with everything behind it."""
-    if not _live:
-        _live.append(_Live())
-    _live[0].speak(content)
+def receive_connection(content: bytes) -> None:
+    """Sends bytes on a connection to the server and the application."""
+    if not _service:
+        _service.append(_RunningService())
+    _service[0].receive(content)
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
-    "json": json,
-    "npy": _file("npy"),
-    "oogl": _file("oogl"),
-    "teapot": _file("teapot"),
-    "query": query,
-    "content": content,
-    "header": header,
-    "keys": keys,
-    "signed": signed,
-    "protocol": protocol,
+    "json": parse_json,
+    "npy": _build_file_target("npy"),
+    "oogl": _build_file_target("oogl"),
+    "teapot": _build_file_target("teapot"),
+    "query": parse_query,
+    "content": restore_content,
+    "header": parse_headers,
+    "keys": parse_keys,
+    "signed": check_signature,
+    "protocol": receive_connection,
 }
-"""The targets by name."""
+"""The targets by their names on the command line."""

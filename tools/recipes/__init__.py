@@ -1,1 +1,1 @@
-"""Checks the recipes of CONTRIBUTING.md with small examples ("toys") in a copy of this checkout."""
+"""Follows the recipes of CONTRIBUTING.md with small examples ("toys") in a copy of the checkout."""

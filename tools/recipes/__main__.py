@@ -1,9 +1,10 @@
-"""Follows every recipe of CONTRIBUTING.md with a toy, then leaves out each of its steps in turn.
+"""Follows every recipe of CONTRIBUTING.md with a toy, then again without one of its steps.
 
     python -m tools.recipes [NAME …]
 
-A recipe holds if it touches at most its number of files, not counting generated ones; if the tests
-pass after all steps; and if, without one step, a test fails and names the file.
+A recipe passes if it changes at most the number of files that it states, without generated files;
+if the tests pass after all steps; and if, without any one of the steps, a test fails and its output
+names the file of the step.
 """
 
 import argparse
@@ -32,44 +33,44 @@ GENERATED = (
     "{node} tests/web/types.js > types.d.ts && mv types.d.ts openapi/surface-service.d.ts",
     "{python} -m tools.pages",
 )
-"""The command that `make generated` runs."""
+"""The commands of `make generated`."""
 
 COMMON = ("tests/test_openapi.py", "tests/tools/test_pages.py", "tests/test_house.py")
-"""Tests that run for every recipe, in addition to its own."""
+"""Tests that run for every recipe, in addition to the tests of the recipe."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(RECIPES))
     chosen = parser.parse_args().names or list(RECIPES)
-    faults = [fault for name in chosen for fault in follow(name, RECIPES[name])]
+    faults = [fault for name in chosen for fault in check_recipe(name, RECIPES[name])]
     sys.exit("\n".join(faults) or 0)
 
 
-def follow(name: str, recipe: Recipe) -> Iterable[str]:
-    """The faults of a recipe; prints a line for each trial."""
+def check_recipe(name: str, recipe: Recipe) -> Iterable[str]:
+    """The faults of a recipe. Prints a line for each run of the tests."""
     count = len({step.path for step in recipe.steps})
-    print(f"{name}: {count} files of at most {recipe.most}", flush=True)
-    if count > recipe.most:
-        yield f"{name}: touches {count} files, needed at most {recipe.most}"
-    failed = trial(recipe, recipe.steps)
-    print(f"  all steps: {'passes' if not failed else 'FAILS'}", flush=True)
-    if failed:
-        yield f"{name}: fails with all its steps\n{failed[-3000:]}"
+    print(f"{name}: {count} files of at most {recipe.max_files}", flush=True)
+    if count > recipe.max_files:
+        yield f"{name}: changes {count} files, allowed are {recipe.max_files}"
+    output = try_steps(recipe, recipe.steps)
+    print(f"  all steps: {'passes' if not output else 'FAILS'}", flush=True)
+    if output:
+        yield f"{name}: fails with all its steps\n{output[-3000:]}"
     for step in recipe.steps:
         if step.path.startswith("tests/"):
             continue
-        failed = trial(recipe, [other for other in recipe.steps if other is not step])
+        output = try_steps(recipe, [other for other in recipe.steps if other is not step])
         words = {step.path, Path(step.path).stem, ".".join(Path(step.path).with_suffix("").parts)}
-        is_named = any(re.search(rf"\b{re.escape(word)}\b", failed) for word in words)
-        verdict = "a test names it" if is_named else "NOT NAMED" if failed else "PASSES"
+        is_named = any(re.search(rf"\b{re.escape(word)}\b", output) for word in words)
+        verdict = "a test names it" if is_named else "NOT NAMED" if output else "PASSES"
         print(f"  without {step.path}: {verdict}", flush=True)
         if not is_named:
-            yield f"{name}: without {step.path}: {verdict}\n{failed[-1500:]}"
+            yield f"{name}: without {step.path}: {verdict}\n{output[-1500:]}"
 
 
-def trial(recipe: Recipe, steps: Iterable[Step]) -> str:
-    """The output of the tests in a copy where these steps were done; empty if all pass."""
+def try_steps(recipe: Recipe, steps: Iterable[Step]) -> str:
+    """The output of the tests in a copy of the checkout with these steps; empty if they pass."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         listed = _run(ROOT, "git ls-files --cached --others --exclude-standard")
@@ -78,17 +79,17 @@ def trial(recipe: Recipe, steps: Iterable[Step]) -> str:
                 (copy / path).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / path, copy / path)
         for step in steps:
-            step.do(copy)
+            step.apply(copy)
         (copy / "tests/web/node_modules").symlink_to(NODE_MODULES)
         for command in GENERATED:
-            done = _run(copy, command.format(python=sys.executable, node=find_program("node")))
-            if done.returncode:
-                return done.stdout
+            result = _run(copy, command.format(python=sys.executable, node=find_program("node")))
+            if result.returncode:
+                return result.stdout
         all_tests = (*recipe.tests, *COMMON)
         tests = [test for test in all_tests if (copy / test.partition("::")[0]).exists()]
         pytest = f"{sys.executable} -m pytest -q --maxfail=3 --no-header -p no:cacheprovider"
-        done = _run(copy, f"{pytest} {' '.join(tests)}")
-        return done.stdout if done.returncode else ""
+        result = _run(copy, f"{pytest} {' '.join(tests)}")
+        return result.stdout if result.returncode else ""
 
 
 def _run(copy: Path, command: str) -> subprocess.CompletedProcess[str]:

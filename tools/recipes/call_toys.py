@@ -3,11 +3,11 @@
 from tools.recipes.steps import Recipe, Step
 
 ENDPOINT = Recipe(
-    most=5,
+    max_files=5,
     steps=(
         Step(
             "service/schemas/crate.py",
-            '''"""A surface to put into a crate, as a document says it."""
+            '''"""The request of a crate for a surface."""
 
 from pydantic import Field
 
@@ -15,14 +15,14 @@ from service.schemas.request import SurfaceRequest
 
 
 class CrateRequest(SurfaceRequest):
-    """A surface, and how much room it needs on every side."""
+    """A surface, and the margin on every side of its crate."""
 
-    margin: float = Field(default=0.0, ge=0, le=1e6, description="Room on every side.")
+    margin: float = Field(default=0.0, ge=0, le=1e6, description="The margin on every side.")
 ''',
         ),
         Step(
             "service/pipeline/crate.py",
-            '''"""A surface in, the crate that holds it out."""
+            '''"""Computes the crate (an axis-aligned box with a margin) that contains a surface."""
 
 from dataclasses import dataclass
 
@@ -37,14 +37,14 @@ from service.surface.sizes import SurfaceKind
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CrateWork:
-    """A crate that may be computed."""
+    """The work on one crate, within the limits."""
 
     surface: SurfaceKind
     margin: float
     cost: Cost
 
     def run(self) -> bytes:
-        """The answer as JSON."""
+        """The corners of the crate as JSON."""
         with Measured("crate"):
             low, high = self.surface.lower().bounds
             return json_text({"low": low - self.margin, "high": high + self.margin})
@@ -61,13 +61,13 @@ def plan_crate(
         ),
         Step(
             "service/api/models/crate.py",
-            '''"""Answers about crates as JSON."""
+            '''"""The response to the request of a crate."""
 
 from service.api.models.meshes import ResponseModel, Vector
 
 
 class Crate(ResponseModel):
-    """A box that holds the surface."""
+    """A box that contains the surface."""
 
     low: Vector
     """Least coordinates."""
@@ -77,7 +77,7 @@ class Crate(ResponseModel):
         ),
         Step(
             "service/api/routes/evaluation.py",
-            behind=(
+            insertions=(
                 (
                     "from service.api.body import BodyRoute\n",
                     """from service.api.models.crate import Crate
@@ -98,7 +98,7 @@ show_responses(
     "packSurface",
     _CRATES,
     CrateRequest,
-    lambda wanted: plan_crate(wanted.to_surface(), wanted.margin).run(),
+    lambda document: plan_crate(document.to_surface(), document.margin).run(),
 )
 
 
@@ -112,10 +112,10 @@ show_responses(
     responses={200: success(), **POST_ERRORS},
     openapi_extra=json_body(_CRATES),
 )
-async def pack_surface(wanted: CrateRequest, context: ContextDep) -> Response:
-    """Finds a box that holds the surface."""
+async def pack_surface(body: CrateRequest, context: ContextDep) -> Response:
+    """Computes a box that contains the surface."""
     services, job, *_ = context
-    work = plan_crate(wanted.to_surface(), wanted.margin, services.limits)
+    work = plan_crate(body.to_surface(), body.margin, services.limits)
     return bytes_response(await job.run(work, "crate"), job)
 
 ''',
@@ -129,8 +129,8 @@ async def pack_surface(wanted: CrateRequest, context: ContextDep) -> Response:
 
 def test_a_square_has_a_flat_crate(client: Client) -> None:
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
-    answer = client.post("/v1/crate", {"surface": {"control_net": net}, "margin": 1})
-    assert answer.json() == {"low": [-1, -1, -1], "high": [2, 2, 1]}
+    response = client.post("/v1/crate", {"surface": {"control_net": net}, "margin": 1})
+    assert response.json() == {"low": [-1, -1, -1], "high": [2, 2, 1]}
 """,
         ),
     ),
@@ -142,7 +142,7 @@ def test_a_square_has_a_flat_crate(client: Client) -> None:
 )
 
 COMMAND = Recipe(
-    most=3,
+    max_files=3,
     steps=(
         Step(
             "service/cli/kinds.py",
@@ -170,7 +170,7 @@ def _run(_: argparse.Namespace) -> int:
         ),
         Step(
             "service/cli/main.py",
-            behind=(("    key,\n", "    kinds,\n"), ("COMMANDS = (\n", "    kinds,\n")),
+            insertions=(("    key,\n", "    kinds,\n"), ("COMMANDS = (\n", "    kinds,\n")),
         ),
         Step(
             "tests/cli/test_kinds.py",

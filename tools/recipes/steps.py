@@ -1,4 +1,4 @@
-"""The types of recipes: steps in a checkout, and the tests that judge the result."""
+"""The types of a recipe: its steps in a checkout, and the tests of the result."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,30 +6,34 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Step:
-    """A step: writes a new file with a text, or inserts texts behind given texts of a file.
+    """One step: writes a new file, or inserts texts into a file.
 
-    `path` is relative to the checkout.
+    `path` is the path of the file in the checkout, and `text` the text of a new file. `insertions`
+    are pairs of a text of the file, and a text that is inserted after it.
     """
 
     path: str
     text: str = ""
-    behind: tuple[tuple[str, str], ...] = ()
+    insertions: tuple[tuple[str, str], ...] = ()
 
-    def do(self, checkout: Path) -> None:
-        """Carries out the step in a checkout."""
+    def apply(self, checkout: Path) -> None:
+        """Writes or changes the file in a checkout."""
         file = checkout / self.path
-        text = file.read_text(encoding="utf-8") if self.behind else self.text
-        for place, added in self.behind:
-            before, separator, after = text.partition(place)
-            assert separator, f"{self.path}: {place!r} is not there"
+        text = file.read_text(encoding="utf-8") if self.insertions else self.text
+        for anchor, added in self.insertions:
+            before, separator, after = text.partition(anchor)
+            assert separator, f"{self.path} does not contain {anchor!r}"
             text = before + separator + added + after
         file.write_text(text, encoding="utf-8")
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Steps, the most files that they may touch, and tests in addition to the common ones."""
+    """The steps of a recipe, the largest number of files that they may change, and its tests.
 
-    most: int
+    `tests` are run in addition to the tests for all recipes.
+    """
+
+    max_files: int
     steps: tuple[Step, ...]
     tests: tuple[str, ...]

@@ -3,11 +3,11 @@
 from tools.recipes.steps import Recipe, Step
 
 FORMAT = Recipe(
-    most=3,
+    max_files=3,
     steps=(
         Step(
             "service/encoders/xyz.py",
-            '''"""Points alone, a line each: x y z."""
+            '''"""Encodes the vertices of a mesh as text, one line for each: x y z."""
 
 from service.encoders.format import EncodeOptions, MeshSize
 from service.engine.mesh.mesh_value import Mesh
@@ -19,13 +19,13 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
-    """Bytes at most."""
+    """An upper bound of the number of bytes."""
     return size.vertices * 3 * 25
 ''',
         ),
         Step(
             "service/encoders/registry.py",
-            behind=(
+            insertions=(
                 (
                     "from collections.abc import Mapping\n",
                     "from service.encoders import xyz\n",
@@ -37,7 +37,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
 """,
                     """    Format(
         name="xyz",
-        title="Points, a line each",
+        title="Points as text",
         media_type="text/x-xyz",
         suffix="xyz",
         single=False,
@@ -75,21 +75,21 @@ def test_a_line_for_every_vertex() -> None:
 )
 
 OPTION = Recipe(
-    most=4,
+    max_files=4,
     steps=(
         Step(
             "service/engine/options.py",
-            behind=(("    curvatures: bool = False\n", "    inside_out: bool = False\n"),),
+            insertions=(("    curvatures: bool = False\n", "    inside_out: bool = False\n"),),
         ),
         Step(
             "service/schemas/options.py",
-            behind=(
+            insertions=(
                 (
                     '    """The options of a mesh. All may be left out."""\n',
                     """
     inside_out: bool = Field(
         default=_DEFAULTS.inside_out,
-        description="Whether faces are seen from behind.",
+        description="Whether the winding of all faces is reversed.",
         examples=[True],
     )
 """,
@@ -98,7 +98,7 @@ OPTION = Recipe(
         ),
         Step(
             "service/engine/tessellate.py",
-            behind=(
+            insertions=(
                 (
                     "    rows = fill_vertices(rows, plan)\n",
                     """    if options.inside_out:
@@ -116,10 +116,10 @@ from service.engine.tessellate import tessellate
 from tests.examples import lower_patches
 
 
-def test_tessellate_turns_faces() -> None:
+def test_tessellate_reverses_faces() -> None:
     model = lower_patches("saddle")
-    plain, turned = (tessellate(model, MeshOptions(inside_out=b)) for b in (False, True))
-    assert np.array_equal(plain.triangles[:, ::-1], turned.triangles)
+    plain, reversed_mesh = (tessellate(model, MeshOptions(inside_out=b)) for b in (False, True))
+    assert np.array_equal(plain.triangles[:, ::-1], reversed_mesh.triangles)
 """,
         ),
     ),
@@ -132,7 +132,7 @@ def test_tessellate_turns_faces() -> None:
 )
 
 KIND = Recipe(
-    most=6,
+    max_files=6,
     steps=(
         Step(
             "service/surface/ramp.py",
@@ -151,7 +151,7 @@ from service.surface.sizes import SurfaceKind, SurfaceSize, tensor_size
 
 @dataclass(frozen=True, slots=True)
 class RampSurface(SurfaceKind):
-    """A ramp of this height."""
+    """A flat patch that rises from z = 0 at u = 0 to this height at u = 1."""
 
     height: float
     up: Up = "y"
@@ -168,7 +168,7 @@ class RampSurface(SurfaceKind):
         ),
         Step(
             "service/surface/__init__.py",
-            behind=(
+            insertions=(
                 (
                     "from service.surface.patches import PatchSurface\n",
                     "from service.surface.ramp import RampSurface\n",
@@ -178,7 +178,7 @@ class RampSurface(SurfaceKind):
         ),
         Step(
             "service/schemas/ramp.py",
-            '''"""A ramp as a document says it."""
+            '''"""The JSON of a ramp."""
 
 from typing import Any, Literal
 
@@ -197,18 +197,18 @@ class RampDefinition(StrictModel):
     name: NameField = "surface"
 
     def to_surface(self) -> RampSurface:
-        """The surface itself."""
+        """The surface that the document defines."""
         return RampSurface(self.height, self.up, self.name)
 
 
 def define(surface: RampSurface) -> dict[str, Any]:
-    """The surface in the language of requests."""
+    """The JSON of the surface."""
     return {"type": "ramp", "height": surface.height, "up": surface.up, "name": surface.name}
 ''',
         ),
         Step(
             "service/schemas/surfaces.py",
-            behind=(
+            insertions=(
                 ("from functools import partial\n", "from service.schemas import ramp\n"),
                 (
                     "from service.surface.patches import PatchSurface\n",
@@ -227,7 +227,7 @@ def define(surface: RampSurface) -> dict[str, Any]:
         ),
         Step(
             "service/api/openapi/requests.json",
-            behind=(
+            insertions=(
                 (
                     '  "createMesh": {\n',
                     """    "ramp": {

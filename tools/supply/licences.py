@@ -1,6 +1,6 @@
-"""Writes `docs/licences.md`: the packages of other projects in the service, and their licences.
+"""Writes `docs/licences.md`, a list of the packages of other projects and of their licences.
 
-`python -m tools.supply.licences` fails for a licence that the project does not allow.
+`python -m tools.supply.licences` fails if a package has a licence that this project does not allow.
 """
 
 import re
@@ -10,7 +10,7 @@ from importlib.metadata import Distribution
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
-from tools.supply.packages import ROOT, needed, scripts
+from tools.supply.packages import ROOT, list_packages, list_scripts
 
 PAGE = ROOT / "docs" / "licences.md"
 
@@ -18,8 +18,9 @@ ALLOWED = {
     "0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MPL-2.0",
     "PSF-2.0", "Unlicense", "Zlib",
 }  # fmt: skip
-"""Licences (SPDX) of packages that the service may ship unchanged. They require that their text is
-shipped too, which it is. MPL-2.0 also requires that changes of its files are published."""
+"""Licences (SPDX) of packages that may be shipped with the service, unchanged. They require that
+their text is shipped, too; each package contains it. MPL-2.0 also requires that changes of its
+files are published."""
 
 READ = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
@@ -27,9 +28,9 @@ READ = {
     "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
     "uvloop": ("MIT License; Apache Software License; MIT License", "MIT OR Apache-2.0"),
 }
-"""Packages without an SPDX expression: their own statement, and the licence that a person read in
-their licence files (obstore has no such file). If a statement changes, a person must read the
-licence again."""
+"""Packages without an SPDX expression: the statement in their metadata, and the licence that a
+person read in their licence files (obstore has no licence file). If a statement changes, a person
+must read the licence again."""
 
 INTRODUCTION = """\
 # Licences
@@ -49,34 +50,34 @@ their texts.
 """
 
 
-class Unread(Exception):
-    """The licence of a package has not been read yet, or is not one that we allow."""
+class UnknownLicence(Exception):
+    """A person has not read the licence of a package yet, or the licence is not allowed."""
 
 
-def licence(package: Distribution) -> str:
+def find_licence(package: Distribution) -> str:
     """The licence of a package as an SPDX expression.
 
     Raises
     ------
     Unread
-        The package states no licence expression, and its licence has not been read.
+        The metadata have no SPDX expression, and no person has read the licence.
     """
     for field in ("License-Expression", "License"):
         with suppress(InvalidLicenseExpression):
             return str(canonicalize_license_expression(_first_line(package, field)))
     declared, expected = READ.get(package.name.lower(), (None, ""))
-    if statement(package) != declared:
-        raise Unread(
-            f"{package.name} says {statement(package)!r}: read its licence, and add it to READ"
+    if read_statement(package) != declared:
+        raise UnknownLicence(
+            f"{package.name} says {read_statement(package)!r}: read its licence, and add it to READ"
         )
     return expected
 
 
-def statement(package: Distribution) -> str:
-    """The licence fields of a package that states no expression."""
+def read_statement(package: Distribution) -> str:
+    """The texts of the licence fields of a package that has no SPDX expression."""
     classifiers = package.metadata.get_all("Classifier") or []
-    named = [c.rpartition(" :: ")[2] for c in classifiers if c.startswith("License :: ")]
-    return "; ".join(filter(None, [_first_line(package, "License"), *named]))
+    names = [c.rpartition(" :: ")[2] for c in classifiers if c.startswith("License :: ")]
+    return "; ".join(filter(None, [_first_line(package, "License"), *names]))
 
 
 def _first_line(package: Distribution, field: str) -> str:
@@ -84,7 +85,7 @@ def _first_line(package: Distribution, field: str) -> str:
     return str(text).partition("\n")[0]
 
 
-def check(name: str, expression: str) -> str:
+def check_licence(name: str, expression: str) -> str:
     """The expression, if all licences that it names are allowed, alternatives included.
 
     Raises
@@ -92,26 +93,28 @@ def check(name: str, expression: str) -> str:
     Unread
         The expression names a licence that is not allowed.
     """
-    named = set(re.findall(r"[^\s()]+", expression)) - {"AND", "OR", "WITH"}
-    if not named or named - ALLOWED:
-        raise Unread(f"{name}: {expression!r} is not allowed")
+    names = set(re.findall(r"[^\s()]+", expression)) - {"AND", "OR", "WITH"}
+    if not names or names - ALLOWED:
+        raise UnknownLicence(f"{name}: {expression!r} is not allowed")
     return expression
 
 
-def page() -> str:
-    """The text of the page."""
+def write_page() -> str:
+    """The text of `docs/licences.md`."""
     lines = ["| Python package | version | licence |", "| --- | --- | --- |"]
-    for name, each in needed().items():
-        lines.append(f"| {each.name} | {each.version} | {check(name, licence(each))} |")
+    for name, each in list_packages().items():
+        lines.append(
+            f"| {each.name} | {each.version} | {check_licence(name, find_licence(each))} |"
+        )
     lines += ["", "| npm package | version | licence |", "| --- | --- | --- |"]
-    for script in scripts():
-        terms = check(script.name, str(canonicalize_license_expression(script.licence)))
+    for script in list_scripts():
+        terms = check_licence(script.name, str(canonicalize_license_expression(script.licence)))
         lines.append(f"| {script.name} | {script.version} | {terms} |")
     return INTRODUCTION + "\n".join([*lines, ""])
 
 
 if __name__ == "__main__":
     try:
-        PAGE.write_text(page(), encoding="utf-8")
-    except Unread as problem:
+        PAGE.write_text(write_page(), encoding="utf-8")
+    except UnknownLicence as problem:
         sys.exit(str(problem))

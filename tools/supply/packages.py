@@ -1,4 +1,4 @@
-"""Other projects' software in the image: installed Python packages, and scripts of pages."""
+"""The packages of other projects in the image: Python packages, and npm packages of the pages."""
 
 import json
 import tomllib
@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 LOCK = ROOT / "web" / "package-lock.json"
 
 BUNDLED = ("swagger-ui-dist", "three")
-"""The npm packages whose files the service serves; the others only build them."""
+"""The npm packages whose files the service serves; others are needed only to build these files."""
 
 PLATFORM = {
     "python_version": "3.11",
@@ -26,12 +26,12 @@ PLATFORM = {
     "sys_platform": "linux",
     "platform_system": "Linux",
 }
-"""The Python of the image; conditions of dependencies are evaluated for it, on every machine."""
+"""The Python of the image. The conditions of dependencies are evaluated for it, on any machine."""
 
 
 @dataclass(frozen=True)
 class Script:
-    """An npm package that pages load; `integrity` is as the lock file has it."""
+    """An npm package that pages load; `integrity` is its checksum in the lock file."""
 
     name: str
     version: str
@@ -39,13 +39,13 @@ class Script:
     integrity: str
 
 
-def needed() -> dict[str, Distribution]:
-    """The packages that the service needs with all its extras, directly or not, by name.
+def list_packages() -> dict[str, Distribution]:
+    """The packages that the service needs directly or indirectly, with all its extras, by name.
 
     Raises
     ------
     PackageNotFoundError
-        A package is not installed, for example because another Python needs other packages.
+        A package is not installed, for example because this is not the Python of the image.
     """
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     optional = project["optional-dependencies"]
@@ -67,7 +67,7 @@ def needed() -> dict[str, Distribution]:
     return dict(sorted(distributions.items()))
 
 
-def scripts() -> list[Script]:
+def list_scripts() -> list[Script]:
     """The npm packages that pages load, with the versions of the lock file."""
     packages = json.loads(LOCK.read_text(encoding="utf-8"))["packages"]
     locked = {name: packages[f"node_modules/{name}"] for name in BUNDLED}

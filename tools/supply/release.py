@@ -1,6 +1,7 @@
-"""Checks whether this checkout may be tagged, beyond the tests: `make release-check`.
+"""Checks, in addition to the tests, whether this checkout may be tagged: `make release-check`.
 
-`docs/release.md` has the steps before and after it.
+`docs/release.md` has the steps before and after this check. Each check is a function that returns
+the fault, or an empty text.
 """
 
 import hashlib
@@ -21,7 +22,7 @@ GOLDEN = "tests/golden"
 ENGINE_FILE = "service/engine/mesh/report.py"
 
 
-def git(*arguments: str) -> str:
+def run_git(*arguments: str) -> str:
     """The output of git; empty if it fails."""
     done = subprocess.run(
         ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
@@ -30,22 +31,22 @@ def git(*arguments: str) -> str:
 
 
 def nothing_uncommitted() -> str:
-    """Fails for changes that are not committed."""
-    return git("status", "--porcelain")
+    """The changes that are not committed."""
+    return run_git("status", "--porcelain")
 
 
 def tag_is_new() -> str:
-    """Fails for a version that has a tag already."""
-    return git("tag", "--list", TAG) and f"{TAG} exists: raise service/__init__.py"
+    """The fault that this version has a tag already."""
+    return run_git("tag", "--list", TAG) and f"{TAG} exists: raise service/__init__.py"
 
 
 def changelog_is_closed() -> str:
-    """Fails if CHANGELOG.md has entries that are not under this version."""
-    return unreleased((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), __version__)
+    """The fault that CHANGELOG.md has entries that are not under this version."""
+    return find_changelog_fault((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), __version__)
 
 
-def unreleased(changelog: str, version: str) -> str:
-    """The faults of a changelog whose newest version must be this one."""
+def find_changelog_fault(changelog: str, version: str) -> str:
+    """The fault of a changelog, if this version is not its newest or has no section of its own."""
     sections = re.split(r"^## ", changelog, flags=re.MULTILINE)[1:]
     titles = [section.partition("\n")[0] for section in sections]
     news = [s for s in sections if s.startswith("[Unreleased]") and s.partition("\n")[2].strip()]
@@ -58,24 +59,26 @@ def unreleased(changelog: str, version: str) -> str:
 
 
 def engine_is_raised() -> str:
-    """Fails if golden files changed but ENGINE did not: caches keep URLs with `engine=N` for
-    ever."""
-    before = git("describe", "--tags", "--abbrev=0", "--match", "v*")
-    if not before or not git("diff", "--name-only", before, "--", GOLDEN):
+    """The fault that golden files changed since the last tag, but ENGINE did not.
+
+    Caches keep URLs with `engine=N` for ever, so other numbers need another N.
+    """
+    before = run_git("describe", "--tags", "--abbrev=0", "--match", "v*")
+    if not before or not run_git("diff", "--name-only", before, "--", GOLDEN):
         return ""
-    match = re.search(r"^ENGINE = (\d+)$", git("show", f"{before}:{ENGINE_FILE}"), re.MULTILINE)
+    match = re.search(r"^ENGINE = (\d+)$", run_git("show", f"{before}:{ENGINE_FILE}"), re.MULTILINE)
     if match and int(match[1]) == ENGINE:
         return f"{GOLDEN} is not as in {before}, and ENGINE is still {ENGINE}: read what changed"
     return ""
 
 
 def wheel_is_reproducible() -> str:
-    """Fails if two builds of the wheel have different bytes."""
+    """The fault that two builds of the wheel have different bytes."""
     checksums = set()
     for _ in range(2):
         with tempfile.TemporaryDirectory() as folder:
             command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps"]
-            time = git("log", "-1", "--format=%ct") or "0"
+            time = run_git("log", "-1", "--format=%ct") or "0"
             environment = {**os.environ, "SOURCE_DATE_EPOCH": time}
             subprocess.run(
                 [*command, "--wheel-dir", folder, str(ROOT)], env=environment, check=True
@@ -91,13 +94,13 @@ CHECKS: tuple[Callable[[], str], ...] = (
 
 
 def main() -> int:
-    """Prints the result of each check; returns 0 if all pass."""
-    wrong = 0
+    """Prints the result of each check; returns 0 if there are no faults."""
+    faults = 0
     for check in CHECKS:
-        problem = check()
-        wrong += bool(problem)
-        print(f"  {check.__name__.replace('_', ' '):<24} {problem or 'yes'}")
-    return min(wrong, 1)
+        fault = check()
+        faults += bool(fault)
+        print(f"  {check.__name__.replace('_', ' '):<24} {fault or 'yes'}")
+    return min(faults, 1)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""The bill of materials of the service, in CycloneDX's JSON: `make sbom`.
+"""Writes the bill of materials of the service as CycloneDX JSON: `make sbom`.
 
     python -m tools.supply.sbom PYTHON OUTPUT
 
-PYTHON is a Python in which only the service is installed. cyclonedx-py lists its packages; this
-program adds the npm packages of the pages, and checks the list against the schema. The list has no
-time and no random number, so the same packages give the same bytes.
+PYTHON is a Python in which only the service is installed. The program cyclonedx-py lists its
+packages; this program adds the npm packages of the pages, and validates the bill by the schema. The
+bill has no time and no random number, so the same packages give the same bytes.
 """
 
 import base64
@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from service import __version__
-from tools.supply.packages import ROOT, Script, scripts
+from tools.supply.packages import ROOT, Script, list_scripts
 
 SPECIFICATION = "1.6"
 
 
 def list_python_packages(python: str) -> dict[str, Any]:
-    """The packages that cyclonedx-py finds installed, with the service as main component."""
+    """The bill of the installed Python packages, with the service as main component."""
     command = [
         sys.executable, "-m", "cyclonedx_py", "environment", "--output-reproducible",
         "--spec-version", SPECIFICATION, "--output-format", "JSON",
@@ -48,18 +48,22 @@ def build_component(script: Script) -> dict[str, Any]:
 
 
 def add_scripts(bill: dict[str, Any]) -> dict[str, Any]:
-    """The list with the packages of pages, and with the service's version, which pyproject.toml
-    does not have."""
+    """The bill with the npm packages of the pages, and with the version of the service.
+
+    cyclonedx-py does not know the version, because it is not in pyproject.toml.
+    """
     main = {**bill["metadata"]["component"], "version": __version__}
     main_ref = main["bom-ref"]
-    more = [build_component(script) for script in scripts()]
+    components = [build_component(script) for script in list_scripts()]
     needs = {each["ref"]: each.get("dependsOn", []) for each in bill["dependencies"]}
-    needs[main_ref] = [*needs.get(main_ref, []), *(each["bom-ref"] for each in more)]
-    needs |= {each["bom-ref"]: [] for each in more}
+    needs[main_ref] = [*needs.get(main_ref, []), *(each["bom-ref"] for each in components)]
+    needs |= {each["bom-ref"]: [] for each in components}
     return {
         **bill,
         "metadata": {**bill["metadata"], "component": main},
-        "components": sorted([*bill["components"], *more], key=lambda each: str(each["bom-ref"])),
+        "components": sorted(
+            [*bill["components"], *components], key=lambda each: str(each["bom-ref"])
+        ),
         "dependencies": [
             {"ref": ref, **({"dependsOn": sorted(on)} if on else {})}
             for ref, on in sorted(needs.items())
@@ -68,9 +72,8 @@ def add_scripts(bill: dict[str, Any]) -> dict[str, Any]:
 
 
 def main(python: str, output: str) -> None:
-    """Writes the list if it is valid by its schema."""
-    # These modules are not in the environment of the tests: this program runs in a Python of its
-    # own.
+    """Writes the bill, if it is valid by its schema."""
+    # This program runs in a Python of its own. The Python of the tests does not have these modules.
     validation = importlib.import_module("cyclonedx.validation.json")
     version = importlib.import_module("cyclonedx.schema").SchemaVersion.V1_6
     text = json.dumps(add_scripts(list_python_packages(python)), indent=2, sort_keys=True) + "\n"

@@ -19,7 +19,7 @@ from tests.oracles.deviation import measure_surface_to_mesh
 from tests.oracles.sheets import build_sheets
 from tests.strategies import Array, build_cube, build_model
 from tools.certify.closing import NEARLY, RESOLUTION
-from tools.certify.nearly import body, soup
+from tools.certify.nearly import build_closed_spline, separate_patches
 
 COARSE = Accuracy(relative_tolerance=1e-1)
 
@@ -84,7 +84,9 @@ def test_the_bound_includes_the_movement(options: dict[str, Any]) -> None:
 
 def test_equal_points_keep_their_bits_and_others_move_little() -> None:
     """If no points are near, none moves; else positions differ at most by the reported movement."""
-    exact = soup(body(np.random.default_rng(3), has_poles=False).lower().batches[0]).lower()
+    exact = separate_patches(
+        build_closed_spline(np.random.default_rng(3), has_poles=False).lower().batches[0]
+    ).lower()
     assert join(exact, 1e-12)[0] is exact
     model = build_model(add_noise(build_cube(), 1e-13))
     options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
