@@ -1,4 +1,4 @@
-"""Processors and libraries with other rounding have other names."""
+"""The name of the arithmetic differs between processors and libraries that round differently."""
 
 import os
 import platform
@@ -10,19 +10,19 @@ from threadpoolctl import threadpool_info
 from tests.programs import run_python
 
 OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1")}
-"""Two kinds of processor whose code runs on all that are in use."""
+"""Two processors whose code in OpenBLAS runs on all processors of the same architecture."""
 
 PROGRAM = "from service.encoders.arithmetic import describe_platform; print(describe_platform())"
 
 
 def name_with_core(core: str) -> str:
-    """The name in a process whose BLAS uses the code for another processor."""
+    """The name of the arithmetic in a process whose OpenBLAS uses the code for processor `core`."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": core}
     return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
 
 
-def test_another_processor_is_another_arithmetic() -> None:
+def test_the_name_depends_on_the_processor() -> None:
     if not any(library["internal_api"] == "openblas" for library in threadpool_info()):
-        pytest.skip("only OpenBLAS can compute as for another processor")
-    one, other = OLD_CORES[platform.machine()]
-    assert name_with_core(one) != name_with_core(other)
+        pytest.skip("only OpenBLAS can use the code for another processor")
+    first_core, second_core = OLD_CORES[platform.machine()]
+    assert name_with_core(first_core) != name_with_core(second_core)

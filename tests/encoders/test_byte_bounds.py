@@ -1,4 +1,4 @@
-"""No file is longer than its bound from the shapes, for any numbers."""
+"""No file is longer than the bound that is computed from the size of its mesh."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ from tests.meshes import (
     to_single,
 )
 
-LARGEST = float(np.finfo(np.float32).max)
+MAX_FLOAT32 = float(np.finfo(np.float32).max)
 FORMS: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
 COMPACT: list[dict[str, Any]] = [
     {"quantize": quantize, "compression": compression}
@@ -41,8 +41,10 @@ COMPACT: list[dict[str, Any]] = [
     for compression in ("none", "meshopt")
     if compression == "none" or meshopt.is_available()
 ]
-AWKWARD = -1.2345678901234567e-305
-"""A float64 with the largest number of characters."""
+LONGEST_FLOAT64 = -1.2345678901234567e-305
+"""A float64 whose text has the largest number of characters."""
+LONGEST_FLOAT32 = np.float32(-1.1754944e-38)
+"""A float32 whose text has the largest number of characters."""
 
 each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 
@@ -50,14 +52,15 @@ each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def measure_forms(
     fmt: Format, mesh: Mesh, compact: Sequence[dict[str, Any]] = COMPACT
 ) -> list[tuple[int, int]]:
-    """Bytes of the mesh, and their predicted bound, in every form of a format that can store it.
+    """Lengths in bytes of the file and their bounds, in each form of a format for the mesh.
 
-    The bound does not predict the compression of `compact` forms.
+    Formats that can quantize or compress are also tested with each of the options in `compact`.
+    Forms that cannot store the mesh are left out.
     """
     sizes = []
-    choices = [EncodeOptions(form) for form in (FORMS if fmt.name == "oogl" else [None])]
-    choices += [replace(choices[0], **choice) for choice in compact if fmt.compact]
-    for options in choices:
+    all_options = [EncodeOptions(form) for form in (FORMS if fmt.name == "oogl" else [None])]
+    all_options += [replace(all_options[0], **choice) for choice in compact if fmt.compact]
+    for options in all_options:
         try:
             length = len(fmt.encode(move_to_grid(mesh) if options.quantize else mesh, options))
         except UnsupportedByFormat:
@@ -74,14 +77,18 @@ def move_to_grid(mesh: Mesh) -> Mesh:
 @each_format
 @settings(max_examples=12)
 @given(data=st.data())
-def test_never_longer_than_the_bound(fmt: Format, data: st.DataObject) -> None:
+def test_files_with_any_positions_are_not_longer_than_the_bound(
+    fmt: Format, data: st.DataObject
+) -> None:
     faces: Faces = data.draw(st.sampled_from(["triangles", "quads"]))
     mesh = build_silo(data.draw(st.integers(3, 6)), data.draw(st.integers(1, 3)), faces)
     mesh = add_overlays(mesh) if data.draw(st.booleans()) else mesh
     mesh = add_attributes(mesh, data.draw(st.booleans())) if data.draw(st.booleans()) else mesh
     positions = data.draw(
         arrays.arrays(
-            np.float64, mesh.positions.shape, elements=st.floats(-LARGEST, LARGEST, allow_nan=False)
+            np.float64,
+            mesh.positions.shape,
+            elements=st.floats(-MAX_FLOAT32, MAX_FLOAT32, allow_nan=False),
         )
     )
     mesh = replace(mesh, name=data.draw(st.text(max_size=20)), positions=positions)
@@ -91,28 +98,35 @@ def test_never_longer_than_the_bound(fmt: Format, data: st.DataObject) -> None:
 
 @each_format
 @pytest.mark.parametrize("patches", ["one", "many"])
-def test_the_worst_numbers_fit(fmt: Format, patches: str) -> None:
+def test_files_with_the_longest_numbers_are_not_longer_than_the_bound(
+    fmt: Format, patches: str
+) -> None:
     mesh = build_sheet(20) if patches == "one" else build_silo(3, 1)
-    awful = np.full_like(mesh.positions, AWKWARD)
-    awful_normals = np.full_like(mesh.positions, -1.1754944e-38).astype(np.float32)
+    positions = np.full_like(mesh.positions, LONGEST_FLOAT64)
+    normals = np.full(mesh.positions.shape, LONGEST_FLOAT32)
     overlay = build_control_net()
-    overlay = replace(overlay, positions=np.full_like(overlay.positions, AWKWARD), name="\x01" * 99)
-    parts = tuple(replace(part, name="\x01" * 99, deviation_bound=-AWKWARD) for part in mesh.parts)
+    overlay = replace(
+        overlay, positions=np.full_like(overlay.positions, LONGEST_FLOAT64), name="\x01" * 99
+    )
+    parts = tuple(
+        replace(part, name="\x01" * 99, deviation_bound=-LONGEST_FLOAT64) for part in mesh.parts
+    )
     report = replace(
         mesh.report,
         closure=Closure("C0", "C1"),
-        deviation_bound=-AWKWARD,
-        mesh_deviation_bound=-AWKWARD,
-        normal_angle=-AWKWARD,
+        deviation_bound=-LONGEST_FLOAT64,
+        mesh_deviation_bound=-LONGEST_FLOAT64,
+        normal_angle=-LONGEST_FLOAT64,
     )
-    mesh = replace(mesh, positions=awful, normals=awful_normals, parts=parts, name="\x01" * 99)
+    mesh = replace(mesh, positions=positions, normals=normals, parts=parts, name="\x01" * 99)
     mesh = replace(mesh, report=report)
-    mesh = replace(mesh, overlays=(overlay,), origin=np.full(3, AWKWARD))
+    mesh = replace(mesh, overlays=(overlay,), origin=np.full(3, LONGEST_FLOAT64))
+    # Names of attributes have at most 32 characters.
     attributes = tuple(
-        (f"{d:a<32}", np.full((len(awful), d), -1.1754943508222875e-38))
-        for d in (1, 2, 3, 4, 5, 16)
+        (f"{columns:a<32}", np.full((len(positions), columns), -1.1754943508222875e-38))
+        for columns in (1, 2, 3, 4, 5, 16)
     )
-    colors = np.full((len(awful), 4), 1.1754944e-38)
+    colors = np.full((len(positions), 4), 1.1754944e-38)
     for length, bound in measure_forms(fmt, mesh):
         assert length <= bound
     mesh = replace(mesh, colors=colors, attributes=attributes)
@@ -125,21 +139,23 @@ def test_the_worst_numbers_fit(fmt: Format, patches: str) -> None:
 def test_the_bound_is_not_far_above_the_size(fmt: Format, faces: Faces) -> None:
     mesh = build_silo(48, 16, faces)
     assert mesh.normals is not None
-    turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
-    turned = replace(mesh, positions=mesh.positions @ turn, normals=mesh.normals @ turn)
-    for built in (turned, add_attributes(turned)):
-        kept = replace(
-            built,
-            colors=built.colors if "colors" in fmt.carries else None,
-            attributes=built.attributes if "attribute" in fmt.carries else (),
-        )
-        for length, bound in measure_forms(fmt, to_single(kept) if fmt.single else kept, ()):
+    # A rotation gives the numbers of the silo, which are short, all their digits.
+    rotation = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
+    mesh = replace(mesh, positions=mesh.positions @ rotation, normals=mesh.normals @ rotation)
+    with_attributes = add_attributes(mesh)
+    with_attributes = replace(
+        with_attributes,
+        colors=with_attributes.colors if "colors" in fmt.carries else None,
+        attributes=with_attributes.attributes if "attribute" in fmt.carries else (),
+    )
+    for each in (mesh, with_attributes):
+        for length, bound in measure_forms(fmt, to_single(each) if fmt.single else each, ()):
             assert length <= bound <= 3 * length
 
 
 @pytest.mark.parametrize("degree", [1, 3, HIGHEST_DEGREE])
-def test_exact_form(degree: int) -> None:
-    points = np.full((3, degree + 1, degree + 1, 3), AWKWARD)
+def test_files_of_patches_are_not_longer_than_the_bound(degree: int) -> None:
+    points = np.full((3, degree + 1, degree + 1, 3), LONGEST_FLOAT64)
     batch = TensorPatches(points, np.full(points.shape[:3], 1 / 3))
     model = PatchModel("model", (batch,), (Part("model", 0, 3),))
     length = len(encode_patches(model, (build_control_net(),)))
@@ -148,13 +164,14 @@ def test_exact_form(degree: int) -> None:
     assert length <= byte_bound(size, EncodeOptions("bez")) <= 3 * length + 1024
 
 
-def test_no_number_is_longer_than_the_constant() -> None:
+def test_no_text_of_a_number_is_longer_than_the_constant() -> None:
     bits = np.random.default_rng(1).integers(0, 2**64, 200_000, dtype=np.uint64)
     for dtype, longest in ((np.float64, FLOAT64_CHARS), (np.float32, FLOAT32_CHARS)):
         values = bits.view(dtype)
         values = values[np.isfinite(values)]
-        # Around the places where the exponent appears, too.
-        near = [values[np.abs(values) < 1][:1000] * dtype(10.0**k) for k in range(-9, 20)]
-        shifted = np.random.default_rng(2).standard_normal((2000, 1)) * 10.0 ** np.arange(-9, 20)
-        every = np.concatenate([values, *near, shifted.astype(dtype).ravel()])
-        assert max(map(len, json_array(every)[1:-1].split(b","))) <= longest
+        # More numbers from 1e-9 to 1e19, where texts change to the notation with an exponent.
+        small = values[np.abs(values) < 1][:1000]
+        scaled = [small * dtype(10.0**k) for k in range(-9, 20)]
+        normal = np.random.default_rng(2).standard_normal((2000, 1)) * 10.0 ** np.arange(-9, 20)
+        numbers = np.concatenate([values, *scaled, normal.astype(dtype).ravel()])
+        assert max(map(len, json_array(numbers)[1:-1].split(b","))) <= longest

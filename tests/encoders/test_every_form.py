@@ -1,4 +1,4 @@
-"""Every form of a surface, and every example, in files that other programs read correctly."""
+"""Other programs read our files of all surfaces in `tests/forms.py` and of all examples."""
 
 from functools import cache
 from io import BytesIO
@@ -29,99 +29,105 @@ from tests.forms import REQUESTS
 
 OVERLAYS: tuple[OverlayName, ...] = ("control_net", "boundary")
 LINES_ALONE = "isocurves as lines alone"
+"""Title of the request for lines without faces."""
 
-each_form = pytest.mark.parametrize("form", REQUESTS)
+each_request = pytest.mark.parametrize("title", REQUESTS)
 
 
 @cache
-def request_of(form: str) -> MeshRequest:
-    return validate_document(MeshRequest, REQUESTS[form])
+def parse_request(title: str) -> MeshRequest:
+    return validate_document(MeshRequest, REQUESTS[title])
 
 
-def write(form: str, name: str) -> bytes:
-    request = request_of(form)
-    return render(request.to_surface(), request.mesh_options(), BY_NAME[name])
+def encode(title: str, format_name: str) -> bytes:
+    """The file of the request with this title in `tests/forms.py`."""
+    request = parse_request(title)
+    return render(request.to_surface(), request.mesh_options(), BY_NAME[format_name])
 
 
-def build_mesh(form: str, fmt: Format = BY_NAME["json"]) -> Mesh:
-    """The mesh of the file, in float64 and as one mesh."""
-    request = request_of(form)
+def build_mesh(title: str, fmt: Format = BY_NAME["json"]) -> Mesh:
+    """The mesh of the request, in float64, with the channels that the format can store."""
+    request = parse_request(title)
     model, options = keep_storable_channels(
         request.to_surface().lower(), request.mesh_options(), fmt
     )
     return build(model, options)
 
 
-@each_form
+@each_request
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_the_validator_finds_no_issue(form: str, suffix: str, tmp_path: Path) -> None:
-    assert list_issues(write(form, suffix), tmp_path / f"model.{suffix}") == []
+def test_the_validator_finds_no_issue(title: str, suffix: str, tmp_path: Path) -> None:
+    assert list_issues(encode(title, suffix), tmp_path / f"model.{suffix}") == []
 
 
-@each_form
-def test_geomview_reads_all_faces(form: str, tmp_path: Path) -> None:
-    """Geomview reads all faces, with every corner in its place."""
-    mesh = build_mesh(form)
-    read = read_oogl(write(form, "oogl"), tmp_path)
-    assert len(read.faces) >= len(mesh.triangles) / 2
-    used = np.unique([row for face in read.faces for row in face])
+@each_request
+def test_geomview_reads_all_faces(title: str, tmp_path: Path) -> None:
+    """Geomview reads all faces, and each of their corners is a vertex of the mesh."""
+    mesh = build_mesh(title)
+    geomview_mesh = read_oogl(encode(title, "oogl"), tmp_path)
+    # Two triangles of the mesh may be one face of the file.
+    assert len(geomview_mesh.faces) >= len(mesh.triangles) / 2
+    corners = np.unique([vertex for face in geomview_mesh.faces for vertex in face])
     points = np.concatenate([mesh.positions, *(lines.positions for lines in mesh.overlays)])
-    truth = KDTree(points + mesh.origin)
-    furthest, _ = truth.query(read.vertices[used])
-    assert furthest.max() < 2e-5
+    distances, _ = KDTree(points + mesh.origin).query(geomview_mesh.vertices[corners])
+    assert distances.max() < 2e-5
 
 
-@each_form
-def test_trimesh_reads_every_triangle(form: str) -> None:
+@each_request
+def test_trimesh_reads_every_triangle(title: str) -> None:
     """trimesh reads the corners, the winding and the colours of the JSON mesh."""
     for name in ("stl", "obj", "ply", "off"):
-        check_triangles(form, name)
+        check_triangles(title, name)
 
 
-def check_triangles(form: str, name: str) -> None:
+def check_triangles(title: str, name: str) -> None:
+    """Checks that trimesh reads the triangles of the mesh; or that the format refuses lines."""
     fmt = BY_NAME[name]
-    if not fmt.overlays and "as lines" in form:
+    if not fmt.overlays and "as lines" in title:
         with pytest.raises(UnsupportedByFormat):
-            write(form, name)
+            encode(title, name)
         return
-    if form == LINES_ALONE:
-        assert write(form, name).count(b"\nl ") > 0
+    if title == LINES_ALONE:
+        # trimesh does not read lines of OBJ.
+        assert encode(title, name).count(b"\nl ") > 0
         return
-    scene = trimesh.load_scene(BytesIO(write(form, name)), file_type=name, process=False)
-    loaded: list[trimesh.Trimesh] = list(scene.geometry.values())
-    mesh = build_mesh(form, fmt)
-    corners = (mesh.positions + mesh.origin)[mesh.triangles]
-    result = np.concatenate([item.triangles for item in loaded])
-    assert result.shape == corners.shape
-    np.testing.assert_allclose(result, corners, rtol=0, atol=1e-5 if fmt.single else 0)
-    for item in loaded:
-        if isinstance(item.visual, TextureVisuals):
+    scene = trimesh.load_scene(BytesIO(encode(title, name)), file_type=name, process=False)
+    loaded_meshes: list[trimesh.Trimesh] = list(scene.geometry.values())
+    mesh = build_mesh(title, fmt)
+    expected = (mesh.positions + mesh.origin)[mesh.triangles]
+    corners = np.concatenate([loaded.triangles for loaded in loaded_meshes])
+    assert corners.shape == expected.shape
+    np.testing.assert_allclose(corners, expected, rtol=0, atol=1e-5 if fmt.single else 0)
+    for loaded in loaded_meshes:
+        if isinstance(loaded.visual, TextureVisuals):
             assert mesh.uvs is not None
             np.testing.assert_allclose(
-                item.visual.uv[item.faces], mesh.uvs[mesh.triangles], atol=1e-6
+                loaded.visual.uv[loaded.faces], mesh.uvs[mesh.triangles], atol=1e-6
             )
         elif mesh.colors is not None and name in {"obj", "ply"}:
-            assert item.visual is not None
-            width = mesh.colors.shape[1] if name == "ply" else 3
-            colors = item.visual.vertex_colors[item.faces][..., :width].astype(int)
-            colored = 255 * mesh.colors[mesh.triangles][..., :width]
-            np.testing.assert_allclose(colors, colored, atol=1)
+            assert loaded.visual is not None
+            # OBJ has no opacity.
+            columns = mesh.colors.shape[1] if name == "ply" else 3
+            colors = loaded.visual.vertex_colors[loaded.faces][..., :columns].astype(int)
+            expected_colors = 255 * mesh.colors[mesh.triangles][..., :columns]
+            np.testing.assert_allclose(colors, expected_colors, atol=1)
 
 
-@pytest.mark.parametrize("form", ["tube", "tube that closes", "isocurves as tubes alone"])
+@pytest.mark.parametrize("title", ["tube", "tube that closes", "isocurves as tubes alone"])
 @pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
-def test_trimesh_finds_closed_meshes_closed(form: str, name: str) -> None:
-    """Closed meshes are watertight in trimesh, with the right volume."""
+def test_closed_meshes_are_watertight_in_trimesh(title: str, name: str) -> None:
+    """trimesh also computes the volume of the JSON mesh."""
     scene = trimesh.load_scene(
-        BytesIO(write(form, name)), file_type=name, merge_norm=True, merge_tex=True
+        BytesIO(encode(title, name)), file_type=name, merge_norm=True, merge_tex=True
     )
     (loaded,) = scene.geometry.values()
     assert isinstance(loaded, trimesh.Trimesh)
-    mesh = build_mesh(form)
+    mesh = build_mesh(title)
     assert mesh.report.watertight
     assert loaded.is_watertight
     assert loaded.is_winding_consistent
     corners = mesh.positions[mesh.triangles]
+    # The volume is the sum of the tetrahedra between the triangles and the origin.
     assert loaded.volume == pytest.approx(np.linalg.det(corners).sum() / 6, rel=1e-5)
     assert loaded.volume > 0
 
@@ -145,7 +151,7 @@ def test_the_validator_finds_no_issue_in_examples(example: str, tmp_path: Path) 
 def test_geomview_reads_examples(
     example: str, form: OoglForm, faces: Faces, tmp_path: Path
 ) -> None:
-    # A form of grids cannot store neighbours with different divisions of their common edge.
+    # The form "mesh" stores grids, so patches with a common edge need equal divisions of it.
     resolution = (2, 2) if form == "mesh" else (2, 1)
     options = MeshOptions(resolution=resolution, faces=faces, overlays=OVERLAYS)
     surface, oogl = EXAMPLES[example].surface(), BY_NAME["oogl"]
@@ -155,7 +161,9 @@ def test_geomview_reads_examples(
             render(surface, options, oogl, EncodeOptions(form))
         return
     models = model.models if isinstance(model, GroupModel) else (model,)
-    kinds = {type(b) for m in models if not isinstance(m, SweepModel) for b in m.batches}
+    kinds = {
+        type(batch) for each in models if not isinstance(each, SweepModel) for batch in each.batches
+    }
     if form == "mesh" and TrianglePatches in kinds:
         with pytest.raises(UnsupportedByFormat):
             render(surface, options, oogl, EncodeOptions(form))

@@ -1,4 +1,4 @@
-"""One small body in every format, byte for byte as in `tests/golden`.
+"""Files of a small mesh, the silo, in every format are equal to those in `tests/golden`.
 
 A difference means that clients get other bytes. Correct the encoder; or, if the change is intended,
 write the files again with `python -m tests.encoders.test_golden`, and read the difference.
@@ -35,9 +35,11 @@ FILES: dict[str, OoglForm | None] = {
     "silo-colors.ply": None,
     "silo-colors.off": None,
 }
+"""Names of the golden files, with the form of OOGL."""
 
 
 def render_golden(file: str) -> bytes:
+    """The file of the silo in the format of this golden file."""
     fmt = BY_NAME[file.rpartition(".")[2]]
     mesh = add_overlays(build_silo(faces="quads" if fmt.quads else "triangles"))
     if "colors" in file:

@@ -1,4 +1,4 @@
-"""OBJ, line by line: groups, lines and parameters, which trimesh does not read."""
+"""OBJ: the lines of the file, of which trimesh ignores some."""
 
 from dataclasses import replace
 
@@ -12,55 +12,57 @@ from tests.meshes import build_silo
 
 
 def read_records(mesh: Mesh) -> list[list[str]]:
+    """The words of each line of the file."""
     text = obj.encode(mesh, EncodeOptions()).decode()
     return [line.split() for line in text.splitlines()]
 
 
-def read_numbers(records: list[list[str]], kind: str) -> np.ndarray:
-    return np.array([[float(x) for x in words] for key, *words in records if key == kind])
+def read_numbers(records: list[list[str]], keyword: str) -> np.ndarray:
+    """The numbers of all lines that begin with this keyword, for example `v`."""
+    return np.array([[float(x) for x in words] for key, *words in records if key == keyword])
 
 
 def read_corners(records: list[list[str]]) -> list[list[tuple[int, ...]]]:
-    """Zero-based indices of each corner of each face."""
+    """For each corner of each face, zero-based indices of its position, uv and normal."""
     return [
-        [tuple(int(n) - 1 for n in word.split("/") if n) for word in words]
+        [tuple(int(number) - 1 for number in word.split("/") if number) for word in words]
         for key, *words in records
         if key == "f"
     ]
 
 
-def test_a_position_of_two_colors_has_two_lines() -> None:
-    """Each corner has its own texture coordinates and normal."""
+def test_a_position_with_two_colors_has_two_lines() -> None:
+    """A line `v` has a position and a color, so only vertices with both equal share a line."""
     mesh = build_silo(5, 2)
-    either = np.random.default_rng(2).integers(0, 2, (len(mesh.positions), 3)).astype(np.float64)
-    mesh = replace(mesh, colors=either)
-    result = read_records(mesh)
-    v = read_numbers(result, "v")
-    assert mesh.report.vertices > len(np.unique(v[:, :3], axis=0))
-    assert len(np.unique(v, axis=0)) == len(v) > len(np.unique(v[:, :3], axis=0))
-    assert mesh.colors is not None
-    for face, vertices in zip(read_corners(result), mesh.triangles.tolist(), strict=True):
-        for (a, *_), vertex in zip(face, vertices, strict=True):
-            np.testing.assert_array_equal(v[a], [*mesh.positions[vertex], *mesh.colors[vertex]])
+    colors = np.random.default_rng(2).integers(0, 2, (len(mesh.positions), 3)).astype(np.float64)
+    mesh = replace(mesh, colors=colors)
+    records = read_records(mesh)
+    rows = read_numbers(records, "v")
+    positions = np.unique(rows[:, :3], axis=0)
+    assert mesh.report.vertices > len(positions)
+    assert len(np.unique(rows, axis=0)) == len(rows) > len(positions)
+    for face, vertices in zip(read_corners(records), mesh.triangles.tolist(), strict=True):
+        for (row, *_), vertex in zip(face, vertices, strict=True):
+            np.testing.assert_array_equal(rows[row], [*mesh.positions[vertex], *colors[vertex]])
 
 
 @pytest.mark.parametrize(
     ("uvs", "normals", "corner"),
     [(True, True, "1/1/1"), (False, True, "1//1"), (True, False, "1/1"), (False, False, "1")],
 )
-def test_corners_name_existing_elements_only(uvs: bool, normals: bool, corner: str) -> None:
+def test_corners_refer_only_to_elements_of_the_file(uvs: bool, normals: bool, corner: str) -> None:
     mesh = build_silo()
     mesh = mesh if uvs else replace(mesh, uvs=None)
     mesh = mesh if normals else replace(mesh, normals=None)
-    result = read_records(mesh)
-    first = next(words for words in result if words[0] == "f")
-    assert first[1] == corner
-    kinds = {words[0] for words in result}
-    assert ("vt" in kinds, "vn" in kinds) == (uvs, normals)
+    records = read_records(mesh)
+    first_face = next(words for words in records if words[0] == "f")
+    assert first_face[1] == corner
+    keywords = {words[0] for words in records}
+    assert ("vt" in keywords, "vn" in keywords) == (uvs, normals)
 
 
 @pytest.mark.parametrize(
-    ("name", "written"),
+    ("name", "expected"),
     [
         ("a b", b"a_b"),
         ("a\nf 1 2 3", b"a_f_1_2_3"),
@@ -69,7 +71,7 @@ def test_corners_name_existing_elements_only(uvs: bool, normals: bool, corner: s
         ("ü", "ü".encode()),
     ],
 )
-def test_a_name_cannot_end_its_line(name: str, written: bytes) -> None:
+def test_blanks_and_control_characters_in_names_are_replaced(name: str, expected: bytes) -> None:
     content = obj.encode(replace(build_silo(), name=name), EncodeOptions())
-    assert content.splitlines()[0] == b"o " + written
+    assert content.splitlines()[0] == b"o " + expected
     assert content.count(b"\nf ") == len(build_silo().triangles)

@@ -1,4 +1,4 @@
-"""OFF with colours, line by line, because trimesh ignores the colours."""
+"""OFF with colours, which trimesh ignores and Geomview reads."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from tests.clients.geomview import read_oogl
 from tests.meshes import add_attributes, build_silo
 
 
-def test_geomview_reads_it(tmp_path: Path) -> None:
-    read = read_oogl(off.encode(add_attributes(build_silo(5, 2)), EncodeOptions()), tmp_path)
-    assert read.colors is not None
-    assert len(read.colors) == len(read.vertices)
+def test_geomview_reads_a_colour_for_each_vertex(tmp_path: Path) -> None:
+    mesh = read_oogl(off.encode(add_attributes(build_silo(5, 2)), EncodeOptions()), tmp_path)
+    assert mesh.colors is not None
+    assert len(mesh.colors) == len(mesh.vertices)

@@ -1,4 +1,4 @@
-"""The exact OOGL form: unchanged control points, and the surface that Geomview makes from them."""
+"""OOGL with Bézier patches: the control points are unchanged; Geomview computes the surface."""
 
 from pathlib import Path
 
@@ -14,8 +14,8 @@ from tests.clients.geomview import read_oogl
 
 Array = NDArray[np.float64]
 
-DICE = 10
-"""Points along each side into which Geomview divides a patch by default."""
+SAMPLES = 10
+"""Samples along each side of a patch that Geomview computes by default."""
 
 
 def build_model(*batches: TensorPatches) -> PatchModel:
@@ -24,11 +24,13 @@ def build_model(*batches: TensorPatches) -> PatchModel:
 
 
 def build_net(p: int, q: int, patches: int = 1, *, seed: int = 1) -> Array:
+    """Random control points (patches, p+1, q+1, 3)."""
     rng = np.random.default_rng((seed, p, q))
     return rng.uniform(-1, 1, (patches, p + 1, q + 1, 3))
 
 
 def build_quarter_cylinder() -> TensorPatches:
+    """A quarter of a cylinder of radius 1 and height 2: one rational patch."""
     arc = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
     points = np.array([[[[x, y, z] for z in (0.0, 2.0)] for x, y in arc]])
     weights = np.array([[[w, w] for w in (1.0, np.sqrt(0.5), 1.0)]])
@@ -36,7 +38,7 @@ def build_quarter_cylinder() -> TensorPatches:
 
 
 def de_casteljau(points: Array, t: float) -> Array:
-    """Point of a Bézier curve of control points along axis 0."""
+    """The point at parameter t of a Bézier curve whose control points are along axis 0."""
     while len(points) > 1:
         points = (1 - t) * points[:-1] + t * points[1:]
     point: Array = points[0]
@@ -46,16 +48,16 @@ def de_casteljau(points: Array, t: float) -> Array:
 @pytest.mark.parametrize("degree", [(1, 1), (2, 3), (3, 3), (9, 1), (10, 4), (12, 12)])
 def test_points_of_geomview_are_on_the_surface(degree: tuple[int, int], tmp_path: Path) -> None:
     points = build_net(*degree)
-    read = read_oogl(encode_patches(build_model(TensorPatches(points))), tmp_path)
-    t = np.arange(DICE) / (DICE - 1)
+    mesh = read_oogl(encode_patches(build_model(TensorPatches(points))), tmp_path)
+    t = np.arange(SAMPLES) / (SAMPLES - 1)
     expected = np.array([de_casteljau(de_casteljau(points[0], u), v) for v in t for u in t])
-    assert len(read.vertices) == DICE * DICE
-    # Compared with the nearest point, because Geomview has another order of points.
-    distance = np.linalg.norm(expected[:, None] - read.vertices, axis=-1)
-    assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
+    assert len(mesh.vertices) == SAMPLES * SAMPLES
+    # Geomview has another order of points, so each is compared with the nearest.
+    distances = np.linalg.norm(expected[:, None] - mesh.vertices, axis=-1)
+    assert max(distances.min(axis=0).max(), distances.min(axis=1).max()) < 2e-5
 
 
-def test_rational_patches_are_homogeneous(tmp_path: Path) -> None:
+def test_rational_patches_are_written_in_homogeneous_coordinates(tmp_path: Path) -> None:
     content = encode_patches(build_model(build_quarter_cylinder()))
     root = repr(float(np.sqrt(0.5)))
     assert content.decode().splitlines()[:5] == [
@@ -65,37 +67,40 @@ def test_rational_patches_are_homogeneous(tmp_path: Path) -> None:
         f"{root} {root} 0.0 {root}",
         "0.0 1.0 0.0 1.0",
     ]
-    read = read_oogl(content, tmp_path)
-    np.testing.assert_allclose(np.hypot(*read.vertices[:, :2].T), 1, atol=1e-6)
+    mesh = read_oogl(content, tmp_path)
+    np.testing.assert_allclose(np.hypot(*mesh.vertices[:, :2].T), 1, atol=1e-6)
 
 
 def test_corners_have_their_colors(tmp_path: Path) -> None:
-    """A net of degree (1, 1) is all that BEZ can say: Geomview's colours are then the surface's."""
+    """BEZ has colours at the four corners only, so a net of colours must have degree (1, 1).
+
+    Geomview then computes the same colours as the service.
+    """
     colors = np.random.default_rng(6).random((2, 2, 2, 4))
     points = build_net(2, 1, patches=2)
     points[1] += 9
     batch = TensorPatches(points, channels=(Channel("colors", "colors", colors),))
     content = encode_patches(build_model(batch))
     assert content.startswith(b"LIST\n{ = CBEZ 2 1 3\n")
-    read = read_oogl(content, tmp_path)
-    assert read.colors is not None
-    t = np.arange(DICE) / (DICE - 1)
+    mesh = read_oogl(content, tmp_path)
+    assert mesh.colors is not None
+    t = np.arange(SAMPLES) / (SAMPLES - 1)
     pairs = [(u, v) for v in t for u in t]
     expected = np.array(
         [
-            [*de_casteljau(de_casteljau(n, u), v), *de_casteljau(de_casteljau(c, u), v)]
-            for n, c in zip(points, colors, strict=True)
+            [*de_casteljau(de_casteljau(net, u), v), *de_casteljau(de_casteljau(color_net, u), v)]
+            for net, color_net in zip(points, colors, strict=True)
             for u, v in pairs
         ]
     )
-    result = np.hstack([read.vertices, read.colors])
-    distance = np.abs(expected[:, None] - result).max(axis=-1)
-    assert max(distance.min(axis=0).max(), distance.min(axis=1).max()) < 2e-5
+    rows = np.hstack([mesh.vertices, mesh.colors])
+    distances = np.abs(expected[:, None] - rows).max(axis=-1)
+    assert max(distances.min(axis=0).max(), distances.min(axis=1).max()) < 2e-5
 
 
 @pytest.mark.parametrize("degree", [(13, 1), (1, 13)])
-def test_higher_degrees_are_refused(degree: tuple[int, int]) -> None:
-    with pytest.raises(UnsupportedByFormat) as refused:
+def test_degrees_above_12_are_refused(degree: tuple[int, int]) -> None:
+    with pytest.raises(UnsupportedByFormat) as error:
         encode_patches(build_model(TensorPatches(build_net(*degree))))
-    (issue,) = refused.value.issues
+    (issue,) = error.value.issues
     assert (issue.code, issue.pointer) == ("unsupported_by_format", "/oogl")

@@ -1,4 +1,4 @@
-"""PLY without optional channels; golden files and trimesh test PLY with channels."""
+"""PLY without channels; other tests compare PLY with channels with golden files and trimesh."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from service.encoders.format import EncodeOptions
 from tests.meshes import build_silo
 
 
-def test_missing_channels_have_no_column() -> None:
+def test_missing_channels_have_no_properties() -> None:
     content = ply.encode(replace(build_silo(), normals=None, uvs=None), EncodeOptions())
     head, _, _ = content.partition(b"end_header")
     names = [line.split()[-1] for line in head.splitlines() if line.startswith(b"property")]

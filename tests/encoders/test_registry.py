@@ -1,4 +1,4 @@
-"""Each format in the registry does what its entry states."""
+"""Each format writes exactly the elements that its entry in the registry names."""
 
 import gc
 from dataclasses import replace
@@ -23,11 +23,11 @@ each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 
 def test_every_module_that_writes_a_format_is_in_the_registry() -> None:
     bounds = {fmt.byte_bound for fmt in FORMATS}
-    for result in iter_modules(service.encoders.__path__, "service.encoders."):
-        module = import_module(result.name)
+    for info in iter_modules(service.encoders.__path__, "service.encoders."):
+        module = import_module(info.name)
         bound = getattr(module, "byte_bound", None)
         if bound and "size" in signature(bound).parameters:
-            assert bound in bounds, f"service/encoders/registry.py lacks {result.name}"
+            assert bound in bounds, f"service/encoders/registry.py lacks {info.name}"
 
 
 def test_media_types_differ_and_have_no_parameters() -> None:
@@ -42,34 +42,34 @@ def test_quads_are_written_or_refused(fmt: Format) -> None:
     if fmt.quads:
         assert fmt.encode(mesh, EncodeOptions())
         return
-    with pytest.raises(UnsupportedByFormat) as refused:
+    with pytest.raises(UnsupportedByFormat) as error:
         fmt.encode(mesh, EncodeOptions())
-    (issue,) = refused.value.issues
+    (issue,) = error.value.issues
     assert (issue.code, issue.pointer) == ("unsupported_by_format", "/faces")
 
 
 @each_format
-def test_overlays_are_written_by_the_formats_that_state_them(fmt: Format) -> None:
-    bare, decorated = build_silo(), add_overlays(build_silo())
-    differ = fmt.encode(bare, EncodeOptions()) != fmt.encode(decorated, EncodeOptions())
-    assert differ == fmt.overlays
+def test_overlays_are_written_by_the_formats_that_have_overlays(fmt: Format) -> None:
+    mesh = build_silo()
+    plain, with_overlays = (
+        fmt.encode(each, EncodeOptions()) for each in (mesh, add_overlays(mesh))
+    )
+    assert (plain != with_overlays) == fmt.overlays
 
 
 @each_format
 @pytest.mark.parametrize("kind", ["colors", "uvs", "attribute"])
-def test_channels_are_written_by_the_formats_that_state_them(
-    fmt: Format, kind: ChannelKind
-) -> None:
-    """The form of OOGL that can store most channels."""
+def test_channels_are_written_by_the_formats_that_have_them(fmt: Format, kind: ChannelKind) -> None:
+    # Of all forms of OOGL, "off" can store most channels.
     options = EncodeOptions("off")
-    full = add_attributes(build_silo())
-    lacking = {
-        "colors": replace(full, colors=None),
-        "uvs": replace(full, uvs=None),
-        "attribute": replace(full, attributes=()),
+    mesh = add_attributes(build_silo())
+    without = {
+        "colors": replace(mesh, colors=None),
+        "uvs": replace(mesh, uvs=None),
+        "attribute": replace(mesh, attributes=()),
     }
-    differ = fmt.encode(full, options) != fmt.encode(lacking[kind], options)
-    assert differ == (kind in fmt.carries)
+    is_written = fmt.encode(mesh, options) != fmt.encode(without[kind], options)
+    assert is_written == (kind in fmt.carries)
 
 
 @each_format
@@ -89,19 +89,22 @@ def test_strided_arrays_are_accepted(fmt: Format) -> None:
     assert fmt.encode(strided, EncodeOptions()) == fmt.encode(mesh, EncodeOptions())
 
 
-@pytest.mark.parametrize("fmt", [f for f in FORMATS if f.name != "oogl"], ids=lambda f: f.name)
-def test_a_mesh_without_faces_is_still_a_file(fmt: Format) -> None:
+# OOGL refuses a mesh without faces; test_oogl.py tests that.
+@pytest.mark.parametrize(
+    "fmt", [fmt for fmt in FORMATS if fmt.name != "oogl"], ids=lambda fmt: fmt.name
+)
+def test_a_mesh_without_faces_can_be_encoded(fmt: Format) -> None:
     assert fmt.encode(remove_faces(build_silo()), EncodeOptions())
 
 
-def test_memory_is_free_at_once() -> None:
-    """Arrays in a cycle would wait for the garbage collector, which may not come for minutes."""
+def test_encoders_make_no_reference_cycles() -> None:
+    """Arrays in a cycle keep their memory until the garbage collector runs, maybe for minutes."""
     surface, options = find("saddle").surface(), MeshOptions(resolution=(4, 4))
     for fmt in FORMATS:
-        render(surface, options, fmt)  # fills caches that stay
+        render(surface, options, fmt)  # fills the caches
     gc.collect()
     gc.disable()
-    gc.freeze()  # older objects need not be examined
+    gc.freeze()  # so that `gc.collect` examines only new objects
     try:
         for fmt in FORMATS:
             render(surface, options, fmt)

@@ -1,4 +1,4 @@
-"""Sections in every format, read by others: an XML parser, the glTF validator."""
+"""Sections in every format; other programs read the files: an XML parser, the glTF validator."""
 
 import json
 from pathlib import Path
@@ -20,12 +20,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture(scope="module")
 def teapot() -> Sections:
-    """Closed and open lines, and a plane that cuts nothing."""
+    """Sections of the teapot: closed polylines, open polylines, and a plane that misses it."""
     normals = [(0, 0, 1), (0, 1, 0.1), (0, 0, 1)]
     return cut(lower_patches(find("utah-teapot").surface()), normals, [1, 0.1, 9])
 
 
 def measure_lengths(sections: Sections) -> list[float]:
+    """The length of each polyline."""
     lines = [line.points for section in sections.sections for line in section.polylines]
     return [float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) for points in lines]
 
@@ -34,21 +35,21 @@ def encode_sections(sections: Sections, name: str) -> bytes:
     return SECTIONS_BY_NAME[name].encode(sections)
 
 
-def test_byte_bounds(teapot: Sections) -> None:
+def test_files_are_not_longer_than_their_bounds(teapot: Sections) -> None:
     empty = cut(lower_patches(find("sphere").surface()), (0, 0, 1), 5)
-    touched = cut(lower_patches(find("sphere").surface()), (1, 2, 3), 1)
-    for sections in (teapot, empty, touched):
+    tangent = cut(lower_patches(find("sphere").surface()), (1, 2, 3), 1)
+    for sections in (teapot, empty, tangent):
         for fmt in SECTION_FORMATS:
             assert len(fmt.encode(sections)) <= fmt.byte_bound(SectionSize.of(sections))
 
 
-def test_json(teapot: Sections) -> None:
+def test_json_has_the_exact_points_and_repeats_the_first_of_closed_polylines(
+    teapot: Sections,
+) -> None:
     document = json.loads(encode_sections(teapot, "json"))
-    for result, section in zip(document["sections"], teapot.sections, strict=True):
-        assert [line["closed"] for line in result["polylines"]] == [
-            line.closed for line in section.polylines
-        ]
-        for line, polyline in zip(result["polylines"], section.polylines, strict=True):
+    for written, section in zip(document["sections"], teapot.sections, strict=True):
+        for line, polyline in zip(written["polylines"], section.polylines, strict=True):
+            assert line["closed"] == polyline.closed
             assert np.array_equal(line["points"], polyline.points)
             assert (line["points"][0] == line["points"][-1]) == polyline.closed
     assert document["report"]["points"] == teapot.point_count
@@ -59,25 +60,25 @@ def test_svg_has_a_path_for_each_polyline_in_the_plane(teapot: Sections) -> None
     x, y, width, height = map(float, root.attrib["viewBox"].split())
     groups = root.findall(f"{SVG}g")
     assert len(groups) == 3
-    total = []
+    lengths = []
     for group, section in zip(groups, teapot.sections, strict=True):
         paths = group.findall(f"{SVG}path")
         for path, line in zip(paths, section.polylines, strict=True):
-            d = path.attrib["d"]
-            assert d.endswith("Z") == line.closed
-            points = np.array(d.strip("MZ").split(), float).reshape(-1, 2)
+            commands = path.attrib["d"]
+            assert commands.endswith("Z") == line.closed
+            points = np.array(commands.strip("MZ").split(), float).reshape(-1, 2)
             assert (points >= (x, y)).all()
             assert (points <= (x + width, y + height)).all()
             if line.closed:
                 points = np.append(points, points[:1], axis=0)
-            total.append(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-    assert total == pytest.approx(measure_lengths(teapot), rel=1e-12)
-    # At z = 1 the axes of the plane are those of space; y counts downwards.
+            lengths.append(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    assert lengths == pytest.approx(measure_lengths(teapot), rel=1e-12)
+    # The axes of the plane z = 1 are x and y of space; y of SVG points downwards.
     first = np.array(groups[0].findall(f"{SVG}path")[0].attrib["d"].strip("MZ").split()[:2], float)
     assert (first == teapot.sections[0].polylines[0].points[0, :2] * (1, -1)).all()
 
 
-def test_svg_holds_no_text_of_a_client(teapot: Sections) -> None:
+def test_svg_does_not_contain_the_name_of_the_surface(teapot: Sections) -> None:
     content = encode_sections(teapot, "svg")
     assert b"teapot" not in content
     assert content.isascii()
@@ -85,36 +86,38 @@ def test_svg_holds_no_text_of_a_client(teapot: Sections) -> None:
 
 def test_glb_has_a_strip_for_each_polyline(teapot: Sections) -> None:
     content = read_glb(encode_sections(teapot, "glb"))
-    strips = [p for mesh in content.document["meshes"] for p in mesh["primitives"]]
-    points = [content.array(p["attributes"]["POSITION"]).astype(float) for p in strips]
-    result = [np.linalg.norm(np.diff(each, axis=0), axis=1).sum() for each in points]
-    assert result == pytest.approx(measure_lengths(teapot), rel=1e-6)
-    assert {p["mode"] for p in strips} == {3}
+    strips = [strip for mesh in content.document["meshes"] for strip in mesh["primitives"]]
+    points = [content.array(strip["attributes"]["POSITION"]).astype(float) for strip in strips]
+    lengths = [np.linalg.norm(np.diff(each, axis=0), axis=1).sum() for each in points]
+    assert lengths == pytest.approx(measure_lengths(teapot), rel=1e-6)
+    # 3 is LINE_STRIP.
+    assert {strip["mode"] for strip in strips} == {3}
     assert len(content.document["nodes"]) == 4
 
 
-def test_obj_lines_return_to_their_beginning(teapot: Sections) -> None:
-    words = [line.split() for line in encode_sections(teapot, "obj").decode().splitlines()]
-    assert [word[1] for word in words if word[0] == "o"] == [f"utah-teapot-{k}" for k in range(3)]
-    points = np.array([word[1:] for word in words if word[0] == "v"], float)
-    lines = [np.array(word[1:], int) - 1 for word in words if word[0] == "l"]
-    result = [np.linalg.norm(np.diff(points[line], axis=0), axis=1).sum() for line in lines]
-    assert result == pytest.approx(measure_lengths(teapot), rel=1e-12)
+def test_obj_has_a_line_element_of_equal_length_for_each_polyline(teapot: Sections) -> None:
+    records = [line.split() for line in encode_sections(teapot, "obj").decode().splitlines()]
+    names = [words[0] for keyword, *words in records if keyword == "o"]
+    assert names == [f"utah-teapot-{k}" for k in range(3)]
+    points = np.array([words for keyword, *words in records if keyword == "v"], float)
+    lines = [np.array(words, int) - 1 for keyword, *words in records if keyword == "l"]
+    lengths = [np.linalg.norm(np.diff(points[line], axis=0), axis=1).sum() for line in lines]
+    assert lengths == pytest.approx(measure_lengths(teapot), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["glb", "gltf"])
-def test_the_validator_reports_nothing(teapot: Sections, name: str, tmp_path: Path) -> None:
+def test_the_validator_finds_no_issue(teapot: Sections, name: str, tmp_path: Path) -> None:
     assert list_issues(encode_sections(teapot, name), tmp_path / f"a.{name}") == []
     empty = cut(lower_patches(find("sphere").surface()), (0, 0, 1), 5)
     assert list_issues(encode_sections(empty, name), tmp_path / f"b.{name}") == []
 
 
-def test_oogl_counts(teapot: Sections) -> None:
+def test_oogl_has_the_numbers_of_points_negative_for_closed_polylines(teapot: Sections) -> None:
     lines = encode_sections(teapot, "oogl").decode().split("\n")
-    count, points, colors = map(int, lines[1].split())
-    counts, rows = list(map(int, lines[2 : 2 + count])), lines[2 + 2 * count : -2]
+    polylines, points, colors = map(int, lines[1].split())
+    counts, rows = list(map(int, lines[2 : 2 + polylines])), lines[2 + 2 * polylines : -2]
     assert lines[0] == "VECT"
     assert colors == 1
     assert sum(map(abs, counts)) == points == len(rows)
     closed = [line.closed for section in teapot.sections for line in section.polylines]
-    assert [number < 0 for number in counts] == closed
+    assert [count < 0 for count in counts] == closed

@@ -1,9 +1,8 @@
-"""The random surface at 49 × 39 divisions, line by line as the program of 1996 printed it.
+"""OOGL of the example bourke-1111 is equal, line by line, to the output of a program of 1996.
 
-The program is written here again, by its published formula: Paul Bourke, "Bézier surfaces (in
-3D)". Binomial coefficients are multiplied and divided factor by factor and powers taken with
-`pow`, so that its sums differ in the last bits from those of any other formula; six significant
-digits do not show it.
+This module repeats the program's published algorithm: Paul Bourke, "Bézier surfaces (in 3D)". It
+multiplies and divides factor by factor, and so rounds differently from the engine in the last bits.
+The files are equal, because the program prints only six significant digits.
 """
 
 import json
@@ -17,49 +16,49 @@ from service.surface import examples
 
 NET = Path(examples.__file__).parent / "data" / "bourke-1111.json"
 SAMPLES = 50, 40
-"""Points the program samples along u and v."""
+"""Samples of the program along u and v."""
 
 Point = tuple[float, float, float]
 
 
-def blend(k: int, mu: float, n: int) -> float:
-    """Bernstein polynomial B_k^n(mu), factor by factor."""
+def evaluate_basis(k: int, t: float, n: int) -> float:
+    """The Bernstein polynomial B_k^n at the parameter `t`, factor by factor."""
     value = 1.0
-    nn, kn, nkn = n, k, n - k
-    while nn >= 1:
-        value *= nn
-        nn -= 1
-        if kn > 1:
-            value /= kn
-            kn -= 1
-        if nkn > 1:
-            value /= nkn
-            nkn -= 1
+    factor, divisor, other_divisor = n, k, n - k
+    while factor >= 1:
+        value *= factor
+        factor -= 1
+        if divisor > 1:
+            value /= divisor
+            divisor -= 1
+        if other_divisor > 1:
+            value /= other_divisor
+            other_divisor -= 1
     if k > 0:
-        value *= mu**k
+        value *= t**k
     if n - k > 0:
-        value *= (1 - mu) ** (n - k)
+        value *= (1 - t) ** (n - k)
     return value
 
 
-def sample(net: list[list[Point]], i: int, j: int) -> Point:
-    """Point (i, j) of the sampled surface."""
-    n, m = len(net) - 1, len(net[0]) - 1
-    mui, muj = i / (SAMPLES[0] - 1), j / (SAMPLES[1] - 1)
+def compute_point(net: list[list[Point]], i: int, j: int) -> Point:
+    """The sample (i, j) of the surface with this control net."""
+    p, q = len(net) - 1, len(net[0]) - 1
+    u, v = i / (SAMPLES[0] - 1), j / (SAMPLES[1] - 1)
     x = y = z = 0.0
-    for ki, row in enumerate(net):
-        bi = blend(ki, mui, n)
-        for kj, point in enumerate(row):
-            bj = blend(kj, muj, m)
-            x += point[0] * bi * bj
-            y += point[1] * bi * bj
-            z += point[2] * bi * bj
+    for k, row in enumerate(net):
+        weight_u = evaluate_basis(k, u, p)
+        for m, point in enumerate(row):
+            weight_v = evaluate_basis(m, v, q)
+            x += point[0] * weight_u * weight_v
+            y += point[1] * weight_u * weight_v
+            z += point[2] * weight_u * weight_v
     return x, y, z
 
 
 def run_program(net: list[list[Point]]) -> Iterator[str]:
-    """The lines of its output."""
-    points = [[sample(net, i, j) for j in range(SAMPLES[1])] for i in range(SAMPLES[0])]
+    """The lines that the program prints: a quadrilateral for each cell, then the control net."""
+    points = [[compute_point(net, i, j) for j in range(SAMPLES[1])] for i in range(SAMPLES[0])]
     corners = (0, 0), (0, 1), (1, 1), (1, 0)
     yield "LIST"
     yield "{ = CQUAD"
@@ -83,7 +82,7 @@ def render_surface() -> bytes:
     return render(surface, options, BY_NAME["oogl"])
 
 
-def test_every_line_is_that_of_the_program() -> None:
+def test_every_line_is_equal_to_that_of_the_program() -> None:
     net = json.loads(NET.read_text(encoding="utf-8"))["control_net"]
     expected = [line.rstrip() for line in run_program(net)]
     assert render_surface().decode("ascii").splitlines() == expected

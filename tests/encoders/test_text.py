@@ -1,4 +1,4 @@
-"""Numbers as text: every fast method gives the text that Python writes for each number."""
+"""Numbers as text: the fast encoders of arrays give texts that Python reads as equal numbers."""
 
 import json
 from dataclasses import replace
@@ -15,19 +15,23 @@ from service.pipeline.mesh import build_mesh
 from service.surface.examples import find
 
 RANDOM = np.random.default_rng(3)
-BITS = RANDOM.integers(0, 2**64, 20_000, dtype=np.uint64).view(np.float64)
-TENS = RANDOM.integers(-(10**7), 10**7, 20_000) / 10.0 ** RANDOM.integers(0, 12, 20_000)
+RANDOM_BITS = RANDOM.integers(0, 2**64, 20_000, dtype=np.uint64).view(np.float64)
+DECIMALS = RANDOM.integers(-(10**7), 10**7, 20_000) / 10.0 ** RANDOM.integers(0, 12, 20_000)
+"""Numbers with at most seven digits, many of which lie in the middle between six digits."""
 EDGES = [-0.0, 1e6, 999999.5, 999999.4, 9.99996e-5, 0.0001, 1.000005, 100000.5, 5e-324]
-NUMBERS = np.concatenate((EDGES, BITS[np.isfinite(BITS)], TENS, np.nextafter(TENS, 1)))
+"""Numbers at which six digits change to the notation with an exponent, or round up to a power."""
+NUMBERS = np.concatenate(
+    (EDGES, RANDOM_BITS[np.isfinite(RANDOM_BITS)], DECIMALS, np.nextafter(DECIMALS, 1))
+)
 NUMBERS = NUMBERS[: len(NUMBERS) // 3 * 3].reshape(-1, 3)
 
 
-def test_six_digits_are_those_of_c() -> None:
+def test_six_digits_are_those_of_the_format_g_of_c() -> None:
     expected = [b"%g %g %g" % tuple(row) for row in NUMBERS.tolist()]
     assert general_lines(NUMBERS) == expected
 
 
-def test_lines_hold_the_numbers_of_their_rows() -> None:
+def test_lines_have_the_numbers_of_their_rows_with_all_bits() -> None:
     single = np.clip(NUMBERS, -1e38, 1e38).astype(np.float32)
     words = [line.split(b" ") for line in join_rows(NUMBERS, single, start=b"v ").splitlines()]
     assert {(len(row), row[0]) for row in words} == {(7, b"v")}
@@ -37,8 +41,8 @@ def test_lines_hold_the_numbers_of_their_rows() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 32, 33, 64, 2601])
-def test_long_rows_of_the_longest_numbers(count: int) -> None:
-    """Rows that orjson alone would write beyond its buffer."""
+def test_long_rows_of_the_longest_numbers_are_written(count: int) -> None:
+    """For such rows orjson alone would write beyond the end of its buffer."""
     array = -1.2345678901234567e-300 * (1 + np.arange(2.0 * count).reshape(2, count) / 1e6)
     assert json.loads(json_array(array)) == array.tolist()
     value = {"array": array[0], "gaps": array[:, ::2], "done": b"[1]", "number": array.sum()}
@@ -48,12 +52,15 @@ def test_long_rows_of_the_longest_numbers(count: int) -> None:
 
 @pytest.mark.parametrize("name", ["json", "obj", "off", "oogl", "ply", "stl"])
 def test_cached_faces_change_no_byte(name: str) -> None:
-    """Cached text of faces changes no byte, for its own mesh and for another with the same plan."""
-    fmt, encode = BY_NAME[name], EncodeOptions("off" if name == "oogl" else None)
+    """The text of faces is cached with the plan; other meshes with the same plan use it too."""
+    fmt, options = BY_NAME[name], EncodeOptions("off" if name == "oogl" else None)
     mesh = build_mesh(find("utah-teapot").surface().lower(), MeshOptions(resolution=(4, 4)), fmt)
     moved = replace(mesh, positions=mesh.positions + mesh.positions.dtype.type(1))
     MESH_PLANS.clear()
-    cold, warm, other = (fmt.encode(each, encode) for each in (mesh, mesh, moved))
+    without_cache, with_cache, moved_with_cache = (
+        fmt.encode(each, options) for each in (mesh, mesh, moved)
+    )
     MESH_PLANS.clear()
-    assert cold == warm
-    assert fmt.encode(moved, encode) == other != cold
+    moved_without_cache = fmt.encode(moved, options)
+    assert without_cache == with_cache
+    assert moved_without_cache == moved_with_cache != without_cache

@@ -1,4 +1,4 @@
-"""Surfaces with triangular patches, written in every format and read by other programs."""
+"""OOGL with triangular Bézier patches, which become tensor-product patches; Geomview reads them."""
 
 from pathlib import Path
 
@@ -17,24 +17,24 @@ from tests.oracles import triangles
 
 
 def test_points_of_geomview_are_on_the_sphere(tmp_path: Path) -> None:
-    """The exact form of a triangle is a square with a pole, and just as round."""
+    """In OOGL a triangular patch is a tensor-product patch with a pole: the same surface."""
     work = plan_mesh(
         find("octahedral-sphere").surface(), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez")
     )
-    read = read_oogl(bytes(work.run().content), tmp_path)
-    # Eight patches of 10 × 10 points each, single precision.
-    assert len(read.vertices) == 800
-    assert np.abs(np.linalg.norm(read.vertices, axis=1) - 1).max() < 1e-6
+    mesh = read_oogl(bytes(work.run().content), tmp_path)
+    # Geomview computes 10 × 10 points for each of the eight patches, in single precision.
+    assert len(mesh.vertices) == 800
+    assert np.abs(np.linalg.norm(mesh.vertices, axis=1) - 1).max() < 1e-6
 
 
-@pytest.mark.parametrize(("degree", "refused"), [(12, False), (13, True)])
-def test_the_exact_form_ends_at_degree_12(degree: int, refused: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("degree", "is_refused"), [(12, False), (13, True)])
+def test_degrees_above_12_are_refused(degree: int, is_refused: bool, tmp_path: Path) -> None:
     net = np.array([(j, k, j * k) for _, j, k in triangles.keys(degree)], dtype=float)
     surface = TriangleSurface(net)
     work = plan_mesh(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
-    if not refused:
+    if not is_refused:
         assert len(read_oogl(bytes(work.run().content), tmp_path).vertices) == 100
         return
-    with pytest.raises(UnsupportedByFormat) as caught:
+    with pytest.raises(UnsupportedByFormat) as error:
         work.run()
-    assert caught.value.issues[0].got == "degree 13"
+    assert error.value.issues[0].got == "degree 13"

@@ -1,7 +1,6 @@
-"""Quads in OBJ and OFF as trimesh reads them: counts, volume, closed.
+"""trimesh reads quads of OBJ and OFF as a closed mesh of the right volume.
 
-The meshes have no parameters, because trimesh reads these as texture coordinates and needs Pillow
-for that.
+The meshes have no uvs, because trimesh needs Pillow to read texture coordinates.
 """
 
 from dataclasses import replace
@@ -18,11 +17,11 @@ from tests.meshes import build_silo
 SIDES, ROWS = 12, 3
 AREA = SIDES / 2 * np.sin(2 * np.pi / SIDES)
 VOLUME = AREA * (1 + 1 / 3)
-"""Prism of height 1 below a pyramid of height 1."""
+"""Volume of the silo: a prism of height 1 below a pyramid of height 1."""
 
 
 @pytest.mark.parametrize("name", ["obj", "off"])
-def test_quads_are_kept(name: str) -> None:
+def test_trimesh_reads_two_triangles_for_each_quad(name: str) -> None:
     mesh = replace(build_silo(SIDES, ROWS, "quads"), uvs=None)
     assert len(mesh.quads)
     assert len(mesh.triangles)

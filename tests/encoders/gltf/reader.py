@@ -1,4 +1,4 @@
-"""A short glTF reader, written from the specification, independent of our writer."""
+"""A short glTF reader, written from the specification and independent of the encoders."""
 
 import base64
 import json
@@ -11,17 +11,23 @@ import pytest
 from numpy.typing import NDArray
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+"""dtypes of NumPy by the `componentType` of an accessor."""
+
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+"""Numbers of one element by the `type` of an accessor."""
+
+ELEMENT_ARRAY_BUFFER = 34963
+"""Target of a buffer view of indices."""
 
 
 def import_meshopt() -> Any:
-    """The library that compresses, and decompresses; without it the test is skipped."""
+    """The package `meshopt`, which decompresses views; if it is missing, the test is skipped."""
     return pytest.importorskip("meshopt")
 
 
 @dataclass(frozen=True)
 class Gltf:
-    """A document and its only buffer."""
+    """The JSON document of a glTF file, and its only buffer."""
 
     document: dict[str, Any]
     buffer: bytes
@@ -34,7 +40,7 @@ class Gltf:
         size = kind.itemsize * columns
         stride = view.get("byteStride", size)
         assert view["byteLength"] == stride * entry["count"]
-        assert stride % 4 == 0 or view["target"] == 34963
+        assert stride % 4 == 0 or view["target"] == ELEMENT_ARRAY_BUFFER
         rows = self._bytes(view).reshape(entry["count"], stride)[:, :size]
         return np.ascontiguousarray(rows).view(kind)
 
@@ -47,27 +53,29 @@ class Gltf:
         return fractions.clip(min=-1.0)
 
     def _bytes(self, view: dict[str, Any]) -> NDArray[np.uint8]:
-        """The bytes of a view, decompressed if it is compressed."""
-        hidden = view.get("extensions", {}).get("EXT_meshopt_compression")
-        place = hidden or view
-        assert place["buffer"] == 0
-        start = place["byteOffset"]
+        """The bytes of a view; those of a compressed view are decompressed."""
+        compressed = view.get("extensions", {}).get("EXT_meshopt_compression")
+        source = compressed or view
+        assert source["buffer"] == 0
+        start = source["byteOffset"]
         assert start % 4 == 0
-        content = self.buffer[start : start + place["byteLength"]]
-        assert len(content) == place["byteLength"]
-        if hidden is None:
+        content = self.buffer[start : start + source["byteLength"]]
+        assert len(content) == source["byteLength"]
+        if compressed is None:
             return np.frombuffer(content, np.uint8)
+        # The view itself refers to a fallback buffer, which the file does not contain.
         fallback = self.document["buffers"][view["buffer"]]
         assert fallback["extensions"] == {"EXT_meshopt_compression": {"fallback": True}}
         assert "uri" not in fallback
         assert view["byteOffset"] % 4 == 0
         assert view["byteOffset"] + view["byteLength"] <= fallback["byteLength"]
-        assert hidden["count"] * hidden["byteStride"] == view["byteLength"]
-        decoded = import_meshopt().decode_gltf_buffer(
-            content, hidden["count"], hidden["byteStride"], hidden["mode"], hidden.get("filter")
+        count, stride = compressed["count"], compressed["byteStride"]
+        assert count * stride == view["byteLength"]
+        elements = import_meshopt().decode_gltf_buffer(
+            content, count, stride, compressed["mode"], compressed.get("filter")
         )
-        result: NDArray[np.uint8] = np.ascontiguousarray(decoded).view(np.uint8).ravel()
-        return result
+        decompressed: NDArray[np.uint8] = np.ascontiguousarray(elements).view(np.uint8).ravel()
+        return decompressed
 
     def node(self, name: str) -> dict[str, Any]:
         """The only node of this name below the root."""
@@ -93,7 +101,7 @@ class Gltf:
 
 
 def read_glb(content: bytes) -> Gltf:
-    """Split a GLB into its chunks."""
+    """The document and the buffer of a GLB file."""
     magic, version, length = struct.unpack_from("<4sII", content)
     assert (magic, version, length) == (b"glTF", 2, len(content))
     chunks: dict[bytes, bytes] = {}
@@ -108,7 +116,7 @@ def read_glb(content: bytes) -> Gltf:
 
 
 def read_gltf(content: bytes) -> Gltf:
-    """Take a document and the buffer inside it."""
+    """The document and the buffer of a `.gltf` file, whose buffer is a data URL."""
     document = json.loads(content)
     buffer, *_ = document["buffers"]
     head, data = buffer["uri"].split(",")

@@ -1,4 +1,4 @@
-"""Files with cached text have the same bytes as files that are written without it."""
+"""GLB files: a plan caches the text of its files; the bytes do not depend on this cache."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -18,7 +18,7 @@ OPTIONS = EncodeOptions()
 
 
 def build_example(name: str, resolution: int = 4) -> Mesh:
-    """A mesh of an example; its faces are those of a plan, and read-only."""
+    """A mesh of an example, with the faces of a cached plan; the encoder caches a text for them."""
     options = MeshOptions((resolution, resolution), uvs=True)
     return build(EXAMPLES[name].surface().lower(), options, single=True)
 
@@ -28,17 +28,18 @@ def encode(mesh: Mesh) -> bytes:
 
 
 def encode_without_plan(mesh: Mesh) -> bytes:
-    """The file of the mesh with faces that no plan has."""
+    """The file of the mesh with a copy of its faces, for which the encoder has no cached text."""
     return encode(replace(mesh, triangles=mesh.triangles.copy()))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_a_kept_text_gives_the_same_file(name: str) -> None:
+def test_files_with_cached_text_are_equal(name: str) -> None:
     mesh = build_example(name)
     assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
 
-def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
+def test_the_cached_text_has_no_values_of_another_mesh() -> None:
+    """Positions, origin, names, colours, axis, normals and report are those of the encoded mesh."""
     mesh = build_example("utah-teapot")
     encode(mesh)
     parts = tuple(replace(part, name=f"{part.name} é", deviation_bound=None) for part in mesh.parts)
@@ -57,24 +58,28 @@ def test_numbers_names_and_places_are_those_of_the_mesh() -> None:
 
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
-def test_a_name_may_look_like_the_place_of_a_value(key: str) -> None:
+def test_a_name_may_be_equal_to_a_placeholder_of_the_cached_text(key: str) -> None:
     mesh = replace(build_example("saddle"), name=PLACEHOLDER.format(key))
     assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
 
-def test_a_long_file_is_pieces_which_nothing_was_copied_to() -> None:
+def test_a_long_file_is_a_list_of_pieces_that_share_memory_with_the_mesh() -> None:
     mesh = build_example("saddle", 128)
     content = encode_glb(mesh, OPTIONS)
     assert isinstance(content, Pieces)
     assert len(content) == len(bytes(content))
     assert bytes(content) == encode(mesh) == encode_without_plan(mesh)
-    assert any(np.shares_memory(np.frombuffer(p, np.uint8), mesh.positions) for p in content if p)
+    assert any(
+        np.shares_memory(np.frombuffer(piece, np.uint8), mesh.positions)
+        for piece in content
+        if piece
+    )
 
 
 @pytest.mark.parametrize("sizes", [(), (0,), (3, 4, 5), (11, 1, 9, 1), (4, 20, 3, 3, 3, 3)])
-def test_short_neighbours_are_joined_up_to_the_most(sizes: tuple[int, ...]) -> None:
+def test_short_neighbours_are_joined_up_to_ten_bytes(sizes: tuple[int, ...]) -> None:
     pieces = Pieces(tuple(bytes([number]) * size for number, size in enumerate(sizes)))
     joined = list(pieces.join_short(10))
     assert b"".join(joined) == bytes(pieces)
     assert all(len(piece) <= 10 or piece in pieces.pieces for piece in joined)
-    assert all(len(one) + len(two) > 10 for one, two in pairwise(joined))
+    assert all(len(first) + len(second) > 10 for first, second in pairwise(joined))

@@ -1,4 +1,4 @@
-"""Groups in glTF: nodes of copies, shared meshes, and materials."""
+"""Groups in glTF: a node for each member, meshes that members share, and materials."""
 
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 1, 0.25, 0], [0, 0, 2, 0], [0, 0, 0, 1]]
 COARSE = MeshOptions(resolution=(3, 3))
 
 
-def translation(x: float, y: float, z: float) -> Array:
+def build_translation(x: float, y: float, z: float) -> Array:
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix
@@ -36,44 +36,48 @@ def build_group(*members: Member, **more: Any) -> GroupSurface:
 
 
 def write_group(group: GroupSurface, options: MeshOptions = COARSE) -> Gltf:
+    """Writes a group as GLB, and reads the file again."""
     return read_glb(render(group, options, BY_NAME["glb"]))
 
 
 def read_matrix(node: dict[str, Any]) -> Array:
     """The matrix T R S of a node (glTF 2.0, 3.5.3)."""
     x, y, z, w = node.get("rotation", (0, 0, 0, 1))
-    turn = [
+    rotation = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
     matrix = np.eye(4)
-    matrix[:3, :3] = np.array(turn) @ np.diag(node.get("scale", (1, 1, 1)))
+    matrix[:3, :3] = np.array(rotation) @ np.diag(node.get("scale", (1, 1, 1)))
     matrix[:3, 3] = node.get("translation", (0, 0, 0))
     return matrix
 
 
 def find_copies(gltf: Gltf, name: str) -> list[tuple[Array, dict[str, Any]]]:
-    """World matrix below the root, and mesh, of everything at or below the nodes of this name."""
-    nodes, result = gltf.document["nodes"], []
+    """The meshes at or below the nodes of this name, each with its world matrix.
 
-    def visit(number: int, above: Array) -> None:
+    The world matrix does not include the matrix of the root.
+    """
+    nodes, copies = gltf.document["nodes"], []
+
+    def visit(number: int, parent_matrix: Array) -> None:
         node = nodes[number]
-        matrix = above @ read_matrix(node)
+        matrix = parent_matrix @ read_matrix(node)
         if "mesh" in node:
-            result.append((matrix, gltf.document["meshes"][node["mesh"]]))
+            copies.append((matrix, gltf.document["meshes"][node["mesh"]]))
         for child in node.get("children", ()):
             visit(child, matrix)
 
     for number in nodes[0]["children"]:
         if nodes[number]["name"] == name:
             visit(number, np.eye(4))
-    return result
+    return copies
 
 
 @given(placements())
-def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
-    """Turns, stretches, mirrors and shears, in one node or in two."""
+def test_a_matrix_is_the_product_of_two_nodes(matrix: Array) -> None:
+    """A node has a rotation, a scale and a translation; a shear needs two nodes."""
     outer, inner = split_matrix(matrix)
     for node in (outer, inner):
         if "rotation" in node:
@@ -83,22 +87,23 @@ def test_nodes_multiply_to_the_placement(matrix: Array) -> None:
 
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("angle", [1e-9, 0.3, 2.0, np.pi - 1e-9, np.pi])
-def test_quaternions_of_all_turns(axis: int, angle: float) -> None:
-    """Also near half turns, where the sum of the diagonal is near −1 and has few digits."""
-    turn = np.eye(3)
-    a, b = (axis + 1) % 3, (axis + 2) % 3
-    turn[[a, b, a, b], [a, b, b, a]] = np.cos(angle), np.cos(angle), -np.sin(angle), np.sin(angle)
+def test_quaternions_of_rotations_by_any_angle_are_exact(axis: int, angle: float) -> None:
+    """Near half a turn, the sum of the diagonal is near −1, and has few correct digits."""
+    rotation = np.eye(3)
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    rotation[[j, k], [j, k]] = np.cos(angle)
+    rotation[[j, k], [k, j]] = -np.sin(angle), np.sin(angle)
     expected = np.zeros(4)
     expected[[axis, 3]] = np.sin(angle / 2), np.cos(angle / 2)
-    assert abs(np.dot(quaternion(turn), expected)) == pytest.approx(1, abs=1e-15)
+    assert abs(np.dot(quaternion(rotation), expected)) == pytest.approx(1, abs=1e-15)
 
 
-def test_equal_surfaces_share_one_mesh() -> None:
-    """One mesh for each colour, over the same arrays."""
+def test_equal_surfaces_with_equal_colours_share_one_mesh() -> None:
+    """Meshes of equal surfaces with different colours use the same accessors."""
     ball, ramp = find("sphere").surface(), find("saddle").surface()
     group = build_group(
         Member(ball, "a"),
-        Member(ball, "b", matrix=translation(3, 0, 0)),
+        Member(ball, "b", matrix=build_translation(3, 0, 0)),
         Member(ball, "c", (1.0, 0.0, 0.0), MIRROR),
         Member(ball, "d", (1.0, 0.0, 0.0), SHEAR),
         Member(ramp, "e", (1.0, 0.0, 0.0)),
@@ -120,8 +125,8 @@ def test_equal_surfaces_share_one_mesh() -> None:
     assert first["material"] != other["material"]
 
 
-def test_copies_stand_where_they_were_placed() -> None:
-    """A sheared copy has two nodes, a copy of several parts one for each part; in both forms."""
+def test_nodes_place_members_as_the_group_does() -> None:
+    """A sheared member has two nodes; a member with several parts has a node for each part."""
     ball, drum = find("sphere").surface(), find("cylinder").surface()
     group = build_group(Member(ball, "ball", matrix=SHEAR), Member(drum, "drum", matrix=MIRROR))
     for gltf in (write_group(group), read_gltf(render(group, COARSE, BY_NAME["gltf"]))):
@@ -138,13 +143,14 @@ def test_copies_stand_where_they_were_placed() -> None:
 
 def test_a_far_member_keeps_a_local_origin_below_its_placement() -> None:
     far = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]) + 1e6)
-    gltf = write_group(build_group(Member(far, "far", matrix=translation(-1e6, -1e6, -1e6))))
+    gltf = write_group(build_group(Member(far, "far", matrix=build_translation(-1e6, -1e6, -1e6))))
     ((world, mesh),) = find_copies(gltf, "far")
     (primitive,) = mesh["primitives"]
     stored = gltf.array(primitive["attributes"]["POSITION"])
     assert np.abs(stored).max() < 2
-    placed = stored @ world[:3, :3].T + world[:3, 3]
-    np.testing.assert_allclose([placed.min(axis=0), placed.max(axis=0)], [[0, 0, 0], [1, 1, 0]])
+    positions = stored @ world[:3, :3].T + world[:3, 3]
+    bounds = [positions.min(axis=0), positions.max(axis=0)]
+    np.testing.assert_allclose(bounds, [[0, 0, 0], [1, 1, 0]])
 
 
 def test_colors_are_linear_and_opacity_blends() -> None:
@@ -153,35 +159,36 @@ def test_colors_are_linear_and_opacity_blends() -> None:
         Member(ball, "solid", (1.0, 0.5, 0.02)), Member(ball, "glass", (0.0, 0.5, 1.0, 0.25))
     )
     solid, glass = write_group(group).document["materials"]
-    # ((0.5 + 0.055) / 1.055)^2.4 and 0.02 / 12.92
-    half, little = 0.21404114048223255, 0.0015479876160990712
-    assert solid["pbrMetallicRoughness"]["baseColorFactor"] == [1.0, half, little, 1.0]
-    assert glass["pbrMetallicRoughness"]["baseColorFactor"] == [0.0, half, 1.0, 0.25]
+    # Linear light of 0.5 is ((0.5 + 0.055) / 1.055)^2.4, and of 0.02 it is 0.02 / 12.92.
+    light_half, light_dark = 0.21404114048223255, 0.0015479876160990712
+    assert solid["pbrMetallicRoughness"]["baseColorFactor"] == [1.0, light_half, light_dark, 1.0]
+    assert glass["pbrMetallicRoughness"]["baseColorFactor"] == [0.0, light_half, 1.0, 0.25]
     assert (solid["name"], glass["name"]) == ("surface #ff8005", "surface #0080ff40")
     assert "alphaMode" not in solid
     assert glass["alphaMode"] == "BLEND"
 
 
-def build_everything() -> GroupSurface:
-    """Every example except groups, sheared and mirrored, with and without colours."""
+def build_group_of_examples() -> GroupSurface:
+    """A group of all examples except groups, sheared and mirrored; every second has a colour."""
     surfaces = [example.surface() for example in EXAMPLES.values()]
-    alone = [surface for surface in surfaces if not isinstance(surface, GroupSurface)]
+    member_surfaces = [each for each in surfaces if not isinstance(each, GroupSurface)]
     members = [
         Member(
             surface,
             None,
             (0.2, 0.5, 0.7) if k % 2 else None,
-            translation(9 * k, 0, 0) @ SHEAR @ MIRROR,
+            build_translation(9 * k, 0, 0) @ SHEAR @ MIRROR,
         )
-        for k, surface in enumerate(alone)
+        for k, surface in enumerate(member_surfaces)
     ]
     return GroupSurface(tuple(members), "z")
 
 
 @pytest.mark.parametrize(("name", "uvs"), [("glb", False), *((name, True) for name in BY_NAME)])
 def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: Path) -> None:
-    """With and without colours, attributes and texture coordinates, within the predicted bytes."""
-    group, fmt, options = build_everything(), BY_NAME[name], MeshOptions(resolution=(3, 2), uvs=uvs)
+    """Some members have colours or attributes; the file is not longer than its bound."""
+    group, fmt = build_group_of_examples(), BY_NAME[name]
+    options = MeshOptions(resolution=(3, 2), uvs=uvs)
     group_size = group.size() if fmt.encode_scene is None else group.stored_size()
     size = mesh_size(group_size, options, fmt)
     content = render(group, options, fmt)

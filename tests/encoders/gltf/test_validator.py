@@ -1,4 +1,4 @@
-"""The Khronos validator reports no issue in our files, not even a hint."""
+"""The Khronos validator reports no issues in our files: no errors, no warnings and no hints."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ MESHES = {
     "overlays alone": to_single(remove_faces(add_overlays(build_silo()))),
     "odd name": replace(to_single(build_silo()), name='a "b" \\ \n ü \U0001f375'),
     "colours": to_single(add_attributes(build_silo(12, 3))),
-    "colours one can see through": to_single(
+    "translucent colours": to_single(
         add_attributes(build_silo(5), opacity=True), (1.0, 2.0, 3.0), "z"
     ),
 }
@@ -36,12 +36,12 @@ MESHES = {
 
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES.keys())
-def test_valid(mesh: Mesh, suffix: str, tmp_path: Path) -> None:
+def test_the_validator_finds_no_issue(mesh: Mesh, suffix: str, tmp_path: Path) -> None:
     content = bytes(BY_NAME[suffix].encode(mesh, EncodeOptions()))
     assert list_issues(content, tmp_path / f"model.{suffix}") == []
 
 
-def test_the_validator_finds_a_fault(tmp_path: Path) -> None:
+def test_the_validator_finds_a_wrong_bound(tmp_path: Path) -> None:
     content = bytes(BY_NAME["gltf"].encode(to_single(build_sheet(1)), EncodeOptions()))
     path = tmp_path / "model.gltf"
     path.write_bytes(content.replace(b'"max":[1.0,', b'"max":[2.0,'))
