@@ -1,9 +1,9 @@
-"""Sends hostile requests to a service, and prints the files and connections that it opens.
+"""Sends hostile requests to a service, and prints which files and connections the service opens.
 
-`python -m tests.api.audited FOLDER` prints, as JSON, the events that Python's audit hooks reported:
-they see all operations of the interpreter, in any library. The library of the store does not use
-the interpreter, so the test checks the folder too. At the end the process does some forbidden
-operations, to show that the hooks report them.
+`python -m tests.api.audited FOLDER` prints, as JSON, the events that Python reports to an audit
+hook: files, connections and processes that any Python code opens. The library of the store is not
+Python code, so the test also lists the files in FOLDER. At the end this program does some
+operations that the service must not do, to show that the hook reports them.
 """
 
 import asyncio
@@ -25,7 +25,10 @@ from service.encoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 
 WATCHED = ("open", "socket.", "os.", "shutil.", "subprocess.", "urllib.", "ftplib.", "http.client.")
-QUIET = {"os.putenv", "os.unsetenv"}
+"""Beginnings of the names of events that are recorded."""
+
+IGNORED = {"os.putenv", "os.unsetenv"}
+"""Events that are not recorded."""
 
 NAMES = [
     "/etc/passwd",
@@ -49,8 +52,9 @@ NAMES = [
     "C:\\secret",
     "secret",
 ]
+"""Texts that name a file or an address."""
 
-PLACES = [
+URLS = [
     "/{}",
     "/v1/surfaces/{}",
     "/v1/surfaces/{}/mesh.glb",
@@ -63,6 +67,7 @@ PLACES = [
     "/?surface={}",
     "/metrics/{}",
 ]
+"""URLs in which `{}` stands for a hostile name."""
 
 _BODIES: list[Any] = [
     lambda name: {"surface": name},
@@ -72,14 +77,17 @@ _BODIES: list[Any] = [
     },
     lambda name: {"url": name, "seconds": 9},
 ]
+"""Functions that build the document of a request with a hostile name."""
 
 KEY = new_key()
 
 
-async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers: str) -> int:
-    """The status of the response to a request, which has a decoded path, as from a server."""
+async def send_request(
+    app: ASGIApp, method: str, url: str, body: bytes = b"", **headers: str
+) -> int:
+    """The status of the response to a request; as a server does, it decodes the path."""
     path, _, query = url.partition("?")
-    named = {"authorization": f"Bearer {KEY}", "host": "127.0.0.1", **headers}
+    headers = {"authorization": f"Bearer {KEY}", "host": "127.0.0.1", **headers}
     scope = {
         "type": "http",
         "asgi": {"version": "3.0"},
@@ -90,7 +98,7 @@ async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers:
         "raw_path": path.encode(),
         "query_string": query.encode(),
         "root_path": "",
-        "headers": [(k.replace("_", "-").encode(), v.encode()) for k, v in named.items()],
+        "headers": [(k.replace("_", "-").encode(), v.encode()) for k, v in headers.items()],
         "client": ("127.0.0.1", 1),
         "server": ("127.0.0.1", 80),
     }
@@ -108,35 +116,40 @@ async def ask(app: ASGIApp, method: str, url: str, body: bytes = b"", **headers:
 
 
 def build_hostile_requests() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
-    """Requests with each hostile name in each place of a request that can have a name."""
+    """Requests with each hostile name; of URLs and bodies, each name is in every second one."""
     for number, name in enumerate(NAMES):
-        for place in PLACES[number % 2 :: 2]:
-            yield "GET", place.format(name), b"", {}
+        for url in URLS[number % 2 :: 2]:
+            yield "GET", url.format(name), b"", {}
         yield "DELETE", f"/v1/surfaces/{name}", b"", {}
-        for make in _BODIES[number % 2 :: 2]:
-            body = json.dumps(make(name)).encode()
+        for build_document in _BODIES[number % 2 :: 2]:
+            body = json.dumps(build_document(name)).encode()
             for path in ("/v1/mesh", "/v1/surfaces", "/v1/sign"):
                 yield "POST", path, body, {"content_type": "application/json"}
-        for kind in ("application/x-npy", "model/x-oogl", "text/x-teapot", name.encode().hex()):
-            yield "POST", "/v1/surfaces", name.encode(), {"content_type": kind}
-        reported = {"x_forwarded_for": name, "x_forwarded_host": name, "forwarded": f"for={name}"}
-        forged = {"host": name, "referer": name, "origin": name, "if_none_match": name, **reported}
-        yield "GET", "/v1/surfaces/saddle/mesh.glb", b"", forged
+        for media_type in (
+            "application/x-npy",
+            "model/x-oogl",
+            "text/x-teapot",
+            name.encode().hex(),
+        ):
+            yield "POST", "/v1/surfaces", name.encode(), {"content_type": media_type}
+        forwarded = {"x_forwarded_for": name, "x_forwarded_host": name, "forwarded": f"for={name}"}
+        headers = {"host": name, "referer": name, "origin": name, "if_none_match": name}
+        yield "GET", "/v1/surfaces/saddle/mesh.glb", b"", headers | forwarded
 
 
 async def send_ordinary_requests(app: ASGIApp) -> None:
-    """Sends ordinary requests first, because some files and modules are read only once."""
+    """Sends valid requests. The service reads some files and modules only for the first of them."""
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
     body = json.dumps({"surface": {"control_net": net}}).encode()
-    await ask(app, "POST", "/v1/surfaces", body, content_type="application/json")
+    await send_request(app, "POST", "/v1/surfaces", body, content_type="application/json")
     for path in ("/", "/docs", "/openapi.json", "/page/main.js", "/docs/start.js", "/metrics"):
-        await ask(app, "GET", path)
+        await send_request(app, "GET", path)
     for suffix in BY_SUFFIX:
-        await ask(app, "GET", f"/v1/surfaces/saddle/mesh.{suffix}")
+        await send_request(app, "GET", f"/v1/surfaces/saddle/mesh.{suffix}")
 
 
 def main(folder: Path) -> None:
-    """All calls, and the events that the audit hooks recorded."""
+    """Prints the statuses of all hostile requests, and the events that the audit hook recorded."""
     settings = Settings(
         store=str(folder / "store"),
         allow_delete=True,
@@ -145,34 +158,36 @@ def main(folder: Path) -> None:
         trusted_proxies=("127.0.0.1",),
     )
     events: list[tuple[str, list[str]]] = []
-    watching = False
+    is_recording = False
 
     def hook(event: str, arguments: tuple[Any, ...]) -> None:
-        if watching and event.startswith(WATCHED) and event not in QUIET:
+        if is_recording and event.startswith(WATCHED) and event not in IGNORED:
             events.append((event, [str(argument) for argument in arguments]))
 
     async def run() -> list[int]:
-        nonlocal watching
+        nonlocal is_recording
         app = create_app(settings)
         await send_ordinary_requests(app)
-        watching = True
+        is_recording = True
         statuses = [
-            await ask(app, method, url, body, **headers)
+            await send_request(app, method, url, body, **headers)
             for method, url, body, headers in build_hostile_requests()
         ]
-        watching = False
+        is_recording = False
         return statuses
 
     sys.addaudithook(hook)
     statuses = asyncio.run(run())
-    seen, events[:] = events.copy(), []
-    watching = True
+    events_of_requests, events[:] = events.copy(), []
+    is_recording = True
     (folder / "secret").read_bytes()
     with socket.socket() as connection:
         connection.connect_ex(("127.0.0.1", 9))
     os.listdir(folder)
-    watching = False
-    print(json.dumps({"statuses": statuses, "seen": seen, "would": [e for e, _ in events]}))
+    is_recording = False
+    forbidden = [event for event, _ in events]
+    document = {"statuses": statuses, "events": events_of_requests, "forbidden": forbidden}
+    print(json.dumps(document))
 
 
 if __name__ == "__main__":

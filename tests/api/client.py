@@ -21,12 +21,12 @@ Result = TypeVar("Result")
 Body: TypeAlias = bytes | Iterable[bytes] | AsyncIterable[bytes]
 
 
-_ALWAYS = {"X-Request-Id": "a-test"}
-"""All requests have this id, so that tests can compare the headers of responses, too."""
+_HEADERS = {"X-Request-Id": "a-test"}
+"""Headers of all requests: with equal request ids, tests can compare the headers of responses."""
 
 
 class Client:
-    """Requests to one application, on one event loop."""
+    """Sends requests to one application; all run on one event loop."""
 
     def __init__(self, app: ASGIApp, portal: BlockingPortal) -> None:
         # Like a server, the client logs an exception that the application raises after a 500.
@@ -40,24 +40,25 @@ class Client:
         content: Body | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> httpx.Response:
-        """The response to a request; an iterable body arrives in its pieces, without a length."""
+        """The response to a request; each element of an iterable body arrives as its own piece."""
         return self._portal.call(self._request, method, url, content, headers)
 
     def get(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
         return self.request("GET", url, headers=headers)
 
-    def raw(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
-        """The response to a GET without `Accept-Encoding`, its body not decoded."""
-        return self._portal.call(self._raw, url, headers)
+    def get_raw(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
+        """The response to a GET; the client adds no `Accept-Encoding` and decodes no coding."""
+        return self._portal.call(self._get_raw, url, headers)
 
     def post(
         self, url: str, document: Any, headers: Mapping[str, str] | None = None
     ) -> httpx.Response:
-        sent = {"Content-Type": "application/json", **(headers or {})}
-        return self.request("POST", url, orjson.dumps(document), sent)
+        """The response to a POST request with this document as its JSON body."""
+        headers = {"Content-Type": "application/json", **(headers or {})}
+        return self.request("POST", url, orjson.dumps(document), headers)
 
     def call(self, function: Callable[..., Awaitable[Result]], *arguments: Any) -> Result:
-        """The result of a coroutine function, run on the event loop of the requests."""
+        """The result of a coroutine function, which runs on the event loop of the requests."""
         return self._portal.call(function, *arguments)
 
     async def _request(
@@ -66,26 +67,27 @@ class Client:
         if content is not None and not isinstance(content, bytes | AsyncIterable):
             content = _iterate_pieces(content)
         async with httpx.AsyncClient(
-            transport=self._transport, base_url="http://service", headers=_ALWAYS
+            transport=self._transport, base_url="http://service", headers=_HEADERS
         ) as client:
             return await client.request(method, url, content=content, headers=headers)
 
-    async def _raw(self, url: str, headers: Mapping[str, str] | None) -> httpx.Response:
+    async def _get_raw(self, url: str, headers: Mapping[str, str] | None) -> httpx.Response:
         async with httpx.AsyncClient(
-            transport=self._transport, base_url="http://service", headers=_ALWAYS
+            transport=self._transport, base_url="http://service", headers=_HEADERS
         ) as client:
             client.headers.pop("Accept-Encoding")
             async with client.stream("GET", url, headers=headers) as response:
                 body = b"".join([chunk async for chunk in response.aiter_raw()])
-        coded = [pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"]
-        whole = httpx.Response(response.status_code, headers=coded, content=body)
-        whole.headers = response.headers
-        return whole
+        # Without the header `Content-Encoding`, the new response does not decode the body.
+        headers = [pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"]
+        undecoded = httpx.Response(response.status_code, headers=headers, content=body)
+        undecoded.headers = response.headers
+        return undecoded
 
 
 @contextmanager
 def start_client(app: ASGIApp) -> Iterator[Client]:
-    """A client of `app`, until the block ends."""
+    """A client of this application, which works until the block ends."""
     with start_blocking_portal() as portal:
         yield Client(app, portal)
 

@@ -1,4 +1,4 @@
-"""Hashes of some files in every coding; as a program it prints them."""
+"""Computes hashes of mesh files in every coding; as a program, this module prints them."""
 
 import hashlib
 from dataclasses import replace
@@ -16,8 +16,10 @@ OPTIONS = MeshOptions((3, 3), uvs=True, overlays=("boundary", "control_net"))
 
 
 def compute_digests() -> list[str]:
-    """A line for each file: of a surface with colours, of one with attributes, of a group; and of
-    bodies whose borders become equal, by resolution and by tolerance.
+    """A line for each file: the hashes of its bytes, and of its bytes in every coding.
+
+    The surfaces: bodies whose borders are joined, by resolution and by tolerance (GLB without
+    coding); a surface with colours, one with attributes, and a group (in all formats).
     """
     lines = []
     for build in (build_noisy, build_mixed, build_crowded):
@@ -29,8 +31,8 @@ def compute_digests() -> list[str]:
         for fmt in FORMATS:
             options = OPTIONS if fmt.overlays else replace(OPTIONS, overlays=())
             content = render(find(name).surface(), options, fmt)
-            coded = (content, *(compress(content) for compress in COMPRESS.values()))
-            lines.append(" ".join(hashlib.sha256(each).hexdigest() for each in coded))
+            codings = (content, *(compress(content) for compress in COMPRESS.values()))
+            lines.append(" ".join(hashlib.sha256(each).hexdigest() for each in codings))
     return lines
 
 

@@ -1,7 +1,7 @@
 """Harmful and invalid bodies, each with the error that the service must return.
 
-Each case has the code and the pointer of the first error; `STATUS` has the status of each code.
-Many bodies contain `ECHO`, which no response may repeat.
+A case has the code and the pointer of the first error; `STATUS` has the statuses of codes. Many
+bodies contain the text `ECHO`, which no response may repeat.
 """
 
 import json
@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from functools import partial
 
 ECHO = "zq9x7"
+"""A text that occurs in bodies only, so tests can see whether a response repeats the body."""
 
 NET = "[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]"
-GOOD = f'{{"control_net":{NET}}}'
+VALID = f'{{"control_net":{NET}}}'
 PATCHES = '"type":"patches","vertices":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]]'
 GRIDS = '"patches":[[[0,1],[2,3]]]'
 SPLINE = f'"type":"bspline","control_net":{NET}'
@@ -22,17 +23,17 @@ CHUNK = 1 << 16
 """Bytes of one piece of a body that a server receives."""
 
 STATUS = {"malformed_json": 400, "malformed_body": 400, "body_too_large": 413}
-"""The statuses of codes; all other codes have 422."""
+"""Statuses by code; all other codes have the status 422."""
 
 
 def split_body(body: bytes) -> list[bytes]:
-    """The pieces of a body as a server receives them; an empty body is one empty piece."""
+    """The body in pieces of `CHUNK` bytes, as a server receives it; an empty body is one piece."""
     return [body[start : start + CHUNK] for start in range(0, max(len(body), 1), CHUNK)]
 
 
 @dataclass(frozen=True)
 class Hostile:
-    """One body, built when a test needs it, because some bodies are long."""
+    """A body and its error; `build` builds the body when a test needs it, as some are long."""
 
     name: str
     build: Callable[[], bytes]
@@ -41,15 +42,16 @@ class Hostile:
 
     @property
     def status(self) -> int:
-        """The status of the response."""
+        """The status that the response must have."""
         return STATUS.get(self.code, 422)
 
     def chunks(self) -> Iterator[bytes]:
-        """The pieces of the body."""
+        """Builds the body; yields its pieces as a server receives them."""
         yield from split_body(self.build())
 
 
 def build_case(name: str, body: str | bytes, code: str, pointer: str = "") -> Hostile:
+    """A case with this body, and with the code and the pointer of its first error."""
     content = body.encode() if isinstance(body, str) else body
     return Hostile(name, lambda: content, code, pointer)
 
@@ -57,37 +59,43 @@ def build_case(name: str, body: str | bytes, code: str, pointer: str = "") -> Ho
 def build_long_case(
     name: str, build: Callable[[], str | bytes], code: str, pointer: str = ""
 ) -> Hostile:
+    """A case whose body is long, and therefore built later, by the function `build`."""
     return Hostile(f"long: {name}", lambda: build_case(name, build(), code).build(), code, pointer)
 
 
-def vary_body(name: str, body: str, at: str, texts: Mapping[str, str]) -> Iterator[Hostile]:
-    """Cases that replace the `?` in a body by several texts.
+def vary_body(name: str, body: str, pointer: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
+    """A case for each fault: its text replaces the `?` in the body.
 
-    `texts` has the texts for each code, separated by blanks. A text may end in `@` and the rest of
-    the pointer, which follows `at`.
+    `faults` maps the code of the error to texts, which are separated by blanks. The error is at
+    `pointer`; if a text ends in `@` and more of a pointer, as in `[0,null]@/1`, the error is there,
+    below `pointer`.
     """
-    for code, words in texts.items():
+    for code, words in faults.items():
         for word in words.split():
-            text, _, place = word.partition("@")
+            text, _, more = word.partition("@")
             yield build_case(
-                f"{name} {text[:60]} {code}", body.replace("?", text), code, at + place
+                f"{name} {text[:60]} {code}", body.replace("?", text), code, pointer + more
             )
 
 
 def write_surface(fields: str) -> str:
+    """The JSON text of a request with a surface of these fields."""
     return f'{{"surface":{{{fields}}}}}'
 
 
 def write_net(text: str) -> str:
+    """The JSON text of a request with a Bézier surface of this control net."""
     return write_surface(f'"control_net":{text}')
 
 
 def write_patches(fields: str) -> str:
+    """The JSON text of a request with a surface of patches; `fields` follow the vertices."""
     return write_surface(f"{PATCHES},{fields}")
 
 
 def write_options(fields: str) -> str:
-    return f'{{"surface":{GOOD},{fields}}}'
+    """The JSON text of a request with a valid surface and these fields beside the surface."""
+    return f'{{"surface":{VALID},{fields}}}'
 
 
 NOT_NUMBERS = {
@@ -95,8 +103,9 @@ NOT_NUMBERS = {
     "wrong_type": f'"1.5" "{ECHO}" true false {{}} {{"{ECHO}":1}} [] [1]',
     "null_value": "null",
 }
+"""Texts where a number is required, by the code of the error."""
 
-PLACES = {
+NUMBER_BODIES = {
     "control_net/0/1/2": write_net("[[[0,0,0],[0,1,?]],[[1,0,1],[1,1,2]]]"),
     "control_net/1/1/2": write_net("[[[0,0,0],[0,1,0]],[[1,0,1],[1,1,?]]]"),
     "weights/1/0": write_surface(f'"control_net":{NET},"weights":[[1,1],[?,1]]'),
@@ -110,16 +119,16 @@ PLACES = {
     "attributes/a/1/0/0": write_surface(f'"control_net":{NET},"attributes":{{"a":[[[0]],[[?]]]}}'),
     "parts/a/0": write_patches(f'{GRIDS},"parts":{{"a":[?]}}'),
 }
-"""Surfaces with a place for a number."""
+"""Requests with a `?` in place of a number, by the pointer of the number in the surface."""
 
 
-def numbers() -> Iterator[Hostile]:
-    """Values that are not numbers, in all places of numbers."""
-    for pointer, make in PLACES.items():
-        yield from vary_body(f"{pointer}:", make, f"/surface/{pointer}", NOT_NUMBERS)
+def build_number_cases() -> Iterator[Hostile]:
+    """Requests in which a value that is not a number replaces a number."""
+    for pointer, body in NUMBER_BODIES.items():
+        yield from vary_body(f"{pointer}:", body, f"/surface/{pointer}", NOT_NUMBERS)
 
 
-def texts() -> Iterator[Hostile]:
+def build_text_cases() -> Iterator[Hostile]:
     """Bodies that are not JSON."""
     for name, body, pointer in (
         ("empty body", "", ""),
@@ -154,9 +163,9 @@ def texts() -> Iterator[Hostile]:
     yield build_case("somewhat deep lists", write_net("[" * 40 + "0" + "]" * 40), "too_deep")
 
 
-def nets() -> Iterator[Hostile]:
+def build_net_cases() -> Iterator[Hostile]:
     """Control nets and weights of the wrong shape or value."""
-    row, at = "[[0,0,0],[0,1,0]]", "/surface/control_net"
+    row, pointer = "[[0,0,0],[0,1,0]]", "/surface/control_net"
     faults = {
         "empty_list": "[] [[],[]]@/0 [[[],[]],[[],[]]]@/0/0",
         "wrong_type": f'1 "{ECHO}" true {{"{ECHO}":[]}} [0,0,0,1]@/0 {row}@/0/0',
@@ -167,15 +176,19 @@ def nets() -> Iterator[Hostile]:
         " [[[0,0,0],[0,1,0]],[[1,0,0],[1,1]]]@/1/1",
         "too_few_points": f"[[[0,0,0]]] [{row}] [[[0,0,0]],[[1,0,0]]]",
     }
-    yield from vary_body("net", write_net("?"), at, faults)
+    yield from vary_body("net", write_net("?"), pointer, faults)
     yield from vary_body(
         "coordinate",
         write_net(f"[{row},[[1,0,0],[1,?,0]]]"),
-        f"{at}/1/1/1",
+        f"{pointer}/1/1/1",
         {"coordinate_too_large": "3.5e38 -3.5e38 1e39 -1e308"},
     )
-    yield build_case("degree 65", write_net(str([[[0, 0, 0]] * 66] * 2)), "degree_too_high", at)
-    yield build_case("degree 999", write_net(str([[[0, 0, 0]] * 2] * 1000)), "degree_too_high", at)
+    yield build_case(
+        "degree 65", write_net(str([[[0, 0, 0]] * 66] * 2)), "degree_too_high", pointer
+    )
+    yield build_case(
+        "degree 999", write_net(str([[[0, 0, 0]] * 2] * 1000)), "degree_too_high", pointer
+    )
     faults = {
         "null_value": "null",
         "wrong_type": "[1,1,1,1]@/0 1",
@@ -189,7 +202,7 @@ def nets() -> Iterator[Hostile]:
     yield from vary_body("weights", write_surface(f"{weights}?"), "/surface/weights", faults)
 
 
-def patch_lists() -> Iterator[Hostile]:
+def build_patch_cases() -> Iterator[Hostile]:
     """Patches, vertices and parts of the wrong shape or value."""
     faults = {
         "empty_list": "[] [[]]@/0 [[[]]]@/0/0",
@@ -204,16 +217,18 @@ def patch_lists() -> Iterator[Hostile]:
     }
     yield from vary_body("patches", write_patches('"patches":?'), "/surface/patches", faults)
     faults = {"empty_list": "[]", "wrong_type": "[0,0,0]@/0"}
-    bare = f'"type":"patches",{GRIDS}'
-    at = "/surface/vertices"
-    yield from vary_body("vertices", write_surface(f'{bare},"vertices":?'), at, faults)
-    yield build_case("vertices left out", write_surface(bare), "missing_field", at)
+    without_vertices = f'"type":"patches",{GRIDS}'
+    pointer = "/surface/vertices"
+    yield from vary_body(
+        "vertices", write_surface(f'{without_vertices},"vertices":?'), pointer, faults
+    )
+    yield build_case("vertices left out", write_surface(without_vertices), "missing_field", pointer)
     yield build_case(
         "patches left out", write_surface(PATCHES), "missing_field", "/surface/patches"
     )
     faults = {"weights_shape": "[1,1,1]", "weight_not_positive": "[1,1,1,0]@/3"}
-    at = "/surface/weights"
-    yield from vary_body("vertex weights", write_patches(f'{GRIDS},"weights":?'), at, faults)
+    pointer = "/surface/weights"
+    yield from vary_body("vertex weights", write_patches(f'{GRIDS},"weights":?'), pointer, faults)
     faults = {
         "null_value": 'null {"a":null}@/a',
         "wrong_type": '[] {"a":0}@/a {"a/b~":[true]}@/a~1b~0/0',
@@ -226,29 +241,29 @@ def patch_lists() -> Iterator[Hostile]:
     yield from vary_body("parts", write_patches(f'{GRIDS},"parts":?'), "/surface/parts", faults)
 
 
-def triangle_rows() -> Iterator[Hostile]:
+def build_triangle_cases() -> Iterator[Hostile]:
     """Rows of triangles of the wrong shape or value."""
     first = "[[0,0,0],[1,0,0],[2,0,0]]"
-    two = f"[{first},[[0,1,0],[1,1,0]]"
+    first_two = f"[{first},[[0,1,0],[1,1,0]]"
     faults = {
         "null_value": f"null [{first},[[0,1,0],null],[[0,2,0]]]@/1/1",
-        "empty_list": f"[] {two},[]]@/2",
+        "empty_list": f"[] {first_two},[]]@/2",
         "wrong_type": f'"{ECHO}" [{first},[[0,1,0],[1,1,true]],[[0,2,0]]]@/1/1/2',
         "too_few_points": "[[[0,0,0]]]",
-        "ragged": f"[{first}]@/0 {two}]@/0 [{first},[[0,1,0]],[[0,2,0]]]@/1"
-        f" {two},[[0,2,0],[0,0,0]]]@/2",
+        "ragged": f"[{first}]@/0 {first_two}]@/0 [{first},[[0,1,0]],[[0,2,0]]]@/1"
+        f" {first_two},[[0,2,0],[0,0,0]]]@/2",
         "wrong_dimension": f"[{first},[[0,1,0],[1,1]],[[0,2,0]]]@/1/1",
-        "coordinate_too_large": f"{two},[[0,2e38,4e38]]]@/2/0/2",
+        "coordinate_too_large": f"{first_two},[[0,2e38,4e38]]]@/2/0/2",
         "degree_too_high": json.dumps(
             [[[0, 0, 0]] * (66 - m) for m in range(66)], separators=(",", ":")
         )
         + f" [{'[],' * 9_999}[]]",
     }
 
-    def triangle(text: str) -> str:
+    def write_triangle(text: str) -> str:
         return write_surface(f'"type":"triangle","control_net":{text}')
 
-    yield from vary_body("triangle", triangle("?"), "/surface/control_net", faults)
+    yield from vary_body("triangle", write_triangle("?"), "/surface/control_net", faults)
     for field, faults in {
         "weights": {
             "null_value": "null",
@@ -267,10 +282,8 @@ def triangle_rows() -> Iterator[Hostile]:
             "coordinate_too_large": '{"a":[[[1],[2]],[[1e39]]]}@/a/1/0/0',
         },
     }.items():
-        beside = f'{two},[[0,2,0]]],"{field}":'
-        yield from vary_body(
-            f"triangle {field}", triangle(beside + "?"), f"/surface/{field}", faults
-        )
+        body = write_triangle(f'{first_two},[[0,2,0]]],"{field}":?')
+        yield from vary_body(f"triangle {field}", body, f"/surface/{field}", faults)
     faults = {
         "null_value": "null",
         "empty_list": "[]",
@@ -286,8 +299,8 @@ def triangle_rows() -> Iterator[Hostile]:
     )
 
 
-def documents() -> Iterator[Hostile]:
-    """Documents of a wrong type, for all endpoints to which a surface is posted."""
+def build_document_cases() -> Iterator[Hostile]:
+    """Documents and surfaces of a wrong type, for all endpoints whose requests have a surface."""
     other = f'[] 1 "{ECHO}" true'
     faults = {"wrong_type": f"{other} {NET}", "null_value": "null", "missing_field": "{}@/surface"}
     yield from vary_body("document", "?", "", faults)
@@ -299,7 +312,7 @@ def documents() -> Iterator[Hostile]:
     yield from vary_body("surface", '{"surface":?}', "/surface", faults)
 
 
-def wrong_fields() -> Iterator[Hostile]:
+def build_field_cases() -> Iterator[Hostile]:
     """Surfaces and fields of a wrong type."""
     for field, faults in {
         "type": {
@@ -338,10 +351,10 @@ def wrong_fields() -> Iterator[Hostile]:
         yield build_case(f"unknown: {name}", body, "unknown_field", pointer)
 
 
-def repeated_keys() -> Iterator[Hostile]:
-    """Repeated keys, at every level."""
+def build_repeated_key_cases() -> Iterator[Hostile]:
+    """Objects with a repeated key, at every level of a document."""
     for name, body, pointer in (
-        ("surface", f'{{"surface":{GOOD},"surface":{GOOD}}}', "/surface"),
+        ("surface", f'{{"surface":{VALID},"surface":{VALID}}}', "/surface"),
         ("option", write_options('"uvs":true,"uvs":false'), "/uvs"),
         ("option, escaped", write_options('"uvs":true,"\\u0075vs":true'), "/uvs"),
         ("net", write_surface(f'"control_net":{NET},"control_net":{NET}'), "/surface/control_net"),
@@ -352,7 +365,7 @@ def repeated_keys() -> Iterator[Hostile]:
         yield build_case(f"twice: {name}", body, "repeated_key", pointer)
 
 
-def splines() -> Iterator[Hostile]:
+def build_spline_cases() -> Iterator[Hostile]:
     """B-splines with invalid degrees and knots."""
     faults = {
         "null_value": 'null ["clamped",null]@/1 ["clamped",[0,0,1,null]]@/1/3',
@@ -389,17 +402,19 @@ def splines() -> Iterator[Hostile]:
         yield build_case(f"spline {fields}", write_surface(fields), code, f"/surface/{field}")
 
 
-def groups() -> Iterator[Hostile]:
+def build_group_cases() -> Iterator[Hostile]:
     """Groups with invalid members, names, colours or placements."""
-    at, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
+    pointer, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
 
-    def group(members: str) -> str:
+    def write_group(members: str) -> str:
         return write_surface(f'"type":"group","members":{members}')
 
-    def member(fields: str) -> str:
-        return group(f'[{{"surface":{GOOD}}},{{"surface":{GOOD},{fields}}}]')
+    def write_member(fields: str) -> str:
+        """A group whose second member has these fields."""
+        return write_group(f'[{{"surface":{VALID}}},{{"surface":{VALID},{fields}}}]')
 
-    def row(numbers: str) -> str:
+    def replace_row(numbers: str) -> str:
+        """The identity matrix with another second row."""
         return identity.replace("[0,1,0,0]", numbers)
 
     faults = {
@@ -412,38 +427,38 @@ def groups() -> Iterator[Hostile]:
         "unknown_type": '[{"surface":{"type":"tvist"}}]@/0/surface/type',
         "wrong_value": f'[{{"surface":{{"control_net":{NET},"up":"x"}}}}]@/0/surface/up',
         "too_few_points": '[{"surface":{"control_net":[[[0,0,0]]]}}]@/0/surface/control_net',
-        "unknown_field": f'[{{"surface":{GOOD},"{ECHO}":1}}]@/0/{ECHO}',
-        "repeated_key": f'[{{"surface":{GOOD},"name":"a","name":"b"}}]@/0/name',
+        "unknown_field": f'[{{"surface":{VALID},"{ECHO}":1}}]@/0/{ECHO}',
+        "repeated_key": f'[{{"surface":{VALID},"name":"a","name":"b"}}]@/0/name',
     }
-    yield from vary_body("members", group("?"), at, faults)
-    deep = '{"type":"group","members":[{"surface":' * 8 + GOOD + "}]}" * 8
+    yield from vary_body("members", write_group("?"), pointer, faults)
+    deep = '{"type":"group","members":[{"surface":' * 8 + VALID + "}]}" * 8
     body = f'{{"surface":{deep}}}'
-    yield build_case("groups in groups", body, "nested_group", f"{at}/0/surface/type")
-    yield build_case("members left out", write_surface('"type":"group"'), "missing_field", at)
-    many = ",".join([f'{{"surface":{GOOD}}}'] * 4097)
-    yield build_case("too many members", group(f"[{many}]"), "wrong_length", at)
-    far = row("[0,3e38,0,3e38]").replace("1,0", "3e38,0").replace("[0,0,1", "[0,0,3e38")
+    yield build_case("groups in groups", body, "nested_group", f"{pointer}/0/surface/type")
+    yield build_case("members left out", write_surface('"type":"group"'), "missing_field", pointer)
+    many = ",".join([f'{{"surface":{VALID}}}'] * 4097)
+    yield build_case("too many members", write_group(f"[{many}]"), "wrong_length", pointer)
+    far = replace_row("[0,3e38,0,3e38]").replace("1,0", "3e38,0").replace("[0,0,1", "[0,0,3e38")
     faults = {
         "null_value": "null",
-        "wrong_type": f"1 [1,0,0,0]@/0 {row('[0,true,0,0]')}@/1/1",
+        "wrong_type": f"1 [1,0,0,0]@/0 {replace_row('[0,true,0,0]')}@/1/1",
         "empty_list": "[]",
         "wrong_dimension": "[[1,0,0],[0,1,0],[0,0,1]]",
-        "ragged": f"{row('[0,1,0]')}@/1",
-        "out_of_range": f"{row('[0,1,0,1e308]')}@/1/3",
-        "not_finite": f"{row('[0,1,0,NaN]')}@/1/3",
-        "singular_matrix": f"{row('[0,0,0,0]')} {row('[0,1e7,0,0]')} {row('[2,0,0,0]')}"
-        " [[1e-40,0,0,0],[0,1e-40,0,0],[0,0,1e-40,0],[0,0,0,1]]",
+        "ragged": f"{replace_row('[0,1,0]')}@/1",
+        "out_of_range": f"{replace_row('[0,1,0,1e308]')}@/1/3",
+        "not_finite": f"{replace_row('[0,1,0,NaN]')}@/1/3",
+        "singular_matrix": f"{replace_row('[0,0,0,0]')} {replace_row('[0,1e7,0,0]')}"
+        f" {replace_row('[2,0,0,0]')} [[1e-40,0,0,0],[0,1e-40,0,0],[0,0,1e-40,0],[0,0,0,1]]",
         "not_affine": f"{identity.replace('[0,0,0,1]', '[0,0,1,1]')}@/3",
         "coordinate_too_large": far,
     }
-    yield from vary_body("matrix", member('"matrix":?'), f"{at}/1/matrix", faults)
+    yield from vary_body("matrix", write_member('"matrix":?'), f"{pointer}/1/matrix", faults)
     faults = {
         "null_value": "null [0,null,0]@/1",
         "wrong_type": '"red" [0,true,0]@/1',
         "wrong_length": "[1,1] [1,1,1,1,1]",
         "out_of_range": "[0,0,255]@/2 [-0.1,0,0]@/0",
     }
-    yield from vary_body("color", member('"color":?'), f"{at}/1/color", faults)
+    yield from vary_body("color", write_member('"color":?'), f"{pointer}/1/color", faults)
     linear = f'{SPLINE},"degree":1,"knots":["clamped",'
     flat = '"control_points":[[0,0],[1,1]]'
     faults = {
@@ -456,11 +471,14 @@ def groups() -> Iterator[Hostile]:
         '"knots":[0,1,1,2]}@/curve/knots',
     }
     yield from vary_body(
-        "member", group(f'[{{"surface":{GOOD}}},{{"surface":{{?}}}}]'), f"{at}/1/surface", faults
+        "member",
+        write_group(f'[{{"surface":{VALID}}},{{"surface":{{?}}}}]'),
+        f"{pointer}/1/surface",
+        faults,
     )
 
 
-def sweeps() -> Iterator[Hostile]:
+def build_sweep_cases() -> Iterator[Hostile]:
     """Tubes and ribbons with invalid curves, radii or directions."""
     path = '"curve":{"control_points":[[0,0,0],[1,2,0],[3,2,1],[4,0,1]]}'
     faults = {
@@ -472,8 +490,8 @@ def sweeps() -> Iterator[Hostile]:
         "degree_too_high": f"[{'1,' * 65}1]",
     }
     tube = '"type":"tube",'
-    at = "/surface/radius"
-    yield from vary_body("radius", write_surface(f'{tube}{path},"radius":?'), at, faults)
+    pointer = "/surface/radius"
+    yield from vary_body("radius", write_surface(f'{tube}{path},"radius":?'), pointer, faults)
     faults = {
         "out_of_range": '"sides":2@sides "sides":2000@sides',
         "wrong_type": '"caps":"flat"@caps',
@@ -485,9 +503,9 @@ def sweeps() -> Iterator[Hostile]:
         "unknown_type": '{"type":"tube"}@/type',
         "null_value": '{"control_points":[[0,0,0],[0,0,null]]}@/control_points/1/2',
     }
-    at = "/surface/curve"
-    yield from vary_body("path", write_surface(f'{tube}"radius":1,"curve":?'), at, faults)
-    yield build_case("no path", write_surface(f'{tube}"radius":1'), "missing_field", at)
+    pointer = "/surface/curve"
+    yield from vary_body("path", write_surface(f'{tube}"radius":1,"curve":?'), pointer, faults)
+    yield build_case("no path", write_surface(f'{tube}"radius":1'), "missing_field", pointer)
     yield build_case(
         "no radius", write_surface(f"{tube}{path}"), "missing_field", "/surface/radius"
     )
@@ -503,7 +521,7 @@ def sweeps() -> Iterator[Hostile]:
 
 NOT_FLAGS = {"wrong_type": '1 0 "true" [true]', "null_value": "null"}
 NOT_WORDS = {"wrong_value": f'"{ECHO}" 3 ["quads"]', "null_value": "null"}
-CHOICES: dict[str, dict[str, str]] = {
+OPTIONS: dict[str, dict[str, str]] = {
     "resolution": {
         "out_of_range": "0 -1 65537 1000000000000 18446744073709551615 [4,0]@/1",
         "wrong_type": '1e3 16.0 1.5 "16" true {} [4,true]@/1 [[4],4]@/0',
@@ -542,12 +560,12 @@ CHOICES: dict[str, dict[str, str]] = {
         "wrong_length": '["boundary","control_net","boundary"]',
     },
 }
-"""Options of the wrong type or out of range."""
+"""Invalid values of options by the code of the error, by the name of the option."""
 
 
-def choices() -> Iterator[Hostile]:
-    """Choices, cameras and combinations of options that are invalid or cost too much."""
-    for name, faults in CHOICES.items():
+def build_option_cases() -> Iterator[Hostile]:
+    """Invalid options of a mesh, invalid cameras, and options whose mesh is too large."""
+    for name, faults in OPTIONS.items():
         yield from vary_body(name, write_options(f'"{name}":?'), f"/{name}", faults)
     eye, view = '"position":[1,2,3]', '"field_of_view":0.8,"height":9'
     faults = {
@@ -573,43 +591,43 @@ def choices() -> Iterator[Hostile]:
 
 
 def write_vertices(count: int, last: str) -> str:
-    """A net of many vertices whose last one is `last`."""
+    """A surface of patches with `count` vertices, the last of which is the text `last`."""
     points = "[0.125,0.25,0.5]," * (count - 1) + last
     return write_surface(f'"type":"patches",{GRIDS},"vertices":[{points}]')
 
 
 def repeat_word(word: str, count: int) -> str:
-    """A list of one word, many times."""
+    """The JSON text of a list with `count` equal elements."""
     return f"[{f'{word},' * (count - 1)}{word}]"
 
 
 def repeat_value(option: str, word: str) -> str:
-    """An option that is a long list."""
+    """A request in which an option is a list of 500,001 equal elements."""
     return write_options(f'"{option}":{repeat_word(word, 500_001)}')
 
 
 def write_many_keys(count: int, end: str) -> str:
-    """An object of many keys."""
+    """The JSON text of an object with `count` keys; `end` ends the text."""
     return "{" + ",".join(f'"k{i}":0' for i in range(count)) + end
 
 
 def write_many_parts() -> str:
-    """Parts whose patches are not numbers."""
+    """A surface with 20,000 parts whose patches are null."""
     parts = ",".join(f'"p{i}":[null,null,null]' for i in range(20_000))
     return write_patches(f'{GRIDS},"parts":{{{parts}}}')
 
 
-def giants() -> Iterator[Hostile]:
-    """Very long bodies, and bodies that would become very many objects."""
+def build_long_cases() -> Iterator[Hostile]:
+    """Very long bodies, many of which would become very many Python objects."""
     size = 15 * MIB
     start = b'{"surface":{"control_net":['
-    named = b'{"name":"'
+    start_of_name = b'{"name":"'
     yield build_long_case("body over the limit", lambda: b" " * (17 * MIB), "body_too_large")
     yield build_long_case("letters", lambda: b"a" * size, "malformed_json")
     yield build_long_case("blanks", lambda: start + b" " * size, "malformed_json")
     yield build_long_case("digits", lambda: start + b"0." + b"1" * size, "malformed_json")
     yield build_long_case(
-        "one string", lambda: named + b"x" * size + b'"}', "missing_field", "/surface"
+        "one string", lambda: start_of_name + b"x" * size + b'"}', "missing_field", "/surface"
     )
     yield build_long_case("open lists", lambda: b"[" * size, "too_many_values")
     yield build_long_case("open objects", lambda: b'{"a":' * (size // 5), "too_many_strings")
@@ -618,7 +636,9 @@ def giants() -> Iterator[Hostile]:
     yield build_long_case("zeros", lambda: start + b"0," * (size // 2), "too_many_values")
     yield build_long_case("nulls", lambda: start + b"null," * (size // 5), "too_many_values")
     yield build_long_case("texts", lambda: start + b'"1",' * (size // 4), "too_many_strings")
-    yield build_long_case("string of commas", lambda: named + b"," * size, "too_many_values")
+    yield build_long_case(
+        "string of commas", lambda: start_of_name + b"," * size, "too_many_values"
+    )
     yield build_long_case("keys", lambda: write_many_keys(200_000, "}"), "too_many_strings")
     yield build_long_case(
         "unknown keys", lambda: write_many_keys(40_000, "}"), "missing_field", "/surface"
@@ -634,58 +654,63 @@ def giants() -> Iterator[Hostile]:
     yield build_long_case("bad parts", write_many_parts, "null_value", "/surface/parts/p0/0")
     nulls = partial(repeat_value, "overlays", "null")
     yield build_long_case("overlays", nulls, "null_value", "/overlays/0")
-    fours = partial(repeat_value, "resolution", "4")
-    yield build_long_case("resolutions", fours, "wrong_length", "/resolution")
-    at = "/surface/control_net"
+    numbers = partial(repeat_value, "resolution", "4")
+    yield build_long_case("resolutions", numbers, "wrong_length", "/resolution")
+    pointer = "/surface/control_net"
     yield build_long_case(
-        "name", lambda: write_surface(f'"name":"{"n" * 900_000}"'), "missing_field", at
+        "name", lambda: write_surface(f'"name":"{"n" * 900_000}"'), "missing_field", pointer
     )
     row = "[[0,0,0],[0,0,0]]"
     yield build_long_case(
-        "net of very many rows", lambda: write_net(repeat_word(row, 50_001)), "degree_too_high", at
+        "net of very many rows",
+        lambda: write_net(repeat_word(row, 50_001)),
+        "degree_too_high",
+        pointer,
     )
-    for last, code, place in (
+    for last, code, suffix in (
         ("[0,0,NaN]", "not_finite", None),
         ("[0,0,true]", "wrong_type", "/2"),
         ("[0,0]", "wrong_dimension", ""),
         ("[0,0,1e39]", "coordinate_too_large", "/2"),
     ):
-        at = "" if place is None else f"/surface/vertices/49999{place}"
+        pointer = "" if suffix is None else f"/surface/vertices/49999{suffix}"
         yield build_long_case(
-            f"{last} behind many vertices", partial(write_vertices, 50_000, last), code, at
+            f"{last} behind many vertices", partial(write_vertices, 50_000, last), code, pointer
         )
-    true = write_vertices(2, "[0,0,0]").replace("[0.125,0.25,0.5]", "?")
-    true = true.replace("?", "[0,0,0],?,[0,0,0]")
-    trues = partial(repeat_word, "[true,true,true]", 50_000)
-    at = "/surface/vertices/1/0"
+    body = write_vertices(2, "[0,0,0]").replace("[0.125,0.25,0.5]", "[0,0,0],?,[0,0,0]")
+    vertices = partial(repeat_word, "[true,true,true]", 50_000)
+    pointer = "/surface/vertices/1/0"
     yield build_long_case(
-        "vertices true", lambda: true.replace("?", trues()[1:-1]), "wrong_type", at
+        "vertices true", lambda: body.replace("?", vertices()[1:-1]), "wrong_type", pointer
     )
-    spans = write_surface('"type":"bspline","degree":16,"control_net":?')
+    spline = write_surface('"type":"bspline","degree":16,"control_net":?')
     grid = repeat_word(repeat_word("[0,0,0]", 142), 142)
-    at = "/surface/control_net"
+    pointer = "/surface/control_net"
     yield build_long_case(
-        "very many spans", lambda: spans.replace("?", grid), "too_many_bezier_points", at
+        "very many spans", lambda: spline.replace("?", grid), "too_many_bezier_points", pointer
     )
     knots = write_surface(f'{SPLINE},"degree":1,"knots":["clamped",?]')
-    at = "/surface/knots/1"
+    pointer = "/surface/knots/1"
     yield build_long_case(
-        "very many knots", lambda: knots.replace("?", repeat_word("0", 300_001)), "wrong_length", at
+        "very many knots",
+        lambda: knots.replace("?", repeat_word("0", 300_001)),
+        "wrong_length",
+        pointer,
     )
 
 
 HOSTILE: tuple[Hostile, ...] = (
-    *texts(),
-    *documents(),
-    *wrong_fields(),
-    *splines(),
-    *repeated_keys(),
-    *nets(),
-    *patch_lists(),
-    *triangle_rows(),
-    *groups(),
-    *sweeps(),
-    *choices(),
-    *numbers(),
-    *giants(),
+    *build_text_cases(),
+    *build_document_cases(),
+    *build_field_cases(),
+    *build_spline_cases(),
+    *build_repeated_key_cases(),
+    *build_net_cases(),
+    *build_patch_cases(),
+    *build_triangle_cases(),
+    *build_group_cases(),
+    *build_sweep_cases(),
+    *build_option_cases(),
+    *build_number_cases(),
+    *build_long_cases(),
 )

@@ -1,17 +1,17 @@
-"""Hostile bodies for the other calls, each with the error that the service must return."""
+"""Hostile bodies for calls other than /v1/mesh, each with the error that it must get."""
 
 from collections.abc import Iterator, Mapping
 
 from tests.api.hostile import (
     ECHO,
-    GOOD,
     HOSTILE,
     MIB,
     NOT_NUMBERS,
+    VALID,
     Hostile,
     build_case,
+    build_document_cases,
     build_long_case,
-    documents,
     repeat_word,
     vary_body,
     write_many_keys,
@@ -21,8 +21,8 @@ from tests.api.hostile import (
 )
 
 
-def queries() -> Iterator[Hostile]:
-    """Invalid points of /v1/points."""
+def build_point_cases() -> Iterator[Hostile]:
+    """Requests to /v1/points with invalid parameters or fields."""
 
     def write_uv(text: str) -> str:
         return write_options(f'"uv":{text}')
@@ -69,49 +69,52 @@ def queries() -> Iterator[Hostile]:
     )
 
 
-QUERIES: tuple[Hostile, ...] = tuple(queries())
+QUERIES: tuple[Hostile, ...] = tuple(build_point_cases())
 """Bodies for POST /v1/points."""
 
 
-def stores() -> Iterator[Hostile]:
-    """Bodies for storing without a surface, or with further fields."""
-    yield from documents()
+def build_store_cases() -> Iterator[Hostile]:
+    """Bodies to store that have no surface, or fields beside the surface."""
+    yield from build_document_cases()
     yield build_case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
-    yield build_case("the surface alone", GOOD, "missing_field", "/surface")
-    beside = (
+    yield build_case("the surface alone", VALID, "missing_field", "/surface")
+    others = (
         f'"id":"{"0" * 64}"@/id "name":"{ECHO}"@/name "resolution":4@/resolution "up":"z"@/up'
         ' "camera":null@/camera "engine":2@/engine "surfaces":[]@/surfaces "links":{}@/links'
     )
-    yield from vary_body("beside it", write_options("?"), "", {"unknown_field": beside})
-    two = f'{{"surface":{GOOD},"surface":{GOOD}}}'
+    yield from vary_body("another field", write_options("?"), "", {"unknown_field": others})
+    two = f'{{"surface":{VALID},"surface":{VALID}}}'
     yield build_case("two surfaces", two, "repeated_key", "/surface")
     yield build_case("truncated", write_options('"x":1')[:-1], "malformed_json", "/x")
-    at = "/surface/control_net"
-    yield build_case("not finite", write_net("[[[0,0,0],[0,1,NaN]]]"), "not_finite", f"{at}/0/1/2")
-    kept = b'{"arrays":[],"canonical":1,"surface":{}}\n'
-    yield build_case("a canonical content", kept, "missing_field", at)
-    tail = f'{{"surface":{GOOD}}}\n\0\0\0\0\0\0\xf0?'
-    yield build_case("numbers behind the document", tail, "malformed_json")
+    pointer = "/surface/control_net"
+    yield build_case(
+        "not finite", write_net("[[[0,0,0],[0,1,NaN]]]"), "not_finite", f"{pointer}/0/1/2"
+    )
+    canonical = b'{"arrays":[],"canonical":1,"surface":{}}\n'
+    yield build_case("a canonical content", canonical, "missing_field", pointer)
+    with_tail = f'{{"surface":{VALID}}}\n\0\0\0\0\0\0\xf0?'
+    yield build_case("numbers behind the document", with_tail, "malformed_json")
     yield build_long_case("blanks", lambda: b" " * (3 << 20), "malformed_json")
     yield build_long_case(
         "very many keys", lambda: write_options(write_many_keys(60_000, "")[1:]), "too_many_strings"
     )
 
 
-STORES: tuple[Hostile, ...] = tuple(stores())
+STORES: tuple[Hostile, ...] = tuple(build_store_cases())
 """Bodies for POST /v1/surfaces."""
 
 
-def conversions() -> Iterator[Hostile]:
-    """Invalid operations of /v1/convert."""
+def build_conversion_cases() -> Iterator[Hostile]:
+    """Requests to /v1/convert with invalid operations."""
     start = '{"surface":{"control_net":[[[0,0,0],[0,1,1],[0,2,0]],[[1,0,1],[1,1,2],[1,2,1]]]},'
 
+    transpose = '{"op":"transpose"}'
+
     def write_third_operation(operation: str) -> str:
-        turn = '{"op":"transpose"}'
-        return f'{start}"operations":[{turn},{turn},{operation}]}}'
+        return f'{start}"operations":[{transpose},{transpose},{operation}]}}'
 
     def vary_operation(op: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
-        """Cases of one operation; their texts follow the name of the operation."""
+        """Cases of one operation; the texts of `faults` follow the name of the operation."""
         yield from vary_body(
             op, write_third_operation(f'{{"op":"{op}"?}}'), "/operations/2", faults
         )
@@ -163,13 +166,13 @@ def conversions() -> Iterator[Hostile]:
     yield from vary_operation("triangle", faults)
     yield from vary_operation("transpose", {"unknown_field": ',"u":1@/u'})
     yield from vary_operation("bezier", {"unknown_field": ',"degree":3@/degree'})
-    at, turn = "/operations", '{"op":"transpose"}'
-    faults = {"null_value": "null", "wrong_type": turn, "wrong_length": "[]"}
-    yield from vary_body("operations", f'{start}"operations":?}}', at, faults)
-    yield build_case("no operations", f"{start[:-1]}}}", "missing_field", at)
+    pointer = "/operations"
+    faults = {"null_value": "null", "wrong_type": transpose, "wrong_length": "[]"}
+    yield from vary_body("operations", f'{start}"operations":?}}', pointer, faults)
+    yield build_case("no operations", f"{start[:-1]}}}", "missing_field", pointer)
     faults = {
-        "unknown_field": f'"operations":[{turn}],"resolution":3@/resolution',
-        "repeated_key": f'"operations":[{turn}],"operations":[]@/operations',
+        "unknown_field": f'"operations":[{transpose}],"resolution":3@/resolution',
+        "repeated_key": f'"operations":[{transpose}],"operations":[]@/operations',
     }
     yield from vary_body("conversion", f"{start}?}}", "", faults)
     nulls = '{"op":"elevate","degree":[null,null]}'
@@ -177,32 +180,32 @@ def conversions() -> Iterator[Hostile]:
         "operations",
         lambda: write_third_operation(repeat_word(nulls, 10_000)[1:-1]),
         "wrong_length",
-        at,
+        pointer,
     )
     yield build_long_case(
-        "nulls", lambda: write_third_operation("null," * 500_000 + "null"), "wrong_length", at
+        "nulls", lambda: write_third_operation("null," * 500_000 + "null"), "wrong_length", pointer
     )
-    at = f"{at}/2/degree"
+    pointer = f"{pointer}/2/degree"
     yield build_long_case(
-        "degrees", lambda: elevate.replace("?", repeat_word("4", 500_001)), "wrong_length", at
+        "degrees", lambda: elevate.replace("?", repeat_word("4", 500_001)), "wrong_length", pointer
     )
     yield build_long_case(
         "open lists", lambda: write_third_operation("[" * 2 * MIB), "too_many_values"
     )
 
 
-CONVERSIONS: tuple[Hostile, ...] = tuple(conversions())
+CONVERSIONS: tuple[Hostile, ...] = tuple(build_conversion_cases())
 """Bodies for POST /v1/convert."""
 
 
-def curves() -> Iterator[Hostile]:
-    """Invalid curves and options of /v1/curve."""
+def build_curve_cases() -> Iterator[Hostile]:
+    """Requests to /v1/curve with invalid curves or options."""
     quarter = '"control_points":[[1,0],[1,1],[0,1]]'
     loop = '"type":"bspline","control_points":[[2,0,0],[0,2,1],[-2,0,0],[0,-2,1]]'
     faults = {"null_value": "null", "wrong_type": "[]", "unknown_type": '{"type":"circle"}@/type'}
     yield build_case("no curve", "{}", "missing_field", "/curve")
     yield from vary_body("curve", '{"curve":?}', "/curve", faults)
-    parted = '"type":"bspline","degree":1,"control_points":[[0,0],[1,0],[1,1],[2,1]]'
+    linear = '"type":"bspline","degree":1,"control_points":[[0,0],[1,0],[1,1],[2,1]]'
     faults = {
         "unknown_field": f'{quarter},"radius":1@/radius',
         "weights_shape": f'{quarter},"weights":[1,1]@/weights',
@@ -211,7 +214,7 @@ def curves() -> Iterator[Hostile]:
         "wrong_value": f'{loop},"knots":"open"@/knots',
         "wrong_length": f'{loop},"knots":[0,0,0,0,1,1,1]@/knots',
         "knots_decrease": f'{loop},"knots":[0,0,0,0,1,1,1,0]@/knots/7',
-        "knot_multiplicity": f'{parted},"knots":[0,0,1,1,2,2]@/knots/3',
+        "knot_multiplicity": f'{linear},"knots":[0,0,1,1,2,2]@/knots/3',
     }
     yield from vary_body("field", '{"curve":{?}}', "/curve", faults)
     faults = {
@@ -223,8 +226,8 @@ def curves() -> Iterator[Hostile]:
         "coordinate_too_large": "[[0,0],[1,1e39]]@/1/1",
         "degree_too_high": f"[{','.join(f'[{k},0]' for k in range(66))}]",
     }
-    at = "/curve/control_points"
-    yield from vary_body("points", '{"curve":{"control_points":?}}', at, faults)
+    pointer = "/curve/control_points"
+    yield from vary_body("points", '{"curve":{"control_points":?}}', pointer, faults)
     faults = {
         "out_of_range": '"resolution":0@resolution "tolerance":0@tolerance',
         "wrong_type": '"resolution":[4,4]@resolution "tangents":1@tangents',
@@ -234,12 +237,12 @@ def curves() -> Iterator[Hostile]:
     yield from vary_body("option", f'{{"curve":{{{quarter}}},?}}', "/", faults)
 
 
-CURVES: tuple[Hostile, ...] = tuple(curves())
+CURVES: tuple[Hostile, ...] = tuple(build_curve_cases())
 """Bodies for POST /v1/curve."""
 
 
-def projections() -> Iterator[Hostile]:
-    """Invalid points of /v1/project."""
+def build_projection_cases() -> Iterator[Hostile]:
+    """Requests to /v1/project with invalid points or tolerances."""
 
     def write_points(text: str) -> str:
         return write_options(f'"points":{text}')
@@ -267,8 +270,8 @@ def projections() -> Iterator[Hostile]:
     )
 
 
-def rays() -> Iterator[Hostile]:
-    """Invalid rays of /v1/intersect."""
+def build_ray_cases() -> Iterator[Hostile]:
+    """Requests to /v1/intersect with invalid rays."""
 
     def write_rays(text: str) -> str:
         return write_options(f'"rays":{{{text}}}')
@@ -287,9 +290,9 @@ def rays() -> Iterator[Hostile]:
     yield from vary_body("origins", origins, "/rays/origins", faults)
     faults = {"zero_direction": "[[0,0,0]]@/0 [[1,0,0],[0,0,1e-200]]@/1"}
     yield from vary_body("directions", directions, "/rays/directions", faults)
-    three = '"origins":[[0,0,1],[0,0,1],[0,0,1]],"directions":[[1,0,0],[0,1,0]]'
+    counts = '"origins":[[0,0,1],[0,0,1],[0,0,1]],"directions":[[1,0,0],[0,1,0]]'
     yield from vary_body(
-        "counts", write_rays("?"), "/rays/directions", {"conflicting_options": three}
+        "counts", write_rays("?"), "/rays/directions", {"conflicting_options": counts}
     )
     faults = {"out_of_range": "0 1 -1", "wrong_type": 'true "1"', "null_value": "null"}
     thickness = write_options(
@@ -304,11 +307,11 @@ def rays() -> Iterator[Hostile]:
     )
 
 
-def planes() -> Iterator[Hostile]:
-    """Invalid planes of /v1/intersect."""
+def build_plane_cases() -> Iterator[Hostile]:
+    """Requests to /v1/intersect with invalid planes."""
     normals = write_options('"planes":{"normals":?,"offsets":[0]}')
     offsets = write_options('"planes":{"normals":[[0,0,1]],"offsets":?}')
-    places = write_options('"planes":{"normals":[[0,0,1]],"points":?}')
+    points = write_options('"planes":{"normals":[[0,0,1]],"points":?}')
     vectors = {
         "null_value": "null [[0,0,0],null]@/1",
         "empty_list": "[]",
@@ -319,12 +322,12 @@ def planes() -> Iterator[Hostile]:
     yield from vary_body("normals", normals, "/planes/normals", vectors)
     faults = {"zero_direction": "[[0,0,0]]@/0 [[1,0,0],[0,0,1e-200]]@/1"}
     yield from vary_body("lengths", normals, "/planes/normals", faults)
-    yield from vary_body("points", places, "/planes/points", vectors)
+    yield from vary_body("points", points, "/planes/points", vectors)
     yield from vary_body("offset", offsets.replace("?", "[0,?]"), "/planes/offsets/1", NOT_NUMBERS)
     faults = {"empty_list": "[]", "wrong_type": "0 {}", "coordinate_too_large": "[0,1e300]@/1"}
     yield from vary_body("offsets", offsets, "/planes/offsets", faults)
-    two = '{"normals":[[0,0,1],[0,1,0]],"offsets":[0,1,2]}'
-    counts = {"conflicting_options": two}
+    two_and_three = '{"normals":[[0,0,1],[0,1,0]],"offsets":[0,1,2]}'
+    counts = {"conflicting_options": two_and_three}
     yield from vary_body("counts", write_options('"planes":?'), "/planes/normals", counts)
     faults = {"out_of_range": "0 -1", "wrong_type": 'true "1"', "null_value": "null"}
     tolerance = write_options('"planes":{"normals":[[0,0,1]],"offsets":[0]},"tolerance":?')
@@ -341,9 +344,9 @@ CALLS: Mapping[str, tuple[Hostile, ...]] = {
     "/v1/mesh": HOSTILE,
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,
-    "/v1/project": tuple(projections()),
-    "/v1/intersect": (*rays(), *planes()),
+    "/v1/project": tuple(build_projection_cases()),
+    "/v1/intersect": (*build_ray_cases(), *build_plane_cases()),
     "/v1/convert": CONVERSIONS,
     "/v1/curve": CURVES,
 }
-"""The bodies for each call."""
+"""Hostile bodies by the path of the call."""

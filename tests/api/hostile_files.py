@@ -1,4 +1,4 @@
-"""Hostile files of control points and queries beside them, with the errors that they must get."""
+"""Hostile files of control points and hostile queries, each with the error that it must get."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -15,7 +15,11 @@ NPY, OOGL, TEAPOT = "application/x-npy", "model/x-oogl", "text/x-teapot"
 
 @dataclass(frozen=True)
 class HostileFile:
-    """One body, its media type, and the query beside it; `place` and `where` of the first error."""
+    """A body, its media type, the query of its URL, and its first error.
+
+    The error names its location by the member `location_key` of the problem, "pointer" or
+    "parameter", with the value `location`.
+    """
 
     name: str
     media_type: str
@@ -23,28 +27,30 @@ class HostileFile:
     query: str
     status: int
     code: str
-    place: str
-    where: str
+    location_key: str
+    location: str
 
 
 def save_array(array: NDArray[Any]) -> bytes:
+    """The `.npy` file of an array."""
     file = io.BytesIO()
     np.save(file, array)
     return file.getvalue()
 
 
-def build_net(rows: int = 4, columns: int = 4, width: int = 3) -> NDArray[np.float64]:
-    points = np.ones((rows, columns, width))
+def build_net(rows: int = 4, columns: int = 4, dimension: int = 3) -> NDArray[np.float64]:
+    """A valid control net (rows, columns, dimension) over a grid; all further numbers are 1."""
+    points = np.ones((rows, columns, dimension))
     points[..., 0], points[..., 1] = np.indices((rows, columns))
     return points
 
 
-def change_number(value: float, *place: int, width: int = 3, patches: int = 0) -> bytes:
-    """A net, or several, with one number changed."""
-    points = build_net(width=width)
+def change_number(value: float, *index: int, dimension: int = 3, patches: int = 0) -> bytes:
+    """The `.npy` file of a net, or of several patches, in which one number has another value."""
+    points = build_net(dimension=dimension)
     if patches:
         points = np.stack([points] * patches)
-    points[place] = value
+    points[index] = value
     return save_array(points)
 
 
@@ -53,32 +59,33 @@ def build_case(
     body: bytes,
     status: int,
     code: str,
-    where: str = "",
+    location: str = "",
     *,
     media_type: str = NPY,
     query: str = "",
-    place: str = "pointer",
+    location_key: str = "pointer",
 ) -> HostileFile:
-    return HostileFile(name, media_type, lambda: body, query, status, code, place, where)
+    return HostileFile(name, media_type, lambda: body, query, status, code, location_key, location)
 
 
-def arrays() -> Iterator[HostileFile]:
-    at = "/surface/control_net"
-    good = save_array(build_net())
+def build_array_cases() -> Iterator[HostileFile]:
+    """Invalid `.npy` files."""
+    pointer = "/surface/control_net"
+    valid = save_array(build_net())
     yield build_case("no array", ECHO.encode(), 400, "malformed_body")
     yield build_case("an empty body", b"", 400, "malformed_body")
     yield build_case("JSON", b'{"surface": {}}', 400, "malformed_body")
-    yield build_case("half an array", good[:-99], 400, "malformed_body")
-    yield build_case("two arrays", good * 2, 400, "malformed_body")
-    huge = good.replace(b"(4, 4, 3), }         ", b"(99999999, 99999, 3)}")
-    assert huge != good
+    yield build_case("half an array", valid[:-99], 400, "malformed_body")
+    yield build_case("two arrays", valid * 2, 400, "malformed_body")
+    huge = valid.replace(b"(4, 4, 3), }         ", b"(99999999, 99999, 3)}")
+    assert huge != valid
     yield build_case("a huge shape", huge, 400, "malformed_body")
     yield build_case("whole numbers", save_array(build_net().astype(int)), 422, "wrong_type")
     yield build_case("a plain list", save_array(np.zeros(3)), 422, "wrong_dimension")
-    yield build_case("five numbers", save_array(build_net(width=5)), 422, "wrong_dimension")
-    yield build_case("one row", save_array(build_net(1, 4)), 422, "too_few_points", at)
+    yield build_case("five numbers", save_array(build_net(dimension=5)), 422, "wrong_dimension")
+    yield build_case("one row", save_array(build_net(1, 4)), 422, "too_few_points", pointer)
     yield build_case("no row", save_array(build_net(0, 4)), 422, "empty_list")
-    yield build_case("degree 65", save_array(build_net(66, 2)), 422, "degree_too_high", at)
+    yield build_case("degree 65", save_array(build_net(66, 2)), 422, "degree_too_high", pointer)
     yield build_case(
         "a patch of degree 65",
         save_array(build_net(66, 2)[None]),
@@ -88,11 +95,11 @@ def arrays() -> Iterator[HostileFile]:
     )
     for value in (np.nan, np.inf, -np.inf):
         yield build_case(
-            f"{value}", change_number(value, 1, 2, 0), 422, "not_finite", f"{at}/1/2/0"
+            f"{value}", change_number(value, 1, 2, 0), 422, "not_finite", f"{pointer}/1/2/0"
         )
         yield build_case(
             f"{value} as a weight",
-            change_number(value, 1, 2, 3, width=4),
+            change_number(value, 1, 2, 3, dimension=4),
             422,
             "not_finite",
             "/surface/weights/1/2",
@@ -105,12 +112,12 @@ def arrays() -> Iterator[HostileFile]:
             "/surface/vertices/30/0",
         )
     yield build_case(
-        "1e39", change_number(1e39, 1, 2, 0), 422, "coordinate_too_large", f"{at}/1/2/0"
+        "1e39", change_number(1e39, 1, 2, 0), 422, "coordinate_too_large", f"{pointer}/1/2/0"
     )
     for value in (0, -1):
         yield build_case(
             f"weight {value}",
-            change_number(value, 1, 2, 3, width=4),
+            change_number(value, 1, 2, 3, dimension=4),
             422,
             "weight_not_positive",
             "/surface/weights/1/2",
@@ -123,13 +130,14 @@ def arrays() -> Iterator[HostileFile]:
         422,
         "too_many_control_points",
         "pointer",
-        at,
+        pointer,
     )
 
 
-def queries() -> Iterator[HostileFile]:
-    good = save_array(build_net())
-    for query, code, where in (
+def build_query_cases() -> Iterator[HostileFile]:
+    """Valid files with invalid queries."""
+    valid = save_array(build_net())
+    for query, code, parameter in (
         ("type=tube", "wrong_value", "type"),
         ("type=patches", "wrong_value", "type"),
         (f"type={ECHO}", "wrong_value", "type"),
@@ -162,9 +170,9 @@ def queries() -> Iterator[HostileFile]:
         ("resolution=9000", "too_many_vertices", "resolution"),
         ("&".join(f"a{i}=1" for i in range(60)), "too_many_parameters", "a50"),
     ):
-        if where is not None:
+        if parameter is not None:
             yield build_case(
-                f"?{query[:40]}", good, 422, code, where, query=query, place="parameter"
+                f"?{query[:40]}", valid, 422, code, parameter, query=query, location_key="parameter"
             )
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0"
     for kind in ("bezier", "bspline", "group"):
@@ -176,7 +184,7 @@ def queries() -> Iterator[HostileFile]:
             "type",
             media_type=OOGL,
             query=f"type={kind}",
-            place="parameter",
+            location_key="parameter",
         )
     yield build_case(
         "knots of patches",
@@ -186,11 +194,12 @@ def queries() -> Iterator[HostileFile]:
         "knots",
         media_type=OOGL,
         query="knots=uniform",
-        place="parameter",
+        location_key="parameter",
     )
 
 
-def texts() -> Iterator[HostileFile]:
+def build_text_cases() -> Iterator[HostileFile]:
+    """Invalid texts of OOGL and of the teapot."""
     for media_type in (OOGL, TEAPOT):
         for name, body in (
             ("nothing", b""),
@@ -242,20 +251,20 @@ def texts() -> Iterator[HostileFile]:
         "pointer",
         "",
     )
-    one = b"{BEZ113 0 0 0 1 0 0 0 1 0 1 1 0}"
-    other = b"{BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0}"
+    bilinear = b"{BEZ113 0 0 0 1 0 0 0 1 0 1 1 0}"
+    quadratic = b"{BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0}"
     yield build_case("lists in lists", b"{LIST" * 5000, 400, "malformed_body", media_type=OOGL)
     yield build_case(
         "a coordinate beyond float32",
-        one.replace(b"1 1 0", b"1 1 1e39"),
+        bilinear.replace(b"1 1 0", b"1 1 1e39"),
         422,
         "coordinate_too_large",
         "/surface/vertices/3/2",
         media_type=OOGL,
     )
-    group = b"LIST" + one + other.replace(b"2 1 0", b"2 1 1e39")
+    group = b"LIST" + bilinear + quadratic.replace(b"2 1 0", b"2 1 1e39")
     yield build_case(
-        "the same in a group",
+        "a coordinate beyond float32 in a group",
         group,
         422,
         "coordinate_too_large",
@@ -280,4 +289,4 @@ def texts() -> Iterator[HostileFile]:
     )
 
 
-FILES: tuple[HostileFile, ...] = (*arrays(), *queries(), *texts())
+FILES: tuple[HostileFile, ...] = (*build_array_cases(), *build_query_cases(), *build_text_cases())

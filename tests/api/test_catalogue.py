@@ -1,4 +1,4 @@
-"""The lists of formats and of built-in surfaces."""
+"""The lists of formats and of built-in surfaces; parameters that calls refuse; HEAD requests."""
 
 import pytest
 
@@ -20,26 +20,26 @@ def test_examples_are_listed_with_links_that_work(client: Client) -> None:
         assert mesh["report"]["patches"] == surface["patches"]
 
 
-def test_links_stay_below_the_path_the_service_is_mounted_at() -> None:
+def test_links_begin_with_the_path_at_which_the_service_is_mounted() -> None:
     app = create_app(Settings())
     app.root_path = "/shapes"
     with start_client(app) as client:
-        listed = client.get("/v1/surfaces").json()["surfaces"]
-        assert listed[0]["links"]["self"] == "/shapes/v1/surfaces/utah-teapot"
+        surfaces = client.get("/v1/surfaces").json()["surfaces"]
+        assert surfaces[0]["links"]["self"] == "/shapes/v1/surfaces/utah-teapot"
         response = client.post("/v1/surfaces", {"surface": PATCH})
         links = response.json()["links"]
-        addresses = [response.headers["location"], links["self"], *links["mesh"].values()]
-        assert all(url.startswith("/shapes/v1/surfaces/") for url in addresses)
+        urls = [response.headers["location"], links["self"], *links["mesh"].values()]
+        assert all(url.startswith("/shapes/v1/surfaces/") for url in urls)
         assert client.get(links["self"]).status_code == 200
-        for _ in range(2):  # computed, then cached
+        for _ in range(2):  # the second response is from the cache
             canonical = client.get("/v1/surfaces/saddle/mesh.glb?resolution=2").headers["link"]
             assert canonical.startswith("</shapes/v1/surfaces/saddle/mesh.glb?resolution=2&engine=")
 
 
 def test_formats_are_those_of_the_registry(client: Client) -> None:
     formats = client.get("/v1/formats").json()["formats"]
-    assert [(f["name"], f["media_type"], f["suffix"]) for f in formats] == [
-        (f.name, f.media_type, f.suffix) for f in FORMATS
+    assert [(each["name"], each["media_type"], each["suffix"]) for each in formats] == [
+        (fmt.name, fmt.media_type, fmt.suffix) for fmt in FORMATS
     ]
 
 
@@ -58,8 +58,8 @@ def test_formats_are_those_of_the_registry(client: Client) -> None:
         ("POST", "/v1/surfaces?engine=3"),
     ],
 )
-def test_parameters_are_refused_where_there_are_none(method: str, url: str) -> None:
-    """With a JSON body the query may only have `format`, and only for calls with formats."""
+def test_unknown_parameters_of_the_query_are_refused(method: str, url: str) -> None:
+    """If the body is JSON, the query may only have `format`, and only for calls with formats."""
     headers = {"Content-Type": "application/json"}
     with start_client(create_app(Settings(allow_delete=True))) as client:
         response = client.request(method, url, b'{"surface":{}}', headers)
@@ -79,10 +79,10 @@ def test_parameters_are_refused_where_there_are_none(method: str, url: str) -> N
         "/openapi.json",
     ],
 )
-def test_head_is_get_without_the_body(client: Client, url: str) -> None:
+def test_head_gives_the_headers_of_get_without_a_body(client: Client, url: str) -> None:
     get, head = client.get(url), client.request("HEAD", url)
     assert head.status_code == get.status_code == 200
     assert head.content == b""
-    # Two requests take different times.
+    # `Server-Timing` is left out, because two requests take different times.
     headers = [{**response.headers, "server-timing": ""} for response in (get, head)]
     assert headers[0] == headers[1]

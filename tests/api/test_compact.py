@@ -1,4 +1,4 @@
-"""Compact glTF over HTTP, by URL and by body; other formats refuse it."""
+"""Quantized and compressed glTF over HTTP, by URL and by body; other formats refuse the options."""
 
 import pytest
 
@@ -12,27 +12,28 @@ from tests.api.client import Client
 from tests.encoders.gltf.reader import read_glb
 
 SADDLE = "/v1/surfaces/saddle/mesh"
-BOTH = "quantize=true&compression=meshopt"
+QUERY = "quantize=true&compression=meshopt"
 
 
-def test_by_url_and_by_body(client: Client) -> None:
-    options, encode = MeshOptions((5, 5)), EncodeOptions(None, True, "meshopt")
-    expected = render(find("saddle").surface(), options, BY_NAME["glb"], encode)
-    actual = client.get(f"{SADDLE}.glb?resolution=5&{BOTH}", {"Accept-Encoding": "identity"})
-    assert actual.content == expected
+def test_meshes_by_url_and_by_body_are_equal(client: Client) -> None:
+    options, encode_options = MeshOptions((5, 5)), EncodeOptions(None, True, "meshopt")
+    expected = render(find("saddle").surface(), options, BY_NAME["glb"], encode_options)
+    by_url = client.get(f"{SADDLE}.glb?resolution=5&{QUERY}", {"Accept-Encoding": "identity"})
+    assert by_url.content == expected
     surface = client.get("/v1/surfaces/saddle").json()["surface"]
     body = {"surface": surface, "resolution": 5, "quantize": True, "compression": "meshopt"}
-    posted = client.post("/v1/mesh?format=glb", body)
-    assert posted.content == expected
+    by_body = client.post("/v1/mesh?format=glb", body)
+    assert by_body.content == expected
     bound = read_glb(expected).document["asset"]["extras"]["report"]["deviation_bound"]
     plain = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
-    for response in (actual, posted):
+    # The bound includes the rounding, so it differs from that of the plain file.
+    for response in (by_url, by_body):
         assert response.headers["surface-deviation-bound"] == repr(bound) != plain
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
-def test_other_formats_refuse_it_by_url_too(client: Client, option: str) -> None:
-    # Also after the mesh without the option was cached.
+def test_other_formats_refuse_compact_options_by_url(client: Client, option: str) -> None:
+    # A cached mesh without the option must not hide the error.
     assert client.get(f"{SADDLE}.stl?resolution=2").status_code == 200
     response = client.get(f"{SADDLE}.stl?resolution=2&{option}")
     assert response.status_code == 422
@@ -44,14 +45,15 @@ def test_other_formats_refuse_it_by_url_too(client: Client, option: str) -> None
 def test_formats_list_their_compact_options(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def list_compact() -> dict[str, tuple[bool, list[str]]]:
+    def list_compact_options() -> dict[str, tuple[bool, list[str]]]:
         formats = client.get("/v1/formats").json()["formats"]
         return {each["name"]: (each["quantize"], each["compression"]) for each in formats}
 
-    nothing: dict[str, tuple[bool, list[str]]] = {
+    without_options: dict[str, tuple[bool, list[str]]] = {
         fmt.name: (False, []) for fmt in FORMATS if not fmt.compact
     }
     monkeypatch.setattr(meshopt, "is_available", lambda: True)
-    assert list_compact() == {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])} | nothing
+    compressed = {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])}
+    assert list_compact_options() == compressed | without_options
     monkeypatch.setattr(meshopt, "is_available", lambda: False)
-    assert list_compact() == {"glb": (True, []), "gltf": (True, [])} | nothing
+    assert list_compact_options() == {"glb": (True, []), "gltf": (True, [])} | without_options

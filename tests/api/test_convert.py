@@ -1,4 +1,4 @@
-"""POST /v1/convert: the results are valid surfaces; refusals have pointers."""
+"""POST /v1/convert: the results are valid surfaces; errors have pointers."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from tests.api.client import Client, start_client
 from tests.forms import SURFACES
 
 NET = [[[0, 0, 0], [0, 1, 1], [0, 2, 0]], [[1, 0, 1], [1, 1, 2], [1, 2, 1]]]
-WORK: dict[str, list[tuple[str, Any]]] = {
+OPERATIONS: dict[str, list[tuple[str, Any]]] = {
     "bezier": [
         ("elevate", {"degree": 4}),
         ("split", {"u": 0.5, "v": 0.25}),
@@ -44,17 +44,17 @@ WORK: dict[str, list[tuple[str, Any]]] = {
         ("bezier", {}),
     ],
 }
+"""Operations and their fields by kind of surface."""
 
 
 @pytest.mark.parametrize(
     ("kind", "op", "fields"),
-    [(kind, op, fields) for kind, works in WORK.items() for op, fields in works],
+    [(kind, op, fields) for kind, items in OPERATIONS.items() for op, fields in items],
 )
-def test_converted_surfaces_are_valid_bodies(
+def test_converted_surfaces_are_valid_surfaces(
     client: Client, kind: str, op: str, fields: Any
 ) -> None:
-    """A converted surface has a mesh, and a conversion without operations changes no digit of
-    it."""
+    """The service makes a mesh of the result; converting the result to Bézier changes no byte."""
     document = {"surface": SURFACES[f"{kind} with channels"], "operations": [{"op": op, **fields}]}
     response = client.post("/v1/convert", document)
     assert response.status_code == 200
@@ -69,8 +69,8 @@ def test_converted_surfaces_are_valid_bodies(
     assert again.content == response.content
 
 
-def test_a_group_has_no_parameters(client: Client) -> None:
-    """A group cannot be converted, whether it is posted or a result of `split`."""
+def test_groups_are_refused(client: Client) -> None:
+    """A group cannot be converted, neither one in the request nor one that `split` returns."""
     split = {"op": "split", "u": 1}
     document = {"surface": SURFACES["bspline"], "operations": [split, {"op": "transpose"}]}
     error = client.post("/v1/convert", document).json()["errors"][0]
@@ -81,7 +81,7 @@ def test_a_group_has_no_parameters(client: Client) -> None:
     assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
 
 
-def test_operations_come_one_after_the_other(client: Client) -> None:
+def test_each_operation_converts_the_result_of_the_previous_one(client: Client) -> None:
     operations = [
         {"op": "elevate", "degree": [3, 3]},
         {"op": "restrict", "u": [0.5, 1]},
@@ -89,11 +89,11 @@ def test_operations_come_one_after_the_other(client: Client) -> None:
         {"op": "split", "v": 0.5},
     ]
     surface = {"control_net": NET}
-    together = client.post("/v1/convert", {"surface": surface, "operations": operations})
+    at_once = client.post("/v1/convert", {"surface": surface, "operations": operations})
     for operation in operations:
         response = client.post("/v1/convert", {"surface": surface, "operations": [operation]})
         surface = response.json()["surface"]
-    assert together.json()["surface"] == surface
+    assert at_once.json()["surface"] == surface
     assert len(surface["patches"]) == 2
 
 

@@ -1,4 +1,4 @@
-"""Pages of other origins: which of them may read cached and computed responses."""
+"""CORS: which responses a web page of another origin may read, computed or from the cache."""
 
 from collections.abc import Iterator
 
@@ -11,19 +11,19 @@ from service.settings.values import Settings
 from tests.api.client import Client, start_client
 
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
-OURS, OTHER = "https://example.com", "https://example.org"
+ALLOWED, OTHER = "https://example.com", "https://example.org"
 PREFLIGHT = {
     "Access-Control-Request-Method": "POST",
     "Access-Control-Request-Headers": "content-type",
 }
 
 
-def origin_header(origin: str) -> dict[str, str]:
+def build_origin_header(origin: str) -> dict[str, str]:
     return {"Origin": origin}
 
 
 def send_requests(client: Client, headers: dict[str, str]) -> Iterator[httpx.Response]:
-    """Responses: a mesh, the same from the cache, a 304, other files, a problem."""
+    """Responses to requests for a mesh: computed, cached, unchanged; and other responses."""
     first = client.get(MESH, headers)
     yield first
     yield client.get(MESH, headers)
@@ -32,11 +32,11 @@ def send_requests(client: Client, headers: dict[str, str]) -> Iterator[httpx.Res
         yield client.get(url, headers)
 
 
-@pytest.mark.parametrize("headers", [{}, origin_header(OURS), origin_header("null")])
+@pytest.mark.parametrize("headers", [{}, build_origin_header(ALLOWED), build_origin_header("null")])
 def test_any_origin_may_read_and_requests_without_origin_get_the_same_headers(
     headers: dict[str, str],
 ) -> None:
-    """A browser may give a response that it cached on a visit to scripts of other origins."""
+    """A browser may cache a response, and later give it to scripts of another origin."""
     with start_client(create_app(Settings())) as client:
         for response in send_requests(client, headers):
             assert response.headers["access-control-allow-origin"] == "*"
@@ -47,40 +47,44 @@ def test_any_origin_may_read_and_requests_without_origin_get_the_same_headers(
             assert len(response.headers.get_list("access-control-allow-origin")) == 1
 
 
-def test_every_header_of_ours_is_exposed() -> None:
+def test_scripts_may_read_all_headers_of_the_service() -> None:
     with start_client(create_app(Settings())) as client:
         headers = client.get(MESH).headers
-    ours = {name for name in headers if name.startswith("surface-")}
-    assert len(ours) == 3
-    named = {"etag", "link", "content-disposition", "server-timing"}
-    assert ours | named <= {name.lower() for name in EXPOSED}
+    own_headers = {name for name in headers if name.startswith("surface-")}
+    assert len(own_headers) == 3
+    standard_headers = {"etag", "link", "content-disposition", "server-timing"}
+    assert own_headers | standard_headers <= {name.lower() for name in EXPOSED}
 
 
-def test_some_origins_may_read() -> None:
-    settings = Settings(cors_origins=(OURS, "https://example.net"))
+def test_only_listed_origins_may_read() -> None:
+    settings = Settings(cors_origins=(ALLOWED, "https://example.net"))
     with start_client(create_app(settings)) as client:
-        for response in send_requests(client, origin_header(OURS)):
-            assert response.headers["access-control-allow-origin"] == OURS
+        for response in send_requests(client, build_origin_header(ALLOWED)):
+            assert response.headers["access-control-allow-origin"] == ALLOWED
             assert response.headers["access-control-expose-headers"]
-            assert response.headers["timing-allow-origin"] == f"{OURS}, https://example.net"
+            assert response.headers["timing-allow-origin"] == f"{ALLOWED}, https://example.net"
             assert "Origin" in response.headers["vary"]
-        for headers in ({}, origin_header(OTHER)):
+        for headers in ({}, build_origin_header(OTHER)):
             for response in send_requests(client, headers):
                 assert "access-control-allow-origin" not in response.headers
                 assert "timing-allow-origin" not in response.headers
-                assert "Origin" in response.headers["vary"], "else caches mix them up"
+                assert "Origin" in response.headers["vary"], "caches would mix up responses"
 
 
-def test_no_origin_may_read() -> None:
+def test_without_origins_no_page_of_another_origin_may_read() -> None:
     with start_client(create_app(Settings(cors_origins=()))) as client:
-        for response in send_requests(client, origin_header(OURS)):
+        for response in send_requests(client, build_origin_header(ALLOWED)):
             assert response.headers["cross-origin-resource-policy"] == "same-origin"
-            assert not [n for n in response.headers if "origin" in n and not n.startswith("cross-")]
+            assert not [
+                name
+                for name in response.headers
+                if "origin" in name and not name.startswith("cross-")
+            ]
             assert "Origin" not in response.headers.get("vary", "")
-        headers = client.request(
-            "OPTIONS", "/v1/mesh", headers={**origin_header(OURS), **PREFLIGHT}
+        response = client.request(
+            "OPTIONS", "/v1/mesh", headers={**build_origin_header(ALLOWED), **PREFLIGHT}
         )
-        assert headers.status_code == 405
+        assert response.status_code == 405
 
 
 def test_an_internal_error_is_readable_and_reveals_nothing(
@@ -91,7 +95,7 @@ def test_an_internal_error_is_readable_and_reveals_nothing(
 
     monkeypatch.setattr("service.surface.examples.Example.surface", fail)
     with start_client(create_app(Settings())) as client:
-        response = client.get("/v1/surfaces/tveit/mesh.glb", origin_header(OURS))
+        response = client.get("/v1/surfaces/tveit/mesh.glb", build_origin_header(ALLOWED))
     assert (response.status_code, response.json()["code"]) == (500, "internal_error")
     assert response.headers["content-type"] == "application/problem+json"
     assert response.headers["access-control-allow-origin"] == "*"
@@ -100,8 +104,8 @@ def test_an_internal_error_is_readable_and_reveals_nothing(
 
 
 @pytest.mark.parametrize("url", ["/v1/mesh", MESH, "/nothing"])
-def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
-    response = client.request("OPTIONS", url, headers={**origin_header(OURS), **PREFLIGHT})
+def test_preflight_requests_of_browsers_are_allowed(client: Client, url: str) -> None:
+    response = client.request("OPTIONS", url, headers={**build_origin_header(ALLOWED), **PREFLIGHT})
     assert (response.status_code, response.content) == (204, b"")
     assert response.headers["access-control-allow-origin"] == "*"
     assert response.headers["access-control-allow-methods"] == "GET, HEAD, POST"
@@ -111,17 +115,19 @@ def test_preflight_requests_of_browsers(client: Client, url: str) -> None:
 
 
 def test_preflight_requests_of_other_origins_are_refused() -> None:
-    with start_client(create_app(Settings(cors_origins=(OURS,)))) as client:
-        ours, other = (
-            client.request("OPTIONS", "/v1/mesh", headers={**origin_header(origin), **PREFLIGHT})
-            for origin in (OURS, OTHER)
+    with start_client(create_app(Settings(cors_origins=(ALLOWED,)))) as client:
+        allowed, other = (
+            client.request(
+                "OPTIONS", "/v1/mesh", headers={**build_origin_header(origin), **PREFLIGHT}
+            )
+            for origin in (ALLOWED, OTHER)
         )
-    assert ours.headers["access-control-allow-origin"] == OURS
+    assert allowed.headers["access-control-allow-origin"] == ALLOWED
     assert "access-control-allow-origin" not in other.headers
     assert "Origin" in other.headers["vary"]
 
 
 def test_an_ordinary_options_request_reaches_the_router(client: Client) -> None:
-    response = client.request("OPTIONS", "/v1/mesh", headers=origin_header(OURS))
+    response = client.request("OPTIONS", "/v1/mesh", headers=build_origin_header(ALLOWED))
     assert response.status_code == 405
     assert response.headers["access-control-allow-origin"] == "*"

@@ -1,4 +1,4 @@
-"""Curvatures as attributes over HTTP: formats with attributes, refusals, the report."""
+"""Curvatures as attributes of a mesh: their values, the report, and errors."""
 
 import numpy as np
 
@@ -10,35 +10,37 @@ NET = [[[i, j, 0.5 * i * i - 0.2 * j * j] for j in range(4)] for i in range(4)]
 HILL = {"control_net": NET}
 
 
-def test_vertices_agree_with_points(client: Client) -> None:
-    """`POST /v1/points` at the parameters of every vertex has the same numbers and signs."""
+def test_curvatures_of_vertices_agree_with_those_of_points(client: Client) -> None:
+    """`POST /v1/points` at the parameters of all vertices gives the same numbers and signs."""
     body = {"surface": HILL, "resolution": [4, 8], "curvatures": True}
     mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
     request = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}
     points = client.post("/v1/points", request).json()
     for name in NAMES:
-        result = np.array(mesh["attributes"][name])
-        np.testing.assert_allclose(result[:, 0], points[name], rtol=1e-9, atol=1e-12)
+        values = np.array(mesh["attributes"][name])
+        np.testing.assert_allclose(values[:, 0], points[name], rtol=1e-9, atol=1e-12)
     assert mesh["report"]["curvature"] == {
         short: [float(np.min(mesh["attributes"][name])), float(np.max(mesh["attributes"][name]))]
         for short, name in zip(("gaussian", "mean"), NAMES, strict=True)
     }
 
 
-def test_refusals(client: Client) -> None:
-    named_surface = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
+def test_formats_with_attributes_refuse_curvatures_that_do_not_exist(client: Client) -> None:
+    """A tube has no curvatures, and an attribute must not have the name of a curvature."""
+    with_equal_name = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
     group = SURFACES["group"]
-    for surface, code, where in (
+    for surface, code, pointer in (
         (TUBE, "not_parametric", "/curvatures"),
         (group, "not_parametric", "/curvatures"),
-        (named_surface, "name_clash", "/curvatures"),
+        (with_equal_name, "name_clash", "/curvatures"),
     ):
         body = {"surface": surface, "curvatures": True}
         for path in ("/v1/mesh?format=glb", "/v1/mesh?format=json"):
             response = client.post(path, body)
             assert response.status_code == 422
-            assert [(e["code"], e["pointer"]) for e in response.json()["errors"]] == [(code, where)]
+            (error,) = response.json()["errors"]
+            assert (error["code"], error["pointer"]) == (code, pointer)
         assert client.post("/v1/mesh?format=stl", body).status_code == 200
         estimate = client.post("/v1/estimate", body).json()
-        refused = {name for entry in estimate["refused"] for name in entry["formats"]}
-        assert refused == {"json", "glb", "gltf", "ply"}
+        refused_formats = {name for entry in estimate["refused"] for name in entry["formats"]}
+        assert refused_formats == {"json", "glb", "gltf", "ply"}

@@ -1,4 +1,4 @@
-"""POST /v1/curve: every format, every refusal."""
+"""POST /v1/curve: polylines in every format, tolerances, limits, and errors."""
 
 import math
 import subprocess
@@ -32,12 +32,13 @@ LOOP = {
 
 
 def fetch_curve(fmt: str, client: Client, document: Any) -> bytes:
+    """The file of this request in the format of this name."""
     response = client.post(f"/v1/curve?format={fmt}", document)
     assert response.status_code == 200, response.text
     return response.content
 
 
-def test_json_has_columns_of_equal_length(client: Client) -> None:
+def test_json_has_points_tangents_parameters_and_arc_lengths(client: Client) -> None:
     response = client.post("/v1/curve", {"curve": QUARTER, "resolution": 4}).json()
     points = np.array(response["points"])
     assert points.shape == (5, 2)
@@ -48,7 +49,7 @@ def test_json_has_columns_of_equal_length(client: Client) -> None:
     report = response["report"]
     assert (report["points"], report["pieces"], report["closed"]) == (5, 1, False)
     assert report["bounds"] == {"min": [0, 0], "max": [1, 1]}
-    sagitta = 1 - math.cos(math.pi / 16)
+    sagitta = 1 - math.cos(math.pi / 16)  # the distance of a chord of 1/4 of the arc
     assert sagitta < report["deviation_bound"] < 1.5 * sagitta
 
 
@@ -57,29 +58,31 @@ def test_columns_can_be_left_out(client: Client) -> None:
     assert set(client.post("/v1/curve", document).json()) == {"points", "parameters", "report"}
 
 
-def test_the_tolerance_holds(client: Client) -> None:
+def test_the_deviation_bound_is_within_the_tolerance(client: Client) -> None:
     response = client.post("/v1/curve", {"curve": LOOP, "tolerance": 1e-4}).json()
     assert response["report"]["deviation_bound"] <= 1e-4
     assert response["report"]["closed"]
     assert response["points"][0] == response["points"][-1]
 
 
-@pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda f: f.name)
-def test_every_format_by_name_and_by_type(client: Client, fmt: CurveFormat) -> None:
+@pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda fmt: fmt.name)
+def test_formats_by_name_and_by_media_type_are_equal(client: Client, fmt: CurveFormat) -> None:
     document = {"curve": LOOP, "resolution": 3}
-    named = client.post(f"/v1/curve?format={fmt.name}", document)
-    typed = client.post("/v1/curve", document, {"Accept": fmt.media_type})
-    assert named.status_code == typed.status_code == 200
-    assert named.content == typed.content
-    assert named.headers["content-type"].partition(";")[0] == fmt.media_type
-    disposition = named.headers.get("content-disposition")
+    by_name = client.post(f"/v1/curve?format={fmt.name}", document)
+    by_media_type = client.post("/v1/curve", document, {"Accept": fmt.media_type})
+    assert by_name.status_code == by_media_type.status_code == 200
+    assert by_name.content == by_media_type.content
+    assert by_name.headers["content-type"].partition(";")[0] == fmt.media_type
+    disposition = by_name.headers.get("content-disposition")
     expected = None if fmt.name == "json" else f'attachment; filename="loop.{fmt.suffix}"'
     assert disposition == expected
 
 
 @pytest.mark.parametrize("curve", [QUARTER, LOOP], ids=["plane", "space"])
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
-def test_the_gltf_is_valid(client: Client, tmp_path: Path, suffix: str, curve: Any) -> None:
+def test_the_gltf_validator_finds_no_issue(
+    client: Client, tmp_path: Path, suffix: str, curve: Any
+) -> None:
     content = fetch_curve(suffix, client, {"curve": curve, "resolution": 5})
     assert list_issues(content, tmp_path / f"curve.{suffix}") == []
 
@@ -91,7 +94,7 @@ def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> 
     assert node["name"] == "loop"
     assert "rotation" in node
     (primitive,) = glb.document["meshes"][0]["primitives"]
-    assert primitive["mode"] == 3
+    assert primitive["mode"] == 3  # LINE_STRIP
     assert set(primitive["attributes"]) == {"POSITION", "_TANGENT", "_PARAMETER", "_ARC_LENGTH"}
     points = glb.array(primitive["attributes"]["POSITION"])
     assert len(points) == 21
@@ -100,36 +103,36 @@ def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> 
 
 
 def test_a_curve_far_from_zero_has_the_right_position(client: Client) -> None:
-    """Positions are relative to a local origin in the node, which also turns the curve upright."""
+    """Positions are relative to a local origin; the node adds it, and rotates z up to y up."""
     points = [[1e6, 2e6, 3e6], [1e6 + 1, 2e6, 3e6], [1e6 + 1, 2e6 + 1, 3e6 + 2]]
     glb = read_glb(fetch_curve("glb", client, {"curve": {"control_points": points, "up": "z"}}))
     (node,) = glb.document["nodes"]
     x, y, z = glb.array(0)[0].astype(float)
-    upright = np.array([x, z, -y]) + node["translation"]
-    assert upright == pytest.approx([1e6, 3e6, -2e6], abs=1e-3)
+    position = np.array([x, z, -y]) + node["translation"]
+    assert position == pytest.approx([1e6, 3e6, -2e6], abs=1e-3)
 
 
 @pytest.mark.parametrize("curve", [QUARTER, LOOP], ids=["plane", "space"])
-def test_geomview_reads_the_vect(client: Client, tmp_path: Path, curve: Any) -> None:
+def test_geomview_reads_the_oogl_file(client: Client, tmp_path: Path, curve: Any) -> None:
     content = fetch_curve("oogl", client, {"curve": curve, "resolution": 5})
     words = content.split()
-    closed = curve is LOOP
-    count = 20 if closed else 6
-    assert [int(w) for w in words[1:6]] == [1, count, 1, -count if closed else count, 1]
+    is_closed = curve is LOOP
+    count = 20 if is_closed else 6
+    assert [int(word) for word in words[1:6]] == [1, count, 1, -count if is_closed else count, 1]
     assert len(words) == 6 + 3 * count + 4
     path = tmp_path / "curve.vect"
     path.write_bytes(content)
-    done = subprocess.run(
+    process = subprocess.run(
         [find_program("anytooff"), str(path)],
         capture_output=True,
         text=True,
         timeout=60,
         check=False,
     )
-    assert done.stderr == ""
+    assert process.stderr == ""
 
 
-def test_the_obj_is_one_line(client: Client) -> None:
+def test_the_obj_has_one_line_element(client: Client) -> None:
     lines = fetch_curve("obj", client, {"curve": LOOP, "resolution": 2}).decode().splitlines()
     assert lines[0] == "o loop"
     assert sum(line.startswith("v ") for line in lines) == 8
@@ -140,13 +143,13 @@ def test_the_obj_is_one_line(client: Client) -> None:
 
 
 @pytest.mark.parametrize("fmt", ["stl", "ply", "off"])
-def test_formats_of_surfaces_are_refused_with_those_of_curves(client: Client, fmt: str) -> None:
+def test_the_refusal_of_another_format_lists_those_of_curves(client: Client, fmt: str) -> None:
     response = client.post(f"/v1/curve?format={fmt}", {"curve": QUARTER})
     assert response.status_code == 422
     (error,) = response.json()["errors"]
     assert (error["code"], error["parameter"]) == ("unsupported_by_format", "format")
     assert error["needed"] == "one of glb, gltf, json, oogl, obj"
-    media_type = next(f.media_type for f in FORMATS if f.name == fmt)
+    media_type = next(each.media_type for each in FORMATS if each.name == fmt)
     response = client.post("/v1/curve", {"curve": QUARTER}, {"Accept": media_type})
     assert response.status_code == 406
 
@@ -162,19 +165,19 @@ def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
     assert response.json()["errors"][0]["pointer"] == "/" + next(iter(options))
 
 
-def test_curves_have_as_many_points_as_can_be_measured_in_seconds() -> None:
-    """The limit of points falls with the degree, and is below the limit of a mesh's vertices."""
-    most = [
+def test_the_limit_of_points_falls_with_the_degree() -> None:
+    """The arc lengths of so high a number of points take seconds, more for higher degrees."""
+    limits = [
         plan_curve(BezierCurve(np.eye(n + 1)[:, :3]), CurveOptions(1), CURVE_FORMATS[0]).max_points
         for n in (2, 8, 64)
     ]
-    assert most == sorted(most, reverse=True)
-    assert most[0] < 2_000_000
-    assert most[-1] > 5_000
+    assert limits == sorted(limits, reverse=True)
+    assert limits[0] < Settings().max_vertices
+    assert limits[-1] > 5_000
 
 
-@pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda f: f.name)
-def test_no_file_is_longer_than_foreseen(fmt: CurveFormat) -> None:
+@pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda fmt: fmt.name)
+def test_no_file_is_longer_than_its_bound(fmt: CurveFormat) -> None:
     points = np.array([[1 / 3, 1e-300, -2e30], [-1e-5, 7 / 9, 3.3e38], [1 / 7, 1, 2]])
     for resolution in (1, 300):
         curve = BezierCurve(points, name="\x22" * 100)

@@ -1,4 +1,4 @@
-"""POST /v1/estimate."""
+"""POST /v1/estimate: counts, bytes, and formats that refuse the mesh."""
 
 from service.encoders.registry import BY_NAME
 from tests.api.client import Client
@@ -8,23 +8,23 @@ SURFACE = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 2]]]}
 
 def test_estimates_have_the_counts_and_bytes_of_the_mesh(client: Client) -> None:
     body = client.get("/v1/surfaces/utah-teapot").json() | {"resolution": [3, 5]}
-    reported = client.post("/v1/estimate", body).json()
+    estimate = client.post("/v1/estimate", body).json()
     report = client.post("/v1/mesh", body).json()["report"]
-    assert reported["exact"] is True
-    assert {name: reported[name] for name in ("vertices", "triangles", "quads")} == {
+    assert estimate["exact"] is True
+    assert {name: estimate[name] for name in ("vertices", "triangles", "quads")} == {
         name: report[name] for name in ("vertices", "triangles", "quads")
     }
-    assert list(reported["bytes"]) == list(BY_NAME)
-    for name, size in reported["bytes"].items():
+    assert list(estimate["bytes"]) == list(BY_NAME)
+    for name, size in estimate["bytes"].items():
         length = len(client.post(f"/v1/mesh?format={name}", body).content)
-        assert length == size if name in reported["exact_bytes"] else length <= size
+        assert length == size if name in estimate["exact_bytes"] else length <= size
 
 
-def test_one_format_alone(client: Client) -> None:
+def test_an_estimate_may_be_for_one_format(client: Client) -> None:
     body = {"surface": SURFACE, "faces": "quads"}
-    reported = client.post("/v1/estimate?format=stl", body).json()
-    assert (reported["accepted"], reported["bytes"]) == (False, {})
-    assert [refused["formats"] for refused in reported["refused"]] == [["stl"]]
+    estimate = client.post("/v1/estimate?format=stl", body).json()
+    assert (estimate["accepted"], estimate["bytes"]) == (False, {})
+    assert [entry["formats"] for entry in estimate["refused"]] == [["stl"]]
     assert client.post("/v1/estimate?format=ply", body).json()["accepted"] is True
     response = client.post("/v1/estimate?format=fbx", body)
     assert response.status_code == 422

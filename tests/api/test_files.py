@@ -1,4 +1,4 @@
-"""Files of control points: the mesh is that of the same surface as JSON, byte for byte."""
+"""Files of control points give the same responses as the same surface in JSON."""
 
 from typing import Any
 
@@ -26,10 +26,12 @@ WAVE[..., 2] = np.sin(WAVE[..., 0]) * np.cos(WAVE[..., 1])
 
 
 def post_file(client: Client, content: bytes, media_type: str, query: str = "") -> httpx.Response:
+    """The response to a request for the mesh of a file."""
     return client.request("POST", f"/v1/mesh?{query}", content, {"Content-Type": media_type})
 
 
 def add_weights(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The control points (…, 3) with different weights, (…, 4)."""
     weights = 1 + np.indices(array.shape[:-1]).sum(axis=0) % 3 / 4
     return np.concatenate((array, weights[..., None]), axis=-1)
 
@@ -52,7 +54,7 @@ def add_weights(array: NDArray[np.float64]) -> NDArray[np.float64]:
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("rational", [False, True])
-def test_an_array_is_the_net_that_its_lists_would_be(
+def test_meshes_of_an_array_and_of_json_lists_are_equal(
     client: Client, query: str, fields: dict[str, Any], options: dict[str, Any], rational: bool
 ) -> None:
     array = add_weights(WAVE) if rational else WAVE
@@ -62,12 +64,12 @@ def test_an_array_is_the_net_that_its_lists_would_be(
     expected = client.post("/v1/mesh?format=glb", {"surface": surface} | options)
     assert expected.status_code == 200
     for order in (np.ascontiguousarray, np.asfortranarray):
-        result = post_file(client, save_array(order(array)), NPY, f"format=glb&{query}")
-        assert result.content == expected.content
+        response = post_file(client, save_array(order(array)), NPY, f"format=glb&{query}")
+        assert response.content == expected.content
 
 
-def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -> None:
-    """Patches without shared vertices have seams that are as closed as with shared vertices."""
+def test_patches_of_an_array_with_equal_points_are_welded(client: Client) -> None:
+    """An array repeats shared vertices for each patch; the mesh is closed all the same."""
     teapot = find("utah-teapot").surface()
     assert isinstance(teapot, PatchSurface)
     array = teapot.vertices[teapot.patches]
@@ -78,40 +80,40 @@ def test_patches_of_an_array_weld_where_their_points_are_equal(client: Client) -
     np.testing.assert_array_equal(unshared["vertices"], shared["vertices"])
 
 
-def test_single_precision_is_the_net_that_its_numbers_are(client: Client) -> None:
+def test_arrays_of_any_precision_and_byte_order_give_equal_meshes(client: Client) -> None:
     array = WAVE.astype(np.float32)
     expected = client.post("/v1/mesh", {"surface": {"control_net": array.tolist()}})
     for dtype in ("<f4", ">f4", ">f8"):
         assert post_file(client, save_array(array.astype(dtype)), NPY).content == expected.content
 
 
-def test_texts_are_the_surfaces_that_they_describe(client: Client) -> None:
+def test_meshes_of_a_text_and_of_json_are_equal(client: Client) -> None:
     flat = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 0]]]
     expected = client.post("/v1/mesh", {"surface": {"control_net": flat}}).json()
     oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
     teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
     for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
-        result = post_file(client, content, media_type).json()
+        mesh = post_file(client, content, media_type).json()
         for name in ("vertices", "faces", "normals"):
-            assert result[name] == expected[name]
+            assert mesh[name] == expected[name]
 
 
-def test_a_group_of_patches_stands_where_its_control_points_are(client: Client) -> None:
+def test_the_parameter_up_does_not_move_a_group_of_patches(client: Client) -> None:
     text = b"LIST { BEZ113 0 0 0 1 0 0 0 1 2 1 1 2 } { BEZ213 0 0 0 1 0 0 2 0 0 0 1 2 1 1 2 2 1 2 }"
     for up in ("y", "z"):
         report = post_file(client, text, OOGL, f"resolution=1&up={up}&name=both").json()["report"]
         assert report["bounds"] == {"min": [0, 0, 0], "max": [2, 1, 2]}
         assert len(report["parts"]) == 2
-        refused = post_file(client, text, OOGL, f"up={up}&knots=uniform")
-        assert refused.json()["errors"][0]["parameter"] == "knots"
+        response = post_file(client, text, OOGL, f"up={up}&knots=uniform")
+        assert response.json()["errors"][0]["parameter"] == "knots"
 
 
-def test_a_file_is_named_after_the_surface(client: Client) -> None:
+def test_the_file_name_of_the_response_is_the_name_of_the_surface(client: Client) -> None:
     response = post_file(client, save_array(build_net()), NPY, "format=stl&name=sail")
     assert "sail.stl" in response.headers["content-disposition"]
 
 
-def test_estimates_are_those_of_the_surface(client: Client) -> None:
+def test_estimates_of_a_file_and_of_json_are_equal(client: Client) -> None:
     response = client.request(
         "POST",
         "/v1/estimate?resolution=2,3&format=glb",
@@ -125,7 +127,7 @@ def test_estimates_are_those_of_the_surface(client: Client) -> None:
     assert response.json() == expected.json()
 
 
-def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -> None:
+def test_a_file_and_json_of_one_surface_are_stored_under_one_id(client: Client) -> None:
     array = add_weights(WAVE)
     fields = {"type": "bspline", "degree": [3, 2], "knots": ["clamped", "periodic"], "up": "z"}
     surface = fields | {"control_net": WAVE.tolist(), "weights": array[..., 3].tolist()}
@@ -137,12 +139,12 @@ def test_a_stored_file_is_the_stored_surface_that_it_describes(client: Client) -
     assert first.json() == again.json()
     other = client.request("POST", f"/v1/surfaces?{query}&name=other", save_array(array), headers)
     assert other.json()["id"] != first.json()["id"]
-    kept = client.get(first.json()["links"]["self"]).json()
-    mesh = client.post("/v1/mesh?format=glb", kept)
+    stored = client.get(first.json()["links"]["self"]).json()
+    mesh = client.post("/v1/mesh?format=glb", stored)
     assert mesh.content == post_file(client, save_array(array), NPY, f"{query}&format=glb").content
 
 
-def test_files_to_store_have_no_options(client: Client) -> None:
+def test_options_of_a_mesh_are_refused_when_a_file_is_stored(client: Client) -> None:
     for name in ("resolution", "format"):
         response = client.request(
             "POST", f"/v1/surfaces?{name}=2", save_array(build_net()), {"Content-Type": NPY}
@@ -152,7 +154,7 @@ def test_files_to_store_have_no_options(client: Client) -> None:
         assert (error["code"], error["parameter"]) == ("unknown_field", name)
 
 
-def test_large_files_are_read_off_the_event_loop() -> None:
+def test_long_files_are_read_by_a_worker_thread() -> None:
     npy, oogl = BY_NAME["npy"], BY_NAME["oogl"]
     assert [is_long_body(b"{" * (1 << 18) + more, npy) for more in (b"", b"{")] == [False, True]
     assert [is_long_body(b" " * (1 << 14) + more, oogl) for more in (b"", b" ")] == [False, True]
@@ -167,25 +169,25 @@ TEXTS = {
 
 
 @st.composite
-def changed_text(draw: st.DrawFn) -> tuple[bytes, str]:
-    """A text of patches with some words inserted or removed, and its media type."""
+def damaged_texts(draw: st.DrawFn) -> tuple[bytes, str]:
+    """A text of OOGL or of the teapot with some words inserted or removed, and its media type."""
     media_type = draw(st.sampled_from(sorted(TEXTS)))
     words = TEXTS[media_type].replace(b"\n", b" \n ").split(b" ")
     others = (b"{", b"}", b"1e308", b"-1", b"0", b"1e-308", b"nan", b"\n", b"BBP", b"7")
     for _ in range(draw(st.integers(1, 3))):
-        place = draw(st.integers(0, len(words)))
-        new = draw(st.lists(st.sampled_from(others), max_size=2))
-        words[place : place + draw(st.integers(0, 2))] = new
+        position = draw(st.integers(0, len(words)))
+        inserted = draw(st.lists(st.sampled_from(others), max_size=2))
+        words[position : position + draw(st.integers(0, 2))] = inserted
     return b" ".join(words), media_type
 
 
-@given(st.one_of(changed_text(), damaged_files().map(lambda content: (content, NPY))))
-def test_no_damage_to_a_file_breaks_the_service(client: Client, file: tuple[bytes, str]) -> None:
+@given(st.one_of(damaged_texts(), damaged_files().map(lambda content: (content, NPY))))
+def test_damaged_files_cause_no_internal_errors(client: Client, file: tuple[bytes, str]) -> None:
     response = post_file(client, *file, "resolution=1&format=glb")
     assert response.status_code in (200, 400, 422)
 
 
-def test_the_limits_of_the_service_hold_for_files() -> None:
+def test_limits_of_the_settings_apply_to_files() -> None:
     limited = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 "
     with start_client(create_app(limited)) as client:
@@ -200,8 +202,10 @@ def test_the_limits_of_the_service_hold_for_files() -> None:
             (b"1\n" + b"1 " * 9 + b"\n1\n0 0 0", TEAPOT, "too_many_control_points"),
         ):
             response = post_file(client, content, media_type)
-            result = response.json()["errors"][0]["code"] if response.status_code != 200 else None
-            assert result == code
+            if code is None:
+                assert response.status_code == 200
+            else:
+                assert response.json()["errors"][0]["code"] == code
 
 
 @pytest.mark.parametrize("path", ["/v1/points", "/v1/convert", "/v1/curve"])
@@ -211,7 +215,7 @@ def test_other_calls_accept_json_only(client: Client, path: str) -> None:
     assert response.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"
 
 
-def test_the_refusal_of_a_type_lists_those_that_are_taken(client: Client) -> None:
+def test_the_refusal_of_a_media_type_lists_the_accepted_ones(client: Client) -> None:
     response = post_file(client, b"", "application/octet-stream")
     assert response.status_code == 415
     for media_type in ("application/json", NPY, OOGL, TEAPOT):

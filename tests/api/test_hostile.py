@@ -1,4 +1,4 @@
-"""Every hostile body gets a problem with the place of the error, and without text of the body."""
+"""Responses to hostile bodies name the location of the error, and repeat no text of the body."""
 
 import pytest
 from orjson import dumps
@@ -16,7 +16,7 @@ from tests.api.hostile_files import FILES
 JSON = {"Content-Type": "application/json"}
 
 
-def test_there_are_two_hundred_of_them_and_no_two_alike() -> None:
+def test_there_are_two_hundred_cases_with_different_names() -> None:
     assert len(HOSTILE) >= 200
     for cases in CALLS.values():
         assert len({case.name for case in cases}) == len(cases)
@@ -41,7 +41,7 @@ def test_hostile_bodies_are_refused(client: Client, path: str) -> None:
 
 @pytest.mark.parametrize("call", ["estimate", "points", "convert", "surfaces"])
 def test_all_calls_refuse_invalid_surfaces_with_equal_errors(client: Client, call: str) -> None:
-    more = {
+    fields = {
         "points": ',"uv":[[0,0]],"patch":0',
         "convert": ',"operations":[{"op":"transpose"}]',
     }.get(call, "")
@@ -49,26 +49,29 @@ def test_all_calls_refuse_invalid_surfaces_with_equal_errors(client: Client, cal
     for case in HOSTILE[::9]:
         body = case.build() if not case.name.startswith("long") else b""
         if case.pointer.startswith("/surface/") and body.endswith(b"}}") and case.status == 422:
-            content = body[:-1] + more.encode() + b"}"
+            content = body[:-1] + fields.encode() + b"}"
             errors = client.request("POST", f"/v1/{call}", content, JSON).json()["errors"]
-            assert (case.code, case.pointer) in [(e["code"], e["pointer"]) for e in errors]
+            assert (case.code, case.pointer) in [
+                (error["code"], error["pointer"]) for error in errors
+            ]
             checked += 1
     assert checked > 10
 
 
 def test_every_call_refuses_invalid_fields() -> None:
-    """Calls and fields come from the OpenAPI document, so new ones are tested at once."""
+    """Calls and fields come from the OpenAPI document, so this also tests new calls and fields."""
     key = "sfk_" + "a1" * 32
-    limits = Settings(
+    settings = Settings(
         max_json_depth=16, api_keys=(entry_line("k", key),), signing_keys=(SecretStr("s" * 32),)
     )
     headers = JSON | {"Authorization": f"Bearer {key}"}
-    app = create_app(limits)
+    app = create_app(settings)
     posts = {path: item["post"] for path, item in app.openapi()["paths"].items() if "post" in item}
     assert posts.keys() >= CALLS.keys()
     with start_client(app) as client:
 
-        def first_error(path: str, body: bytes) -> tuple[str, str]:
+        def read_first_error(path: str, body: bytes) -> tuple[str, str]:
+            """The code and the pointer of the first error in the response."""
             response = client.request("POST", path, [body], headers)
             assert response.status_code == 422, (path, body, response.text)
             error = response.json()["errors"][0]
@@ -77,18 +80,19 @@ def test_every_call_refuses_invalid_fields() -> None:
         for path, operation in posts.items():
             for levels, is_refused in ((15, False), (16, True)):
                 body = b'{"x":' + b"[" * levels + b"]" * levels + b"}"
-                assert (first_error(path, body)[0] == "too_deep") == is_refused
+                assert (read_first_error(path, body)[0] == "too_deep") == is_refused
             examples = operation["requestBody"]["content"]["application/json"]["examples"]
             for example in examples.values():
                 value = example["value"]
-                with_field = dumps(value | {ECHO: 1})
-                assert first_error(path, with_field) == ("unknown_field", f"/{ECHO}")
+                with_unknown_field = dumps(value | {ECHO: 1})
+                error = read_first_error(path, with_unknown_field)
+                assert error == ("unknown_field", f"/{ECHO}")
                 for field in value:
-                    refused = first_error(path, dumps(value | {field: None}))
-                    assert refused == ("null_value", f"/{field}"), path
+                    error = read_first_error(path, dumps(value | {field: None}))
+                    assert error == ("null_value", f"/{field}"), path
 
 
-def test_no_two_files_are_alike() -> None:
+def test_cases_of_files_have_different_names() -> None:
     assert len({case.name for case in FILES}) == len(FILES)
 
 
@@ -98,7 +102,8 @@ def test_hostile_files_are_refused(client: Client, path: str) -> None:
         if path == "/v1/surfaces" and "=" in case.query:  # this call has no options
             continue
         headers, body = {"Content-Type": case.media_type}, case.build()
-        if path != "/v1/mesh" and len(body) >= MIB:  # read by the code of /v1/mesh
+        # All calls read files with the same code, so only one is tested with long files.
+        if path != "/v1/mesh" and len(body) >= MIB:
             continue
         response = client.request("POST", f"{path}?{case.query}", body, headers)
         if path == "/v1/estimate" and response.status_code == 200:
@@ -108,7 +113,9 @@ def test_hostile_files_are_refused(client: Client, path: str) -> None:
         assert response.status_code == case.status, case.name
         first, *_ = errors = response.json()["errors"]
         assert len(errors) <= MAX_ISSUES
-        assert (first["code"], first.get(case.place)) == (case.code, case.where), case.name
+        assert (first["code"], first.get(case.location_key)) == (case.code, case.location), (
+            case.name
+        )
         assert ECHO not in str([error | {"pointer": "", "parameter": ""} for error in errors])
 
 
@@ -120,7 +127,7 @@ def test_at_most_twenty_errors_are_reported(client: Client) -> None:
     ][:MAX_ISSUES]
 
 
-def test_several_fields_are_reported_at_once(client: Client) -> None:
+def test_the_errors_of_several_fields_are_reported_at_once(client: Client) -> None:
     document = {"surface": {"control_net": [[1]], "up": "x"}, "uvs": 1, "size": 2}
     errors = client.post("/v1/mesh", document).json()["errors"]
     assert {error["pointer"]: error["code"] for error in errors} == {

@@ -1,4 +1,4 @@
-"""POST /v1/intersect: rays, surfaces with parameters of their own, groups, and refused requests."""
+"""POST /v1/intersect with rays: surfaces, groups, files of rays, and refused requests."""
 
 from typing import Any
 
@@ -15,15 +15,16 @@ NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 DOWN = {"origins": [[0.25, 0.5, 2], [3, 0.5, 2]], "directions": [[0, 0, -4]]}
 
 
-def ask(client: Client, **fields: Any) -> Any:
+def intersect(client: Client, **fields: Any) -> Any:
+    """The valid response to a request with these fields."""
     response = client.post("/v1/intersect", fields)
     assert response.status_code == 200, response.text
     RayHits.model_validate_json(response.content)
     return response.json()
 
 
-def test_a_square(client: Client) -> None:
-    result = ask(client, surface={"control_net": NET}, rays=DOWN)
+def test_a_ray_hits_a_square_at_its_parameters(client: Client) -> None:
+    result = intersect(client, surface={"control_net": NET}, rays=DOWN)
     bounds = result.pop("t_bounds")
     assert result == {
         "reached": [True, True], "counts": [1, 0], "ray": [0], "t": [0.5],
@@ -33,21 +34,21 @@ def test_a_square(client: Client) -> None:
     assert 0.5 - 1e-12 < bounds[0][0] <= 0.5 <= bounds[0][1] < 0.5 + 1e-12
 
 
-def test_members_of_a_group_have_patches_of_their_own_numbers(client: Client) -> None:
+def test_patches_are_numbered_over_all_members_of_a_group(client: Client) -> None:
     member = {"type": "bezier", "control_net": NET}
     placed = {"surface": member, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]}
     group = {"type": "group", "members": [{"surface": member}, placed]}
-    result = ask(client, surface=group, rays=DOWN, hits="all")
+    result = intersect(client, surface=group, rays=DOWN, hits="all")
     assert result["patch"] == [1, 0]
     assert result["t"] == [0.25, 0.5]
-    assert ask(client, surface=group, rays=DOWN)["patch"] == [1]
+    assert intersect(client, surface=group, rays=DOWN)["patch"] == [1]
 
 
-def test_rays_in_a_file_of_numpy(client: Client) -> None:
+def test_rays_in_an_array_and_in_json_give_equal_hits(client: Client) -> None:
     surface = client.get("/v1/surfaces/sphere").json()["surface"]
     rows = np.array([[0, 0, 4, 0, 0, -2], [3, 0.25, 0, -1, 0, 0]])
     rays = {"origins": rows[:, :3].tolist(), "directions": rows[:, 3:].tolist()}
-    expected = ask(client, surface=surface, rays=rays, hits="all", relative_thickness=1e-6)
+    expected = intersect(client, surface=surface, rays=rays, hits="all", relative_thickness=1e-6)
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&hits=all&relative_thickness=1e-6&format=json"
@@ -56,7 +57,7 @@ def test_rays_in_a_file_of_numpy(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    ("query", "rows", "code", "place"),
+    ("query", "rows", "code", "location"),
     [
         ("?surface=sphere", [[0, 0, 0]], "wrong_dimension", {"pointer": "/rays"}),
         ("?surface=sphere", np.zeros((0, 6)), "empty_list", {"pointer": "/rays/origins"}),
@@ -67,18 +68,18 @@ def test_rays_in_a_file_of_numpy(client: Client) -> None:
          {"parameter": "format"}),
     ],
 )  # fmt: skip
-def test_files_of_rays_that_are_refused(
-    client: Client, query: str, rows: Any, code: str, place: dict[str, str]
+def test_invalid_files_of_rays_are_refused(
+    client: Client, query: str, rows: Any, code: str, location: dict[str, str]
 ) -> None:
     response = client.request("POST", f"/v1/intersect{query}", save_npy(rows), NPY)
     assert response.status_code in (400, 422), response.text
     issue = response.json()["errors"][0]
     assert issue["code"] == code
-    assert place.items() <= issue.items()
+    assert location.items() <= issue.items()
 
 
 @pytest.mark.parametrize("name", ["trefoil-tube", "bspline-hills"])
-def test_examples(client: Client, name: str) -> None:
+def test_surfaces_without_parameters_are_refused(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
     rays = {"origins": [[1.1, 1.2, 50]], "directions": [[0, 0, -1]]}
     response = client.post("/v1/intersect", {"surface": surface, "rays": rays})
@@ -90,7 +91,7 @@ def test_examples(client: Client, name: str) -> None:
         assert "patch" not in response.json()
 
 
-def test_limits() -> None:
+def test_too_many_rays_are_refused() -> None:
     settings = Settings(max_points=10)
     with start_client(create_app(settings)) as client:
         rays = {"origins": [[0, 0, 1]] * 11, "directions": [[0, 0, -1]]}

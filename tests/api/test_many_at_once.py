@@ -1,4 +1,4 @@
-"""Many large requests at the same time: waiting requests take little memory."""
+"""Requests for meshes of one large surface at the same time share the surface."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from tests.api.client import Client, start_client
 
 COUNT = 4
 SIDE = 115
-"""The surface is too long for the event loop, as JSON and in its stored form."""
+"""Control points per side: too many for the event loop, so worker threads read the surface."""
 NET = [[[i, j, (i * j) % 7 / 7] for j in range(SIDE)] for i in range(SIDE)]
 LARGE = {"surface": {"type": "bspline", "degree": 1, "control_net": NET}}
 
@@ -35,75 +35,83 @@ def client(app: FastAPI) -> Iterator[Client]:
         yield client
 
 
-class Watch:
-    """Counts surfaces that are lowered at the same time; the first mesh waits for all requests."""
+class MeshCounter:
+    """Counts the meshes that are computed at the same time.
+
+    The first mesh waits until all requests have the surface, that is, `has_surface` is released
+    `COUNT` times.
+    """
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.now = self.most = 0
-        self.came = threading.Semaphore(0)
+        self.current = self.maximum = 0
+        self.has_surface = threading.Semaphore(0)
         run = MeshWork.run
 
-        def watched(work: MeshWork) -> MeshFile:
-            if not self.most:
+        def run_and_count(work: MeshWork) -> MeshFile:
+            if not self.maximum:
                 for _ in range(COUNT):
-                    assert self.came.acquire(timeout=60)
-            self.now += 1
-            self.most = max(self.most, self.now)
-            response = run(work)
-            self.now -= 1
-            return response
+                    assert self.has_surface.acquire(timeout=60)
+            self.current += 1
+            self.maximum = max(self.maximum, self.current)
+            file = run(work)
+            self.current -= 1
+            return file
 
-        monkeypatch.setattr(MeshWork, "run", watched)
+        monkeypatch.setattr(MeshWork, "run", run_and_count)
 
 
-def send_together(ask: Callable[[int], int]) -> list[int]:
-    """The statuses of requests that are sent at the same time."""
+def send_together(send: Callable[[int], int]) -> list[int]:
+    """The statuses of `COUNT` requests that are sent at the same time; `send` gets their number."""
     statuses: list[int] = []
-    asking = [
-        threading.Thread(target=lambda each=each: statuses.append(ask(each)))
-        for each in range(COUNT)
+    threads = [
+        threading.Thread(target=lambda number=number: statuses.append(send(number)))
+        for number in range(COUNT)
     ]
-    for thread in asking:
+    for thread in threads:
         thread.start()
-    for thread in asking:
+    for thread in threads:
         thread.join()
     return statuses
 
 
-def test_meshes_of_one_surface_share_it_and_wait_as_control_points(
+def test_meshes_of_one_surface_share_it_and_are_computed_one_after_the_other(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    watch = Watch(monkeypatch)
+    counter = MeshCounter(monkeypatch)
     url = client.post("/v1/surfaces", LARGE).json()["links"]["mesh"]["stl"]
-    find, get = stored.surface_of, SurfaceStore.get
-    seen: list[Stored] = []
+    surface_of, get = stored.surface_of, SurfaceStore.get
+    surfaces: list[Stored] = []
     reads: list[str] = []
 
-    async def found(services: Services, job: Job, id: str) -> Stored:
-        seen.append(await find(services, job, id))
-        watch.came.release()
-        return seen[-1]
+    async def find_and_record(services: Services, job: Job, id: str) -> Stored:
+        surfaces.append(await surface_of(services, job, id))
+        counter.has_surface.release()
+        return surfaces[-1]
 
-    async def read(store: SurfaceStore, id: str, announced: Callable[[int], None]) -> bytes:
+    async def read_and_record(
+        store: SurfaceStore, id: str, announced: Callable[[int], None]
+    ) -> bytes:
         reads.append(id)
         return await get(store, id, announced)
 
-    monkeypatch.setattr(meshes_by_url, "surface_of", found)
-    monkeypatch.setattr(SurfaceStore, "get", read)
-    statuses = send_together(lambda each: client.get(f"{url}&resolution={each + 1}").status_code)
+    monkeypatch.setattr(meshes_by_url, "surface_of", find_and_record)
+    monkeypatch.setattr(SurfaceStore, "get", read_and_record)
+    statuses = send_together(
+        lambda number: client.get(f"{url}&resolution={number + 1}").status_code
+    )
     assert statuses == [200] * COUNT
     assert len(reads) == 1
-    assert all(each is seen[0] for each in seen)
-    assert watch.most == 1
+    assert all(surface is surfaces[0] for surface in surfaces)
+    assert counter.maximum == 1
 
 
 def test_deleted_surfaces_are_not_shared(client: Client, app: FastAPI) -> None:
     services: Services = app.state.services
     url = client.post("/v1/surfaces", LARGE).json()["links"]["self"]
     id = url.rpartition("/")[2]
-    job = Job(services.workers)  # a job that does not end
-    kept = client.call(stored.surface_of, services, job, id)
+    job = Job(services.workers)  # does not end, so it keeps the surface
+    surface = client.call(stored.surface_of, services, job, id)
     assert client.get(url).status_code == 200
     assert client.request("DELETE", url).status_code == 204
     assert client.get(url).status_code == 404
-    assert kept.id == id
+    assert surface.id == id

@@ -1,4 +1,4 @@
-"""POST /v1/measure: bricks, open surfaces, parts, every example, and refused requests."""
+"""POST /v1/measure: closed and open surfaces, examples, and refused requests."""
 
 from math import pi
 from typing import Any
@@ -23,27 +23,33 @@ FACES = [
     [[0, 1], [2, 3]], [[4, 6], [5, 7]], [[0, 4], [1, 5]],
     [[2, 3], [6, 7]], [[0, 2], [4, 6]], [[1, 5], [3, 7]],
 ]  # fmt: skip
-SLOW = {"tea-service", "swept-wing"}
+SLOW = {"tea-service", "swept-wing"}  # examples that take seconds
 
 
 def build_brick(faces: Any) -> dict[str, Any]:
+    """A brick of 1 × 2 × 3 with these faces, lists of vertex indices."""
     return {"type": "patches", "vertices": CORNERS, "patches": faces}
 
 
-def ask(client: Client, **fields: Any) -> Any:
+def measure(client: Client, **fields: Any) -> Any:
+    """The valid response to a request with these fields."""
     response = client.post("/v1/measure", fields)
     assert response.status_code == 200, response.text
     SurfaceMeasures.model_validate_json(response.content)
     return response.json()
 
 
-def is_about(interval: dict[str, float], truth: float, width: float = 1e-6) -> bool:
+def is_about(interval: dict[str, float], value: float, width: float = 1e-6) -> bool:
+    """True if the interval contains the value and is narrow.
+
+    Narrow is at most `width`, relative to the value, or to 1 for small values.
+    """
     low, high = interval["low"], interval["high"]
-    return low <= truth <= high and high - low <= width * max(abs(truth), 1)
+    return low <= value <= high and high - low <= width * max(abs(value), 1)
 
 
-def test_a_brick(client: Client) -> None:
-    result = ask(client, surface=build_brick(FACES))
+def test_a_closed_brick_has_area_volume_and_centroid(client: Client) -> None:
+    result = measure(client, surface=build_brick(FACES))
     assert is_about(result["area"], 22)
     assert is_about(result["volume"], 6, 1e-12)
     assert all(is_about(*each) for each in zip(result["centroid"], (0.5, 1, 1.5), strict=True))
@@ -52,22 +58,22 @@ def test_a_brick(client: Client) -> None:
     assert result["parts"][0]["volume"] == result["volume"]
 
 
-def test_an_open_brick_and_a_turned_face(client: Client) -> None:
-    result = ask(client, surface=build_brick(FACES[:5]))
+def test_open_and_inconsistent_edges_are_listed(client: Client) -> None:
+    result = measure(client, surface=build_brick(FACES[:5]))
     assert "volume" not in result
     assert [edge["patch"] for edge in result["faulty_edges"]] == [0, 1, 2, 3]
     assert all(edge["open"] for edge in result["faulty_edges"])
     (border,) = result["boundaries"]
     assert is_about(border["length"], 10)
     assert border["first_edge"] == {"patch": 0, "side": "v=1", "uv": [[0, 1], [1, 1]]}
-    turned = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
-    result = ask(client, surface=build_brick(turned))
+    reversed_face = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
+    result = measure(client, surface=build_brick(reversed_face))
     assert (result["open_edges"], result["inconsistent_edges"]) == (0, 8)
     assert not any(edge["open"] for edge in result["faulty_edges"])
 
 
 @pytest.mark.parametrize("name", sorted(set(EXAMPLES) - SLOW)[::2])
-def test_every_example(client: Client, name: str) -> None:
+def test_a_measure_of_an_example_has_a_volume_if_it_is_closed(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
     response = client.post("/v1/measure", {"surface": surface, "tolerance": 1e-2})
     if response.status_code == 422:
@@ -101,30 +107,32 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
 FOLDED = [[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]
 
 
-def test_narrow_intervals_are_refused_with_those_that_can_be_reached(client: Client) -> None:
-    """N is (0, 0, u − v − 0.1): |N| has a kink that cuts cells at any angle."""
-    few = Limits(max_multiplications=50_000_000)
+def test_the_refusal_of_a_small_tolerance_names_one_that_can_be_reached(client: Client) -> None:
+    """The normal du × dv is (0, 0, u − v − 0.1). Its length has a kink at u − v = 0.1, so the
+    interval of the area becomes narrow only slowly.
+    """
+    limits = Limits(max_multiplications=50_000_000)
     surface = BezierSurface(np.array(FOLDED, float))
-    with pytest.raises(TooLarge) as refused:
-        plan_measure(surface, MeasureQuery(1e-9), few).run()
-    (issue,) = refused.value.issues
+    with pytest.raises(TooLarge) as error:
+        plan_measure(surface, MeasureQuery(1e-9), limits).run()
+    (issue,) = error.value.issues
     assert (issue.code, issue.pointer, issue.got) == ("too_costly", "/tolerance", "1e-09")
     least, _, rest = issue.needed.removeprefix("at least ").partition(": ")
     assert rest == f"{least} for the area"
-    result = orjson.loads(plan_measure(surface, MeasureQuery(float(least)), few).run())
+    result = orjson.loads(plan_measure(surface, MeasureQuery(float(least)), limits).run())
     assert result["reached"]
     assert is_about(result["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(least))
     example = client.get("/openapi.json").json()["components"]["responses"]["InvalidRequest"]
-    response = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
-    assert response["errors"][0]["code"] == "too_costly"
+    problem = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
+    assert problem["errors"][0]["code"] == "too_costly"
 
 
-def test_measures_that_reach_no_tolerance_have_wide_intervals() -> None:
+def test_with_a_low_limit_intervals_are_wide_and_the_tolerance_is_not_reached() -> None:
     surface = BsplineSurface(np.random.default_rng(1).uniform(0, 1, (40, 40, 3)))
     query = MeasureQuery(1e-12)
-    with pytest.raises(TooLarge) as refused:
+    with pytest.raises(TooLarge) as error:
         plan_measure(surface, query, Limits(max_multiplications=1_000_000))
-    assert refused.value.issues[0].pointer == "/surface"
+    assert error.value.issues[0].pointer == "/surface"
     result = orjson.loads(plan_measure(surface, query, Limits(max_multiplications=10**8)).run())
     assert not result["reached"]
     assert result["area"]["low"] < result["area"]["value"] < result["area"]["high"]

@@ -1,4 +1,4 @@
-"""POST /v1/mesh and the meshes of examples by URL."""
+"""POST /v1/mesh and GET of meshes of examples: formats, options, file names, and errors."""
 
 import asyncio
 
@@ -21,7 +21,7 @@ BEZIER = {"type": "bezier", "control_net": NET}
 SURFACE = BezierSurface(np.array(NET, dtype=np.float64))
 
 
-def test_posted_net_comes_back_as_json(client: Client) -> None:
+def test_the_mesh_of_a_control_net_is_json_by_default(client: Client) -> None:
     response = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [2, 3]})
     assert response.status_code == 200
     assert response.headers["content-type"] == "application/json"
@@ -33,30 +33,30 @@ def test_posted_net_comes_back_as_json(client: Client) -> None:
     assert mesh["vertices"][-1] == NET[-1][-1]
 
 
-def test_type_may_be_left_out_and_a_number_stands_for_both_directions(client: Client) -> None:
+def test_the_type_may_be_left_out_and_one_resolution_is_for_both_directions(client: Client) -> None:
     short = client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 5})
     long = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [5, 5]})
     assert short.content == long.content
 
 
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
-def test_every_format_by_name_by_type_and_by_suffix(client: Client, fmt: Format) -> None:
+def test_formats_by_name_by_media_type_and_by_suffix(client: Client, fmt: Format) -> None:
     document = {"surface": BEZIER, "resolution": 4}
     expected = render(SURFACE, MeshOptions((4, 4)), fmt)
-    format_by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
-    by_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
-    assert format_by_name.content == by_type.content == expected
+    by_name = client.post(f"/v1/mesh?format={fmt.name}", document)
+    by_media_type = client.post("/v1/mesh", document, {"Accept": fmt.media_type})
+    assert by_name.content == by_media_type.content == expected
     url = f"/v1/surfaces/saddle/mesh.{fmt.suffix}?resolution=4"
-    format_by_suffix = client.get(url, {"Accept-Encoding": "identity"})
-    assert format_by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
-    for response in (format_by_name, by_type, format_by_suffix):
+    by_suffix = client.get(url, {"Accept-Encoding": "identity"})
+    assert by_suffix.content == render(find("saddle").surface(), MeshOptions((4, 4)), fmt)
+    for response in (by_name, by_media_type, by_suffix):
         assert response.status_code == 200
         assert response.headers["content-type"].partition(";")[0] == fmt.media_type
         assert response.headers["content-length"] == str(len(response.content))
         assert response.headers["x-content-type-options"] == "nosniff"
 
 
-def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) -> None:
+def test_options_in_the_body_and_in_the_query_give_equal_meshes(client: Client) -> None:
     definition = client.get("/v1/surfaces/utah-teapot").json()
     options = {
         "resolution": [3, 2],
@@ -81,18 +81,18 @@ def test_all_options_mean_the_same_in_the_body_and_in_the_query(client: Client) 
         "&oogl=off"
     )
     for name in ("json", "oogl"):
-        posted = client.post(f"/v1/mesh?format={name}", {**definition, **options})
-        fetched = client.get(f"/v1/surfaces/utah-teapot/mesh.{name}?{query}")
-        assert posted.status_code == fetched.status_code == 200
-        assert posted.content == fetched.content
+        by_body = client.post(f"/v1/mesh?format={name}", {**definition, **options})
+        by_url = client.get(f"/v1/surfaces/utah-teapot/mesh.{name}?{query}")
+        assert by_body.status_code == by_url.status_code == 200
+        assert by_body.content == by_url.content
     plain = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=3,2")
     assert plain.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
 
 
-def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
+def test_without_weld_every_sample_is_a_vertex_in_the_documented_order(
     client: Client,
 ) -> None:
-    """Bilinear patches of a flat grid; the last has a pole at u = 0."""
+    """The surface has three bilinear patches; the last has a pole at u = 0."""
     vertices = [[x, y, 0] for x in range(3) for y in range(3)]
     surface = {
         "type": "patches",
@@ -107,24 +107,24 @@ def test_without_weld_every_sample_is_a_vertex_in_the_order_that_is_documented(
     np.testing.assert_allclose(mesh["vertices"], np.concatenate(expected), atol=1e-15)
     unused = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
     assert unused
-    assert unused < set(range(30, 35)), "samples at the pole"
+    assert unused < set(range(30, 35)), "only samples at the pole may be unused"
 
 
 @pytest.mark.anyio
-async def test_health_check_does_not_wait_for_earlier_meshes() -> None:
-    # Different ones: equal requests would be computed once.
+async def test_a_health_check_does_not_wait_for_earlier_requests() -> None:
+    # The URLs differ, because meshes of equal URLs are computed only once.
     mesh = "/v1/surfaces/saddle/mesh.glb?resolution=8"
     meshes = [f"{mesh}&crease_angle=0.{number}" for number in range(1, 61)]
-    answered: list[str] = []
+    finished: list[str] = []
     transport = httpx.ASGITransport(create_app(Settings()))
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
 
-        async def ask(url: str) -> None:
+        async def send_request(url: str) -> None:
             assert (await client.get(url)).status_code == 200
-            answered.append(url)
+            finished.append(url)
 
-        await asyncio.gather(*map(ask, [*meshes, "/health/live"]))
-    assert answered.index("/health/live") < 20
+        await asyncio.gather(*map(send_request, [*meshes, "/health/live"]))
+    assert finished.index("/health/live") < 20
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ async def test_health_check_does_not_wait_for_earlier_meshes() -> None:
         (" ...", 'filename="surface.stl"'),
     ],
 )
-def test_file_name_is_made_of_harmless_characters(client: Client, name: str, files: str) -> None:
+def test_file_names_have_only_harmless_characters(client: Client, name: str, files: str) -> None:
     document = {"surface": {**BEZIER, "name": name}, "resolution": 1}
     response = client.post("/v1/mesh?format=stl", document)
     assert response.headers["content-disposition"] == f"attachment; {files}"
@@ -182,7 +182,7 @@ def test_file_name_is_made_of_harmless_characters(client: Client, name: str, fil
         ("k" * 300, "k" * 64 + "…", "unknown_field"),
     ],
 )
-def test_bad_parameters_are_named(client: Client, query: str, parameter: str, code: str) -> None:
+def test_errors_name_the_parameter(client: Client, query: str, parameter: str, code: str) -> None:
     response = client.get(f"/v1/surfaces/utah-teapot/mesh.glb?{query}")
     assert response.status_code == 422
     first = response.json()["errors"][0]
@@ -198,7 +198,9 @@ def test_bad_parameters_are_named(client: Client, query: str, parameter: str, co
         ("format=glb&format=glb", "format", "repeated_key"),
     ],
 )
-def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, code: str) -> None:
+def test_invalid_formats_of_a_post_request_are_refused(
+    client: Client, query: str, parameter: str, code: str
+) -> None:
     response = client.post(f"/v1/mesh?{query}", {"surface": BEZIER})
     assert response.status_code == 422
     first = response.json()["errors"][0]
@@ -206,7 +208,7 @@ def test_a_post_has_one_parameter(client: Client, query: str, parameter: str, co
 
 
 @pytest.mark.parametrize("suffix", ["fbx", "GLB", "glb.gz", "%00", "é"])
-def test_unknown_suffix(client: Client, suffix: str) -> None:
+def test_unknown_suffixes_are_refused(client: Client, suffix: str) -> None:
     response = client.get(f"/v1/surfaces/saddle/mesh.{suffix}")
     assert response.status_code == 404
     assert response.json()["code"] == "unknown_suffix"
@@ -223,7 +225,7 @@ def test_unknown_suffix(client: Client, suffix: str) -> None:
         {"Content-Type": "application/jsonp"},
         {"Content-Type": "application/json; charset=latin-1"},
         {"Content-Type": 'application/json; a="; charset=utf-8"; CHARSET=latin-1'},
-        # The standard library's parser of mail fails on this header, which the fuzzer found.
+        # The fuzzer found this header; the standard library's parser of mail headers fails on it.
         {"Content-Type": "text/plain;q*;q*0"},
         {"Content-Type": "application/json", "Content-Encoding": "gzip"},
     ],
@@ -247,7 +249,7 @@ def test_other_media_types_are_refused(client: Client, headers: dict[str, str]) 
         "application/vnd.surface+json",
     ],
 )
-def test_json_by_other_names_is_taken(client: Client, media_type: str) -> None:
+def test_all_media_types_of_json_are_accepted(client: Client, media_type: str) -> None:
     headers = {"Content-Type": media_type, "Content-Encoding": "identity"}
     body = b'{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]},"resolution":1}'
     assert client.request("POST", "/v1/mesh", body, headers).status_code == 200

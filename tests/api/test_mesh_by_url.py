@@ -1,4 +1,4 @@
-"""Meshes by URL: canonical URLs, tags, codings, and how long caches may keep them."""
+"""Meshes by URL: canonical URLs, entity tags, content codings, and headers for caches."""
 
 import os
 import re
@@ -28,17 +28,18 @@ from tests.programs import run_python
 
 SADDLE = "/v1/surfaces/saddle/mesh.glb"
 PLAIN = {"Accept-Encoding": "identity"}
-STEP = r"{};dur=\d+\.\d+"
+TIMING = r"{};dur=\d+\.\d+"
 
 
 @pytest.fixture
-def fresh() -> Iterator[Client]:
+def fresh_client() -> Iterator[Client]:
     """A client of a new service, whose cache is empty."""
     with start_client(create_app(Settings())) as client:
         yield client
 
 
 def read_canonical_url(client: Client, url: str) -> str:
+    """The canonical URL in the header `Link` of the response to a GET of this URL."""
     link = client.get(url, PLAIN).headers["link"]
     match = re.fullmatch(r'<(\S+)>; rel="canonical"', link)
     assert match is not None
@@ -54,12 +55,12 @@ def read_canonical_url(client: Client, url: str) -> str:
         f"resolution=4&uvs=true&engine={ENGINE}",
     ],
 )
-def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None:
+def test_all_spellings_of_a_query_have_one_canonical_url(client: Client, query: str) -> None:
     url = f"{SADDLE}?resolution=4&uvs=true&engine={ENGINE}"
     assert read_canonical_url(client, f"{SADDLE}?{query}") == url
-    one, other = client.get(url), client.get(f"{SADDLE}?{query}")
-    assert one.content == other.content
-    assert one.headers["etag"] == other.headers["etag"]
+    canonical, other = client.get(url), client.get(f"{SADDLE}?{query}")
+    assert canonical.content == other.content
+    assert canonical.headers["etag"] == other.headers["etag"]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +73,9 @@ def test_every_spelling_leads_to_one_address(client: Client, query: str) -> None
         *((f"engine={number}", 422, "out_of_range") for number in (0, -1, 2**53)),
     ],
 )
-def test_engine_in_the_query(client: Client, query: str, status: int, code: str) -> None:
+def test_only_the_current_engine_is_accepted_in_the_query(
+    client: Client, query: str, status: int, code: str
+) -> None:
     response = client.get(f"{SADDLE}?resolution=1&{query}")
     assert response.status_code == status
     if status != 200:
@@ -81,7 +84,7 @@ def test_engine_in_the_query(client: Client, query: str, status: int, code: str)
         assert "etag" not in response.headers
 
 
-def test_examples_are_kept_for_an_hour(client: Client) -> None:
+def test_caches_may_keep_meshes_of_examples_for_an_hour(client: Client) -> None:
     for query in ("resolution=2", f"resolution=2&engine={ENGINE}"):
         for _ in range(2):
             headers = client.get(f"{SADDLE}?{query}").headers
@@ -90,31 +93,32 @@ def test_examples_are_kept_for_an_hour(client: Client) -> None:
             assert headers["content-disposition"] == 'inline; filename="saddle.glb"'
 
 
-def test_report_headers(client: Client) -> None:
+def test_headers_have_the_counts_and_the_bound_of_the_report(client: Client) -> None:
     url = "/v1/surfaces/sphere/mesh.{}?resolution=3"
     report = client.get(url.format("json")).json()["report"]
     definition = client.get("/v1/surfaces/sphere").json()
     by_url = client.get(url.format("stl"))
-    posted = client.post("/v1/mesh?format=stl", {**definition, "resolution": 3})
-    for headers in (by_url.headers, posted.headers):
+    by_body = client.post("/v1/mesh?format=stl", {**definition, "resolution": 3})
+    for headers in (by_url.headers, by_body.headers):
         assert int(headers["surface-vertices"]) == report["vertices"]
         assert int(headers["surface-triangles"]) == report["triangles"]
         assert float(headers["surface-deviation-bound"]) > 0
-    exact = client.get("/v1/surfaces/sphere/mesh.oogl?oogl=bez").headers
-    assert not [name for name in exact if name.startswith("surface-")]
+    # A file of Bézier patches has no mesh, and so no report.
+    headers_of_patches = client.get("/v1/surfaces/sphere/mesh.oogl?oogl=bez").headers
+    assert not [name for name in headers_of_patches if name.startswith("surface-")]
 
 
-def test_server_timing_names_steps_and_hits(fresh: Client) -> None:
-    first = fresh.get(SADDLE).headers["server-timing"]
+def test_server_timing_names_steps_and_hits(fresh_client: Client) -> None:
+    first = fresh_client.get(SADDLE).headers["server-timing"]
     steps = ("surface", "mesh", "compress")
-    assert re.fullmatch(", ".join(["cache;desc=miss", *map(STEP.format, steps)]), first)
-    assert fresh.get(SADDLE).headers["server-timing"] == "cache;desc=hit"
-    posted = fresh.post("/v1/mesh", fresh.get("/v1/surfaces/saddle").json())
+    assert re.fullmatch(", ".join(["cache;desc=miss", *map(TIMING.format, steps)]), first)
+    assert fresh_client.get(SADDLE).headers["server-timing"] == "cache;desc=hit"
+    posted = fresh_client.post("/v1/mesh", fresh_client.get("/v1/surfaces/saddle").json())
     timing = posted.headers["server-timing"]
-    assert re.fullmatch(", ".join(map(STEP.format, ("read", "parse", "mesh"))), timing)
+    assert re.fullmatch(", ".join(map(TIMING.format, ("read", "parse", "mesh"))), timing)
 
 
-def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -> None:
+def test_codings_decode_to_the_same_bytes_and_have_different_tags(fresh_client: Client) -> None:
     url = "/v1/surfaces/utah-teapot/mesh.json?resolution=8"
     expected = render(find("utah-teapot").surface(), MeshOptions((8, 8)), BY_NAME["json"])
     tags = set()
@@ -123,62 +127,65 @@ def test_codings_hold_the_same_bytes_and_have_tags_of_their_own(fresh: Client) -
         "gzip": decompress_gzip,
         "zstd": decompress_zstd,
     }
-    for coding, decoded in decoders.items():
+    for coding, decode in decoders.items():
         for _ in range(2):
-            response = fresh.raw(url, {"Accept-Encoding": coding})
+            response = fresh_client.get_raw(url, {"Accept-Encoding": coding})
             assert response.headers.get("content-encoding", "identity") == coding
-            assert decoded(response.content) == expected
+            assert decode(response.content) == expected
             assert response.headers["content-length"] == str(len(response.content))
         assert (len(response.content) < len(expected) / 3) == (coding != "identity")
         tags.add(response.headers["etag"])
     assert len(tags) == 3
 
 
-def test_small_bodies_are_sent_as_they_are_unless_that_is_refused(fresh: Client) -> None:
+def test_small_bodies_are_compressed_only_if_the_client_refuses_identity(
+    fresh_client: Client,
+) -> None:
     url = "/v1/surfaces/saddle/mesh.off?resolution=1"
     for _ in range(2):
-        response = fresh.raw(url, {"Accept-Encoding": "gzip, zstd"})
+        response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, zstd"})
         assert "content-encoding" not in response.headers
-    forced = fresh.raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
+    forced = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
     assert forced.headers["content-encoding"] == "gzip"
     assert decompress_gzip(forced.content) == response.content
-    again = fresh.raw(url, {"Accept-Encoding": "gzip, zstd"})
+    again = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, zstd"})
     assert "content-encoding" not in again.headers
 
 
-def test_responses_are_not_compressed_if_that_waits_for_memory(
-    fresh: Client, monkeypatch: pytest.MonkeyPatch
+def test_responses_are_not_compressed_while_requests_wait_for_memory(
+    fresh_client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    url, coded = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
-    with monkeypatch.context() as full:
-        full.setattr(Workers, "waiting", 1)
-        plain = fresh.raw(url, coded)
+    url, accept_gzip = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
+    with monkeypatch.context() as patch:
+        patch.setattr(Workers, "waiting", 1)
+        plain = fresh_client.get_raw(url, accept_gzip)
         assert "content-encoding" not in plain.headers
-        forced = fresh.raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
-        assert decompress_gzip(forced.content) == plain.content, "who takes nothing else waits"
-    assert fresh.raw(url, coded).headers["content-encoding"] == "gzip"
+        forced = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
+        # A client that accepts only gzip gets it all the same.
+        assert decompress_gzip(forced.content) == plain.content
+    assert fresh_client.get_raw(url, accept_gzip).headers["content-encoding"] == "gzip"
 
 
-def test_excluded_codings_are_a_problem(client: Client) -> None:
+def test_a_request_that_excludes_all_codings_is_refused(client: Client) -> None:
     response = client.get(SADDLE, {"Accept-Encoding": "br, *;q=0"})
     assert response.status_code == 406
     assert response.json()["errors"][0]["header"] == "Accept-Encoding"
 
 
 @pytest.mark.parametrize("coding", ["identity", "gzip", "zstd"])
-@pytest.mark.parametrize("is_unchanged", [False, True])
-def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_unchanged: bool) -> None:
+@pytest.mark.parametrize("is_cached", [False, True])
+def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_cached: bool) -> None:
     url = f"/v1/surfaces/sphere/mesh.json?resolution=6&engine={ENGINE}"
     headers = {"Accept-Encoding": coding}
     with start_client(create_app(Settings())) as client:
-        first = client.raw(url, headers)
+        first = client.get_raw(url, headers)
     app = create_app(Settings())
     with start_client(app) as client:
-        if is_unchanged:
-            client.raw(url, headers)
+        if is_cached:
+            client.get_raw(url, headers)
         tag = first.headers["etag"]
         for condition in (tag, f"W/{tag}", f'"other", {tag}'):
-            response = client.raw(url, {**headers, "If-None-Match": condition})
+            response = client.get_raw(url, {**headers, "If-None-Match": condition})
             assert response.status_code == 304
             assert response.content == b""
             for name in ("etag", "cache-control", "vary"):
@@ -186,45 +193,45 @@ def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_unchanged: bool) ->
             assert response.headers["server-timing"] == "cache;desc=hit"
             assert response.headers["access-control-allow-origin"] == "*"
             assert "content-length" not in response.headers
-        assert len(app.state.services.cache) == is_unchanged, "answered without computing"
-        changed = client.raw(url, {**headers, "If-None-Match": '"other"'})
+        assert len(app.state.services.cache) == is_cached, "a 304 needs no computation"
+        changed = client.get_raw(url, {**headers, "If-None-Match": '"other"'})
         assert changed.status_code == 200
-        other = client.raw(f"{url}&uvs=true", {**headers, "If-None-Match": tag})
+        other = client.get_raw(f"{url}&uvs=true", {**headers, "If-None-Match": tag})
         assert other.status_code == 200
 
 
-def test_a_tag_of_a_coding_that_is_not_accepted_does_not_count(client: Client) -> None:
+def test_a_tag_of_a_coding_that_the_client_does_not_accept_gives_no_304(client: Client) -> None:
     url = "/v1/surfaces/sphere/mesh.json?resolution=6"
-    tag = client.raw(url, {"Accept-Encoding": "zstd"}).headers["etag"]
+    tag = client.get_raw(url, {"Accept-Encoding": "zstd"}).headers["etag"]
     for _ in range(2):
-        response = client.raw(url, {"Accept-Encoding": "gzip", "If-None-Match": tag})
+        response = client.get_raw(url, {"Accept-Encoding": "gzip", "If-None-Match": tag})
         assert response.status_code == 200
 
 
-def test_conditions_do_not_hide_errors(fresh: Client) -> None:
+def test_a_condition_does_not_turn_an_error_into_304(fresh_client: Client) -> None:
     condition = {"If-None-Match": "*"}
-    assert fresh.get("/v1/surfaces/none/mesh.glb", condition).status_code == 404
-    assert fresh.get(f"{SADDLE}?resolution=0", condition).status_code == 422
-    assert fresh.get(f"{SADDLE}?resolution=9999", condition).status_code == 422
+    assert fresh_client.get("/v1/surfaces/none/mesh.glb", condition).status_code == 404
+    assert fresh_client.get(f"{SADDLE}?resolution=0", condition).status_code == 422
+    assert fresh_client.get(f"{SADDLE}?resolution=9999", condition).status_code == 422
 
 
-def test_head_computes_and_fills_the_cache(fresh: Client) -> None:
-    head = fresh.request("HEAD", SADDLE)
+def test_head_computes_the_mesh_and_caches_it(fresh_client: Client) -> None:
+    head = fresh_client.request("HEAD", SADDLE)
     assert (head.status_code, head.content) == (200, b"")
-    get = fresh.get(SADDLE)
+    get = fresh_client.get(SADDLE)
     assert get.headers["server-timing"] == "cache;desc=hit"
     assert get.headers["content-length"] == head.headers["content-length"]
-    again = fresh.request("HEAD", SADDLE)
+    again = fresh_client.request("HEAD", SADDLE)
     assert again.content == b""
     assert again.headers == get.headers
 
 
-def test_nothing_is_kept_where_there_is_no_memory_for_it() -> None:
+def test_without_memory_for_the_cache_every_request_computes() -> None:
     app = create_app(Settings(cache_bytes=0))
     with start_client(app) as client:
-        one, two = client.get(SADDLE), client.get(SADDLE)
-    assert one.content == two.content
-    assert two.headers["server-timing"].startswith("cache;desc=miss")
+        first, second = client.get(SADDLE), client.get(SADDLE)
+    assert first.content == second.content
+    assert second.headers["server-timing"].startswith("cache;desc=miss")
     assert (len(app.state.services.cache), app.state.services.cache.bytes) == (0, 0)
     assert app.state.services.cache.counts.misses == 2
 
@@ -234,15 +241,17 @@ def test_long_responses_are_sent_completely_from_the_cache(client: Client) -> No
     expected = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
     assert len(expected) > 2 << 20
     for _ in range(2):
-        response = client.raw(url, PLAIN)
+        response = client.get_raw(url, PLAIN)
         assert response.content == expected
     assert response.headers["server-timing"] == "cache;desc=hit"
 
 
-def test_ranges_are_not_read(client: Client) -> None:
-    """A request for a range gets the whole body with status 200, as RFC 9110 allows."""
-    whole = client.raw(SADDLE, PLAIN)
-    part = client.raw(SADDLE, {**PLAIN, "Range": "bytes=0-3", "If-Range": whole.headers["etag"]})
+def test_requests_for_a_range_get_the_whole_body(client: Client) -> None:
+    """RFC 9110 allows this, with status 200."""
+    whole = client.get_raw(SADDLE, PLAIN)
+    part = client.get_raw(
+        SADDLE, {**PLAIN, "Range": "bytes=0-3", "If-Range": whole.headers["etag"]}
+    )
     assert (part.status_code, part.content) == (200, whole.content)
     assert "content-range" not in part.headers
 
@@ -267,26 +276,26 @@ OPTIONS = {
 
 
 @given(
-    st.fixed_dictionaries({}, optional={k: st.sampled_from(v) for k, v in OPTIONS.items()}),
+    st.fixed_dictionaries(
+        {}, optional={name: st.sampled_from(texts) for name, texts in OPTIONS.items()}
+    ),
     st.sampled_from(FORMATS),
 )
-def test_the_canonical_address_stands_for_the_same_bytes(
-    options: dict[str, str], fmt: Format
-) -> None:
+def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: Format) -> None:
     try:
         parsed = parse_mesh_query(options.items())
         surface = find("saddle").surface()
-        written = render(surface, parsed.mesh_options(), fmt, encode_options(parsed))
+        expected = render(surface, parsed.mesh_options(), fmt, encode_options(parsed))
     except SurfaceError:
         return
     query = canonical_query(parsed, fmt.ignored)
     again = parse_mesh_query(parse_qsl(query))
-    assert render(surface, again.mesh_options(), fmt, encode_options(again)) == written
+    assert render(surface, again.mesh_options(), fmt, encode_options(again)) == expected
 
 
-def test_another_process_makes_the_same_bytes() -> None:
-    """The bytes do not depend on the seed of hashes, hence not on the order of a set."""
+def test_another_process_computes_the_same_bytes() -> None:
+    """The other process has another seed of hashes, so its sets have another order."""
     environment = {**os.environ, "PYTHONHASHSEED": "1"}
     root = Path(__file__).parents[2]
-    other = run_python("-m", "tests.api.digests", env=environment, cwd=root)
-    assert other.stdout.splitlines() == compute_digests()
+    process = run_python("-m", "tests.api.digests", env=environment, cwd=root)
+    assert process.stdout.splitlines() == compute_digests()

@@ -1,4 +1,4 @@
-"""The format that an Accept header prefers."""
+"""The format of a response is the one that the header `Accept` prefers."""
 
 import pytest
 
@@ -35,7 +35,7 @@ from service.encoders.registry import FORMATS
         ("nonsense, model/stl", "stl"),
     ],
 )
-def test_best_format(header: str | None, name: str) -> None:
+def test_the_preferred_format_is_chosen(header: str | None, name: str) -> None:
     assert format_by_accept(header, FORMATS).name == name
 
 
@@ -53,7 +53,7 @@ def test_best_format(header: str | None, name: str) -> None:
         "image/png," * 200 + "model/stl",
     ],
 )
-def test_no_acceptable_coding(header: str) -> None:
-    with pytest.raises(NotAcceptable) as refusal:
+def test_headers_that_accept_no_format_are_refused(header: str) -> None:
+    with pytest.raises(NotAcceptable) as error:
         format_by_accept(header, FORMATS)
-    assert "model/gltf-binary" in refusal.value.issues[0].needed
+    assert "model/gltf-binary" in error.value.issues[0].needed

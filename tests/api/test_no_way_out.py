@@ -1,4 +1,4 @@
-"""No text of a request becomes the name of a file, or an address to connect to."""
+"""The service never uses a text of a request as a file name or as an address to connect to."""
 
 import json
 import re
@@ -16,54 +16,54 @@ ALLOWED = tuple(
     str(Path(folder).resolve())
     for folder in (Path(service.__file__).parent, sys.prefix, sys.base_prefix)
 )
-"""Folders of modules, which are imported at their first use, and of static files."""
+"""Folders whose files the service may read: Python modules and static files."""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    result = tmp_path_factory.mktemp("audited")
-    (result / "secret").write_text("the secret of the house", encoding="utf-8")
-    return result
+    """A folder with a file that the service must not read; the store is in it."""
+    folder = tmp_path_factory.mktemp("audited")
+    (folder / "secret").write_text("the secret of the house", encoding="utf-8")
+    return folder
 
 
 @pytest.fixture(scope="module")
-def audited(folder: Path) -> Mapping[str, Any]:
+def audit(folder: Path) -> Mapping[str, Any]:
+    """The output of `tests/api/audited.py`: statuses of hostile requests, and recorded events."""
     root = Path(service.__file__).parents[1]
-    done = run_python("-m", "tests.api.audited", str(folder), check=False, cwd=root)
-    assert done.returncode == 0, done.stderr
-    result: Mapping[str, Any] = json.loads(done.stdout)
-    return result
+    process = run_python("-m", "tests.api.audited", str(folder), check=False, cwd=root)
+    assert process.returncode == 0, process.stderr
+    document: Mapping[str, Any] = json.loads(process.stdout)
+    return document
 
 
-def test_the_audit_sees_forbidden_events(audited: Mapping[str, Any]) -> None:
-    assert {"open", "socket.connect", "os.listdir"} <= set(audited["would"])
+def test_the_audit_hook_reports_forbidden_operations(audit: Mapping[str, Any]) -> None:
+    assert {"open", "socket.connect", "os.listdir"} <= set(audit["forbidden"])
 
 
-def test_hostile_requests_are_answered(audited: Mapping[str, Any]) -> None:
-    statuses = audited["statuses"]
+def test_hostile_requests_get_statuses_of_success_or_refusal(audit: Mapping[str, Any]) -> None:
+    statuses = audit["statuses"]
     assert len(statuses) > 300
-    assert {s for s in statuses if s not in (200, 201)} <= {400, 403, 404, 405, 406, 415, 422, 503}
+    assert set(statuses) <= {200, 201, 400, 403, 404, 405, 406, 415, 422, 503}
 
 
-def test_nothing_is_connected_to_and_no_program_started(audited: Mapping[str, Any]) -> None:
-    assert [event for event, _ in audited["seen"] if event != "open"] == []
+def test_the_service_opens_no_connections_and_starts_no_programs(audit: Mapping[str, Any]) -> None:
+    assert [event for event, _ in audit["events"] if event != "open"] == []
 
 
-def test_no_file_is_opened_but_our_own_and_those_of_the_store(
-    audited: Mapping[str, Any], folder: Path
+def test_the_service_opens_only_its_own_files_and_those_of_the_store(
+    audit: Mapping[str, Any], folder: Path
 ) -> None:
-    stored = re.compile(re.escape(str(folder / "store")) + r"(/(staging|surfaces|[0-9a-f]+))*")
-    for event, (path, mode, *_) in audited["seen"]:
+    in_store = re.compile(re.escape(str(folder / "store")) + r"(/(staging|surfaces|[0-9a-f]+))*")
+    for event, (path, mode, *_) in audit["events"]:
         assert event == "open"
-        if not stored.fullmatch(path):
+        if not in_store.fullmatch(path):
             assert str(Path(path).resolve()).startswith(ALLOWED), path
             assert mode in ("r", "rb"), (path, mode)
 
 
-def test_stored_files_have_hashes_as_names_and_lie_in_the_store(
-    audited: Mapping[str, Any], folder: Path
-) -> None:
-    assert audited["statuses"].count(201) > 1
+def test_files_in_the_store_have_hashes_as_names(audit: Mapping[str, Any], folder: Path) -> None:
+    assert audit["statuses"].count(201) > 1
     files = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
     assert Path("secret") in files
     for file in files:

@@ -1,4 +1,4 @@
-"""The pages of the editor and of the calls, and the service without their scripts."""
+"""The pages of the editor and of Swagger UI; the service without their scripts."""
 
 import json
 import re
@@ -23,7 +23,7 @@ needs_three = pytest.mark.skipif(
 
 
 @needs_three
-def test_everything_on_the_page_comes_from_here(client: Client) -> None:
+def test_all_files_of_the_page_come_from_this_service(client: Client) -> None:
     """All URLs are relative, so that the page works behind any prefix."""
     response = client.get("/")
     assert response.status_code == 200
@@ -36,7 +36,7 @@ def test_everything_on_the_page_comes_from_here(client: Client) -> None:
 
 
 @needs_three
-def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
+def test_the_content_security_policy_allows_only_this_service(client: Client) -> None:
     response = client.get("/")
     policy = dict(
         directive.strip().split(" ", 1)
@@ -49,24 +49,24 @@ def test_the_policy_allows_nothing_but_this_service(client: Client) -> None:
         assert policy[directive] == "'none'"
     assert response.headers["x-content-type-options"] == "nosniff"
     assert response.headers["referrer-policy"] == "no-referrer"
-    # The page has no inline script and no inline style, which would need more rights.
+    # The policy forbids inline scripts and inline styles, so the page must have none.
     assert re.findall(r"<script(?![^>]* src=)|<style|\sstyle=|\son\w+=", response.text) == []
 
 
 @needs_three
 def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
-    """The page lists all modules, so that the browser fetches them at once, and all file types."""
+    """The list of modules lets the browser fetch all of them at once."""
     text = client.get("/").text
-    announced = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
-    assert announced == sorted({name for name in FILES if re.match(r"page/.*\.js", name)} - {MAIN})
+    preloaded = re.findall(r'<link rel="modulepreload" href="([^"]+)">', text)
+    assert preloaded == sorted({name for name in FILES if re.match(r"page/.*\.js", name)} - {MAIN})
     (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
-    (reported,) = re.findall(r'data-media-types="([^"]+)"', text)
-    read = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
-    assert json.loads(unescape(reported)) == read | {"txt": "text/x-teapot"}
-    assert accepted.split(",") == [".json", *(f".{suffix}" for suffix in read), ".txt"]
+    (media_types,) = re.findall(r'data-media-types="([^"]+)"', text)
+    expected = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
+    assert json.loads(unescape(media_types)) == expected | {"txt": "text/x-teapot"}
+    assert accepted.split(",") == [".json", *(f".{suffix}" for suffix in expected), ".txt"]
 
 
-def test_every_example_has_a_small_picture(client: Client) -> None:
+def test_every_example_has_a_thumbnail(client: Client) -> None:
     assert {path.stem for path in pages.THUMBNAILS.iterdir()} == set(EXAMPLES)
     pictures = [client.get(f"/page/{name}.webp") for name in EXAMPLES]
     assert {picture.headers["content-type"] for picture in pictures} == {"image/webp"}
@@ -74,10 +74,12 @@ def test_every_example_has_a_small_picture(client: Client) -> None:
     assert sum(len(picture.content) for picture in pictures) < 100_000
 
 
-def test_modules_are_short_and_have_a_docstring() -> None:
+def test_modules_are_short_and_begin_with_a_comment() -> None:
     for path in pages.PAGE.glob("*.js"):
         lines = path.read_text(encoding="utf-8").splitlines()
-        assert len(lines) <= 250, f"{path.name}: something wants to move out"
+        assert len(lines) <= 250, (
+            f"{path.name} has more than 250 lines; move a part to another module"
+        )
         assert lines[0].startswith("// "), path.name
 
 
@@ -88,11 +90,11 @@ def test_modules_are_short_and_have_a_docstring() -> None:
         *("/docs/..%2f..%2fapp.py", "/docs/LICENSE", "/docs/swagger-ui.css.map"),
     ],
 )
-def test_nothing_else_is_served(client: Client, url: str) -> None:
+def test_other_files_are_not_served(client: Client, url: str) -> None:
     assert client.get(url).status_code == 404
 
 
-def test_everything_on_the_page_of_the_calls_comes_from_here(client: Client) -> None:
+def test_all_files_of_swagger_ui_come_from_this_service(client: Client) -> None:
     page = client.get("/docs")
     assert page.status_code == 200
     icon, *sources = re.findall(r'(?:src|href)="([^"]+)"', page.text)

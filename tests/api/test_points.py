@@ -1,4 +1,4 @@
-"""POST /v1/points: points of every kind of surface in its own parameters, or a refusal."""
+"""POST /v1/points: points, derivatives and curvatures; limits and errors."""
 
 import math
 from typing import Any
@@ -18,16 +18,17 @@ from tests.api.client import Client, start_client
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
 
 
-def ask(client: Client, **fields: Any) -> Any:
+def evaluate(client: Client, **fields: Any) -> Any:
+    """The response to a request for points of the surface z = uv, with these further fields."""
     response = client.post("/v1/points", {"surface": {"control_net": NET}, **fields})
     assert response.status_code == 200, response.text
     assert response.headers["content-type"] == "application/json"
     return response.json()
 
 
-def test_saddle_in_closed_form(client: Client) -> None:
+def test_derivatives_and_curvatures_agree_with_closed_forms(client: Client) -> None:
     """z = uv at (0, 0) and (0, 1)."""
-    result = ask(client, uv=[[0, 0], [0, 1]], derivatives=2)
+    result = evaluate(client, uv=[[0, 0], [0, 1]], derivatives=2)
     half = math.sqrt(0.5)
     normals, curvatures = [[0.0, 0.0, 1.0], [-half, 0.0, half]], [[1.0, -1.0], [0.5, -0.5]]
     assert result["positions"] == [[0, 0, 0], [0, 1, 0]]
@@ -42,14 +43,14 @@ def test_saddle_in_closed_form(client: Client) -> None:
     assert result["degenerate"] == [False, False]
 
 
-def test_columns_come_with_the_order_of_derivatives(client: Client) -> None:
+def test_the_order_of_derivatives_selects_the_columns(client: Client) -> None:
     names = [[name for name, _ in columns] for columns in COLUMNS]
-    assert list(ask(client, uv=[[0, 0]], derivatives=0)) == names[0]
-    assert list(ask(client, uv=[[0, 0]])) == names[0] + names[1]
-    assert list(ask(client, uv=[[0, 0]], derivatives=2)) == names[0] + names[1] + names[2]
+    assert list(evaluate(client, uv=[[0, 0]], derivatives=0)) == names[0]
+    assert list(evaluate(client, uv=[[0, 0]])) == names[0] + names[1]
+    assert list(evaluate(client, uv=[[0, 0]], derivatives=2)) == names[0] + names[1] + names[2]
 
 
-def test_zero_has_no_sign(client: Client) -> None:
+def test_zeros_are_written_without_a_sign(client: Client) -> None:
     response = client.post("/v1/points", {"surface": {"control_net": NET}, "uv": [[0.5, 0]]})
     assert response.json()["normals"][0][1] < 0
     assert "-0.0]" not in response.text
@@ -57,9 +58,9 @@ def test_zero_has_no_sign(client: Client) -> None:
 
 
 def test_results_of_many_points_are_in_order(client: Client) -> None:
-    """The query is too long for the event loop."""
+    """A worker thread computes 3,000 points, because they take too long for the event loop."""
     uv = np.random.default_rng(2).random((3000, 2))
-    result = ask(client, uv=uv.tolist(), derivatives=2)
+    result = evaluate(client, uv=uv.tolist(), derivatives=2)
     np.testing.assert_allclose(
         result["positions"], np.stack([*uv.T, uv[:, 0] * uv[:, 1]], axis=1), atol=1e-15
     )
@@ -72,7 +73,7 @@ def test_results_of_many_points_are_in_order(client: Client) -> None:
         (Settings(max_response_bytes=1024), "too_many_bytes"),
     ],
 )
-def test_limits(settings: Settings, code: str) -> None:
+def test_results_above_the_limits_are_refused(settings: Settings, code: str) -> None:
     document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 10, "derivatives": 2}
     with start_client(create_app(settings)) as client:
         response = client.post("/v1/points", document)
@@ -84,13 +85,13 @@ def test_limits(settings: Settings, code: str) -> None:
         assert client.post("/v1/points", document).status_code == 200
 
 
-def test_points_may_be_more_than_control_points() -> None:
+def test_the_limit_of_control_points_does_not_apply_to_points() -> None:
     document = {"surface": {"control_net": NET}, "uv": [[0.5, 0.5]] * 2000, "derivatives": 0}
     with start_client(create_app(Settings(max_control_points=4))) as client:
         assert client.post("/v1/points", document).status_code == 200
 
 
-def test_the_bound_holds_for_the_longest_numbers(client: Client) -> None:
+def test_responses_with_the_longest_numbers_are_within_the_bound(client: Client) -> None:
     tiny = [[[-1.2345678901234567e-101 * (i + j), 0.1 * j, i / 7] for j in (1, 2)] for i in (1, 3)]
     uv = np.random.default_rng(4).random((50, 2)).tolist()
     for order in (0, 1, 2):
@@ -110,18 +111,19 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
         assert (error["code"], error["pointer"]) == ("not_parametric", "/surface")
         return
     batch = model.batches[0]
-    place: Any = (
-        {"uv": [[0, 0]]} if isinstance(batch, TensorPatches) else {"barycentric": [[1, 0, 0]]}
-    )
+    fields: dict[str, Any]
     if model.domain is not None:
-        place = {"uv": [[float(model.domain.u[0]), float(model.domain.v[0])]]}
-    fields = {"patch": 0} if model.domain is None else {}
-    result = client.post("/v1/points", {**document, "derivatives": 2, **place, **fields}).json()
+        fields = {"uv": [[float(model.domain.u[0]), float(model.domain.v[0])]]}
+    elif isinstance(batch, TensorPatches):
+        fields = {"uv": [[0, 0]], "patch": 0}
+    else:
+        fields = {"barycentric": [[1, 0, 0]], "patch": 0}
+    result = client.post("/v1/points", {**document, "derivatives": 2, **fields}).json()
     first = 0 if model.order is None else int(np.argmin(model.order))
     np.testing.assert_allclose(result["positions"][0], batch.corners[first, 0], atol=1e-12)
 
 
-def test_an_error_writes_a_parameter_just_outside_in_all_digits(client: Client) -> None:
+def test_an_error_shows_all_digits_of_a_value_just_outside_its_range(client: Client) -> None:
     knots = [[0, 0, 0.3, 0.3], "clamped"]
     surface = {"type": "bspline", "control_net": NET, "degree": 1, "knots": knots}
     response = client.post("/v1/points", {"surface": surface, "uv": [[0.1 + 0.2, 0]]})

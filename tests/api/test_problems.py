@@ -1,4 +1,4 @@
-"""Errors outside of routes; limits; slow bodies."""
+"""Problems: statuses, unknown URLs and methods, long and slow bodies, limits of the settings."""
 
 import io
 from collections.abc import AsyncIterator, Iterator
@@ -21,22 +21,22 @@ NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 
 
 def list_subclasses(cls: type[SurfaceError]) -> Iterator[type[SurfaceError]]:
-    for child in cls.__subclasses__():
-        yield child
-        yield from list_subclasses(child)
+    for subclass in cls.__subclasses__():
+        yield subclass
+        yield from list_subclasses(subclass)
 
 
 def test_every_error_has_a_status() -> None:
     for cls in list_subclasses(SurfaceError):
-        least = 500 if cls in (DamagedObject, OutOfTime, StoreFailed, StoreFull) else 400
-        assert least <= problem_of(cls(Issue("code", "text"))).status < least + 100
+        lowest = 500 if cls in (DamagedObject, OutOfTime, StoreFailed, StoreFull) else 400
+        assert lowest <= problem_of(cls(Issue("code", "text"))).status < lowest + 100
     assert set(PROBLEMS) <= set(list_subclasses(SurfaceError))
 
 
 @pytest.mark.parametrize(
     "url", ["/nothing", "/v1", "/v1/mesh/", "/v1/surfaces/", "/v1/surfaces/a/b", "/docs/x"]
 )
-def test_unknown_address(client: Client, url: str) -> None:
+def test_unknown_urls_are_not_found(client: Client, url: str) -> None:
     response = client.get(url)
     assert response.status_code == 404
     assert response.headers["content-type"] == "application/problem+json"
@@ -57,7 +57,9 @@ def test_unknown_address(client: Client, url: str) -> None:
         ("BREW", "/", {"GET", "HEAD"}),
     ],
 )
-def test_other_methods(client: Client, method: str, url: str, allowed: set[str]) -> None:
+def test_methods_that_a_url_does_not_have_are_refused(
+    client: Client, method: str, url: str, allowed: set[str]
+) -> None:
     response = client.request(method, url)
     assert response.status_code == 405
     assert response.headers["content-type"] == "application/problem+json"
@@ -71,16 +73,18 @@ def test_not_acceptable_lists_the_acceptable_types(client: Client) -> None:
     assert "model/gltf-binary" in response.json()["errors"][0]["needed"]
 
 
-def test_long_body_is_refused_before_it_is_read() -> None:
-    read: list[bytes] = []
+def test_a_body_with_too_high_a_length_is_refused_before_it_is_read() -> None:
+    pieces: list[bytes] = []
 
-    def body() -> Iterator[bytes]:
-        read.append(b" " * 1025)
-        yield read[-1]
+    def yield_body() -> Iterator[bytes]:
+        pieces.append(b" " * 1025)
+        yield pieces[-1]
 
     with start_client(create_app(Settings(max_body_bytes=1024))) as client:
-        response = client.request("POST", "/v1/mesh", body(), JSON | {"Content-Length": "1025"})
-    assert read == []
+        response = client.request(
+            "POST", "/v1/mesh", yield_body(), JSON | {"Content-Length": "1025"}
+        )
+    assert pieces == []
     assert response.status_code == 413
     assert response.headers["content-type"] == "application/problem+json"
     assert response.json()["code"] == "body_too_large"
@@ -93,47 +97,48 @@ def test_long_body_is_refused_before_it_is_read() -> None:
         (Settings(max_json_values=1000), "too_many_values"),
     ],
 )
-def test_a_net_too_large_for_json_may_come_as_npy(settings: Settings, code: str) -> None:
+def test_a_net_that_is_too_large_for_json_is_accepted_as_npy(settings: Settings, code: str) -> None:
     net = np.zeros((20, 20, 3))
     net[..., 0], net[..., 1] = np.indices((20, 20))
     body = orjson.dumps({"surface": {"control_net": net.tolist()}})
     file = io.BytesIO()
     np.save(file, net)
     with start_client(create_app(settings)) as client:
-        refused = client.request("POST", "/v1/mesh", [body], JSON)
-        assert refused.json()["errors"][0]["code"] == code
-        assert ".npy" in refused.json()["errors"][0]["needed"]
+        response = client.request("POST", "/v1/mesh", [body], JSON)
+        assert response.json()["errors"][0]["code"] == code
+        assert ".npy" in response.json()["errors"][0]["needed"]
         npy = {"Content-Type": "application/x-npy"}
         assert client.request("POST", "/v1/mesh", [file.getvalue()], npy).status_code == 200
 
 
-def test_long_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> None:
-    read: list[int] = []
+def test_a_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> None:
+    pieces = 0
 
-    def endless() -> Iterator[bytes]:
+    def yield_forever() -> Iterator[bytes]:
+        nonlocal pieces
         while True:
-            read.append(1)
+            pieces += 1
             yield b" " * 400
 
     with start_client(create_app(Settings(max_body_bytes=1024))) as client:
-        response = client.request("POST", "/v1/mesh", endless(), JSON)
+        response = client.request("POST", "/v1/mesh", yield_forever(), JSON)
     assert response.status_code == 413
-    assert len(read) == 3
+    assert pieces == 3
 
 
-def test_a_body_of_the_largest_length_is_read() -> None:
+def test_a_body_of_the_largest_allowed_length_is_read() -> None:
     body = b'{"surface":{"control_net":[[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]]}}'.ljust(1024)
     with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         assert client.request("POST", "/v1/mesh", body, JSON).status_code == 200
 
 
 def test_a_slow_body_is_refused() -> None:
-    async def slow() -> AsyncIterator[bytes]:
+    async def yield_slowly() -> AsyncIterator[bytes]:
         yield b"{"
         await anyio.sleep(600)
 
     with start_client(create_app(Settings(body_timeout=1))) as client:
-        response = client.request("POST", "/v1/mesh", slow(), JSON)
+        response = client.request("POST", "/v1/mesh", yield_slowly(), JSON)
     assert response.status_code == 408
     assert response.json()["code"] == "body_too_slow"
 
@@ -147,7 +152,7 @@ def test_a_slow_body_is_refused() -> None:
         (Settings(max_response_bytes=1024), "too_many_bytes"),
     ],
 )
-def test_limits_are_settings(settings: Settings, code: str) -> None:
+def test_meshes_above_the_limits_of_the_settings_are_refused(settings: Settings, code: str) -> None:
     document = {"surface": {"control_net": [[[i, j, 0] for j in range(3)] for i in range(2)]}}
     with start_client(create_app(settings)) as client:
         response = client.post("/v1/mesh", {**document, "resolution": 8})
@@ -155,7 +160,7 @@ def test_limits_are_settings(settings: Settings, code: str) -> None:
     assert response.json()["errors"][0]["code"] == code
 
 
-def test_control_points_of_all_members_count_together() -> None:
+def test_the_limit_of_control_points_is_for_all_members_of_a_group() -> None:
     curve = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
     members = [
         {"surface": {"control_net": NET}},
@@ -163,8 +168,8 @@ def test_control_points_of_all_members_count_together() -> None:
         {"surface": {"type": "ribbon", "curve": curve, "width": 1}},
     ]
     body = {"surface": {"type": "group", "members": members}, "resolution": 1}
-    for most, status in ((12, 200), (11, 422)):
-        with start_client(create_app(Settings(max_control_points=most))) as client:
+    for limit, status in ((12, 200), (11, 422)):
+        with start_client(create_app(Settings(max_control_points=limit))) as client:
             response = client.post("/v1/mesh", body)
         assert response.status_code == status
     (error,) = response.json()["errors"]
@@ -182,7 +187,7 @@ def test_control_points_of_all_members_count_together() -> None:
         ("/v1/curve", {"curve": {"degree": 4}}, "/curve/degree"),
     ],
 )
-def test_the_limit_of_degrees_is_that_of_splines_too(
+def test_the_limit_of_degrees_applies_to_splines(
     path: str, document: dict[str, Any], pointer: str
 ) -> None:
     points = [[i, i * i % 3, 0] for i in range(5)]

@@ -1,4 +1,4 @@
-"""POST /v1/project: surfaces, groups and curves, and refused requests."""
+"""POST /v1/project: points on surfaces and curves, files of points, and refused requests."""
 
 import io
 from typing import Any
@@ -14,18 +14,18 @@ from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 QUARTER = {"control_points": [[1, 0], [1, 1], [0, 1]], "weights": [1, 0.5**0.5, 1]}
-SWEPT = {"trefoil-tube", "helix-ribbon"}
 
 
-def ask(client: Client, **fields: Any) -> Any:
+def project(client: Client, **fields: Any) -> Any:
+    """The valid response to a request with these fields."""
     response = client.post("/v1/project", fields)
     assert response.status_code == 200, response.text
     ClosestPoints.model_validate_json(response.content)
     return response.json()
 
 
-def test_a_square(client: Client) -> None:
-    result = ask(client, surface={"control_net": NET}, points=[[0.25, 0.5, 2], [3, 0.5, 0]])
+def test_closest_points_on_a_square(client: Client) -> None:
+    result = project(client, surface={"control_net": NET}, points=[[0.25, 0.5, 2], [3, 0.5, 0]])
     assert result["positions"] == [[0.25, 0.5, 0], [1, 0.5, 0]]
     assert result["distances"] == [2, 2]
     assert result["uv"] == [[0.25, 0.5], [1, 0.5]]
@@ -38,18 +38,19 @@ def test_a_square(client: Client) -> None:
         assert 2 - 1e-8 < low <= 2 <= high < 2 + 1e-13
 
 
-def test_signs_of_a_closed_and_of_an_open_surface(client: Client) -> None:
+def test_points_have_signs_only_for_closed_surfaces(client: Client) -> None:
     sphere = client.get("/v1/surfaces/sphere").json()["surface"]
     points = [[0, 0, 0.5], [0, 0, 1], [0, 1, 1]]
-    assert ask(client, surface=sphere, points=points, sign=True)["signs"] == [-1, None, 1]
+    assert project(client, surface=sphere, points=points, sign=True)["signs"] == [-1, None, 1]
     assert (
-        ask(client, surface={"control_net": NET}, points=points, sign=True)["signs"] == [None] * 3
+        project(client, surface={"control_net": NET}, points=points, sign=True)["signs"]
+        == [None] * 3
     )
-    assert "signs" not in ask(client, surface=sphere, points=points)
+    assert "signs" not in project(client, surface=sphere, points=points)
 
 
-def test_a_curve_in_the_plane(client: Client) -> None:
-    result = ask(client, curve=QUARTER, points=[[3, 4], [5, -1]])
+def test_closest_points_on_a_curve_in_the_plane(client: Client) -> None:
+    result = project(client, curve=QUARTER, points=[[3, 4], [5, -1]])
     assert result["positions"] == [pytest.approx([0.6, 0.8]), [1, 0]]
     assert result["tangents"] == [pytest.approx([-0.8, 0.6]), [0, 1]]
     assert result["parameters"][1] == 0
@@ -57,7 +58,7 @@ def test_a_curve_in_the_plane(client: Client) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(EXAMPLES)[1::2])
-def test_every_example_is_closest_to_its_own_points(client: Client, name: str) -> None:
+def test_vertices_of_an_examples_mesh_are_on_its_surface(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
     mesh = client.post("/v1/mesh?format=json", {"surface": surface, "resolution": 3}).json()
     vertices = mesh["vertices"]
@@ -99,7 +100,7 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
     assert (issue["code"], issue["pointer"]) == (code, pointer)
 
 
-def test_too_many_points_are_refused_before_any_work() -> None:
+def test_too_many_points_are_refused() -> None:
     with start_client(create_app(Settings(max_points=2))) as client:
         body = {"surface": {"control_net": NET}, "points": [[0, 0, 0]] * 3}
         response = client.post("/v1/project", body)
@@ -111,15 +112,16 @@ NPY = {"Content-Type": "application/x-npy"}
 
 
 def save_npy(array: object, dtype: str = "<f8") -> bytes:
+    """The `.npy` file of these numbers."""
     file = io.BytesIO()
     np.save(file, np.asarray(array, dtype))
     return file.getvalue()
 
 
-def test_points_in_a_file_of_numpy(client: Client) -> None:
+def test_points_in_an_array_and_in_json_give_equal_results(client: Client) -> None:
     points = [[0, 0, 0.5], [0, 2, 1]]
     surface = client.get("/v1/surfaces/sphere").json()["surface"]
-    expected = ask(client, surface=surface, points=points, sign=True, relative_tolerance=1e-6)
+    expected = project(client, surface=surface, points=points, sign=True, relative_tolerance=1e-6)
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&sign=true&relative_tolerance=1e-6"
@@ -128,7 +130,7 @@ def test_points_in_a_file_of_numpy(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    ("query", "body", "code", "place"),
+    ("query", "body", "code", "location"),
     [
         ("", save_npy([[0, 0, 0]]), "missing_field", {"parameter": "surface"}),
         ("?surface=no", save_npy([[0, 0, 0]]), "unknown_surface", {"parameter": "surface"}),
@@ -147,12 +149,12 @@ def test_points_in_a_file_of_numpy(client: Client) -> None:
         ("?surface=sphere", save_npy([[0, 0, 0]])[:-1], "malformed_body", {"pointer": ""}),
     ],
 )  # fmt: skip
-def test_files_that_are_refused(
-    client: Client, query: str, body: bytes, code: str, place: dict[str, str]
+def test_invalid_files_are_refused(
+    client: Client, query: str, body: bytes, code: str, location: dict[str, str]
 ) -> None:
     response = client.request("POST", f"/v1/project{query}", body, NPY)
     statuses = {"unknown_surface": 404, "malformed_body": 400}
     assert response.status_code == statuses.get(code, 422), response.text
     issue = response.json()["errors"][0]
     assert issue["code"] == code
-    assert place.items() <= issue.items()
+    assert location.items() <= issue.items()

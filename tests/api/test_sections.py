@@ -16,60 +16,61 @@ SQUARE = {"control_net": NET}
 MIDDLE = {"normals": [[2, 0, 0]], "offsets": [0.25, 0.5, 3]}
 
 
-def ask(client: Client, **fields: Any) -> Any:
+def intersect(client: Client, **fields: Any) -> Any:
+    """The valid response to a request with these fields."""
     response = client.post("/v1/intersect", fields)
     assert response.status_code == 200, response.text
     Sections.model_validate_json(response.content)
     return response.json()
 
 
-def test_a_square(client: Client) -> None:
-    result = ask(client, surface=SQUARE, planes=MIDDLE)
+def test_sections_of_a_square_are_lines(client: Client) -> None:
+    result = intersect(client, surface=SQUARE, planes=MIDDLE)
     assert [len(section["polylines"]) for section in result["sections"]] == [1, 1, 0]
     (line,) = result["sections"][0]["polylines"]
     assert line == {"closed": False, "points": [[0.25, 1, 0], [0.25, 0, 0]]}
     assert result["sections"][1]["normal"] == [1, 0, 0]
     points = {"normals": [[2, 0, 0]], "points": [[0.25, 7, 0], [0.5, 0, 8], [3, 0, 0]]}
-    assert ask(client, surface=SQUARE, planes=points) == result
+    assert intersect(client, surface=SQUARE, planes=points) == result
 
 
-def test_patches_in_the_plane_have_the_numbers_of_the_request(client: Client) -> None:
+def test_sections_list_the_patches_in_their_plane(client: Client) -> None:
     up = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
     group = {"type": "group", "members": [{"surface": SQUARE}, {"surface": SQUARE, "matrix": up}]}
     planes = {"normals": [[0, 0, 1]], "offsets": [0, 1, 2]}
-    result = ask(client, surface=group, planes=planes)["sections"]
+    result = intersect(client, surface=group, planes=planes)["sections"]
     assert [section["coplanar"] for section in result] == [[0], [1], []]
     assert [len(section["polylines"]) for section in result] == [1, 1, 0]
     assert result[1]["polylines"][0]["closed"]
 
 
 @pytest.mark.parametrize("fmt", SECTION_FORMATS, ids=lambda fmt: fmt.name)
-def test_formats_by_name_and_by_accept(client: Client, fmt: Any) -> None:
+def test_formats_by_name_and_by_media_type_are_equal(client: Client, fmt: Any) -> None:
     body = {"surface": {"control_net": NET, "name": "<script>"}, "planes": MIDDLE}
-    named = client.post(f"/v1/intersect?format={fmt.name}", body)
-    accepted = client.post("/v1/intersect", body, headers={"Accept": fmt.media_type})
-    assert named.status_code == 200
-    assert named.content == accepted.content
-    assert named.headers["content-type"].split(";")[0] == fmt.media_type
+    by_name = client.post(f"/v1/intersect?format={fmt.name}", body)
+    by_media_type = client.post("/v1/intersect", body, headers={"Accept": fmt.media_type})
+    assert by_name.status_code == 200
+    assert by_name.content == by_media_type.content
+    assert by_name.headers["content-type"].split(";")[0] == fmt.media_type
     if fmt.name == "svg":
-        assert b"script" not in named.content
+        assert b"script" not in by_name.content
 
 
-def test_rays_are_json(client: Client) -> None:
+def test_hits_of_rays_are_json_only(client: Client) -> None:
     body = {"surface": SQUARE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0, -1]]}}
     response = client.post("/v1/intersect?format=svg", body)
     assert response.json()["errors"][0]["code"] == "unsupported_by_format"
-    only = client.post("/v1/intersect", body, headers={"Accept": "image/svg+xml"})
-    assert only.status_code == 406
+    response = client.post("/v1/intersect", body, headers={"Accept": "image/svg+xml"})
+    assert response.status_code == 406
     either = {"Accept": "image/svg+xml, application/json;q=0.1"}
     assert client.post("/v1/intersect", body, headers=either).json()["counts"] == [1]
 
 
-def test_the_tolerance_holds(client: Client) -> None:
+def test_sections_are_within_the_tolerance(client: Client) -> None:
     arc = {"control_net": [[[1, 0, 0], [1, 0, 2]], [[1, 1, 0], [1, 1, 2]], [[0, 1, 0], [0, 1, 2]]],
            "weights": [[1, 1], [0.5**0.5] * 2, [1, 1]]}  # fmt: skip
     for tolerance in (1e-2, 1e-6):
-        result = ask(
+        result = intersect(
             client,
             surface=arc,
             planes={"normals": [[0, 0.6, 0.8]], "points": [[0, 0, 1]]},
@@ -98,30 +99,33 @@ BOTH = {"planes": MIDDLE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0,
         ({"planes": MIDDLE, "tolerance": 1e-12}, "tolerance_too_small", "/tolerance"),
     ],
 )  # fmt: skip
-def test_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
+def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
     response = client.post("/v1/intersect", {"surface": SQUARE, **fields})
     assert response.status_code == 422
-    assert [(e["code"], e["pointer"]) for e in response.json()["errors"]] == [(code, pointer)]
+    (error,) = response.json()["errors"]
+    assert (error["code"], error["pointer"]) == (code, pointer)
 
 
-def test_limits() -> None:
-    hills = {"surface": {"type": "bspline", "degree": 2, "control_net": _build_bumps()}}
+def test_too_many_planes_or_points_and_tubes_are_refused() -> None:
+    bumps = {"surface": {"type": "bspline", "degree": 2, "control_net": _build_bumps()}}
     with start_client(create_app(Settings(max_vertices=2000))) as client:
-        many = client.post("/v1/intersect", {**hills, "planes": _build_offsets(1001)})
-        fine = client.post("/v1/intersect", {**hills, "planes": _build_offsets(500)})
+        many_planes = client.post("/v1/intersect", {**bumps, "planes": _build_offsets(1001)})
+        many_points = client.post("/v1/intersect", {**bumps, "planes": _build_offsets(500)})
         tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
-        swept = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
-    result = [response.json()["errors"][0] for response in (many, fine, swept)]
-    assert [error["code"] for error in result] == [
+        no_parameters = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
+    errors = [each.json()["errors"][0] for each in (many_planes, many_points, no_parameters)]
+    assert [error["code"] for error in errors] == [
         "too_many_planes", "too_many_vertices", "not_parametric",
     ]  # fmt: skip
-    assert [error["pointer"] for error in result] == ["/planes", "/planes", "/surface"]
+    assert [error["pointer"] for error in errors] == ["/planes", "/planes", "/surface"]
 
 
 def _build_offsets(count: int) -> Any:
+    """Horizontal planes at `count` heights."""
     return {"normals": [[0, 0, 1]], "offsets": np.linspace(-1, 1, count).tolist()}
 
 
 def _build_bumps() -> Any:
+    """A control net of 9 × 9 points with hills and valleys."""
     x, y = np.meshgrid(range(9), range(9), indexing="ij")
     return np.stack([x, y, np.sin(2 * x) * np.cos(2 * y)], axis=-1).tolist()

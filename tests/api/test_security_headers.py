@@ -18,11 +18,11 @@ NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]
 def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
     origins: tuple[str, ...], policy: str
 ) -> None:
-    """Responses of each kind: computed, cached, unchanged, stored, a page, its file, problems."""
+    """Also responses from the cache, unchanged ones, pages and their files, and problems."""
     with start_client(create_app(Settings(cors_origins=origins, allow_delete=True))) as client:
         url = client.post("/v1/surfaces", NET).headers["location"]
         tags = {path: client.get(path).headers["etag"] for path in (MESH, url, "/page/main.js")}
-        answers = [
+        responses = [
             *(client.get(path) for path in (MESH, url, *PAGES, "/page/style.css", "/health")),
             *(client.get(path, {"If-None-Match": tag}) for path, tag in tags.items()),
             client.post("/v1/mesh", NET),
@@ -30,8 +30,8 @@ def test_every_response_forbids_sniffing_and_says_who_may_embed_it(
             client.request("DELETE", url),
             *(client.get(path) for path in ("/nothing", "/v1/mesh", "/v1/surfaces/none")),
         ]
-    assert {response.status_code for response in answers} >= {200, 204, 304, 404, 405, 422}
-    for response in answers:
+    assert {response.status_code for response in responses} >= {200, 204, 304, 404, 405, 422}
+    for response in responses:
         assert response.headers.get_list("x-content-type-options") == ["nosniff"]
         assert response.headers.get_list("cross-origin-resource-policy") == [policy]
 

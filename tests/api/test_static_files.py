@@ -1,4 +1,4 @@
-"""Files that do not change: read once, compressed once, revalidated."""
+"""Static files are read once and compressed once; an unchanged file is not sent again."""
 
 from collections.abc import Iterator
 
@@ -17,34 +17,35 @@ SCRIPT = b"export const answer = 42;\n" * 1000
 
 
 class Folder:
-    """A list of two files, one of which appears later; counts how often they are read."""
+    """Two static files: a script, whose reads are counted, and a style, which may be missing."""
 
     def __init__(self) -> None:
         self.reads = 0
-        self.there = False
+        self.has_style = False
 
-    def script(self) -> bytes:
+    def read_script(self) -> bytes:
         self.reads += 1
         return SCRIPT
 
-    def late(self) -> bytes:
-        if not self.there:
+    def read_style(self) -> bytes:
+        if not self.has_style:
             raise FileNotFoundError
         return b"body {}"
 
-    def app(self) -> FastAPI:
+    def build_app(self) -> FastAPI:
+        """An application that serves the files below /files/."""
         app = create_app(Settings())
         static_files = StaticFiles(
             {
-                "app.js": StaticFile(self.script, "text/javascript", {"X-Own": "yes"}),
-                "late.css": StaticFile(self.late, "text/css"),
+                "app.js": StaticFile(self.read_script, "text/javascript", {"X-Own": "yes"}),
+                "style.css": StaticFile(self.read_style, "text/css"),
             }
         )
 
-        async def route(request: Request) -> Response:
+        async def respond(request: Request) -> Response:
             return await static_files.respond(request, request.path_params["name"])
 
-        app.add_route("/files/{name}", route)
+        app.add_route("/files/{name}", respond)
         return app
 
 
@@ -55,22 +56,22 @@ def folder() -> Folder:
 
 @pytest.fixture
 def client(folder: Folder) -> Iterator[Client]:
-    with start_client(folder.app()) as client:
+    with start_client(folder.build_app()) as client:
         yield client
 
 
-def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Folder) -> None:
+def test_a_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Folder) -> None:
     tags = set()
     for _ in range(2):
-        plain = client.raw("/files/app.js")
-        packed = client.raw("/files/app.js", {"Accept-Encoding": "gzip"})
-        best = client.raw("/files/app.js", {"Accept-Encoding": "gzip, deflate, br, zstd"})
+        plain = client.get_raw("/files/app.js")
+        gzipped = client.get_raw("/files/app.js", {"Accept-Encoding": "gzip"})
+        best = client.get_raw("/files/app.js", {"Accept-Encoding": "gzip, deflate, br, zstd"})
         assert plain.content == SCRIPT
-        assert decompress_gzip(packed.content) == SCRIPT
+        assert decompress_gzip(gzipped.content) == SCRIPT
         assert decompress_zstd(best.content) == SCRIPT
-        codings = [a.headers.get("content-encoding") for a in (plain, packed, best)]
+        codings = [each.headers.get("content-encoding") for each in (plain, gzipped, best)]
         assert codings == [None, "gzip", "zstd"]
-        for response in (plain, packed, best):
+        for response in (plain, gzipped, best):
             assert response.headers["content-length"] == str(len(response.content))
             assert response.headers["content-type"].startswith("text/javascript")
             assert response.headers["cache-control"] == "no-cache"
@@ -84,39 +85,39 @@ def test_file_is_read_once_and_sent_in_every_coding(client: Client, folder: Fold
 
 def test_an_unchanged_file_is_not_sent_again(client: Client) -> None:
     headers = {"Accept-Encoding": "zstd"}
-    tag = client.raw("/files/app.js", headers).headers["etag"]
+    tag = client.get_raw("/files/app.js", headers).headers["etag"]
     for condition in (tag, f'"x", W/{tag}', "*"):
-        response = client.raw("/files/app.js", {**headers, "If-None-Match": condition})
+        response = client.get_raw("/files/app.js", {**headers, "If-None-Match": condition})
         assert (response.status_code, response.content) == (304, b"")
         assert response.headers["etag"] == tag
-    other = client.raw("/files/app.js", {"Accept-Encoding": "gzip", "If-None-Match": tag})
+    other = client.get_raw("/files/app.js", {"Accept-Encoding": "gzip", "If-None-Match": tag})
     assert other.status_code == 200
 
 
-def test_head_brings_no_body(client: Client) -> None:
+def test_head_gives_the_headers_without_a_body(client: Client) -> None:
     head = client.request("HEAD", "/files/app.js")
     assert head.content == b""
     assert head.headers == client.get("/files/app.js").headers
 
 
-def test_small_files_are_sent_as_they_are_and_missing_ones_may_come(
+def test_small_files_are_not_compressed_and_a_file_may_appear_later(
     client: Client, folder: Folder
 ) -> None:
-    assert client.get("/files/late.css").status_code == 404
-    folder.there = True
-    response = client.raw("/files/late.css", {"Accept-Encoding": "zstd"})
+    assert client.get("/files/style.css").status_code == 404
+    folder.has_style = True
+    response = client.get_raw("/files/style.css", {"Accept-Encoding": "zstd"})
     assert (response.status_code, response.content) == (200, b"body {}")
     assert "content-encoding" not in response.headers
 
 
-def test_other_files_do_not_exist(client: Client) -> None:
+def test_unknown_files_are_not_found(client: Client) -> None:
     response = client.get("/files/other.js")
     assert response.status_code == 404
     assert response.headers["cache-control"] == "no-store"
 
 
-def test_the_document_is_compressed(client: Client) -> None:
-    response = client.raw("/openapi.json", {"Accept-Encoding": "zstd"})
+def test_the_openapi_document_is_compressed(client: Client) -> None:
+    response = client.get_raw("/openapi.json", {"Accept-Encoding": "zstd"})
     assert response.headers["content-encoding"] == "zstd"
     whole = client.get("/openapi.json", {"Accept-Encoding": "identity"})
     assert decompress_zstd(response.content) == whole.content

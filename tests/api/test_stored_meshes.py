@@ -31,12 +31,12 @@ def client(app: FastAPI) -> Iterator[Client]:
 
 
 def store_surface(client: Client) -> dict[str, str]:
-    """The URLs of the meshes of a stored surface, by suffix."""
+    """Stores a surface; returns the URLs of its meshes by suffix."""
     links: dict[str, str] = client.post("/v1/surfaces", SAIL).json()["links"]["mesh"]
     return links
 
 
-def test_links_are_canonical_and_for_ever(client: Client) -> None:
+def test_links_to_meshes_are_canonical_and_may_be_cached_for_ever(client: Client) -> None:
     links = store_surface(client)
     assert list(links) == [fmt.suffix for fmt in FORMATS]
     for suffix, url in links.items():
@@ -50,51 +50,53 @@ def test_links_are_canonical_and_for_ever(client: Client) -> None:
             assert response.headers["content-disposition"] == disposition
 
 
-def test_without_the_engine_they_are_kept_for_an_hour(client: Client) -> None:
+def test_urls_without_the_engine_may_be_cached_for_an_hour(client: Client) -> None:
     url = store_surface(client)["glb"]
-    plain = url.partition("?")[0]
+    url_without_engine = url.partition("?")[0]
     for _ in range(2):
-        pinned, unpinned = client.get(url), client.get(plain)
-        assert "immutable" in pinned.headers["cache-control"]
-        assert unpinned.headers["cache-control"] == "public, max-age=3600, must-revalidate"
-        assert unpinned.headers["etag"] == pinned.headers["etag"]
-        assert unpinned.headers["link"] == pinned.headers["link"]
+        with_engine, without_engine = client.get(url), client.get(url_without_engine)
+        assert "immutable" in with_engine.headers["cache-control"]
+        assert without_engine.headers["cache-control"] == "public, max-age=3600, must-revalidate"
+        assert without_engine.headers["etag"] == with_engine.headers["etag"]
+        assert without_engine.headers["link"] == with_engine.headers["link"]
 
 
-def test_a_tag_is_of_the_content_not_of_the_name(client: Client) -> None:
+def test_equal_meshes_under_two_urls_have_equal_tags(client: Client) -> None:
     example = client.get("/v1/surfaces/saddle").json()
     id = client.post("/v1/surfaces", example).json()["id"]
-    one = client.get("/v1/surfaces/saddle/mesh.glb", PLAIN)
-    other = client.get(f"/v1/surfaces/{id}/mesh.glb", PLAIN)
-    assert one.content == other.content
-    assert one.headers["etag"] == other.headers["etag"]
-    assert one.headers["link"] != other.headers["link"]
+    of_example = client.get("/v1/surfaces/saddle/mesh.glb", PLAIN)
+    of_stored = client.get(f"/v1/surfaces/{id}/mesh.glb", PLAIN)
+    assert of_example.content == of_stored.content
+    assert of_example.headers["etag"] == of_stored.headers["etag"]
+    assert of_example.headers["link"] != of_stored.headers["link"]
 
 
-def test_304_without_computing_but_only_where_the_surface_is(client: Client, app: FastAPI) -> None:
+def test_304_needs_the_surface_but_no_computation(client: Client, app: FastAPI) -> None:
     url = store_surface(client)["glb"]
     tag = client.get(url, PLAIN).headers["etag"]
     condition = {**PLAIN, "If-None-Match": tag}
-    fresh = create_app(Settings())
-    with start_client(fresh) as other:
-        assert other.get(url, condition).status_code == 404
-        store_surface(other)
-        response = other.get(url, condition)
+    other_app = create_app(Settings())
+    with start_client(other_app) as other_client:
+        assert other_client.get(url, condition).status_code == 404
+        store_surface(other_client)
+        response = other_client.get(url, condition)
     assert response.status_code == 304
     assert response.headers["cache-control"] == "public, max-age=31536000, immutable"
-    assert len(fresh.state.services.cache) == 0
+    assert len(other_app.state.services.cache) == 0
     assert len(app.state.services.cache) == 1
 
 
-def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
+def test_meshes_of_a_deleted_surface_are_not_found_and_others_stay_cached(
+    client: Client, app: FastAPI
+) -> None:
     url = store_surface(client)["glb"]
     first = client.get(url)
-    kept = client.get("/v1/surfaces/saddle/mesh.glb").headers["link"]
+    link_of_example = client.get("/v1/surfaces/saddle/mesh.glb").headers["link"]
     assert client.request("DELETE", url.rpartition("/")[0]).status_code == 204
     assert client.get(url).status_code == 404
     assert client.get(url, {"If-None-Match": first.headers["etag"]}).status_code == 404
     assert len(app.state.services.cache) == 1
-    assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == kept
+    assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == link_of_example
     assert store_surface(client)["glb"] == url
     assert client.get(url).content == first.content
 
@@ -102,33 +104,35 @@ def test_a_deleted_surface_has_no_meshes(client: Client, app: FastAPI) -> None:
 def test_a_surface_deleted_during_the_computation_is_not_cached(
     client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun, gate, response = threading.Event(), threading.Event(), MeshWork.run
+    has_begun, may_end, run = threading.Event(), threading.Event(), MeshWork.run
 
-    def slow(work: MeshWork) -> MeshFile:
-        begun.set()
-        assert gate.wait(60)
-        return response(work)
+    def run_until_allowed(work: MeshWork) -> MeshFile:
+        has_begun.set()
+        assert may_end.wait(60)
+        return run(work)
 
-    monkeypatch.setattr(MeshWork, "run", slow)
+    monkeypatch.setattr(MeshWork, "run", run_until_allowed)
     url = store_surface(client)["glb"] + "&resolution=200"
     statuses: list[int] = []
-    asking = threading.Thread(target=lambda: statuses.append(client.get(url).status_code))
-    asking.start()
-    assert begun.wait(60)
+    thread = threading.Thread(target=lambda: statuses.append(client.get(url).status_code))
+    thread.start()
+    assert has_begun.wait(60)
     assert client.request("DELETE", url.rpartition("/")[0]).status_code == 204
-    gate.set()
-    asking.join()
+    may_end.set()
+    thread.join()
     assert statuses == [200]
     assert len(app.state.services.cache) == 0
     assert client.get(url).status_code == 404
 
 
-def test_cached_responses_need_no_store(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_responses_are_sent_without_reading_the_store(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
     url = store_surface(client)["glb"]
     first = client.get(url)
 
     async def refuse(_store: SurfaceStore, _id: str) -> bytes:
-        raise AssertionError("the store was asked")
+        raise AssertionError("the store was read")
 
     monkeypatch.setattr(SurfaceStore, "get", refuse)
     monkeypatch.setattr(SurfaceStore, "has", refuse)
@@ -137,14 +141,14 @@ def test_cached_responses_need_no_store(client: Client, monkeypatch: pytest.Monk
     assert client.get(other_spelling).content == first.content
 
 
-def test_where_numbers_are_rounded_differently_the_tag_is_another(
+def test_a_processor_that_rounds_differently_has_other_tags(
     client: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = store_surface(client)["glb"]
     tag = client.get(url, PLAIN).headers["etag"]
     monkeypatch.setattr("service.encoders.arithmetic.arithmetic", lambda: "another processor")
-    with start_client(create_app(Settings())) as other:
-        store_surface(other)
-        response = other.get(url, {**PLAIN, "If-None-Match": tag})
+    with start_client(create_app(Settings())) as other_client:
+        store_surface(other_client)
+        response = other_client.get(url, {**PLAIN, "If-None-Match": tag})
     assert response.status_code == 200
     assert response.headers["etag"] != tag

@@ -1,4 +1,4 @@
-"""Surfaces by URL: stored, returned, deleted; equal contents have one id."""
+"""Surfaces by URL: clients store, read and delete them; equal surfaces have one id."""
 
 import logging
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ ID = surface_id(canonical_content(find("saddle").surface()))
 
 
 @pytest.fixture
-def fresh() -> Iterator[Client]:
+def fresh_client() -> Iterator[Client]:
     """A client of a service with an empty store, which allows deletion."""
     with start_client(create_app(Settings(allow_delete=True))) as client:
         yield client
@@ -35,10 +35,10 @@ def store_surface(client: Client, surface: Any) -> str:
     return str(client.post("/v1/surfaces", {"surface": surface}).headers["location"])
 
 
-def test_a_surface_is_stored_once(fresh: Client) -> None:
-    document = fresh.get("/v1/surfaces/saddle").json()
+def test_a_surface_is_stored_once(fresh_client: Client) -> None:
+    document = fresh_client.get("/v1/surfaces/saddle").json()
     for status in (201, 200, 200):
-        response = fresh.post("/v1/surfaces", document)
+        response = fresh_client.post("/v1/surfaces", document)
         assert response.status_code == status
         assert response.headers["location"] == f"/v1/surfaces/{ID}"
         assert response.json()["id"] == ID
@@ -47,7 +47,7 @@ def test_a_surface_is_stored_once(fresh: Client) -> None:
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_a_stored_surface_is_given_back(client: Client, name: str) -> None:
+def test_a_stored_surface_is_returned(client: Client, name: str) -> None:
     """The response is the document of the same surface, and has the same mesh."""
     url = store_surface(client, SURFACES[name])
     response = client.get(url)
@@ -64,7 +64,7 @@ def test_a_stored_surface_is_given_back(client: Client, name: str) -> None:
     assert len(meshes) == 1
 
 
-def test_examples_are_surfaces_too(client: Client) -> None:
+def test_examples_are_returned_like_stored_surfaces(client: Client) -> None:
     for name in EXAMPLES:
         response = client.get(f"/v1/surfaces/{name}")
         content = canonical_content(find(name).surface())
@@ -73,16 +73,15 @@ def test_examples_are_surfaces_too(client: Client) -> None:
         assert client.post("/v1/surfaces", response.json()).json()["id"] == surface_id(content)
 
 
-@pytest.mark.parametrize("listed", ['"{tag}"', 'W/"{tag}"', '"other", "{tag}"', "*"])
-def test_an_unchanged_surface_is_not_sent_again(client: Client, listed: str) -> None:
-    url = store_surface(client, PATCH)
-    for where in (url, "/v1/surfaces/saddle"):
-        tag = client.get(where).headers["etag"].strip('"')
-        response = client.get(where, {"If-None-Match": listed.format(tag=tag)})
+@pytest.mark.parametrize("condition", ['"{tag}"', 'W/"{tag}"', '"other", "{tag}"', "*"])
+def test_an_unchanged_surface_is_not_sent_again(client: Client, condition: str) -> None:
+    for url in (store_surface(client, PATCH), "/v1/surfaces/saddle"):
+        tag = client.get(url).headers["etag"].strip('"')
+        response = client.get(url, {"If-None-Match": condition.format(tag=tag)})
         assert (response.status_code, response.content) == (304, b"")
         assert response.headers["etag"] == f'"{tag}"'
-        assert response.headers["cache-control"] == client.get(where).headers["cache-control"]
-        assert client.get(where, {"If-None-Match": '"other"'}).status_code == 200
+        assert response.headers["cache-control"] == client.get(url).headers["cache-control"]
+        assert client.get(url, {"If-None-Match": '"other"'}).status_code == 200
 
 
 def test_a_missing_surface_never_gets_304(client: Client) -> None:
@@ -95,9 +94,9 @@ def test_a_missing_surface_never_gets_304(client: Client) -> None:
     "id", [NO_ID, ID[:-1], f"{ID}0", ID.upper(), "teapot", "..", "%00", f" {ID}", "é", "x" * 5000]
 )
 @pytest.mark.parametrize("method", ["GET", "HEAD", "DELETE"])
-def test_unknown_ids(fresh: Client, id: str, method: str) -> None:
-    store_surface(fresh, fresh.get("/v1/surfaces/saddle").json()["surface"])
-    response = fresh.request(method, f"/v1/surfaces/{id}")
+def test_unknown_ids_are_not_found(fresh_client: Client, id: str, method: str) -> None:
+    store_surface(fresh_client, fresh_client.get("/v1/surfaces/saddle").json()["surface"])
+    response = fresh_client.request(method, f"/v1/surfaces/{id}")
     assert response.status_code == 404
     if method != "HEAD" and id != "..":
         error = response.json()["errors"][0]
@@ -105,32 +104,32 @@ def test_unknown_ids(fresh: Client, id: str, method: str) -> None:
         assert "x" * 9 not in response.text
 
 
-def test_a_surface_is_deleted(fresh: Client) -> None:
-    url = store_surface(fresh, PATCH)
-    response = fresh.request("DELETE", url)
+def test_a_surface_is_deleted(fresh_client: Client) -> None:
+    url = store_surface(fresh_client, PATCH)
+    response = fresh_client.request("DELETE", url)
     assert (response.status_code, response.content) == (204, b"")
-    assert fresh.get(url).status_code == 404
-    assert fresh.request("DELETE", url).status_code == 404
-    assert fresh.post("/v1/surfaces", {"surface": PATCH}).status_code == 201
-    assert fresh.get(url).status_code == 200
+    assert fresh_client.get(url).status_code == 404
+    assert fresh_client.request("DELETE", url).status_code == 404
+    assert fresh_client.post("/v1/surfaces", {"surface": PATCH}).status_code == 201
+    assert fresh_client.get(url).status_code == 200
 
 
-def test_nothing_is_deleted_unless_it_is_allowed(client: Client) -> None:
-    url = store_surface(client, PATCH)
-    for where in (url, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
-        response = client.request("DELETE", where)
+def test_deletion_is_refused_unless_the_settings_allow_it(client: Client) -> None:
+    stored = store_surface(client, PATCH)
+    for url in (stored, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
+        response = client.request("DELETE", url)
         assert response.status_code == 405
         assert response.json()["code"] == "method_not_allowed"
         assert set(response.headers["allow"].split(", ")) == {"GET", "HEAD"}
-    assert client.get(url).status_code == 200
+    assert client.get(stored).status_code == 200
 
 
-def test_examples_stay(fresh: Client) -> None:
-    response = fresh.request("DELETE", "/v1/surfaces/saddle")
+def test_examples_cannot_be_deleted(fresh_client: Client) -> None:
+    response = fresh_client.request("DELETE", "/v1/surfaces/saddle")
     assert response.status_code == 405
     assert set(response.headers["allow"].split(", ")) == {"GET", "HEAD"}
-    others = fresh.request("PUT", f"/v1/surfaces/{NO_ID}").headers["allow"]
-    assert set(others.split(", ")) == {"GET", "HEAD", "DELETE"}
+    allowed = fresh_client.request("PUT", f"/v1/surfaces/{NO_ID}").headers["allow"]
+    assert set(allowed.split(", ")) == {"GET", "HEAD", "DELETE"}
 
 
 @pytest.mark.parametrize(
@@ -143,7 +142,7 @@ def test_examples_stay(fresh: Client) -> None:
         (JSON, b"{", 400),
     ],
 )
-def test_bodies_are_those_of_other_calls(headers: dict[str, str], body: bytes, status: int) -> None:
+def test_invalid_bodies_are_refused(headers: dict[str, str], body: bytes, status: int) -> None:
     with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         assert client.request("POST", "/v1/surfaces", body, headers).status_code == status
 
@@ -156,8 +155,8 @@ def test_bodies_are_those_of_other_calls(headers: dict[str, str], body: bytes, s
         (Settings(max_response_bytes=1024), "too_many_bytes"),
     ],
 )
-def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> None:
-    """The error has a reason, and points to the id, which is all that the client sent."""
+def test_a_stored_surface_above_the_limits_is_refused(settings: Settings, code: str) -> None:
+    """Another instance with wider limits stored the surface. The error names the parameter `id`."""
     wide, narrow = create_app(Settings()), create_app(settings)
     narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
     with start_client(wide) as client:
@@ -169,8 +168,10 @@ def test_a_surface_of_wider_limits_is_refused(settings: Settings, code: str) -> 
     assert (error["code"], error["parameter"]) == (code, "id")
 
 
-def test_complete_objects_that_are_not_surfaces(caplog: pytest.LogCaptureFixture) -> None:
-    """Contents of other programs under their own hashes are logged and not sent."""
+def test_an_object_that_is_not_a_surface_is_logged_and_not_sent(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Another program may store a content of its own under the right hash."""
     content = b"no surface\n"
     id = surface_id(content)
     app = create_app(Settings())
@@ -186,15 +187,15 @@ def test_complete_objects_that_are_not_surfaces(caplog: pytest.LogCaptureFixture
     ("error", "status", "code"),
     [(StoreFull, 507, "store_full"), (StoreFailed, 503, "store_unavailable")],
 )
-def test_a_store_that_does_not_work(
+def test_errors_of_the_store_have_statuses(
     error: Callable[[], Exception], status: int, code: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app = create_app(Settings())
 
-    async def fails(*_: object) -> bool:
+    async def raise_error(*_: object) -> bool:
         raise error()
 
-    monkeypatch.setattr(app.state.services.store, "put", fails)
+    monkeypatch.setattr(app.state.services.store, "put", raise_error)
     with start_client(app) as client:
         response = client.post("/v1/surfaces", {"surface": PATCH})
     assert response.status_code == status
@@ -202,7 +203,8 @@ def test_a_store_that_does_not_work(
     assert response.headers["cache-control"] == "no-store"
 
 
-def test_a_large_surface_is_stored_in_a_thread(client: Client) -> None:
+def test_a_large_surface_is_stored_and_returned(client: Client) -> None:
+    """A worker thread computes its content, because that takes too long for the event loop."""
     net = [[[i / 7, j / 7, (i * j) % 5] for j in range(120)] for i in range(120)]
     surface = {"type": "bspline", "control_net": net}
     url = store_surface(client, surface)

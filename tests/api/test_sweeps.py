@@ -1,4 +1,4 @@
-"""Tubes over HTTP."""
+"""Meshes of tubes over HTTP: their options, and tubes that cost too much."""
 
 from tests.api.client import Client
 
@@ -6,7 +6,7 @@ CURVE = {"control_points": [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]}
 TUBE = {"type": "tube", "curve": CURVE, "radius": [0.2, 0.1], "sides": 6, "name": "wire"}
 
 
-def test_all_options_apply(client: Client) -> None:
+def test_options_of_a_mesh_apply_to_tubes(client: Client) -> None:
     document = {
         "surface": TUBE,
         "resolution": [4, 3],
@@ -24,7 +24,7 @@ def test_all_options_apply(client: Client) -> None:
     assert (min(uvs), max(uvs)) == (0, 1)
 
 
-def test_work_of_minutes_is_refused(client: Client) -> None:
+def test_tubes_that_would_take_minutes_are_refused(client: Client) -> None:
     points = [[k % 7, k % 5, k % 3] for k in range(400)]
     curve = {"type": "bspline", "control_points": points, "degree": 64}
     tube = {"type": "tube", "curve": curve, "radius": 0.1, "sides": 3}

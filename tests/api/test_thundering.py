@@ -1,4 +1,4 @@
-"""Many clients that request one URL at once, whose mesh is not in the cache."""
+"""Many clients request one mesh at the same time before it is cached: it is computed once."""
 
 import asyncio
 import threading
@@ -15,7 +15,7 @@ from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 
 TEAPOT = "/v1/surfaces/utah-teapot/mesh.glb"
-"""At 32 divisions the mesh is large enough to be computed in a thread."""
+"""With 32 divisions per patch, a worker thread computes the mesh, not the event loop."""
 
 
 async def request_at_once(
@@ -23,16 +23,16 @@ async def request_at_once(
 ) -> tuple[list[httpx.Response], int]:
     """The responses to 25 requests for each URL, and the number of computed meshes.
 
-    The work waits until all requests are sent.
+    The computation waits until all requests are sent.
     """
-    calls, gate, run = [], threading.Event(), MeshWork.run
+    calls, all_sent, run = [], threading.Event(), MeshWork.run
 
-    def waiting(work: MeshWork) -> MeshFile:
+    def run_when_all_are_sent(work: MeshWork) -> MeshFile:
         calls.append(work)
-        assert gate.wait(60)
+        assert all_sent.wait(60)
         return run(work)
 
-    monkeypatch.setattr(MeshWork, "run", waiting)
+    monkeypatch.setattr(MeshWork, "run", run_when_all_are_sent)
     transport = httpx.ASGITransport(create_app(Settings()))
     async with httpx.AsyncClient(transport=transport, base_url="http://service") as client:
         tasks = [asyncio.create_task(client.get(url, headers=headers)) for url in urls * 25]
@@ -41,7 +41,7 @@ async def request_at_once(
         assert (await client.get("/health/live")).status_code == 200
         await asyncio.sleep(0.05)
         assert not any(task.done() for task in tasks)
-        gate.set()
+        all_sent.set()
         return await asyncio.gather(*tasks), len(calls)
 
 
@@ -65,11 +65,11 @@ def test_many_clients_compute_a_mesh_once_in_any_spelling_of_its_url(
 def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     codings: list[Coding] = []
 
-    def counted(coding: Coding, content: bytes) -> bytes | None:
+    def compress_and_count(coding: Coding, content: bytes) -> bytes | None:
         codings.append(coding)
         return compress(coding, content)
 
-    monkeypatch.setattr(meshes_by_url, "compress", counted)
+    monkeypatch.setattr(meshes_by_url, "compress", compress_and_count)
     urls = [f"{TEAPOT}?resolution=32"]
     responses, calls = asyncio.run(request_at_once(monkeypatch, urls, {"Accept-Encoding": "gzip"}))
     assert {response.content[:4] for response in responses} == {b"glTF"}

@@ -1,4 +1,4 @@
-"""Meshes by tolerance over HTTP."""
+"""Meshes by tolerance over HTTP: bodies, queries, limits, and random requests."""
 
 from typing import Any
 
@@ -24,15 +24,15 @@ def request_mesh(
     return client.post(f"/v1/mesh?format={fmt}", {"surface": surface, **options})
 
 
-def test_the_tolerance_holds_and_a_header_has_the_bound(client: Client) -> None:
-    posted = request_mesh(client, "stl", tolerance=0.01)
-    fetched = client.get("/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.05")
-    for response, tolerance in ((posted, 0.01), (fetched, 0.05)):
+def test_the_bound_in_the_header_is_within_the_tolerance(client: Client) -> None:
+    by_body = request_mesh(client, "stl", tolerance=0.01)
+    by_url = client.get("/v1/surfaces/utah-teapot/mesh.glb?tolerance=0.05")
+    for response, tolerance in ((by_body, 0.01), (by_url, 0.05)):
         assert response.status_code == 200
         assert 0 < float(response.headers[BOUND_HEADER]) <= tolerance
 
 
-def test_bodies_and_queries_mean_the_same(client: Client) -> None:
+def test_options_in_the_body_and_in_the_query_give_equal_meshes(client: Client) -> None:
     definition = client.get("/v1/surfaces/cone").json()
     for options, query in (
         ({"tolerance": 0.01}, "tolerance=1e-2"),
@@ -42,16 +42,16 @@ def test_bodies_and_queries_mean_the_same(client: Client) -> None:
             "tolerance=0.1&angle_tolerance=0.5&max_triangles=9999",
         ),
     ):
-        posted = client.post("/v1/mesh", {**definition, **options})
-        fetched = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
-        assert posted.status_code == fetched.status_code == 200
-        assert posted.content == fetched.content
+        by_body = client.post("/v1/mesh", {**definition, **options})
+        by_url = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
+        assert by_body.status_code == by_url.status_code == 200
+        assert by_body.content == by_url.content
 
 
 TUBE = {"type": "tube", "curve": {"control_points": [[0, 0, 0], [1, 1, 0]]}, "radius": 1}
 
 
-def test_queries_name_the_parameter(client: Client) -> None:
+def test_errors_of_a_query_name_the_parameter(client: Client) -> None:
     for query, parameter in (
         ("tolerance=1e-30", "tolerance"),
         ("tolerance=0.1&resolution=3", "resolution"),
@@ -63,10 +63,10 @@ def test_queries_name_the_parameter(client: Client) -> None:
         assert [error["parameter"] for error in response.json()["errors"]] == [parameter]
 
 
-def test_limits_hold_for_meshes_by_tolerance(client: Client) -> None:
-    for limits in (Settings(max_vertices=100), Settings(max_response_bytes=20_000)):
-        with start_client(create_app(limits)) as small:
-            response = request_mesh(small, tolerance=2e-3)
+def test_meshes_above_the_limits_of_the_settings_are_refused(client: Client) -> None:
+    for settings in (Settings(max_vertices=100), Settings(max_response_bytes=20_000)):
+        with start_client(create_app(settings)) as limited_client:
+            response = request_mesh(limited_client, tolerance=2e-3)
             assert response.status_code == 422
             assert response.json()["code"] == "result_too_large"
             assert response.json()["errors"][0]["pointer"] == "/tolerance"
@@ -87,7 +87,7 @@ VALUES = st.one_of(
     ),
     st.lists(st.floats(-1, 1), max_size=4),
 )
-OTHERS = {
+OTHER_OPTIONS = {
     "resolution": st.just(3),
     "faces": st.sampled_from(["triangles", "quads", "none"]),
     "weld": st.booleans(),
@@ -97,12 +97,15 @@ OTHERS = {
     "method": st.sampled_from(["matrix", "de_casteljau"]),
 }
 BODIES = st.fixed_dictionaries(
-    {"surface": st.sampled_from([FLAT, TUBE])}, optional=dict.fromkeys(NAMES, VALUES) | OTHERS
+    {"surface": st.sampled_from([FLAT, TUBE])},
+    optional=dict.fromkeys(NAMES, VALUES) | OTHER_OPTIONS,
 )
 
 
 @given(body=BODIES, path=st.sampled_from(["/v1/mesh", "/v1/estimate"]))
-def test_no_body_breaks_the_service(client: Client, body: dict[str, Any], path: str) -> None:
+def test_random_requests_succeed_or_are_refused(
+    client: Client, body: dict[str, Any], path: str
+) -> None:
     response = client.post(path, body)
     assert response.status_code in {200, 422}
     if response.status_code == 422:

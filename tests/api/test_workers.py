@@ -1,4 +1,4 @@
-"""Threads and memory: the service grants them in order, limits them, and always releases them."""
+"""Workers lend threads and memory in order and within limits; jobs always release them."""
 
 import asyncio
 import gc
@@ -34,17 +34,21 @@ from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 
 pytestmark = pytest.mark.anyio
-CAPACITY = 1 << 24
-LARGEST = CAPACITY * 11 // 16
+CAPACITY = 1 << 24  # bytes
+LARGEST = CAPACITY * 11 // 16  # bytes that the largest work may take
 
 
-def build_workers(cache_bytes: int = 0, **chosen: Any) -> Workers:
+def build_workers(cache_bytes: int = 0, **settings: Any) -> Workers:
+    """Workers with these settings; by default with one thread and `CAPACITY` bytes."""
     defaults = {"threads": 1, "memory_bytes": CAPACITY}
-    return Workers(Settings(**(defaults | chosen)), ResponseCache(cache_bytes))
+    return Workers(Settings(**(defaults | settings)), ResponseCache(cache_bytes))
 
 
 class Work:
-    """Work with a cost; it calls a function."""
+    """Work that calls a function, with an estimate of its memory and its time.
+
+    The estimate says whether the work is too long for the event loop.
+    """
 
     def __init__(
         self, memory: int = 1000, call: Any = lambda: "done", *, long: bool = True
@@ -60,41 +64,41 @@ async def run_tasks() -> None:
 
 
 @asynccontextmanager
-async def lend_workers(**chosen: Any) -> AsyncIterator[Workers]:
-    """Workers; checks at the end that all threads and memory are released."""
-    workers = build_workers(**chosen)
+async def lend_workers(**settings: Any) -> AsyncIterator[Workers]:
+    """Workers with these settings; at the end of the block, all must be released."""
+    workers = build_workers(**settings)
     yield workers
     await run_tasks()
     assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
 
 
-async def test_short_work_runs_at_once_and_long_work_in_a_thread() -> None:
+async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> None:
     async with lend_workers() as workers:
         job = Job(workers)
-        names = []
+        in_thread = []
         for long in (False, True):
             work = Work(
                 1000, lambda: threading.current_thread() is not threading.main_thread(), long=long
             )
-            names.append(await job.run(work, "mesh"))
+            in_thread.append(await job.run(work, "mesh"))
             assert workers.used == 1000
             job.finish_work(10)
             assert workers.used == 10
             job.finish_work(0)
-        assert names == [False, True]
+        assert in_thread == [False, True]
         assert "mesh;dur=" in str(job.timing)
         assert "wait;dur=" in str(job.timing)
         job.close()
 
 
-async def test_work_that_is_longer_than_its_cost_says_leaves_the_event_loop(
+async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(module, "MOST_INLINE_SECONDS", 0.0)
-    places: list[threading.Thread] = []
+    callers: list[threading.Thread] = []
 
     def call() -> str:
-        places.append(threading.current_thread())
+        callers.append(threading.current_thread())
         time.sleep(0.001)
         checkpoint()
         return "done"
@@ -102,31 +106,32 @@ async def test_work_that_is_longer_than_its_cost_says_leaves_the_event_loop(
     async with lend_workers() as workers:
         job = Job(workers)
         assert await job.run(Work(call=call, long=False), "mesh") == "done"
-        assert [place is threading.main_thread() for place in places] == [True, False]
+        assert [thread is threading.main_thread() for thread in callers] == [True, False]
         job.close()
 
 
-async def test_short_works_take_turns_on_the_event_loop() -> None:
-    """After their time, the event loop serves other tasks that are ready."""
+async def test_other_tasks_run_between_short_pieces_of_work() -> None:
+    """After each round of short work, the event loop runs other tasks that are ready."""
     async with lend_workers() as workers:
-        rounds: list[int] = []
-        now = 0
+        turns_before: list[int] = []
+        turns = 0
 
-        async def count_rounds() -> None:
-            nonlocal now
-            while len(rounds) < 5:
-                now += 1
+        async def count_turns() -> None:
+            nonlocal turns
+            while len(turns_before) < 5:
+                turns += 1
                 await asyncio.sleep(0)
 
         jobs = [Job(workers) for _ in range(5)]
 
         def compute() -> None:
             time.sleep(1.5 * ROUND_SECONDS)
-            rounds.append(now)
+            turns_before.append(turns)
 
-        works = [job.run(Work(10, compute, long=False), "x") for job in jobs]
-        await asyncio.gather(count_rounds(), *works)
-        assert len(set(rounds)) == 5
+        runs = [job.run(Work(10, compute, long=False), "x") for job in jobs]
+        await asyncio.gather(count_turns(), *runs)
+        # The other task had a turn before each piece of work.
+        assert len(set(turns_before)) == 5
         for job in jobs:
             job.close()
 
@@ -135,7 +140,7 @@ async def test_requests_are_served_in_order_of_arrival() -> None:
     async with lend_workers(threads=3) as workers:
         order: list[str] = []
 
-        async def hold(name: str, amount: int) -> None:
+        async def use_thread(name: str, amount: int) -> None:
             start = await workers.acquire(amount)
             order.append(name)
             await asyncio.sleep(0)
@@ -143,12 +148,12 @@ async def test_requests_are_served_in_order_of_arrival() -> None:
             workers.hold(-amount)
 
         sizes = {"first": LARGEST, "large": LARGEST, "small": 10, "last": 10}
-        await asyncio.gather(*(hold(name, size) for name, size in sizes.items()))
+        await asyncio.gather(*(use_thread(name, size) for name, size in sizes.items()))
         assert order == list(sizes)
         assert workers.seconds_waited > 0
 
 
-async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
+async def test_a_full_queue_refuses_requests_and_says_when_to_try_again() -> None:
     async with lend_workers(max_queue=4) as workers:
         assert workers.retry_after() == 1
         start = await workers.acquire(10)
@@ -166,30 +171,34 @@ async def test_a_full_queue_refuses_and_says_when_to_try_again() -> None:
         workers.hold(-10)
 
 
-async def test_a_thread_that_begins_computes_alone_for_a_while() -> None:
+async def test_a_thread_that_starts_computes_alone_for_a_while() -> None:
     async with lend_workers(threads=3) as workers:
-        long = await workers.acquire(10)
-        short = asyncio.create_task(workers.acquire(10))
+        first_start = await workers.acquire(10)
+        second = asyncio.create_task(workers.acquire(10))
         await run_tasks()
-        assert not short.done()
-        assert await short - long >= ALONE_SECONDS
+        assert not second.done()
+        assert await second - first_start >= ALONE_SECONDS
         third = asyncio.create_task(workers.acquire(10))
         await run_tasks()
-        workers.release_thread(short.result())
-        assert (await third) - short.result() < ALONE_SECONDS, "the long one is not in its way"
-        for start in (long, third.result()):
+        workers.release_thread(second.result())
+        # The first thread still computes, but it started long ago, so the third need not wait.
+        assert (await third) - second.result() < ALONE_SECONDS
+        for start in (first_start, third.result()):
             workers.release_thread(start)
         workers.hold(-30)
 
 
 @given(st.lists(st.tuples(st.integers(0, LARGEST), st.integers(0, 3)), max_size=12))
-def test_cancelled_requests_release_threads_and_memory(asks: list[tuple[int, int]]) -> None:
-    """A request that is cancelled before, while or after it gets a thread leaves nothing behind."""
+def test_cancelled_requests_release_threads_and_memory(requests: list[tuple[int, int]]) -> None:
+    """Each request has an amount of memory and the round in which it is cancelled, or 0 for never.
 
-    async def scenario() -> None:
+    In that round the request waits for a thread, gets one, computes, or has ended.
+    """
+
+    async def send_and_cancel() -> None:
         async with lend_workers(threads=2) as workers:
 
-            async def hold(amount: int) -> None:
+            async def use_thread(amount: int) -> None:
                 start = await workers.acquire(amount)
                 try:
                     await asyncio.sleep(0)
@@ -197,38 +206,38 @@ def test_cancelled_requests_release_threads_and_memory(asks: list[tuple[int, int
                     workers.release_thread(start)
                     workers.hold(-amount)
 
-            tasks = [asyncio.create_task(hold(amount)) for amount, _ in asks]
-            for at in range(4):
+            tasks = [asyncio.create_task(use_thread(amount)) for amount, _ in requests]
+            for current_round in range(4):
                 await asyncio.sleep(0)
-                for task, (_, rounds) in zip(tasks, asks, strict=True):
-                    if rounds == at and rounds:
+                for task, (_, cancelled_in) in zip(tasks, requests, strict=True):
+                    if cancelled_in == current_round and cancelled_in:
                         task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
 
-    asyncio.run(scenario())
+    asyncio.run(send_and_cancel())
 
 
-async def test_bodies_have_a_quarter_and_never_wait() -> None:
+async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None:
     async with lend_workers() as workers:
         large, small, third = Job(workers), Job(workers), Job(workers)
-        most = workers.max_body * 9 // 10
-        with pytest.raises(TooLarge) as refused:
-            large.hold_body(most + 1)
-        assert refused.value.issues[0].code == "too_much_memory"
-        large.hold_body(most)
+        nearly_all = workers.max_body * 9 // 10
+        with pytest.raises(TooLarge) as error:
+            large.hold_body(nearly_all + 1)
+        assert error.value.issues[0].code == "too_much_memory"
+        large.hold_body(nearly_all)
         with pytest.raises(Busy):
             third.hold_body(SMALL_BODY + 1)
-        small.hold_body(workers.max_body - most)
+        small.hold_body(workers.max_body - nearly_all)
         with pytest.raises(Busy):
             third.hold_body(1)
-        # The largest work still fits beside them, and small work beside that.
+        # The largest work has memory besides the bodies, and short work besides the largest work.
         start = await workers.acquire(workers.max_memory)
         assert await third.run(Work(1000, long=False), "x") == "done"
         workers.release_thread(start)
         workers.hold(-workers.max_memory)
         large.shrink_body(10)
         large.shrink_body(20)
-        assert workers.body_bytes == 10 + workers.max_body - most
+        assert workers.body_bytes == 10 + workers.max_body - nearly_all
         for job in (large, small, third):
             job.close()
 
@@ -237,38 +246,38 @@ def build_entry(name: str, size: int) -> CachedResponse:
     return CachedResponse(Subject(name, name, name, for_ever=True), bytes(size), ())
 
 
-async def test_cached_responses_are_dropped_unless_they_are_being_sent() -> None:
+async def test_work_that_needs_memory_drops_cached_responses_that_are_not_being_sent() -> None:
     async with lend_workers(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
         cache: ResponseCache = workers._cache
-        read, *unread = (build_entry(name, CAPACITY // 8) for name in "abc")
-        for each in (read, *unread):
+        sent, *others = (build_entry(name, CAPACITY // 8) for name in "abc")
+        for each in (sent, *others):
             assert cache.put(each, cache.generation)
-        cache.begin(read)
+        cache.begin(sent)
         first = asyncio.create_task(workers.acquire(workers.max_memory))
         second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
         await run_tasks()
         assert first.done()
         assert not second.done()
-        assert cache.holds(read)
-        assert not all(cache.holds(each) for each in unread)
+        assert cache.holds(sent)
+        assert not all(cache.holds(each) for each in others)
         workers.release_thread(first.result())
         await run_tasks()
-        assert not second.done(), "a thread is free, memory is not"
-        cache.end(read)
+        assert not second.done(), "a thread is free, but memory is not"
+        cache.end(sent)
         await second
-        assert not cache.holds(read)
+        assert not cache.holds(sent)
         workers.release_thread(second.result())
         workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
 
 
-@pytest.mark.parametrize("leaves", [True, False])
-async def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: bool) -> None:
-    """The client goes away, or the deadline passes; the thread ends at its next checkpoint."""
+@pytest.mark.parametrize("client_leaves", [True, False])
+async def test_a_cancelled_thread_keeps_its_memory_until_it_ends(client_leaves: bool) -> None:
+    """The client disconnects, or the deadline passes; the thread ends at its next checkpoint."""
     async with lend_workers(request_timeout=0.2) as workers:
-        gone = asyncio.Event()
+        has_left = asyncio.Event()
 
         async def receive() -> dict[str, str]:
-            await gone.wait()
+            await has_left.wait()
             return {"type": "http.disconnect"}
 
         def compute() -> None:
@@ -280,9 +289,9 @@ async def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: 
         task = asyncio.create_task(job.run(Work(1000, compute), "x"))
         while not workers.computing:
             await asyncio.sleep(0.001)
-        if leaves:
-            gone.set()
-        with pytest.raises(ClientDisconnect if leaves else OutOfTime):
+        if client_leaves:
+            has_left.set()
+        with pytest.raises(ClientDisconnect if client_leaves else OutOfTime):
             await task
         job.close()
         while workers.computing:
@@ -290,7 +299,7 @@ async def test_a_thread_without_a_client_keeps_its_memory_until_it_ends(leaves: 
             await asyncio.sleep(0.001)
 
 
-async def test_large_requests_that_end_together_hand_memory_back_once(
+async def test_large_requests_that_end_together_trim_the_heap_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls: list[int] = []
@@ -302,7 +311,7 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
             jobs = [Job(workers) for _ in sizes]
             for job, size in zip(jobs, sizes, strict=True):
                 await job.run(Work(size, long=False), "x")
-            for job in jobs:  # both end before the event loop continues
+            for job in jobs:  # all end before the event loop continues
                 job.close()
             if trimming := workers._trimming:
                 await trimming
@@ -311,42 +320,44 @@ async def test_large_requests_that_end_together_hand_memory_back_once(
     trim_heap()
 
 
-class _Large:
-    """A value that work refers to."""
+class _Value:
+    """A value to which local variables of work refer."""
 
 
-def test_failed_work_keeps_no_local_variables() -> None:
-    held: list[weakref.ref[_Large]] = []
+def test_the_error_of_failed_work_does_not_keep_its_local_variables() -> None:
+    """Otherwise the arrays of failed work would stay in memory as long as its error."""
+    references: list[weakref.ref[_Value]] = []
 
-    def first() -> None:
-        large = _Large()
-        held.append(weakref.ref(large))
+    def fail() -> None:
+        value = _Value()
+        references.append(weakref.ref(value))
         raise KeyError
 
     def work() -> None:
-        large = _Large()
-        held.append(weakref.ref(large))
+        value = _Value()
+        references.append(weakref.ref(value))
         try:
-            first()
+            fail()
         except KeyError:
-            raise ArithmeticError from None  # the error refers to the first one and its frames
+            # The new error refers to the first error as its context, and so to the frame of `fail`.
+            raise ArithmeticError from None
 
-    async def scenario() -> None:
+    async def run_work() -> None:
         async with lend_workers() as workers:
             job = Job(workers)
-            with pytest.raises(ArithmeticError) as failed:
+            with pytest.raises(ArithmeticError) as error:
                 await job.run(Work(1000, work), "x")
-            assert extract_tb(failed.value.__traceback__)[-1].name == "work"
-            del failed
+            assert extract_tb(error.value.__traceback__)[-1].name == "work"
+            del error
             job.close()
 
     gc.collect()
     gc.disable()
     try:
-        asyncio.run(scenario())
-        end = time.monotonic() + 10
-        while any(large() for large in held) and time.monotonic() < end:
+        asyncio.run(run_work())
+        deadline = time.monotonic() + 10
+        while any(value() for value in references) and time.monotonic() < deadline:
             time.sleep(0.001)  # the thread releases its reference a moment later
-        assert [large() for large in held] == [None, None]
+        assert [value() for value in references] == [None, None]
     finally:
         gc.enable()

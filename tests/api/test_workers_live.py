@@ -1,4 +1,4 @@
-"""Waiting, refused, disconnecting and slow clients of a real server."""
+"""Clients of a real server that wait, are refused, disconnect, or read slowly."""
 
 import gc
 import json
@@ -21,68 +21,75 @@ from tests.live import run_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
 SIDE = 200
-"""Divisions of a mesh that is not small."""
+"""Divisions of a mesh that a worker thread computes."""
 
 LONG = {"surface": {"control_net": NET}, "resolution": SIDE}
 SHORT = {"surface": {"control_net": NET}, "resolution": 4}
 SADDLE = f"/v1/surfaces/saddle/mesh.glb?resolution={SIDE}"
-ROOM = 4 << 30
+MEMORY = 4 << 30
 
 
-class Looping:
-    """Meshes with many vertices, which are computed until the test ends them."""
+class SlowMeshes:
+    """Lets the computation of large meshes run until `may_end` is set or the work is cancelled.
+
+    `started` and `cancelled` count these computations.
+    """
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.calls = self.stopped = 0
-        self.gate = threading.Event()
+        self.started = self.cancelled = 0
+        self.may_end = threading.Event()
         run = MeshWork.run
 
-        def looping(work: MeshWork) -> MeshFile:
+        def run_slowly(work: MeshWork) -> MeshFile:
             if work.size.vertices < SIDE**2:
                 return run(work)
-            self.calls += 1
+            self.started += 1
             try:
-                while not self.gate.is_set():
+                while not self.may_end.is_set():
                     time.sleep(0.001)
                     checkpoint()
             except Exception:
-                self.stopped += 1
+                self.cancelled += 1
                 raise
             return run(work)
 
-        monkeypatch.setattr(MeshWork, "run", looping)
+        monkeypatch.setattr(MeshWork, "run", run_slowly)
 
 
 @pytest.fixture
-def looping(monkeypatch: pytest.MonkeyPatch) -> Iterator[Looping]:
-    built = Looping(monkeypatch)
-    yield built
-    built.gate.set()
+def slow_meshes(monkeypatch: pytest.MonkeyPatch) -> Iterator[SlowMeshes]:
+    slow_meshes = SlowMeshes(monkeypatch)
+    yield slow_meshes
+    slow_meshes.may_end.set()
 
 
 class Service:
-    """A service with one thread, and its clients."""
+    """A running service with one thread; its methods start clients."""
 
     def __init__(self, url: str, workers: Workers, clients: ExitStack) -> None:
-        where = urlsplit(url)
-        self.where = (str(where.hostname), int(where.port or 0))
+        parts = urlsplit(url)
+        self.address = (str(parts.hostname), int(parts.port or 0))
         self.workers = workers
         self._clients = clients
 
-    def connected(self) -> "Client":
-        return Client(self._clients.enter_context(socket.create_connection(self.where, 30)))
+    def connect(self) -> "Client":
+        """A client that has sent nothing yet."""
+        return Client(self._clients.enter_context(socket.create_connection(self.address, 30)))
 
-    def posted(self, document: Any, address: str = "/v1/mesh?format=glb") -> "Client":
-        client = self.connected()
-        client.post(json.dumps(document).encode(), address)
+    def post(self, document: Any, url: str = "/v1/mesh?format=glb") -> "Client":
+        """A client that has sent a POST request, and has not read the response."""
+        client = self.connect()
+        client.post(json.dumps(document).encode(), url)
         return client
 
-    def got(self, address: str) -> "Client":
-        client = self.connected()
-        client.send(f"GET {address} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n".encode())
+    def get(self, url: str) -> "Client":
+        """A client that has sent a GET request, and has not read the response."""
+        client = self.connect()
+        client.send(f"GET {url} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n".encode())
         return client
 
-    def given_back(self) -> bool:
+    def is_idle(self) -> bool:
+        """True if all threads and all memory are released."""
         return self.workers.used == self.workers.computing == 0
 
 
@@ -95,9 +102,10 @@ class Client:
     def send(self, content: bytes) -> None:
         self._connection.sendall(content)
 
-    def post(self, body: bytes, address: str, length: int | None = None) -> None:
+    def post(self, body: bytes, url: str, length: int | None = None) -> None:
+        """Sends a request with this body; a larger `length` announces more of the body."""
         length = len(body) if length is None else length
-        head = f"POST {address} HTTP/1.1\r\nHost: x\r\n"
+        head = f"POST {url} HTTP/1.1\r\nHost: x\r\n"
         head += f"Content-Type: application/json\r\nContent-Length: {length}\r\n\r\n"
         self.send(head.encode() + body)
 
@@ -105,168 +113,173 @@ class Client:
         self._connection.close()
 
     def read_response(self) -> tuple[int, dict[str, str], bytes]:
-        """Status, headers and body."""
-        with self._connection.makefile("rb") as answer:
-            first, *lines = iter(lambda: answer.readline().decode().strip(), "")
+        """Status, headers and body of the response."""
+        with self._connection.makefile("rb") as response:
+            status_line, *lines = iter(lambda: response.readline().decode().strip(), "")
             headers = dict(line.lower().split(": ", 1) for line in lines)
-            body = answer.read(int(headers["content-length"]))
-        return int(first.split(" ")[1]), headers, body
+            body = response.read(int(headers["content-length"]))
+        return int(status_line.split(" ")[1]), headers, body
 
-    def refusal(self) -> tuple[int, str, int]:
-        """Status, code, and seconds to wait."""
+    def read_refusal(self) -> tuple[int, str, int]:
+        """Status and code of a problem, and the seconds in `Retry-After`."""
         status, headers, body = self.read_response()
         return status, json.loads(body)["code"], int(headers.get("retry-after", 0))
 
 
 @contextmanager
-def start_service(**chosen: Any) -> Iterator[Service]:
+def start_service(**changes: Any) -> Iterator[Service]:
+    """A service with one thread, without a cache, and with these changes of the settings."""
     apps: list[Any] = []
 
-    def kept(app: Any) -> Any:
+    def record(app: Any) -> Any:
         apps.append(app)
         return app
 
-    settings = Settings(**{"threads": 1, "memory_bytes": ROOM, "cache_bytes": 0, **chosen})
-    with run_service(settings, kept) as url, ExitStack() as clients:
+    settings = Settings(**{"threads": 1, "memory_bytes": MEMORY, "cache_bytes": 0, **changes})
+    with run_service(settings, record) as url, ExitStack() as clients:
         yield Service(url, apps[0].state.services.workers, clients)
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
-    """Waits until a condition is true."""
+    """Waits until the condition is true, at most 20 seconds."""
     deadline = time.monotonic() + 20
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.002)
 
 
-def test_a_client_that_leaves_leaves_the_queue(looping: Looping) -> None:
+def test_a_client_that_disconnects_is_removed_from_the_queue(slow_meshes: SlowMeshes) -> None:
     with start_service() as service:
-        computed = service.posted(LONG)
-        wait_until(lambda: looping.calls == 1)
-        leaving, staying = service.posted(LONG), service.posted(LONG)
+        computing = service.post(LONG)
+        wait_until(lambda: slow_meshes.started == 1)
+        leaving, staying = service.post(LONG), service.post(LONG)
         wait_until(lambda: service.workers.waiting == 2)
         leaving.leave()
         wait_until(lambda: service.workers.waiting == 1)
-        looping.gate.set()
-        assert [client.read_response()[0] for client in (computed, staying)] == [200, 200]
-        wait_until(service.given_back)
-        assert (looping.calls, looping.stopped) == (2, 0)
+        slow_meshes.may_end.set()
+        assert [client.read_response()[0] for client in (computing, staying)] == [200, 200]
+        wait_until(service.is_idle)
+        assert (slow_meshes.started, slow_meshes.cancelled) == (2, 0)
 
 
-def test_the_last_waiting_client_that_leaves_cancels_the_work(looping: Looping) -> None:
+def test_the_work_is_cancelled_when_the_last_of_its_clients_disconnects(
+    slow_meshes: SlowMeshes,
+) -> None:
     with start_service() as service:
-        first, second = service.got(SADDLE), service.got(SADDLE)
-        other = service.got(SADDLE.replace("glb", "stl"))
-        wait_until(lambda: looping.calls == 1 and service.workers.waiting == 1)
+        first, second = service.get(SADDLE), service.get(SADDLE)
+        other = service.get(SADDLE.replace("glb", "stl"))
+        wait_until(lambda: slow_meshes.started == 1 and service.workers.waiting == 1)
         first.leave()
-        wait_until(lambda: service.got("/health/live").read_response()[0] == 200)
-        assert looping.stopped == 0
+        wait_until(lambda: service.get("/health/live").read_response()[0] == 200)
+        assert slow_meshes.cancelled == 0
         second.leave()
-        wait_until(lambda: (looping.calls, looping.stopped) == (2, 1))
-        again = service.got(SADDLE)
-        looping.gate.set()
+        wait_until(lambda: (slow_meshes.started, slow_meshes.cancelled) == (2, 1))
+        again = service.get(SADDLE)
+        slow_meshes.may_end.set()
         assert [client.read_response()[0] for client in (other, again)] == [200, 200]
-        wait_until(service.given_back)
-        assert (looping.calls, looping.stopped) == (3, 1)
+        wait_until(service.is_idle)
+        assert (slow_meshes.started, slow_meshes.cancelled) == (3, 1)
 
 
-def test_the_deadline_holds_for_computing_and_waiting_requests(looping: Looping) -> None:
+def test_computing_and_waiting_requests_have_a_deadline(slow_meshes: SlowMeshes) -> None:
     with start_service(request_timeout=0.5) as service:
-        clients = [service.posted(LONG), service.got(SADDLE), service.posted(LONG)]
-        refusals = [client.refusal() for client in clients]
+        clients = [service.post(LONG), service.get(SADDLE), service.post(LONG)]
+        refusals = [client.read_refusal() for client in clients]
         assert [(status, code) for status, code, _ in refusals] == [(503, "out_of_time")] * 3
         assert all(seconds >= 1 for _, _, seconds in refusals)
-        wait_until(service.given_back)
-        assert looping.stopped == looping.calls >= 1
+        wait_until(service.is_idle)
+        assert slow_meshes.cancelled == slow_meshes.started >= 1
 
 
-def test_small_requests_do_not_wait_for_large_ones(looping: Looping) -> None:
+def test_small_requests_do_not_wait_for_large_ones(slow_meshes: SlowMeshes) -> None:
     with start_service(max_queue=1) as service:
-        computed = service.posted(LONG)
-        wait_until(lambda: looping.calls == 1)
-        waiting = service.posted(LONG)
+        computing = service.post(LONG)
+        wait_until(lambda: slow_meshes.started == 1)
+        waiting = service.post(LONG)
         wait_until(lambda: service.workers.waiting == 1)
-        assert service.posted(SHORT).read_response()[0] == 200
-        assert service.posted(SHORT, "/v1/estimate").read_response()[0] == 200
+        assert service.post(SHORT).read_response()[0] == 200
+        assert service.post(SHORT, "/v1/estimate").read_response()[0] == 200
         for small in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
-            assert service.got(small).read_response()[0] == 200
-        looping.gate.set()
-        assert [client.read_response()[0] for client in (computed, waiting)] == [200, 200]
-        wait_until(service.given_back)
+            assert service.get(small).read_response()[0] == 200
+        slow_meshes.may_end.set()
+        assert [client.read_response()[0] for client in (computing, waiting)] == [200, 200]
+        wait_until(service.is_idle)
 
 
-def test_slow_readers_hold_the_memory_of_their_response_only() -> None:
+def test_a_client_that_reads_slowly_keeps_only_the_memory_of_its_response() -> None:
     long = LONG | {"resolution": 400}
+    # An STL file has a header of 84 bytes, and 50 bytes for each triangle.
+    length = 84 + 50 * 2 * 400**2
     with start_service() as service:
-        for leaves in (False, True):
-            client = service.posted(long, "/v1/mesh?format=stl")
+        for client_leaves in (False, True):
+            client = service.post(long, "/v1/mesh?format=stl")
             wait_until(lambda: service.workers.computing == 0 < service.workers.used)
-            wait_until(lambda: service.workers.used == 84 + 50 * 2 * 400**2)
-            if leaves:
+            wait_until(lambda: service.workers.used == length)
+            if client_leaves:
                 client.leave()
             else:
-                assert len(client.read_response()[2]) == 84 + 50 * 2 * 400**2
-            wait_until(service.given_back)
+                assert len(client.read_response()[2]) == length
+            wait_until(service.is_idle)
 
 
 @pytest.mark.parametrize("error", [RuntimeError(), InvalidRequest(Issue("code", "No."))])
 def test_failed_requests_release_threads_and_memory(
     error: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(_: MeshWork) -> MeshFile:
+    def raise_error(_: MeshWork) -> MeshFile:
         raise error
 
-    monkeypatch.setattr(MeshWork, "run", fails)
+    monkeypatch.setattr(MeshWork, "run", raise_error)
     with start_service() as service:
-        for client in (service.posted(LONG), service.posted(SHORT), service.got(SADDLE)):
+        for client in (service.post(LONG), service.post(SHORT), service.get(SADDLE)):
             assert client.read_response()[0] in (422, 500)
-        wait_until(service.given_back)
+        wait_until(service.is_idle)
 
 
-def test_bodies_that_do_not_fit_are_refused_and_small_ones_do_fit() -> None:
+def test_bodies_above_the_memory_budget_are_refused_and_small_ones_accepted() -> None:
     with start_service(memory_bytes=64 << 20) as service:
-        begun = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
-        first, second = service.connected(), service.connected()
-        first.post(begun, "/v1/mesh", length=10**7)
+        first_part = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
+        first, second = service.connect(), service.connect()
+        first.post(first_part, "/v1/mesh", length=10**7)
         wait_until(lambda: service.workers.used > 10_000_000)
-        second.post(begun, "/v1/mesh", length=10**7)
-        assert second.refusal() == (429, "busy", 1)
-        assert service.posted(SHORT).read_response()[0] == 200
+        second.post(first_part, "/v1/mesh", length=10**7)
+        assert second.read_refusal() == (429, "busy", 1)
+        assert service.post(SHORT).read_response()[0] == 200
         first.leave()
-        wait_until(service.given_back)
-        third = service.connected()
-        third.post(begun + b", 0" * 100_000, "/v1/mesh", length=10**7)
+        wait_until(service.is_idle)
+        third = service.connect()
+        third.post(first_part + b", 0" * 100_000, "/v1/mesh", length=10**7)
         status, _, body = third.read_response()
         assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
-        wait_until(service.given_back)
+        wait_until(service.is_idle)
 
 
-def test_requests_leave_no_reference_cycles(looping: Looping) -> None:
-    """Reference cycles would keep the memory of a request, because Python rarely looks for them."""
+def test_requests_leave_no_reference_cycles(slow_meshes: SlowMeshes) -> None:
+    """Objects in a cycle keep their memory until the garbage collector runs, which is rare."""
     many = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
-    before, kept = gc.isenabled(), list[object]()
+    was_enabled, garbage = gc.isenabled(), list[object]()
     with start_service(max_queue=1) as service:
         gc.collect()
         gc.disable()
         try:
-            gone = service.posted(LONG)
-            wait_until(lambda: looping.calls == 1)
-            gone.leave()
-            wait_until(lambda: looping.stopped == 1)
-            for client in (service.posted({"surface": many}), service.posted(SHORT)):
+            leaving = service.post(LONG)
+            wait_until(lambda: slow_meshes.started == 1)
+            leaving.leave()
+            wait_until(lambda: slow_meshes.cancelled == 1)
+            for client in (service.post({"surface": many}), service.post(SHORT)):
                 assert client.read_response()[0] in (200, 422)
                 client.leave()
-            half = service.connected()
-            half.post(b'{"surface": ', "/v1/mesh", length=10**6)
-            half.leave()
-            wait_until(service.given_back)
+            unfinished = service.connect()
+            unfinished.post(b'{"surface": ', "/v1/mesh", length=10**6)
+            unfinished.leave()
+            wait_until(service.is_idle)
             time.sleep(0.1)  # the connections end
             gc.set_debug(gc.DEBUG_SAVEALL)
             gc.collect()
-            kept, gc.garbage[:] = list(gc.garbage), []
+            garbage, gc.garbage[:] = list(gc.garbage), []
         finally:
             gc.set_debug(0)
-            if before:
+            if was_enabled:
                 gc.enable()
-    kinds = {type(thing).__qualname__ for thing in kept}
-    assert kinds.isdisjoint({"BoundedProtocol", "Cycle", "Job", "MeshWork", "ndarray", "frame"})
+    names = {type(value).__qualname__ for value in garbage}
+    assert names.isdisjoint({"BoundedProtocol", "Cycle", "Job", "MeshWork", "ndarray", "frame"})

@@ -57,7 +57,7 @@ def list_files(media_type: str) -> Iterator[bytes]:
     if media_type == NPY:
         yield from (
             save_array(build_net()),
-            save_array(build_net(width=4)),
+            save_array(build_net(dimension=4)),
             save_array(build_net()[None].astype(">f4")),
         )
     elif media_type == TEAPOT:

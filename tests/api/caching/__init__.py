@@ -1,1 +1,1 @@
-"""Tests of service.api.caching."""
+"""Tests of `service.api.caching`: cached responses, content codings and entity tags."""

@@ -1,4 +1,4 @@
-"""The cache of responses: always within its bound, drops the least recently used first."""
+"""The cache of responses stays within its bound, and drops the least recently used first."""
 
 import tracemalloc
 
@@ -11,194 +11,200 @@ from service.api.caching.cache import ALIASES, SHARE, ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.codings import Coding
 
-ROOM = 200_000
+MAX_BYTES = 200_000
 
 
 def build_entry(
     name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False
 ) -> CachedResponse:
+    """A cached response with `size` bytes, under a URL that contains `name`."""
     subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, for_ever)
     content = size.to_bytes(4) * (size // 4) + b"x" * (size % 4)
     return CachedResponse(subject, content, ((b"content-type", b"model/gltf-binary"),))
 
 
-def test_entries_are_found_and_counted() -> None:
-    cache = ResponseCache(ROOM)
-    built = build_entry("a")
-    assert cache.get(built.subject.url) is None
-    assert cache.put(built, cache.generation)
-    assert cache.get(built.subject.url) is built
-    assert (len(cache), cache.bytes) == (1, built.size)
-    assert built.size > len(built.plain)
+def test_a_response_in_the_cache_is_returned_and_its_bytes_count() -> None:
+    cache = ResponseCache(MAX_BYTES)
+    entry = build_entry("a")
+    assert cache.get(entry.subject.url) is None
+    assert cache.put(entry, cache.generation)
+    assert cache.get(entry.subject.url) is entry
+    assert (len(cache), cache.bytes) == (1, entry.size)
+    assert entry.size > len(entry.plain)
 
 
-def test_the_least_recently_used_goes_first() -> None:
+def test_the_least_recently_used_response_is_dropped_first() -> None:
     cache = ResponseCache(SHARE * build_entry("0", 1000).largest)
     entries = [build_entry(str(number), 1000) for number in range(100)]
     for each in entries[:3]:
         assert cache.put(each, cache.generation)
     cache.get(entries[0].subject.url)
     cache.alias(entries[1], "/1", b"", pinned=False)
-    last = 3
+    number = 3
     while not cache.counts.evictions:
         assert cache.find("/1", b"") == (entries[1], False)
         cache.get(entries[0].subject.url)
-        cache.put(entries[last], cache.generation)
-        last += 1
-    gone = [each for each in entries[:last] if not cache.holds(each)]
-    assert gone == [entries[2]]
+        cache.put(entries[number], cache.generation)
+        number += 1
+    dropped = [each for each in entries[:number] if not cache.holds(each)]
+    assert dropped == [entries[2]]
     assert cache.counts.evictions == 1
 
 
-def test_entries_that_are_too_large_are_not_kept() -> None:
-    cache = ResponseCache(ROOM)
+def test_responses_that_are_too_large_are_not_cached() -> None:
+    cache = ResponseCache(MAX_BYTES)
     small = build_entry("a", 30)
     assert cache.put(small, cache.generation)
-    # With all three codings an entry may become three times as large.
-    assert not cache.put(build_entry("b", ROOM // SHARE // 2), cache.generation)
+    # With all its codings, this response might become larger than the cache allows.
+    assert not cache.put(build_entry("b", MAX_BYTES // SHARE // 2), cache.generation)
     assert cache.holds(small)
     assert not ResponseCache(0).put(build_entry("c", 0), 0)
 
 
-def test_an_entry_of_the_same_address_takes_the_place_of_the_other() -> None:
-    cache = ResponseCache(ROOM)
-    one, other = build_entry("a", 50), build_entry("a", 60)
-    cache.put(one, cache.generation)
-    cache.alias(one, "/a", b"", pinned=True)
-    cache.put(other, cache.generation)
+def test_a_new_response_of_the_same_url_replaces_the_old_one() -> None:
+    cache = ResponseCache(MAX_BYTES)
+    old, new = build_entry("a", 50), build_entry("a", 60)
+    cache.put(old, cache.generation)
+    cache.alias(old, "/a", b"", pinned=True)
+    cache.put(new, cache.generation)
     assert cache.find("/a", b"") is None
-    assert (len(cache), cache.bytes) == (1, other.size)
+    assert (len(cache), cache.bytes) == (1, new.size)
 
 
-def test_codings_count_and_those_that_do_not_pay_do_not() -> None:
-    cache = ResponseCache(ROOM)
-    built = build_entry("a", 5000)
-    cache.put(built, cache.generation)
+def test_a_compressed_body_counts_unless_compression_was_useless() -> None:
+    cache = ResponseCache(MAX_BYTES)
+    entry = build_entry("a", 5000)
+    cache.put(entry, cache.generation)
     before = cache.bytes
-    assert cache.add(built, "zstd", None).coding == "identity"
+    assert cache.add(entry, "zstd", None).coding == "identity"
     assert cache.bytes == before
-    variant = cache.add(built, "gzip", b"x" * 400)
+    variant = cache.add(entry, "gzip", b"x" * 400)
     assert (variant.coding, variant.body) == ("gzip", b"x" * 400)
-    assert before + 400 < cache.bytes == built.size
-    gone = build_entry("b", 5000)
-    cache.add(gone, "gzip", b"x" * 400)
-    assert cache.bytes == built.size
+    assert before + 400 < cache.bytes == entry.size
+    not_cached = build_entry("b", 5000)
+    cache.add(not_cached, "gzip", b"x" * 400)
+    assert cache.bytes == entry.size
 
 
 def test_the_number_of_cached_spellings_is_limited() -> None:
-    cache = ResponseCache(ROOM)
-    built = build_entry("a")
-    cache.put(built, cache.generation)
+    cache = ResponseCache(MAX_BYTES)
+    entry = build_entry("a")
+    cache.put(entry, cache.generation)
     for number in range(3 * ALIASES):
-        cache.alias(built, "/a", str(number).encode(), pinned=number % 2 == 0)
-    result = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
-    assert result[: 2 * ALIASES] == [None] * 2 * ALIASES
-    assert result[2 * ALIASES :] == [(built, number % 2 == 0) for number in range(ALIASES)]
-    cache.alias(built, "/a", b"x" * 10_000, pinned=False)
+        cache.alias(entry, "/a", str(number).encode(), pinned=number % 2 == 0)
+    entries = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
+    assert entries[: 2 * ALIASES] == [None] * 2 * ALIASES
+    assert entries[2 * ALIASES :] == [(entry, number % 2 == 0) for number in range(ALIASES)]
+    cache.alias(entry, "/a", b"x" * 10_000, pinned=False)
     assert cache.find("/a", b"x" * 10_000) is None
     cache.alias(build_entry("b"), "/b", b"", pinned=False)
-    assert cache.find("/b", b"") is None, "an entry that is not kept"
-    assert cache.bytes == built.size
+    assert cache.find("/b", b"") is None, "this response is not in the cache"
+    assert cache.bytes == entry.size
 
 
-def test_a_deleted_surface_leaves_the_cache_with_its_meshes() -> None:
-    cache = ResponseCache(ROOM)
-    built = [build_entry("a", 10, "one"), build_entry("b", 10, "one"), build_entry("c", 10, "two")]
+def test_meshes_of_a_deleted_surface_are_dropped() -> None:
+    cache = ResponseCache(MAX_BYTES)
+    entries = [
+        build_entry("a", 10, "one"),
+        build_entry("b", 10, "one"),
+        build_entry("c", 10, "two"),
+    ]
     generation = cache.generation
-    for each in built:
+    for each in entries:
         cache.put(each, generation)
-    cache.alias(built[0], "/a", b"", pinned=False)
+    cache.alias(entries[0], "/a", b"", pinned=False)
     cache.forget("one")
-    assert [cache.holds(each) for each in built] == [False, False, True]
+    assert [cache.holds(each) for each in entries] == [False, False, True]
     assert cache.find("/a", b"") is None
-    assert not cache.put(built[0], generation), "begun before it was forgotten"
-    assert cache.put(built[0], cache.generation)
+    assert not cache.put(entries[0], generation), "its computation began before the deletion"
+    assert cache.put(entries[0], cache.generation)
     cache.forget("nothing")
-    assert cache.bytes == built[0].size + built[2].size
+    assert cache.bytes == entries[0].size + entries[2].size
 
 
-def test_how_long_a_response_may_be_cached() -> None:
+def test_only_stored_surfaces_with_an_engine_may_be_cached_for_ever() -> None:
     for for_ever in (False, True):
         variant = build_entry("a", for_ever=for_ever).variants["identity"]
         for pinned in (False, True):
             for message in (variant.full[pinned], variant.unchanged[pinned]):
-                lasting = dict(message["headers"])[b"cache-control"]
-                assert (b"immutable" in lasting) == (for_ever and pinned)
-                assert (b"max-age=3600, must-revalidate" in lasting) != (for_ever and pinned)
+                cache_control = dict(message["headers"])[b"cache-control"]
+                assert (b"immutable" in cache_control) == (for_ever and pinned)
+                assert (b"max-age=3600, must-revalidate" in cache_control) != (for_ever and pinned)
 
 
 @pytest.mark.parametrize("size", [10, 5000])
-def test_counted_bytes_are_at_least_the_memory_taken(size: int) -> None:
+def test_counted_bytes_are_at_least_the_memory_used(size: int) -> None:
     cache = ResponseCache(1 << 30)
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
-            built = build_entry(f"resolution={number}&engine=3", size, f"{number:064x}")
-            cache.put(built, cache.generation)
-            cache.add(built, "zstd", bytes(size // 2))
-            cache.add(built, "gzip", bytes(size // 2 + 1))
+            entry = build_entry(f"resolution={number}&engine=3", size, f"{number:064x}")
+            cache.put(entry, cache.generation)
+            cache.add(entry, "zstd", bytes(size // 2))
+            cache.add(entry, "gzip", bytes(size // 2 + 1))
             for spelling in range(ALIASES):
                 query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
-                cache.alias(built, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
+                cache.alias(entry, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
         used = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
     assert 0.4 * cache.bytes < used < cache.bytes
 
 
-class Memory(RuleBasedStateMachine):
-    """Any sequence of calls keeps the cache within its bound and its counts right."""
+class CacheMachine(RuleBasedStateMachine):
+    """After any sequence of calls the cache is within its bound, and its counts are right."""
 
     def __init__(self) -> None:
         super().__init__()
         self.cache = ResponseCache(60_000)
-        self.made: list[CachedResponse] = []
+        self.entries: list[CachedResponse] = []
 
     @rule(
         name=st.sampled_from("abcdefghijklm"),
         size=st.integers(0, 6000),
         surface=st.sampled_from(["one", "two"]),
-        late=st.booleans(),
+        is_late=st.booleans(),
     )
-    def put(self, name: str, size: int, surface: str, late: bool) -> None:
-        built = build_entry(name, size, surface)
-        kept = self.cache.put(built, self.cache.generation - late)
-        assert kept == self.cache.holds(built)
-        assert not (late and kept)
-        self.made.append(built)
+    def put(self, name: str, size: int, surface: str, is_late: bool) -> None:
+        entry = build_entry(name, size, surface)
+        # A late response was computed before the last deletion, and must not be cached.
+        is_cached = self.cache.put(entry, self.cache.generation - is_late)
+        assert is_cached == self.cache.holds(entry)
+        assert not (is_late and is_cached)
+        self.entries.append(entry)
 
-    @precondition(lambda self: self.made)
+    @precondition(lambda self: self.entries)
     @rule(data=st.data(), coding=st.sampled_from(["zstd", "gzip"]), size=st.integers(0, 6000))
-    def code(self, data: st.DataObject, coding: Coding, size: int) -> None:
-        built = data.draw(st.sampled_from(self.made))
-        if coding not in built.variants and size <= len(built.plain):
-            self.cache.add(built, coding, bytes(size) if size % 3 else None)
+    def add_coding(self, data: st.DataObject, coding: Coding, size: int) -> None:
+        entry = data.draw(st.sampled_from(self.entries))
+        if coding not in entry.variants and size <= len(entry.plain):
+            self.cache.add(entry, coding, bytes(size) if size % 3 else None)
 
-    @precondition(lambda self: self.made)
+    @precondition(lambda self: self.entries)
     @rule(data=st.data(), query=st.binary(max_size=1200), pinned=st.booleans())
-    def alias(self, data: st.DataObject, query: bytes, pinned: bool) -> None:
-        built = data.draw(st.sampled_from(self.made))
-        self.cache.alias(built, built.subject.surface, query, pinned=pinned)
-        result = self.cache.find(built.subject.surface, query)
+    def add_alias(self, data: st.DataObject, query: bytes, pinned: bool) -> None:
+        entry = data.draw(st.sampled_from(self.entries))
+        self.cache.alias(entry, entry.subject.surface, query, pinned=pinned)
+        result = self.cache.find(entry.subject.surface, query)
         assert result is None or self.cache.holds(result[0])
 
     @rule(surface=st.sampled_from(["one", "two"]))
     def forget(self, surface: str) -> None:
         self.cache.forget(surface)
-        gone = [built for built in self.made if built.subject.surface == surface]
-        assert not any(map(self.cache.holds, gone))
+        deleted = [entry for entry in self.entries if entry.subject.surface == surface]
+        assert not any(map(self.cache.holds, deleted))
 
     @invariant()
-    def bounded_and_counted(self) -> None:
-        held = [built for built in self.made if self.cache.holds(built)]
-        assert len(held) == len(self.cache)
-        assert self.cache.bytes == sum(built.size for built in held) <= self.cache.max_bytes
-        for built in self.made:
-            assert bool(built.aliases) <= self.cache.holds(built)
-            codings = {id(v): len(v.body) for v in built.variants.values()}
-            assert built.size >= sum(codings.values())
+    def check_bound_and_counts(self) -> None:
+        cached = [entry for entry in self.entries if self.cache.holds(entry)]
+        assert len(cached) == len(self.cache)
+        assert self.cache.bytes == sum(entry.size for entry in cached) <= self.cache.max_bytes
+        for entry in self.entries:
+            assert bool(entry.aliases) <= self.cache.holds(entry)
+            lengths = {id(variant): len(variant.body) for variant in entry.variants.values()}
+            assert entry.size >= sum(lengths.values())
 
 
-Memory.TestCase.settings = settings(max_examples=25, stateful_step_count=30)
-TestMemory = Memory.TestCase
+CacheMachine.TestCase.settings = settings(max_examples=25, stateful_step_count=30)
+TestCache = CacheMachine.TestCase

@@ -1,4 +1,4 @@
-"""Content codings: the preferred one of a client, and bytes that are always the same."""
+"""Content codings: the client's order of preference; compressed bytes are always the same."""
 
 import time
 
@@ -46,23 +46,27 @@ TEXT = b"v 0.25 0.5 1\n" * 1000
         (b"br," * 300 + b"gzip", ["identity"]),
     ],
 )
-def test_preferred_codings(header: bytes | None, order: list[Coding]) -> None:
+def test_codings_are_in_the_order_that_the_client_prefers(
+    header: bytes | None, order: list[Coding]
+) -> None:
     for _ in range(2):
-        expected = parse_accepted_codings(header)
-        assert list(expected.order) == order
-        assert expected.plain == ("identity" in order)
+        accepted = parse_accepted_codings(header)
+        assert list(accepted.order) == order
+        assert accepted.plain == ("identity" in order)
 
 
 @pytest.mark.parametrize("coding", COMPRESS)
-def test_the_same_bytes_at_any_time(coding: Coding, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = compress(coding, TEXT)
+def test_compressed_bytes_do_not_depend_on_the_time(
+    coding: Coding, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compressed = compress(coding, TEXT)
     monkeypatch.setattr(time, "time", lambda: 1e9)
-    assert before is not None
-    assert compress(coding, TEXT) == before
-    assert len(before) < len(TEXT) / 10
+    assert compressed is not None
+    assert compress(coding, TEXT) == compressed
+    assert len(compressed) < len(TEXT) / 10
 
 
-def test_files_are_those_of_their_formats() -> None:
+def test_compressed_bytes_are_valid_in_their_formats() -> None:
     for content in (b"", b"x", TEXT):
         assert decompress_gzip(COMPRESS["gzip"](content)) == content
         assert decompress_zstd(COMPRESS["zstd"](content)) == content
@@ -72,5 +76,5 @@ def test_files_are_those_of_their_formats() -> None:
 def test_bodies_that_hardly_shrink_are_not_compressed(coding: Coding) -> None:
     assert compress(coding, b" " * (MIN_BYTES - 1)) is None
     assert compress(coding, b" " * MIN_BYTES) is not None
-    packed = b"".join(COMPRESS[coding](str(i).encode() * 40) for i in range(100))
-    assert compress(coding, COMPRESS[coding](packed * 3)) is None
+    incompressible = b"".join(COMPRESS[coding](str(i).encode() * 40) for i in range(100))
+    assert compress(coding, COMPRESS[coding](incompressible * 3)) is None

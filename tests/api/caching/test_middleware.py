@@ -1,4 +1,4 @@
-"""The cache middleware alone: the messages of cached responses, and the requests it passes on."""
+"""The cache middleware sends cached responses, and passes all other requests on."""
 
 import asyncio
 from collections.abc import Mapping
@@ -22,7 +22,10 @@ def send_request(
     headers: tuple[tuple[bytes, bytes], ...] = (),
     scope: Mapping[str, object] | None = None,
 ) -> tuple[list[Message], int]:
-    """The messages of a response, and the number of requests that were passed on."""
+    """The messages of the response to a request, and the number of requests passed on, 0 or 1.
+
+    `body` is in the cache, under `PATH` and `QUERY`.
+    """
     cache, passed, messages = ResponseCache(1 << 30), list[Scope](), list[Message]()
     entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert cache.put(entry, cache.generation)
@@ -40,29 +43,29 @@ def send_request(
     async def receive() -> Message:
         raise AssertionError("a body was read")
 
-    async def ask() -> None:
+    async def call_middleware() -> None:
         middleware = CacheMiddleware(inner, cache, Origins(["*"]))
         await middleware({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
-    asyncio.run(ask())
+    asyncio.run(call_middleware())
     assert cache.counts.hits == bool(messages) == (record.cache == "hit")
     return messages, len(passed)
 
 
-def test_a_hit_is_two_messages() -> None:
+def test_a_cached_response_is_two_messages() -> None:
     (start, body), passed = send_request()
     assert (start["status"], body["body"], passed) == (200, b"a body", 0)
     assert dict(start["headers"])[b"content-length"] == b"6"
     assert not body.get("more_body")
 
 
-def test_head_has_no_body() -> None:
+def test_the_response_to_head_has_no_body() -> None:
     (start, end), _ = send_request(method="HEAD")
     assert dict(start["headers"])[b"content-length"] == b"6"
     assert end == {"type": "http.response.body", "body": b""}
 
 
-def test_a_long_body_comes_in_pieces() -> None:
+def test_a_long_body_is_sent_in_pieces() -> None:
     content = bytes(range(256)) * (5 * CHUNK // 512)
     (start, *pieces), _ = send_request(content)
     assert dict(start["headers"])[b"content-length"] == str(len(content)).encode()
@@ -71,14 +74,14 @@ def test_a_long_body_comes_in_pieces() -> None:
     assert [bool(piece.get("more_body")) for piece in pieces] == [True] * 3 + [False]
 
 
-def test_a_body_that_the_server_may_hold_is_one_message_and_a_longer_one_two() -> None:
+def test_a_short_body_is_one_message_and_a_longer_one_two() -> None:
     for size, count in ((UNTRACKED, 1), (UNTRACKED + 1, 2), (CHUNK, 2)):
         (_, *pieces), _ = send_request(bytes(size))
         assert [bool(piece.get("more_body")) for piece in pieces] == [True] * (count - 1) + [False]
         assert sum(len(piece["body"]) for piece in pieces) == size
 
 
-def test_lines_of_a_header_are_one_list() -> None:
+def test_repeated_headers_are_read_as_one_list() -> None:
     lines = ((b"accept-encoding", b"br"), (b"accept-encoding", b"gzip"))
     (start, body), _ = send_request(headers=lines)
     assert (dict(start["headers"])[b"content-encoding"], body["body"]) == (b"gzip", b"packed")

@@ -1,4 +1,4 @@
-"""Single flight: one task computes a result for several requests."""
+"""Single flight: one task computes a result for all requests that ask for it at the same time."""
 
 import asyncio
 import gc
@@ -20,94 +20,93 @@ from service.settings.values import Settings
 pytestmark = pytest.mark.anyio
 
 
-class Airport(SingleFlight):
-    """SingleFlight with a method that joins as a request does."""
+class Flights(SingleFlight):
+    """`SingleFlight` with a method that waits for a result as a request does."""
 
     def __init__(self) -> None:
         self.workers = Workers(Settings(threads=2, memory_bytes=1 << 24), ResponseCache(0))
         super().__init__(self.workers)
 
-    async def asked(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
-        """The result of one request, which then ends at once."""
+    async def send_request(self, key: str, work: Callable[[Job], Awaitable[object]]) -> object:
+        """The result of one request, which ends when it has the result."""
         with closing(Job(self.workers)) as job:
             return await self.join(key, work, job.until_ready)
 
 
 class Work:
-    """Work that runs until the test ends it."""
+    """Work that runs until `may_end` is set; then it returns its result, or raises an exception."""
 
     def __init__(self, result: object = "done") -> None:
         self.calls = 0
-        self.gate = asyncio.Event()
+        self.may_end = asyncio.Event()
         self.result = result
 
     async def __call__(self, _: Job) -> object:
         self.calls += 1
-        await self.gate.wait()
+        await self.may_end.wait()
         if isinstance(self.result, Exception):
             raise self.result
         return self.result
 
 
-async def begin_requests(work: Work, flights: Airport, count: int) -> list[asyncio.Task[object]]:
-    tasks = [asyncio.create_task(flights.asked("key", work)) for _ in range(count)]
+async def begin_requests(work: Work, flights: Flights, count: int) -> list[asyncio.Task[object]]:
+    """Tasks of `count` requests for the same work, which has begun."""
+    tasks = [asyncio.create_task(flights.send_request("key", work)) for _ in range(count)]
     while not work.calls:
         await asyncio.sleep(0)
     return tasks
 
 
-async def test_many_wait_and_one_works() -> None:
-    flights, work = Airport(), Work()
+async def test_many_requests_wait_for_one_computation() -> None:
+    flights, work = Flights(), Work()
     tasks = await begin_requests(work, flights, 1000)
     assert len(flights) == 1
-    work.gate.set()
+    work.may_end.set()
     assert await asyncio.gather(*tasks) == ["done"] * 1000
     assert (work.calls, len(flights)) == (1, 0)
-    await flights.asked("key", work)
-    assert work.calls == 2, "nothing is kept here"
+    await flights.send_request("key", work)
+    assert work.calls == 2, "a result is not kept after its requests"
 
 
 async def test_the_first_request_may_be_cancelled() -> None:
-    flights, work = Airport(), Work()
+    flights, work = Flights(), Work()
     first, *others = await begin_requests(work, flights, 5)
     first.cancel()
     with pytest.raises(asyncio.CancelledError):
         await first
-    work.gate.set()
+    work.may_end.set()
     assert await asyncio.gather(*others) == ["done"] * 4
     assert work.calls == 1
 
 
-async def test_the_work_is_cancelled_with_the_last_request_and_a_later_one_starts_it_again() -> (
-    None
-):
-    flights, work, other = Airport(), Work(), Work("other")
+async def test_work_is_cancelled_with_its_last_request_and_a_later_one_starts_it_again() -> None:
+    flights, work, other = Flights(), Work(), Work("other")
     leaving = await begin_requests(work, flights, 3)
-    staying = asyncio.create_task(flights.asked("other", other))
+    staying = asyncio.create_task(flights.send_request("other", other))
     for task in leaving[:2]:
         task.cancel()
     await asyncio.wait(leaving[:2])
-    assert len(flights) == 2, "the third one waits"
+    assert len(flights) == 2, "the third request still waits"
     leaving[2].cancel()
     await asyncio.wait(leaving)
     assert len(flights) == 1
-    again = asyncio.create_task(flights.asked("key", work))
+    again = asyncio.create_task(flights.send_request("key", work))
     while work.calls < 2:
         await asyncio.sleep(0)
-    work.gate.set()
-    other.gate.set()
+    work.may_end.set()
+    other.may_end.set()
     assert await again == "done"
     assert await staying == "other"
     assert (work.calls, other.calls, len(flights)) == (2, 1, 0)
 
 
 async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
-    flights, work = Airport(), Work()
-    work.gate.set()
+    flights, work = Flights(), Work()
+    work.may_end.set()
     first, second = Job(flights.workers), Job(flights.workers)
     await flights.join("key", work, first.until_ready)
     first.finish_work(0)
-    assert len(flights) == 0, "what was computed from it is there"
+    assert len(flights) == 0, "the request needs the result no longer"
     for job in (first, second):
         await flights.join("key", work, job.until_end)
         job.finish_work(0)
@@ -118,8 +117,8 @@ async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
     assert len(flights) == 0
 
 
-async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_ends() -> None:
-    reported, let_go = threading.Event(), threading.Event()
+async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until_it_ends() -> None:
+    is_cancelled, may_end = threading.Event(), threading.Event()
 
     def compute() -> None:
         try:
@@ -127,8 +126,8 @@ async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_en
                 time.sleep(0.001)
                 checkpoint()
         except Cancelled:
-            reported.set()
-            assert let_go.wait(10)
+            is_cancelled.set()
+            assert may_end.wait(10)
             raise
 
     class Computing:
@@ -138,72 +137,72 @@ async def test_an_abandoned_thread_is_cancelled_and_keeps_its_memory_until_it_en
     async def work(job: Job) -> None:
         await job.run(Computing(), "x")
 
-    flights = Airport()
+    flights = Flights()
     workers = flights.workers
-    asking = [asyncio.create_task(flights.asked("key", work)) for _ in range(2)]
+    tasks = [asyncio.create_task(flights.send_request("key", work)) for _ in range(2)]
     while not workers.computing:
         await asyncio.sleep(0.001)
-    for task in asking:
+    for task in tasks:
         task.cancel()
-    await asyncio.wait(asking)
+    await asyncio.wait(tasks)
     assert len(flights) == 0
     assert (workers.used, workers.computing) == (1000, 1)
-    let_go.set()
+    may_end.set()
     while workers.used:
         await asyncio.sleep(0.001)
-    assert reported.is_set()
+    assert is_cancelled.is_set()
     assert workers.computing == 0
 
 
-async def test_all_waiting_requests_get_a_failure_which_is_not_kept() -> None:
-    flights, work = Airport(), Work(ValueError("no"))
+async def test_all_waiting_requests_get_the_error_which_is_not_kept() -> None:
+    flights, work = Flights(), Work(ValueError("no"))
     tasks = await begin_requests(work, flights, 10)
-    work.gate.set()
+    work.may_end.set()
     results = await asyncio.gather(*tasks, return_exceptions=True)
     assert [type(result) for result in results] == [ValueError] * 10
     assert len(flights) == 0
     work.result = "done"
-    assert await flights.asked("key", work) == "done"
+    assert await flights.send_request("key", work) == "done"
 
 
-def test_an_abandoned_failure_is_quiet() -> None:
-    complaints: list[object] = []
+def test_the_error_of_work_without_requests_is_not_logged() -> None:
+    reports: list[object] = []
 
-    async def scenario() -> None:
-        asyncio.get_running_loop().set_exception_handler(lambda _, what: complaints.append(what))
-        flights, work = Airport(), Work(ValueError("no"))
+    async def cancel_request() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: reports.append(context))
+        flights, work = Flights(), Work(ValueError("no"))
         (task,) = await begin_requests(work, flights, 1)
         task.cancel()
-        work.gate.set()
+        work.may_end.set()
         while len(flights):
             await asyncio.sleep(0)
         del work, task
         gc.collect()
 
-    asyncio.run(scenario())
-    assert complaints == []
+    asyncio.run(cancel_request())
+    assert reports == []
 
 
-def test_work_that_fails_leaves_nothing() -> None:
-    left: list[weakref.ref[Job]] = []
+def test_failed_work_leaves_no_reference_cycles() -> None:
+    jobs: list[weakref.ref[Job]] = []
 
-    async def fails(job: Job) -> object:
-        left.append(weakref.ref(job))
+    async def fail(job: Job) -> object:
+        jobs.append(weakref.ref(job))
         del job
         await asyncio.sleep(0)
         raise ArithmeticError
 
-    async def scenario() -> None:
-        flights = Airport()
+    async def send_requests() -> None:
+        flights = Flights()
         for _ in range(2):
             with pytest.raises(ArithmeticError):
-                await flights.asked("key", fails)
+                await flights.send_request("key", fail)
         await asyncio.sleep(0)
 
     gc.collect()
     gc.disable()
     try:
-        asyncio.run(scenario())
-        assert [job() for job in left] == [None, None]
+        asyncio.run(send_requests())
+        assert [job() for job in jobs] == [None, None]
     finally:
         gc.enable()

@@ -1,4 +1,4 @@
-"""Entity tags, and the conditions that list them."""
+"""Entity tags of responses, and the tags in the header `If-None-Match`."""
 
 import re
 
@@ -9,15 +9,15 @@ from service.api.caching.cached_response import entity_tag, is_any, parse_tags
 from service.api.caching.codings import CODINGS, MADE_BY
 
 
-def test_a_tag_is_of_the_content_and_of_the_coding() -> None:
-    built = {entity_tag(content, coding) for content in ("a", "b") for coding in CODINGS}
-    assert len(built) == 2 * len(CODINGS)
+def test_a_tag_depends_on_the_content_and_on_the_coding() -> None:
+    tags = {entity_tag(content, coding) for content in ("a", "b") for coding in CODINGS}
+    assert len(tags) == 2 * len(CODINGS)
     assert entity_tag("a", "gzip") == entity_tag("a", "gzip")
-    for tag in built:
+    for tag in tags:
         assert re.fullmatch(rb'"[A-Za-z0-9_-]{22}"', tag)
 
 
-def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_version_of_the_compressor_has_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
     before = {coding: entity_tag("a", coding) for coding in CODINGS}
     made_by = {**MADE_BY, "gzip": "zlib 9.9.9"}
     monkeypatch.setattr(module, "MADE_BY", made_by)
@@ -39,7 +39,7 @@ def test_another_compressor_makes_other_tags(monkeypatch: pytest.MonkeyPatch) ->
         (b"", set()),
     ],
 )
-def test_tags_of_a_condition(header: bytes, tags: set[bytes]) -> None:
+def test_the_tags_of_a_header_are_parsed(header: bytes, tags: set[bytes]) -> None:
     assert parse_tags(header) == tags
 
 

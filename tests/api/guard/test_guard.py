@@ -1,4 +1,4 @@
-"""Calls that need a key, and the responses without one."""
+"""Calls that need a key, and the responses to clients without a valid key."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -68,13 +68,13 @@ def test_methods_without_a_route_need_no_key(client: Client, method: str, path: 
 
 @pytest.mark.parametrize("path", ["/metrics", "/metrics%0A", "/metric%73", "/metrics/"])
 @pytest.mark.parametrize("method", ["GET", "HEAD"])
-def test_metrics_behind_a_key_have_no_other_spelling(method: str, path: str) -> None:
+def test_metrics_need_a_key_in_every_spelling_of_their_url(method: str, path: str) -> None:
     with start_client(create_app(SETTINGS.model_copy(update={"metrics": "key"}))) as client:
         assert client.request(method, path).status_code == 401
         assert client.request(method, path, headers=KEY_HEADER).status_code in (200, 404)
 
 
-def test_a_key_allows_the_call(client: Client) -> None:
+def test_calls_with_a_valid_key_are_allowed(client: Client) -> None:
     assert client.post("/v1/mesh", NET, KEY_HEADER).status_code == 200
     assert client.post("/v1/surfaces", NET, KEY_HEADER).status_code == 201
     assert client.request("DELETE", "/v1/surfaces/saddle", headers=KEY_HEADER).status_code == 405
@@ -93,7 +93,7 @@ def test_an_unknown_key_is_refused(client: Client, value: str) -> None:
     assert KEY not in response.text
 
 
-def test_a_key_in_the_url_does_not_count(client: Client) -> None:
+def test_a_key_in_the_url_is_ignored(client: Client) -> None:
     for name in ("key", "api_key", "access_token", "Authorization"):
         response = client.post(f"/v1/mesh?{name}={KEY}", NET)
         assert response.json()["code"] == "key_needed"
@@ -101,7 +101,7 @@ def test_a_key_in_the_url_does_not_count(client: Client) -> None:
 
 
 @pytest.mark.parametrize("path", [*OPEN, MESH, "/v1/surfaces/saddle"])
-def test_reading_by_url_needs_no_key(client: Client, path: str) -> None:
+def test_reads_by_url_need_no_key(client: Client, path: str) -> None:
     assert client.get(path).status_code in (200, 503)
     assert client.request("HEAD", path).status_code in (200, 503)
     assert client.get(path, {"Authorization": "Bearer none"}).status_code in (200, 503)
@@ -133,45 +133,45 @@ def test_keys_may_be_in_a_file(tmp_path: Path) -> None:
         (Settings(signing_keys=(SecretStr("short"),)), "^SURFACE_SIGNING_KEYS: .*too short"),
     ],
 )
-def test_invalid_settings_stop_the_start(settings: Settings, message: str) -> None:
-    with pytest.raises(InvalidSettings, match=message) as caught:
+def test_invalid_settings_are_refused_at_the_start(settings: Settings, message: str) -> None:
+    with pytest.raises(InvalidSettings, match=message) as error:
         create_app(settings)
-    assert "0123" not in str(caught.value)
+    assert "0123" not in str(error.value)
 
 
 def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client) -> None:
     origin = {"Origin": "https://example.com"}
     headers = {"Access-Control-Request-Method": "POST"}
-    before = client.request("OPTIONS", "/v1/mesh", headers=origin | headers)
-    assert before.status_code == 204
-    allowed = before.headers["access-control-allow-headers"].lower().split(", ")
+    preflight = client.request("OPTIONS", "/v1/mesh", headers=origin | headers)
+    assert preflight.status_code == 204
+    allowed = preflight.headers["access-control-allow-headers"].lower().split(", ")
     assert "authorization" in allowed
-    refused = client.post("/v1/mesh", NET, origin)
-    assert refused.status_code == 401
-    assert refused.headers["access-control-allow-origin"] == "*"
+    response = client.post("/v1/mesh", NET, origin)
+    assert response.status_code == 401
+    assert response.headers["access-control-allow-origin"] == "*"
 
 
 def test_the_request_record_has_the_name_of_the_key() -> None:
     app = create_app(SETTINGS)
-    seen: list[Scope] = []
-    inner = app.front
+    scopes: list[Scope] = []
+    front = app.front
 
-    async def front(scope: Scope, receive: Receive, send: Send) -> None:
-        seen.append(scope)
-        await inner(scope, receive, send)
+    async def record_scope(scope: Scope, receive: Receive, send: Send) -> None:
+        scopes.append(scope)
+        await front(scope, receive, send)
 
-    app.front = front
+    app.front = record_scope
     with start_client(app) as client:
         client.post("/v1/mesh", NET, KEY_HEADER)
         client.get(MESH, KEY_HEADER)
         client.get(MESH)
         client.post("/v1/mesh", NET)
-    assert [record_of(scope).key for scope in seen] == ["alice", "alice", "", ""]
-    assert record_of(seen[-1]).code == "key_needed"
+    assert [record_of(scope).key for scope in scopes] == ["alice", "alice", "", ""]
+    assert record_of(scopes[-1]).code == "key_needed"
 
 
-def test_other_protocols_reach_the_application(client: Client) -> None:
-    """Events of the server's start and end have neither a method nor headers."""
+def test_the_guard_passes_on_events_that_are_not_requests(client: Client) -> None:
+    """The events of the server's start and end, "lifespan", have no method and no headers."""
     app = create_app(SETTINGS)
     sent: list[Message] = []
 
@@ -182,4 +182,5 @@ def test_other_protocols_reach_the_application(client: Client) -> None:
         sent.append(message)
 
     client.call(app, {"type": "lifespan", "app": app, "state": {}}, receive, send)
-    assert [m["type"] for m in sent] == ["lifespan.startup.complete", "lifespan.shutdown.complete"]
+    types = [message["type"] for message in sent]
+    assert types == ["lifespan.startup.complete", "lifespan.shutdown.complete"]

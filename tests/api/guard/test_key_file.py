@@ -1,4 +1,4 @@
-"""The file of keys: read again when it changes; a broken file is ignored."""
+"""The file of keys: a changed file is read again; an invalid new file is ignored."""
 
 import logging
 import os
@@ -20,6 +20,8 @@ ALICE, BOB, CAROL = (entry_line(name, name) for name in ("alice", "bob", "carol"
 
 
 class Clock:
+    """A clock that the test sets."""
+
     def __init__(self) -> None:
         self.now = 0.0
 
@@ -39,18 +41,21 @@ def file(tmp_path: Path) -> Path:
 
 
 def write(file: Path, text: str) -> None:
-    """Writes the file with a later time, because the clock of the disk may be coarse."""
+    """Writes the file; sets its modification time one second later than before.
+
+    Otherwise two writes may have equal times, because the clock of a disk may be coarse.
+    """
     later = os.stat(file).st_mtime_ns + 10**9 if file.exists() else None
     file.write_text(text, encoding="utf-8")
     if later is not None:
         os.utime(file, ns=(later, later))
 
 
-def test_it_is_read_beside_the_settings(file: Path) -> None:
+def test_keys_of_the_settings_and_of_the_file_are_known(file: Path) -> None:
     assert list_names(KnownKeys(parse_entries([BOB]), str(file))()) == ["bob", "alice"]
 
 
-def test_it_is_read_again_when_it_changed_a_second_later(
+def test_a_changed_file_is_read_again_after_a_second(
     file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
@@ -67,22 +72,22 @@ def test_it_is_read_again_when_it_changed_a_second_later(
 def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
     keys = KnownKeys((), str(file), clock)
-    looked: list[Path] = []
+    checked: list[Path] = []
     stat = os.stat
 
-    def look(path: Path) -> os.stat_result:
-        looked.append(path)
+    def stat_and_record(path: Path) -> os.stat_result:
+        checked.append(path)
         return stat(path)
 
-    monkeypatch.setattr(os, "stat", look)
-    for tenth in range(50):
-        clock.now = tenth / 10
+    monkeypatch.setattr(os, "stat", stat_and_record)
+    for step in range(50):  # tenths of a second
+        clock.now = step / 10
         keys()
-    assert len(looked) == 4
+    assert len(checked) == 4
 
 
 @pytest.mark.parametrize("text", ["alice:", BOB + "\n" + BOB, "x" * (MAX_BYTES + 1)])
-def test_a_broken_file_keeps_the_known_keys_and_is_logged_once(
+def test_an_invalid_new_file_is_logged_once_and_the_old_keys_stay(
     text: str, file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
@@ -96,7 +101,7 @@ def test_a_broken_file_keeps_the_known_keys_and_is_logged_once(
     assert list_names(keys()) == ["carol"]
 
 
-def test_a_file_that_is_removed_and_written_again(
+def test_a_removed_file_keeps_its_keys_until_it_is_written_again(
     file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
@@ -110,13 +115,13 @@ def test_a_file_that_is_removed_and_written_again(
     assert list_names(keys()) == ["bob"]
 
 
-def test_an_empty_file_lets_no_client_in(file: Path) -> None:
+def test_an_empty_file_has_no_keys(file: Path) -> None:
     write(file, "")
     assert KnownKeys((), str(file))() == ()
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"alice", None])
-def test_at_the_start_a_broken_file_is_an_error(file: Path, content: bytes | None) -> None:
+def test_an_invalid_file_is_an_error_at_the_start(file: Path, content: bytes | None) -> None:
     if content is None:
         file.unlink()
     else:

@@ -1,4 +1,4 @@
-"""Keys: their creation, their lists, their recognition, and their header."""
+"""Keys: how they are created, listed, compared, and read from the header `Authorization`."""
 
 import re
 
@@ -19,7 +19,7 @@ def test_a_key_is_256_random_bits() -> None:
     assert len({new_key() for _ in range(100)}) == 100
 
 
-def test_the_service_gets_a_hash_and_never_the_key() -> None:
+def test_the_entry_of_a_key_has_its_hash_and_not_the_key() -> None:
     line = entry_line("alice", NEW)
     assert line.startswith("alice:")
     assert NEW.removeprefix(keys.PREFIX) not in line
@@ -31,9 +31,9 @@ def test_a_name_may_have_an_old_and_a_new_key() -> None:
     assert owner(NEW.encode(), ()) is None
 
 
-def test_texts_that_differ_in_one_place_are_other_keys() -> None:
-    for at in range(len(NEW)):
-        other = NEW[:at] + ("0" if NEW[at] != "0" else "1") + NEW[at + 1 :]
+def test_texts_that_differ_in_one_character_are_not_the_key() -> None:
+    for index in range(len(NEW)):
+        other = NEW[:index] + ("0" if NEW[index] != "0" else "1") + NEW[index + 1 :]
         assert owner(other.encode(), ENTRIES) is None
     for other in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
         assert owner(other.encode(), ENTRIES) is None
@@ -43,16 +43,17 @@ def test_a_password_whose_hash_is_listed_is_not_a_key() -> None:
     assert owner(b"password", parse_entries([entry_line("eve", "password")])) is None
 
 
-def test_all_keys_are_compared_wherever_the_right_one_stands(
+def test_a_key_is_compared_with_all_entries(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """So the time of a comparison does not reveal which entry is equal."""
     compared: list[bytes] = []
 
-    def compare(mine: bytes, other: bytes) -> bool:
-        compared.append(mine)
-        return mine == other
+    def record_and_compare(digest: bytes, other: bytes) -> bool:
+        compared.append(digest)
+        return digest == other
 
-    monkeypatch.setattr(keys, "compare_digest", compare)
+    monkeypatch.setattr(keys, "compare_digest", record_and_compare)
     for key in (OLD, NEW, new_key()):
         compared.clear()
         owner(key.encode(), ENTRIES)
@@ -63,16 +64,16 @@ def test_all_keys_are_compared_wherever_the_right_one_stands(
     "line", ["alice", "alice:", "alice:00", ":" + "0" * 64, "a b:" + "0" * 64, "alice:" + "g" * 64]
 )
 def test_invalid_entries_are_named_by_their_number_and_not_repeated(line: str) -> None:
-    with pytest.raises(InvalidKeys, match="key 2 ") as caught:
+    with pytest.raises(InvalidKeys, match="key 2 ") as error:
         parse_entries([entry_line("bob", NEW), line])
-    assert "alice" not in str(caught.value)
-    assert "0000" not in str(caught.value)
+    assert "alice" not in str(error.value)
+    assert "0000" not in str(error.value)
 
 
 def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
-    with pytest.raises(InvalidKeys) as caught:
+    with pytest.raises(InvalidKeys) as error:
         parse_entries([f"alice:{NEW}"])
-    assert NEW not in str(caught.value)
+    assert NEW not in str(error.value)
 
 
 def test_repeated_keys_and_too_many_keys_are_refused() -> None:
@@ -101,9 +102,9 @@ def test_keys_are_bearer_tokens(header: bytes | None, key: bytes | None) -> None
     assert bearer(header) == key
 
 
-def test_the_command_prints_a_key_and_its_line_for_the_service() -> None:
+def test_the_command_prints_a_key_and_its_entry() -> None:
     printed = run_python("-m", "service", "key", "alice").stdout
-    (_, key), (_, line) = (each.split() for each in printed.splitlines())
-    assert owner(key.encode(), parse_entries([line])) == "alice"
-    wrong = run_python("-m", "service", "key", "a b", check=False)
-    assert (wrong.returncode, wrong.stdout) == (2, "")
+    (_, key), (_, entry) = (line.split() for line in printed.splitlines())
+    assert owner(key.encode(), parse_entries([entry])) == "alice"
+    process = run_python("-m", "service", "key", "a b", check=False)
+    assert (process.returncode, process.stdout) == (2, "")

@@ -1,4 +1,4 @@
-"""Private reads: keys and signed URLs, the cache behind them, and headers for caches."""
+"""If reads are private, they need a key or a signed URL; and caches may not share responses."""
 
 import time
 from collections.abc import Iterator
@@ -28,22 +28,25 @@ def client() -> Iterator[Client]:
         yield client
 
 
-def sign(client: Client, url: str = MESH, **end: Any) -> Any:
+def post_sign(client: Client, url: str = MESH, **end: Any) -> Any:
+    """The response to a request to sign a URL; `end` is `expires` or `seconds` (default: 600)."""
     return client.post("/v1/sign", {"url": url, **(end or {"seconds": 600})}, KEY_HEADER)
 
 
 def sign_url(client: Client, url: str = MESH, **end: Any) -> str:
-    response = sign(client, url, **end)
+    """The URL, signed by the service."""
+    response = post_sign(client, url, **end)
     assert response.status_code == 200, response.text
     return str(response.json()["url"])
 
 
 def store_net(client: Client) -> dict[str, Any]:
+    """Stores a surface; returns its links."""
     links: dict[str, Any] = client.post("/v1/surfaces", NET, KEY_HEADER).json()["links"]
     return links
 
 
-def test_examples_of_the_document_are_signed(client: Client) -> None:
+def test_examples_of_the_openapi_document_are_signed(client: Client) -> None:
     operation = client.get("/openapi.json", KEY_HEADER).json()["paths"]["/v1/sign"]["post"]
     for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
         response = client.post("/v1/sign", example["value"], KEY_HEADER)
@@ -76,7 +79,7 @@ def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client)
         response = client.get(path, KEY_HEADER)
         assert response.status_code == 200
         assert response.headers.get_list("cache-control") == ["private, no-cache"]
-        # Only once, also for a cached response, whose headers are made once.
+        # All requests share the headers of a cached response; they must not add the value twice.
         assert response.headers.get_list("vary").count("Authorization") == 1
         again = client.get(path, KEY_HEADER | {"If-None-Match": response.headers["etag"]})
         assert again.status_code == 304
@@ -84,16 +87,16 @@ def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client)
         assert client.get(path, {"If-None-Match": response.headers["etag"]}).status_code == 401
 
 
-def test_a_signed_url_is_read_without_a_key_until_it_expires(client: Client) -> None:
+def test_signed_urls_need_no_key_and_are_cached_privately_until_they_expire(client: Client) -> None:
     links = store_net(client)
-    for path, most in ((MESH, 3600), (links["self"], 7200), (links["mesh"]["glb"], 7200)):
+    for path, max_age in ((MESH, 3600), (links["self"], 7200), (links["mesh"]["glb"], 7200)):
         url = sign_url(client, path, seconds=7200)
         response = client.get(url)
         assert response.status_code == 200
         assert client.request("HEAD", url).headers["etag"] == response.headers["etag"]
-        kept = response.headers["cache-control"]
-        assert kept.startswith("private, max-age=")
-        assert most - 60 < int(kept.rpartition("=")[2]) <= most
+        cache_control = response.headers["cache-control"]
+        assert cache_control.startswith("private, max-age=")
+        assert max_age - 60 < int(cache_control.rpartition("=")[2]) <= max_age
         unchanged = client.get(url, {"If-None-Match": response.headers["etag"]})
         assert unchanged.status_code == 304
         assert unchanged.headers["cache-control"].startswith("private, max-age=")
@@ -118,13 +121,13 @@ def test_signed_and_unsigned_urls_share_a_cached_response() -> None:
     assert app.state.services.cache.counts.misses == 1
 
 
-def test_bad_signatures_are_refused_with_a_key_too(client: Client) -> None:
+def test_invalid_signatures_are_refused_even_with_a_key(client: Client) -> None:
     url = sign_url(client)
     before, _, end = url.partition("expires=")
     expired = f"{before}expires=1&{end.partition('&')[2]}"
     for headers in ({}, KEY_HEADER):
-        for wrong in (url + "a", url.replace("resolution=2", "resolution=3"), expired):
-            response = client.get(wrong, headers)
+        for invalid_url in (url + "a", url.replace("resolution=2", "resolution=3"), expired):
+            response = client.get(invalid_url, headers)
             assert response.status_code == 403
             assert response.json()["code"] == "signature_invalid"
             assert response.json()["errors"][0]["parameter"] == "signature"
@@ -148,7 +151,7 @@ def test_a_signature_permits_its_url_only(client: Client) -> None:
 
 def test_an_absolute_expiry_gives_equal_urls(client: Client) -> None:
     end = int(time.time()) + 1000
-    first, second = (sign(client, expires=end) for _ in range(2))
+    first, second = (post_sign(client, expires=end) for _ in range(2))
     assert first.json() == second.json()
     assert first.json()["expires"] == end
     assert first.headers["cache-control"] == "no-store"
@@ -186,7 +189,7 @@ def test_an_absolute_expiry_gives_equal_urls(client: Client) -> None:
         ),
     ],
 )
-def test_urls_that_are_not_signed(
+def test_invalid_requests_for_a_signature_are_refused(
     client: Client, document: dict[str, Any], code: str, pointer: str
 ) -> None:
     response = client.post("/v1/sign", document, KEY_HEADER)
@@ -196,7 +199,7 @@ def test_urls_that_are_not_signed(
     assert "example.com" not in response.text
 
 
-def test_signing_needs_a_key_and_both_settings(client: Client) -> None:
+def test_signing_needs_a_key_and_the_settings_of_keys_and_secrets(client: Client) -> None:
     assert client.post("/v1/sign", {"url": MESH, "seconds": 9}).status_code == 401
     for settings in (
         Settings(api_keys=SETTINGS.api_keys),
@@ -207,7 +210,7 @@ def test_signing_needs_a_key_and_both_settings(client: Client) -> None:
             assert response.status_code == 404
 
 
-def test_public_surfaces_may_be_read_by_signed_urls_too() -> None:
+def test_signed_urls_of_public_surfaces_are_checked_and_cached_publicly() -> None:
     settings = Settings(signing_keys=SETTINGS.signing_keys)
     query = Signer([SECRET]).sign("/v1/surfaces/saddle", "", int(time.time()) + 60)
     with start_client(create_app(settings)) as client:

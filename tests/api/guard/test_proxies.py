@@ -1,4 +1,4 @@
-"""The service uses headers of trusted proxies, and ignores those of all others."""
+"""The service believes the `X-Forwarded-…` headers of trusted proxies only."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,16 +17,20 @@ PROXY, EDGE, CLIENT = "10.0.0.1", "10.1.2.3", "203.0.113.7"
 TRUSTED = ("10.0.0.0/8", "fd00::/8")
 
 
-def introduce_client(
+def find_client(
     *lines: str,
     peer: tuple[str, int] | None = (PROXY, 4711),
-    listed: Sequence[str] = TRUSTED,
+    trusted: Sequence[str] = TRUSTED,
     proto: Sequence[str] = (),
 ) -> tuple[str | None, str]:
+    """The address of the client and the scheme, for a connection from `peer` with these headers.
+
+    `lines` are headers `X-Forwarded-For`, `proto` are headers `X-Forwarded-Proto`.
+    """
     headers = [(b"x-forwarded-for", line.encode("latin-1")) for line in lines]
     headers += [(b"x-forwarded-proto", value.encode()) for value in proto]
     scope: dict[str, Any] = {"client": peer, "scheme": "http", "headers": headers}
-    Proxies(listed).set_client(scope)
+    Proxies(trusted).set_client(scope)
     client = scope["client"]
     return (client[0] if client else None), scope["scheme"]
 
@@ -59,12 +63,12 @@ def introduce_client(
 def test_the_client_is_the_last_address_that_a_trusted_proxy_saw(
     lines: list[str], client: str
 ) -> None:
-    assert introduce_client(*lines)[0] == client
+    assert find_client(*lines)[0] == client
 
 
 @pytest.mark.parametrize("peer", [CLIENT, "11.0.0.1", "::ffff:203.0.113.7", "testclient", "::1"])
 def test_headers_of_other_peers_are_ignored(peer: str) -> None:
-    result = introduce_client("198.51.100.9", peer=(peer, 1), proto=["https"])
+    result = find_client("198.51.100.9", peer=(peer, 1), proto=["https"])
     assert result == (peer, "http")
 
 
@@ -73,20 +77,20 @@ def test_addresses_that_a_client_writes_are_not_trusted(
     forged: list[str],
 ) -> None:
     """The proxy appends the address of its client, to the same line or in another line."""
-    assert introduce_client(*forged, CLIENT)[0] == CLIENT
+    assert find_client(*forged, CLIENT)[0] == CLIENT
     if forged:
-        assert introduce_client(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
+        assert find_client(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
 
 
 def test_an_ipv4_address_in_ipv6_form_is_trusted() -> None:
-    assert introduce_client(CLIENT, peer=("::ffff:10.0.0.1", 1))[0] == CLIENT
+    assert find_client(CLIENT, peer=("::ffff:10.0.0.1", 1))[0] == CLIENT
 
 
 def test_unix_sockets_are_trusted_by_their_name() -> None:
-    assert introduce_client(CLIENT, peer=None)[0] is None
-    assert introduce_client(CLIENT, peer=None, listed=["unix"])[0] == CLIENT
-    assert introduce_client(peer=None, listed=["unix"])[0] is None
-    assert introduce_client(CLIENT, peer=("203.0.113.1", 1), listed=["unix"])[0] == "203.0.113.1"
+    assert find_client(CLIENT, peer=None)[0] is None
+    assert find_client(CLIENT, peer=None, trusted=["unix"])[0] == CLIENT
+    assert find_client(peer=None, trusted=["unix"])[0] is None
+    assert find_client(CLIENT, peer=("203.0.113.1", 1), trusted=["unix"])[0] == "203.0.113.1"
 
 
 @pytest.mark.parametrize(
@@ -102,24 +106,24 @@ def test_unix_sockets_are_trusted_by_their_name() -> None:
     ],
 )
 def test_the_scheme_is_that_of_the_nearest_proxy(lines: list[str], scheme: str) -> None:
-    assert introduce_client(CLIENT, proto=lines)[1] == scheme
+    assert find_client(CLIENT, proto=lines)[1] == scheme
 
 
 @pytest.mark.parametrize("text", ["", "1.2.3", "1.2.3.4.5", "fe80::1%", "[", "[]", ":80", "a:b"])
-def test_texts_that_are_not_addresses(text: str) -> None:
+def test_texts_that_are_not_addresses_are_ignored(text: str) -> None:
     assert address_in(text.encode()) is None
 
 
-@pytest.mark.parametrize("listed", [["proxy.local"], ["10.0.0.1/8"], ["*"], ["10.0.0.0/33"]])
-def test_invalid_proxies_stop_the_start(listed: list[str]) -> None:
+@pytest.mark.parametrize("trusted", [["proxy.local"], ["10.0.0.1/8"], ["*"], ["10.0.0.0/33"]])
+def test_invalid_proxies_are_refused_at_the_start(trusted: list[str]) -> None:
     with pytest.raises(InvalidProxies):
-        Proxies(listed)
+        Proxies(trusted)
     with pytest.raises(InvalidSettings, match=r"^SURFACE_TRUSTED_PROXIES: needed addresses"):
-        create_app(Settings(trusted_proxies=tuple(listed)))
+        create_app(Settings(trusted_proxies=tuple(trusted)))
 
 
-def test_forged_addresses_do_not_escape_a_rate() -> None:
-    """The client of these tests comes from 127.0.0.1."""
+def test_forged_addresses_do_not_avoid_the_rate_limit() -> None:
+    """The test client has the address 127.0.0.1; only in the last case it is a trusted proxy."""
     for proxies, statuses in (((), {429}), (("192.0.2.1",), {429}), (("127.0.0.1",), {200})):
         settings = Settings(rate_limit=1, trusted_proxies=proxies)
         with start_client(create_app(settings)) as client:

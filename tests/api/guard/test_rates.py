@@ -19,6 +19,8 @@ MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 
 
 class Clock:
+    """A clock that the test sets."""
+
     def __init__(self) -> None:
         self.now = 1000.0
 
@@ -26,18 +28,18 @@ class Clock:
         return self.now
 
 
-def test_the_requests_of_a_minute_may_come_at_once_and_then_one_each_interval() -> None:
+def test_a_caller_may_send_a_minutes_requests_at_once_and_then_one_each_second() -> None:
     clock = Clock()
-    counted = Rates(60, clock)
-    assert [counted.take("a").remaining for _ in range(60)] == list(range(59, -1, -1))
-    refused = counted.take("a")
-    assert (refused.allowed, refused.remaining, refused.reset, refused.wait) == (False, 0, 60, 1)
-    assert counted.take("b").allowed
-    clock.now += refused.wait
-    assert counted.take("a").allowed
-    assert not counted.take("a").allowed
+    limiter = Rates(60, clock)
+    assert [limiter.take("a").remaining for _ in range(60)] == list(range(59, -1, -1))
+    refusal = limiter.take("a")
+    assert (refusal.allowed, refusal.remaining, refusal.reset, refusal.wait) == (False, 0, 60, 1)
+    assert limiter.take("b").allowed
+    clock.now += refusal.wait
+    assert limiter.take("a").allowed
+    assert not limiter.take("a").allowed
     clock.now += 60
-    assert counted.take("a").remaining == 59
+    assert limiter.take("a").remaining == 59
 
 
 @given(
@@ -47,30 +49,30 @@ def test_the_requests_of_a_minute_may_come_at_once_and_then_one_each_interval() 
 def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: list[float]) -> None:
     """A caller that waits for the reported time may send a request."""
     clock = Clock()
-    counted = Rates(limit, clock)
-    passed: list[float] = []
+    limiter = Rates(limit, clock)
+    allowed_times: list[float] = []
     for pause in pauses:
         clock.now += pause
-        answer = counted.take("a")
-        assert answer.allowed is (answer.wait == 0)
-        assert 0 <= answer.remaining < limit
-        assert 0 < answer.reset <= 60
-        if not answer.allowed:
-            clock.now += answer.wait
-            assert counted.take("a").allowed
-        passed.append(clock.now)
-    for end in passed:
-        assert sum(end - 60 < moment <= end for moment in passed) <= 2 * limit
+        rate = limiter.take("a")
+        assert rate.allowed is (rate.wait == 0)
+        assert 0 <= rate.remaining < limit
+        assert 0 < rate.reset <= 60
+        if not rate.allowed:
+            clock.now += rate.wait
+            assert limiter.take("a").allowed
+        allowed_times.append(clock.now)
+    for end in allowed_times:
+        assert sum(end - 60 < time <= end for time in allowed_times) <= 2 * limit
 
 
-def test_a_flood_of_addresses_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_remembered_callers_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rates, "MOST", 100)
-    counted = Rates(2)
+    limiter = Rates(2)
     for i in range(1000):
-        counted.take(f"10.0.{i >> 8}.{i & 255}")
-        counted.take("frequent")
-    assert len(counted) == 100
-    assert not counted.take("frequent").allowed
+        limiter.take(f"10.0.{i >> 8}.{i & 255}")
+        limiter.take("frequent")
+    assert len(limiter) == 100
+    assert not limiter.take("frequent").allowed
 
 
 @pytest.mark.parametrize(
@@ -86,20 +88,21 @@ def test_a_flood_of_addresses_does_not_grow(monkeypatch: pytest.MonkeyPatch) -> 
         (None, "testclient", "unknown"),
     ],
 )
-def test_which_clients_are_counted_together(
+def test_requests_are_counted_by_key_or_by_address(
     key: str | None, client: str | None, expected: str
 ) -> None:
     assert caller(key, client) == expected
 
 
 def read_rate(response: httpx.Response) -> tuple[int, int]:
+    """Remaining requests, and seconds until more are allowed, from the headers of a response."""
     assert response.headers["ratelimit-policy"] == '"requests";q=4;w=60'
-    result = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', response.headers["ratelimit"])
-    assert result
-    return int(result[1]), int(result[2])
+    match = re.fullmatch(r'"requests";r=(\d+);t=(\d+)', response.headers["ratelimit"])
+    assert match
+    return int(match[1]), int(match[2])
 
 
-def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> None:
+def test_every_response_has_the_rate_and_a_refusal_says_when_to_try_again() -> None:
     with start_client(create_app(Settings(rate_limit=4))) as client:
         first = client.get(MESH)
         assert read_rate(first) == (3, 15)
@@ -108,14 +111,14 @@ def test_every_response_has_the_rate_and_the_last_one_when_to_try_again() -> Non
         assert unchanged.status_code == 304
         assert read_rate(unchanged)[0] == 1
         assert read_rate(client.get("/nothing"))[0] == 0
-        refused = client.get(MESH)
-        assert refused.status_code == 429
-        assert refused.json()["code"] == "rate_limited"
-        assert 1 <= int(refused.headers["retry-after"]) <= 15
-        assert read_rate(refused)[0] == 0
-        assert refused.headers["cache-control"] == "no-store"
-        assert refused.headers["access-control-allow-origin"] == "*"
-        assert "Retry-After" in refused.headers["access-control-expose-headers"]
+        response = client.get(MESH)
+        assert response.status_code == 429
+        assert response.json()["code"] == "rate_limited"
+        assert 1 <= int(response.headers["retry-after"]) <= 15
+        assert read_rate(response)[0] == 0
+        assert response.headers["cache-control"] == "no-store"
+        assert response.headers["access-control-allow-origin"] == "*"
+        assert "Retry-After" in response.headers["access-control-expose-headers"]
 
 
 def test_health_checks_and_preflights_are_not_counted() -> None:
@@ -130,17 +133,17 @@ def test_health_checks_and_preflights_are_not_counted() -> None:
         assert client.get("/v1/formats").status_code == 429
 
 
-def test_keys_have_rates_of_their_own_and_wrong_ones_count_against_the_address() -> None:
+def test_each_key_has_its_own_rate_and_invalid_keys_count_for_the_address() -> None:
     keys = (entry_line("alice", KEY), entry_line("alice", new_key()))
     with start_client(create_app(Settings(rate_limit=4, api_keys=keys))) as client:
         for status in (401, 401, 401, 401, 429, 429):
-            wrong = {"Authorization": f"Bearer {new_key()}"}
-            assert client.post("/v1/mesh", {}, wrong).status_code == status
+            invalid = {"Authorization": f"Bearer {new_key()}"}
+            assert client.post("/v1/mesh", {}, invalid).status_code == status
         assert client.get(MESH).status_code == 429
-        right = {"Authorization": f"Bearer {KEY}"}
-        assert [client.get(MESH, right).status_code for _ in range(5)] == [200] * 4 + [429]
+        valid = {"Authorization": f"Bearer {KEY}"}
+        assert [client.get(MESH, valid).status_code for _ in range(5)] == [200] * 4 + [429]
 
 
-def test_without_a_limit_no_headers_name_it() -> None:
+def test_without_a_limit_responses_have_no_rate_headers() -> None:
     with start_client(create_app(Settings(api_keys=(entry_line("alice", KEY),)))) as client:
         assert "ratelimit" not in client.get(MESH).headers

@@ -1,4 +1,4 @@
-"""Signed URLs: the URLs for which a signature is valid, and those for which it is not."""
+"""Signed URLs: a signature is valid for one path and one set of parameters, until it expires."""
 
 import hmac
 from random import Random
@@ -27,10 +27,12 @@ parameters = st.lists(
 def sign_pairs(
     pairs: list[tuple[str, str]] | None = None, path: str = PATH
 ) -> list[tuple[str, str]]:
+    """The parameters of the signed query: `pairs`, `expires` and `signature`."""
     return parse_qsl(SIGNER.sign(path, urlencode(pairs or []), END), keep_blank_values=True)
 
 
-def check(query: str, path: str = PATH, now: float = NOW, signer: Signer = SIGNER) -> bytes:
+def verify(query: str, path: str = PATH, now: float = NOW, signer: Signer = SIGNER) -> bytes:
+    """The query without `expires` and `signature`; raises if the signature is invalid."""
     rest, expires = signer.check(path, query.encode(), now)
     assert expires == END
     return rest
@@ -43,21 +45,21 @@ def assert_refused(query: str, path: str = PATH, signer: Signer = SIGNER) -> Non
 
 @few
 @given(parameters, st.randoms(use_true_random=False))
-def test_any_order_and_spelling_of_the_query_verifies_the_same(
+def test_a_signature_is_valid_for_any_order_and_spelling_of_the_query(
     pairs: list[tuple[str, str]], random: Random
 ) -> None:
-    moved = sign_pairs(pairs)
-    random.shuffle(moved)
-    rest = check(
-        "&".join(f"{_escape_letters(name)}={_escape_letters(value)}" for name, value in moved)
+    shuffled = sign_pairs(pairs)
+    random.shuffle(shuffled)
+    rest = verify(
+        "&".join(f"{_escape_letters(name)}={_escape_letters(value)}" for name, value in shuffled)
     )
-    left = parse_qsl(rest.decode(), keep_blank_values=True)
-    assert sorted(left) == sorted(pairs)
+    remaining = parse_qsl(rest.decode(), keep_blank_values=True)
+    assert sorted(remaining) == sorted(pairs)
     assert not is_signed(PATH, rest) or any("signature" in name for name, _ in pairs)
 
 
 def _escape_letters(text: str) -> str:
-    """The text with every letter escaped, which has the same meaning."""
+    """The text with every byte percent-encoded, which has the same meaning."""
     return "".join(f"%{byte:02x}" for byte in text.encode())
 
 
@@ -66,7 +68,7 @@ def _escape_letters(text: str) -> str:
 @example([("a", "1"), ("b", "2")], [("a", "2"), ("b", "1")])
 @example([("a", "1&b=2")], [("a", "1"), ("b", "2")])
 @example([("resolution", "8")], [("resolution", "8"), ("resolution", "8")])
-def test_no_signature_holds_for_other_parameters(
+def test_a_signature_is_invalid_for_other_parameters(
     pairs: list[tuple[str, str]], others: list[tuple[str, str]]
 ) -> None:
     if sorted(pairs) != sorted(others):
@@ -75,11 +77,11 @@ def test_no_signature_holds_for_other_parameters(
 
 @few
 @given(st.data())
-def test_no_letter_may_change(data: st.DataObject) -> None:
+def test_a_changed_character_makes_a_signature_invalid(data: st.DataObject) -> None:
     query = SIGNER.sign(PATH, "resolution=8&uvs=true", END)
-    at = data.draw(st.integers(0, len(query) - 1))
-    letter = data.draw(st.characters(min_codepoint=33, max_codepoint=126))
-    other = query[:at] + letter + query[at + 1 :]
+    index = data.draw(st.integers(0, len(query) - 1))
+    character = data.draw(st.characters(min_codepoint=33, max_codepoint=126))
+    other = query[:index] + character + query[index + 1 :]
     if parse_qsl(other, keep_blank_values=True) != parse_qsl(query, keep_blank_values=True):
         assert_refused(other)
 
@@ -99,13 +101,13 @@ def test_no_letter_may_change(data: st.DataObject) -> None:
         "",
     ],
 )
-def test_a_signature_holds_for_its_path(path: str) -> None:
+def test_a_signature_is_invalid_for_other_paths(path: str) -> None:
     assert_refused(SIGNER.sign(PATH, "", END), path)
 
 
-def test_a_signature_holds_until_it_expires() -> None:
+def test_a_signature_is_valid_until_it_expires() -> None:
     query = SIGNER.sign(PATH, "", END)
-    assert check(query, now=END - 0.001) == b""
+    assert verify(query, now=END - 0.001) == b""
     for now in (END, END + 1):
         with pytest.raises(SignatureExpired):
             SIGNER.check(PATH, query.encode(), now)
@@ -132,9 +134,9 @@ def test_urls_that_are_nearly_signed_are_refused(change: object) -> None:
     assert_refused(change(SIGNER.sign(PATH, "", END)))
 
 
-def test_times_are_digits_even_if_others_are_signed() -> None:
-    for moment in ("-1", "1e9", "٢", "", "9" * 13, " 2000000000"):
-        pairs = [("expires", moment)]
+def test_an_expiry_that_is_not_digits_is_refused_even_if_it_is_signed() -> None:
+    for expiry in ("-1", "1e9", "٢", "", "9" * 13, " 2000000000"):
+        pairs = [("expires", expiry)]
         signature = signatures._signature(NEW.encode(), PATH, pairs)
         assert_refused(urlencode([*pairs, ("signature", signature)]))
 
@@ -145,47 +147,47 @@ def test_queries_that_are_not_text_are_refused() -> None:
             SIGNER.check(PATH, query, NOW)
 
 
-def test_secrets_rotate() -> None:
+def test_signatures_of_an_old_secret_are_valid_during_rotation() -> None:
     both = Signer([NEW, OLD])
-    before, after = (Signer([secret]).sign(PATH, "", END) for secret in (OLD, NEW))
-    assert both.sign(PATH, "", END) == after != before
-    assert check(before, signer=both) == check(after, signer=both) == b""
-    assert_refused(before)
+    signed_by_old, signed_by_new = (Signer([secret]).sign(PATH, "", END) for secret in (OLD, NEW))
+    assert both.sign(PATH, "", END) == signed_by_new != signed_by_old
+    assert verify(signed_by_old, signer=both) == verify(signed_by_new, signer=both) == b""
+    assert_refused(signed_by_old)
 
 
-def test_all_secrets_are_compared_whichever_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_signature_is_compared_with_those_of_all_secrets(monkeypatch: pytest.MonkeyPatch) -> None:
     compared: list[bytes] = []
-    right = hmac.compare_digest
+    compare_digest = hmac.compare_digest
 
-    def compare(mine: bytes, other: bytes) -> bool:
-        compared.append(mine)
-        return bool(right(mine, other))
+    def record_and_compare(signature: bytes, other: bytes) -> bool:
+        compared.append(signature)
+        return bool(compare_digest(signature, other))
 
-    monkeypatch.setattr(hmac, "compare_digest", compare)
+    monkeypatch.setattr(hmac, "compare_digest", record_and_compare)
     both = Signer([NEW, OLD])
     for secret in (NEW, OLD):
         compared.clear()
-        check(Signer([secret]).sign(PATH, "", END), signer=both)
+        verify(Signer([secret]).sign(PATH, "", END), signer=both)
         assert len(compared) == 2
 
 
 def test_the_rest_of_a_query_keeps_its_bytes() -> None:
     for query in ("", "resolution=16,32", "resolution=16%2C32&overlays=boundary", "&&a", "a=b=c"):
-        assert check(SIGNER.sign(PATH, query, END)).decode() == query
+        assert verify(SIGNER.sign(PATH, query, END)).decode() == query
 
 
 @pytest.mark.parametrize("secrets", [["a" * 31], [""], [NEW, "short"], [NEW, NEW]])
 def test_weak_secrets_are_refused_and_not_repeated(secrets: list[str]) -> None:
-    with pytest.raises(InvalidSecrets) as caught:
+    with pytest.raises(InvalidSecrets) as error:
         Signer(secrets)
-    assert NEW not in str(caught.value)
-    assert "short;" not in str(caught.value).replace("too short;", "")
+    assert NEW not in str(error.value)
+    assert "short;" not in str(error.value).replace("too short;", "")
 
 
 @pytest.mark.parametrize("query", ["expires=1", "signature=a", "%65xpires=1", "a=%ff"])
-def test_urls_that_cannot_be_signed(query: str) -> None:
-    with pytest.raises(ValueError, match=r".") as caught:
+def test_urls_with_an_expiry_or_a_signature_are_not_signed(query: str) -> None:
+    with pytest.raises(ValueError, match=r".") as error:
         SIGNER.sign(PATH, query, END)
-    assert not isinstance(caught.value, SignatureInvalid)
+    assert not isinstance(error.value, SignatureInvalid)
     with pytest.raises(ValueError, match="cannot be signed"):
         SIGNER.sign("/v1/mesh" + quote(query), "", END)

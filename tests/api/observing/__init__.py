@@ -1,1 +1,1 @@
-"""Tests of service.api.observing."""
+"""Tests of `service.api.observing`: health, log, metrics and traces."""

@@ -1,4 +1,4 @@
-"""Health and readiness: the responses, and the causes of being unready."""
+"""Health and readiness: the responses, and what makes a service not ready."""
 
 import asyncio
 import shutil
@@ -22,9 +22,9 @@ from tests.api.client import Client, start_client
 pytestmark = pytest.mark.anyio
 
 
-def test_a_ready_service(client: Client) -> None:
-    reported = {"status": "ready", "version": __version__, "engine": ENGINE}
-    assert client.get("/health").json() == reported
+def test_a_ready_service_reports_its_version_engine_and_parts(client: Client) -> None:
+    expected = {"status": "ready", "version": __version__, "engine": ENGINE}
+    assert client.get("/health").json() == expected
     assert client.get("/health/live").json() == {"status": "live"}
     response = client.get("/health/ready")
     assert response.json() == {"status": "ready", "computing": "ready", "store": "ready"}
@@ -41,7 +41,9 @@ def test_a_draining_service_is_alive_and_not_ready() -> None:
     assert response.json() == {"status": "draining"}
 
 
-def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_store_that_fails_for_long_makes_the_service_unready(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(store_module, "REMEMBERED", -1.0)
     root = tmp_path / "store"
     with start_client(create_app(Settings(store=str(root)))) as client:
@@ -59,53 +61,53 @@ def test_a_store_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert client.get("/health/ready").status_code == 200
 
 
-def test_wrong_numbers_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_number_makes_the_service_unready(monkeypatch: pytest.MonkeyPatch) -> None:
     assert computes_rightly()
-    true = bernstein.sample_partials_basis
+    sample = bernstein.sample_partials_basis
     monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
-    monkeypatch.setattr(grid_products, "sample_partials_basis", lambda *of: true(*of) * 1.001)
+    monkeypatch.setattr(grid_products, "sample_partials_basis", lambda *args: sample(*args) * 1.001)
     assert not computes_rightly()
     with start_client(create_app(Settings())) as client:
         response = client.get("/health/ready")
     assert (response.status_code, response.json()["computing"]) == (503, "unavailable")
 
 
-async def test_it_computes_once_in_5_s_for_all_callers() -> None:
-    done: list[int] = []
+async def test_the_self_test_computes_once_in_5_s_for_all_callers() -> None:
+    calls: list[int] = []
 
     def work() -> bool:
-        done.append(1)
+        calls.append(1)
         return True
 
     self_test = SelfTest(work)
     assert all(await asyncio.gather(*(self_test.passes() for _ in range(20))))
-    assert len(done) == 1
+    assert len(calls) == 1
 
 
 async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "DEADLINE", 0.05)
     monkeypatch.setattr(health, "INTERVAL", -1.0)
-    go_on = threading.Event()
+    may_end = threading.Event()
 
-    def fails() -> bool:
+    def raise_error() -> bool:
         raise MemoryError
 
-    hanging = SelfTest(lambda: go_on.wait(10))
-    assert not await SelfTest(fails).passes()
+    hanging = SelfTest(lambda: may_end.wait(10))
+    assert not await SelfTest(raise_error).passes()
     assert not await hanging.passes()
     assert not await hanging.passes()
-    go_on.set()
+    may_end.set()
 
 
-async def test_a_busy_engine_is_ready_until_it_is_silent_for_long(
+async def test_a_slow_engine_is_ready_until_the_last_success_is_long_ago(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(health, "INTERVAL", -1.0)
-    go_on = threading.Event()
-    answers = iter((False, True, True))
+    may_end = threading.Event()
+    hangs = iter((False, True, True))
 
     def work() -> bool:
-        return go_on.wait(10) if next(answers) else True
+        return may_end.wait(10) if next(hangs) else True
 
     self_test = SelfTest(work)
     assert await self_test.passes()
@@ -113,4 +115,4 @@ async def test_a_busy_engine_is_ready_until_it_is_silent_for_long(
     assert await self_test.passes()
     monkeypatch.setattr(health, "SILENCE", 0.0)
     assert not await self_test.passes()
-    go_on.set()
+    may_end.set()

@@ -1,4 +1,4 @@
-"""GET /metrics: its numbers, both forms, and a bounded number of series."""
+"""GET /metrics: its numbers, both text formats, and the limited number of time series."""
 
 from collections.abc import Callable, Iterator
 
@@ -17,17 +17,17 @@ MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 
 @pytest.fixture
 def fresh_client() -> Iterator[Client]:
-    """A client of an application of its own: counts begin at zero."""
+    """A client of a new application, whose counters are 0."""
     with start_client(create_app(Settings())) as client:
         yield client
 
 
-def sample(client: Client, name: str, **labels: str) -> float:
-    """One number of a scrape; 0 if the scrape does not have it."""
+def read_sample(client: Client, name: str, **labels: str) -> float:
+    """The current value of the sample with this name and these labels; 0 if there is none yet."""
     for family in families(client.get("/metrics").text):
-        for result in family.samples:
-            if result.name == name and labels.items() <= result.labels.items():
-                return float(result.value)
+        for sample in family.samples:
+            if sample.name == name and labels.items() <= sample.labels.items():
+                return float(sample.value)
     return 0.0
 
 
@@ -36,24 +36,28 @@ def test_requests_are_counted_by_route_method_and_status(fresh_client: Client) -
         fresh_client.get(url)
     count = "surface_http_request_duration_seconds_count"
     route = "/v1/surfaces/{id}/mesh.{suffix}"
-    assert sample(fresh_client, count, route=route, method="GET", status="2xx") == 2
-    assert sample(fresh_client, count, route=route, method="GET", status="4xx") == 1
-    assert sample(fresh_client, count, route="unmatched") == 2
-    assert sample(fresh_client, "surface_http_requests_in_flight") == 1  # this one
+    assert read_sample(fresh_client, count, route=route, method="GET", status="2xx") == 2
+    assert read_sample(fresh_client, count, route=route, method="GET", status="4xx") == 1
+    assert read_sample(fresh_client, count, route="unmatched") == 2
+    assert (
+        read_sample(fresh_client, "surface_http_requests_in_flight") == 1
+    )  # the request for /metrics itself
 
 
-def test_hits_misses_bytes_and_meshes(fresh_client: Client) -> None:
-    answers = [fresh_client.raw(MESH) for _ in range(3)]
-    assert sample(fresh_client, "surface_cache_hits_total") == 2
-    assert sample(fresh_client, "surface_cache_misses_total") == 1
-    assert sample(fresh_client, "surface_cache_entries") == 1
-    assert sample(fresh_client, "surface_cache_bytes") > len(answers[0].content)
-    sent = sum(len(response.content) for response in answers)
-    assert sample(fresh_client, "surface_http_response_bytes_total", format="glb") == sent
-    assert sample(fresh_client, "surface_vertices_total") == 9
-    assert sample(fresh_client, "surface_triangles_total") == 8
+def test_cache_hits_misses_bytes_and_meshes_are_counted(fresh_client: Client) -> None:
+    responses = [fresh_client.get_raw(MESH) for _ in range(3)]
+    assert read_sample(fresh_client, "surface_cache_hits_total") == 2
+    assert read_sample(fresh_client, "surface_cache_misses_total") == 1
+    assert read_sample(fresh_client, "surface_cache_entries") == 1
+    assert read_sample(fresh_client, "surface_cache_bytes") > len(responses[0].content)
+    sent_bytes = sum(len(response.content) for response in responses)
+    assert (
+        read_sample(fresh_client, "surface_http_response_bytes_total", format="glb") == sent_bytes
+    )
+    assert read_sample(fresh_client, "surface_vertices_total") == 9
+    assert read_sample(fresh_client, "surface_triangles_total") == 8
     fresh_client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 1})
-    assert sample(fresh_client, "surface_vertices_total") == 13
+    assert read_sample(fresh_client, "surface_vertices_total") == 13
 
 
 def test_refusals_are_counted_by_code(fresh_client: Client) -> None:
@@ -61,19 +65,22 @@ def test_refusals_are_counted_by_code(fresh_client: Client) -> None:
         assert fresh_client.post("/v1/mesh", document).status_code == 422
     fresh_client.get("/nowhere")
     fresh_client.request("DELETE", "/v1/mesh")
-    assert sample(fresh_client, "surface_refused_total", code="invalid_request") == 3
-    assert sample(fresh_client, "surface_refused_total", code="not_found") == 1
-    assert sample(fresh_client, "surface_refused_total", code="method_not_allowed") == 1
+    assert read_sample(fresh_client, "surface_refused_total", code="invalid_request") == 3
+    assert read_sample(fresh_client, "surface_refused_total", code="not_found") == 1
+    assert read_sample(fresh_client, "surface_refused_total", code="method_not_allowed") == 1
 
 
 def test_two_applications_have_separate_counters() -> None:
-    with start_client(create_app(Settings())) as one, start_client(create_app(Settings())) as other:
-        one.get(MESH)
-        assert sample(one, "surface_cache_misses_total") == 1
-        assert sample(other, "surface_cache_misses_total") == 0
+    with (
+        start_client(create_app(Settings())) as first,
+        start_client(create_app(Settings())) as second,
+    ):
+        first.get(MESH)
+        assert read_sample(first, "surface_cache_misses_total") == 1
+        assert read_sample(second, "surface_cache_misses_total") == 0
 
 
-def test_many_paths_make_one_series(fresh_client: Client) -> None:
+def test_requests_with_many_paths_have_few_series(fresh_client: Client) -> None:
     for number in range(60):
         fresh_client.get(f"/{number}")
         fresh_client.get(f"/v1/surfaces/{number}")
@@ -82,7 +89,7 @@ def test_many_paths_make_one_series(fresh_client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    ("accept", "opened"),
+    ("accept", "is_open"),
     [
         ("", False),
         ("*/*", False),
@@ -95,32 +102,39 @@ def test_many_paths_make_one_series(fresh_client: Client) -> None:
         ("text/plain; version=abc", False),
     ],
 )
-def test_form_by_accept(fresh_client: Client, accept: str, opened: bool) -> None:
+def test_the_text_format_is_chosen_by_the_accept_header(
+    fresh_client: Client, accept: str, is_open: bool
+) -> None:
     response = fresh_client.get("/metrics", headers={"Accept": accept})
     assert response.status_code == 200
     assert response.headers["cache-control"] == "no-store"
     assert response.headers["content-type"].startswith(
-        "application/openmetrics-text" if opened else "text/plain; version=0.0.4"
+        "application/openmetrics-text" if is_open else "text/plain; version=0.0.4"
     )
     open_families: Callable[[str], Iterator[Metric]] = open_parser.text_string_to_metric_families
-    result = list(open_families(response.text) if opened else families(response.text))
-    assert len({family.name for family in result}) == len(result) > 15
+    metrics = list(open_families(response.text) if is_open else families(response.text))
+    assert len({metric.name for metric in metrics}) == len(metrics) > 15
 
 
-def test_names_of_ours_have_one_beginning(fresh_client: Client) -> None:
+def test_names_of_metrics_begin_with_a_known_word(fresh_client: Client) -> None:
     for family in families(fresh_client.get("/metrics").text):
         assert family.name.startswith(("surface_", "process_", "python_"))
 
 
-def test_it_can_be_switched_off() -> None:
+def test_metrics_can_be_switched_off() -> None:
     with start_client(create_app(Settings(metrics="off"))) as client:
         assert client.get("/metrics").status_code == 404
 
 
-def test_seconds_by_formulation(fresh_client: Client) -> None:
+def test_seconds_of_the_engine_are_counted_by_formulation(fresh_client: Client) -> None:
     net = {"surface": {"control_net": NET}}
-    for more in ({"method": "de_casteljau"}, {"method": "forward_difference"}, {}, TOLERANCE):
-        assert fresh_client.post("/v1/mesh", {**net, **more}).status_code == 200
+    for options in (
+        {"method": "de_casteljau"},
+        {"method": "forward_difference"},
+        {},
+        {"tolerance": 0.01},
+    ):
+        assert fresh_client.post("/v1/mesh", {**net, **options}).status_code == 200
     assert fresh_client.post("/v1/points", {**net, "uv": [[0, 0]]}).status_code == 200
     curve = {"curve": {"control_points": [[0, 0], [1, 1]]}}
     assert fresh_client.post("/v1/curve", curve).status_code == 200
@@ -129,28 +143,27 @@ def test_seconds_by_formulation(fresh_client: Client) -> None:
         *("de_casteljau", "forward_difference", "kronecker", "adaptive"),
         *("points", "curve", "sweep"),
     ):
-        assert sample(fresh_client, "surface_engine_seconds_total", formulation=formulation) > 0
+        assert (
+            read_sample(fresh_client, "surface_engine_seconds_total", formulation=formulation) > 0
+        )
 
 
-TOLERANCE = {"tolerance": 0.01}
-
-
-def test_pools_queues_and_the_store(fresh_client: Client) -> None:
+def test_the_store_queues_threads_and_memory_are_reported(fresh_client: Client) -> None:
     stored = fresh_client.post("/v1/surfaces", {"surface": {"control_net": NET}})
     fresh_client.get(stored.json()["links"]["self"])
-    done = {"outcome": "done"}
+    outcome = {"outcome": "done"}
     count = "surface_store_operation_seconds_count"
-    assert sample(fresh_client, count, operation="put", **done) == 1
-    assert sample(fresh_client, count, operation="get", **done) == 1
-    assert sample(fresh_client, "surface_store_quota_bytes") == Settings().store_quota
-    assert 0 < sample(fresh_client, "surface_store_bytes") < 10_000
-    assert sample(fresh_client, "surface_queue_length", lane="work") == 0
-    assert sample(fresh_client, "surface_threads", lane="work") == Settings().workers
-    assert sample(fresh_client, "surface_threads", lane="parsing") == 1
-    assert sample(fresh_client, "surface_threads_busy", lane="parsing") == 0
+    assert read_sample(fresh_client, count, operation="put", **outcome) == 1
+    assert read_sample(fresh_client, count, operation="get", **outcome) == 1
+    assert read_sample(fresh_client, "surface_store_quota_bytes") == Settings().store_quota
+    assert 0 < read_sample(fresh_client, "surface_store_bytes") < 10_000
+    assert read_sample(fresh_client, "surface_queue_length", lane="work") == 0
+    assert read_sample(fresh_client, "surface_threads", lane="work") == Settings().workers
+    assert read_sample(fresh_client, "surface_threads", lane="parsing") == 1
+    assert read_sample(fresh_client, "surface_threads_busy", lane="parsing") == 0
     pools = ("work", "bodies")
-    limits = [sample(fresh_client, "surface_memory_limit_bytes", pool=pool) for pool in pools]
+    limits = [read_sample(fresh_client, "surface_memory_limit_bytes", pool=pool) for pool in pools]
     assert sum(limits) == Settings().memory_bytes
-    assert all(sample(fresh_client, "surface_memory_bytes", pool=pool) == 0 for pool in pools)
-    assert sample(fresh_client, "surface_connections_limit") == Settings().max_connections
-    assert sample(fresh_client, "surface_ready") == 1
+    assert all(read_sample(fresh_client, "surface_memory_bytes", pool=pool) == 0 for pool in pools)
+    assert read_sample(fresh_client, "surface_connections_limit") == Settings().max_connections
+    assert read_sample(fresh_client, "surface_ready") == 1

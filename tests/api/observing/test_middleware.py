@@ -1,4 +1,4 @@
-"""The middleware around every request: ids on responses, and log lines without texts of clients."""
+"""The middleware around all requests: request ids, and log lines without texts of clients."""
 
 import asyncio
 import json
@@ -23,49 +23,52 @@ MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 CONVERSION = {"surface": {"control_net": NET}, "operations": [{"op": "elevate", "degree": [2, 2]}]}
 
 
-class Logged:
+class LoggedClient:
     """A client, and the log lines of its requests."""
 
     def __init__(self, client: Client, lines: list[str]) -> None:
         self.client, self.lines = client, lines
 
-    def last(self) -> dict[str, Any]:
-        result: dict[str, Any] = json.loads(self.lines[-1])
-        return result
+    def read_last_line(self) -> dict[str, Any]:
+        """The fields of the last log line."""
+        fields: dict[str, Any] = json.loads(self.lines[-1])
+        return fields
 
 
 @pytest.fixture
-def logged() -> Iterator[Logged]:
+def logged() -> Iterator[LoggedClient]:
     lines: list[str] = []
     with start_client(create_app(Settings(log_format="json"), lines.append)) as client:
-        yield Logged(client, lines)
+        yield LoggedClient(client, lines)
 
 
 def send_request(
     headers: list[tuple[bytes, bytes]],
     settings: Settings | None = None,
     path: str = "/",
-    fails: Exception | None = None,
+    error: Exception | None = None,
     *,
     method: str = "GET",
-    begins: bool = False,
+    starts_response: bool = False,
     tracing: Callable[[ASGIApp], ASGIApp] = lambda app: app,
 ) -> tuple[list[Message], list[str], RequestCounters]:
-    """The messages, log lines and counters of an application behind the middleware; it responds
-    with 204, or fails."""
+    """The messages, log lines and counters of a request to an application behind the middleware.
+
+    The application responds with 204; or raises `error`, before or after the start of its response.
+    """
     sent: list[Message] = []
     lines: list[str] = []
     counters = RequestCounters()
 
-    async def inner(scope: Scope, _: Receive, send: Send) -> None:
+    async def respond(scope: Scope, _: Receive, send: Send) -> None:
         record = record_of(scope)
         record.code, record.key = "a_code" if path == "/refused" else "", "alice"
         scope["client"] = ("2001:db8::1", 1)
-        if fails and not begins:
-            raise fails
+        if error and not starts_response:
+            raise error
         await send({"type": "http.response.start", "status": 204, "headers": []})
-        if fails:
-            raise fails
+        if error:
+            raise error
         await send({"type": "http.response.body"})
 
     async def send(message: Message) -> None:
@@ -75,8 +78,8 @@ def send_request(
         raise AssertionError("a body was read")
 
     log = AccessLog(settings or Settings(), lines.append)
-    outer = RequestMiddleware(tracing(inner), RouteLabels([]), counters, log, Origins(()))
-    asyncio.run(outer(build_scope(method, path, headers), receive, send))
+    middleware = RequestMiddleware(tracing(respond), RouteLabels([]), counters, log, Origins(()))
+    asyncio.run(middleware(build_scope(method, path, headers), receive, send))
     assert counters.registry.get_sample_value("surface_http_requests_in_flight") == 0
     return sent, lines, counters
 
@@ -86,7 +89,7 @@ def build_scope(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> S
     return {"type": "http", "method": method, "path": path, "headers": headers, **server}
 
 
-def test_every_response_has_an_id(logged: Logged) -> None:
+def test_every_response_has_an_id(logged: LoggedClient) -> None:
     for url, status in ((MESH, 200), (MESH, 200), ("/nowhere", 404), ("/health/live", 200)):
         response = logged.client.get(url, headers={"X-Request-Id": "mine-1"})
         assert (response.status_code, response.headers["x-request-id"]) == (status, "mine-1")
@@ -95,48 +98,48 @@ def test_every_response_has_an_id(logged: Logged) -> None:
     assert b"mine" not in refused.content
 
 
-def test_the_trace_is_that_of_the_caller(logged: Logged) -> None:
+def test_a_request_has_the_trace_id_of_its_caller(logged: LoggedClient) -> None:
     logged.client.get(MESH, headers={"traceparent": PARENT, "X-Request-Id": "mine"})
-    line = logged.last()
+    line = logged.read_last_line()
     assert (line["trace_id"], line["request_id"]) == (TRACE, "mine")
     assert line["span_id"] != SPAN
     logged.client.get(MESH, headers={"traceparent": PARENT.upper()})
-    assert logged.last()["trace_id"] != TRACE
+    assert logged.read_last_line()["trace_id"] != TRACE
 
 
-def test_two_traceparents_count_as_missing() -> None:
-    twice = [(b"traceparent", PARENT.encode())] * 2
-    _, (line,), _ = send_request(twice, Settings(log_format="json"))
+def test_two_traceparent_headers_are_ignored() -> None:
+    headers = [(b"traceparent", PARENT.encode())] * 2
+    _, (line,), _ = send_request(headers, Settings(log_format="json"))
     assert json.loads(line)["trace_id"] != TRACE
 
 
-def test_a_line_has_the_documented_fields_only(logged: Logged) -> None:
+def test_a_log_line_has_only_the_documented_fields(logged: LoggedClient) -> None:
     logged.client.get(f"{MESH}&expires=1&signature=hush")
     body = {"surface": {"control_net": NET, "name": "hush"}, "resolution": 2}
     assert logged.client.post("/v1/mesh?format=glb", body).status_code == 200
-    built = logged.last()
-    assert built.keys() == {
+    line = logged.read_last_line()
+    assert line.keys() == {
         *("time", "level", "event", "request_id", "trace_id", "span_id", "method", "route"),
         *("status", "bytes", "ms", "client", "format"),
     }
-    assert (built["event"], built["route"], built["status"]) == ("request", "/v1/mesh", 200)
-    assert (built["method"], built["format"], built["level"]) == ("POST", "glb", "info")
+    assert (line["event"], line["route"], line["status"]) == ("request", "/v1/mesh", 200)
+    assert (line["method"], line["format"], line["level"]) == ("POST", "glb", "info")
     logged.client.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "Bearer hush"})
-    assert logged.last()["code"] == "unknown_surface"
+    assert logged.read_last_line()["code"] == "unknown_surface"
     assert "hush" not in "".join(logged.lines)
 
 
-def test_hits_and_misses_are_distinguished(logged: Logged) -> None:
+def test_log_lines_say_whether_the_response_was_cached(logged: LoggedClient) -> None:
     for expected in ("miss", "hit", "hit"):
-        response = logged.client.raw(MESH)
-        line = logged.last()
+        response = logged.client.get_raw(MESH)
+        line = logged.read_last_line()
         assert (line["cache"], line["surface"], line["format"]) == (expected, "saddle", "glb")
         assert line["bytes"] == len(response.content)
     logged.client.request("HEAD", MESH)
-    assert logged.last()["bytes"] == 0
+    assert logged.read_last_line()["bytes"] == 0
 
 
-def test_every_line_is_one_line_of_json(logged: Logged) -> None:
+def test_hostile_texts_do_not_break_or_enter_log_lines(logged: LoggedClient) -> None:
     hostile = "%0a%0dINFO:%20forged%1b%5b31m%e2%80%a8%c2%85%00"
     for path in ("/", f"/{hostile}", f"/v1/surfaces/{hostile}", f"/v1/surfaces/{hostile}/mesh.a"):
         logged.client.get(path, headers={"X-Request-Id": "\x1b[31m"})
@@ -147,12 +150,12 @@ def test_every_line_is_one_line_of_json(logged: Logged) -> None:
         assert line[:-1].isprintable()
 
 
-def test_keys_and_addresses_are_those_the_guard_found() -> None:
+def test_log_lines_have_the_key_and_the_address_that_the_guard_recorded() -> None:
     _, (line,), _ = send_request([], Settings(log_format="json"))
     assert (json.loads(line)["key"], json.loads(line)["client"]) == ("alice", "2001:db8::1")
 
 
-def test_the_text_form_has_one_short_line() -> None:
+def test_text_lines_are_short() -> None:
     _, (line,), _ = send_request([(b"x-request-id", b"mine")], path="/refused")
     head, _, tail = line.partition(" ms")
     assert head.startswith('INFO:     2001:db8::1 - "GET (no such path)" 204, 0 bytes, ')
@@ -168,7 +171,7 @@ def test_the_text_form_has_one_short_line() -> None:
         ("debug", "/", False, True),
     ],
 )
-def test_levels(
+def test_the_log_level_selects_the_lines(
     level: Literal["debug", "info", "warning", "error"], path: str, fails: bool, is_logged: bool
 ) -> None:
     settings = Settings(log_level=level)
@@ -179,7 +182,7 @@ def test_levels(
 
 
 @pytest.mark.parametrize("path", ["/health/live", "/health/ready", "/metrics"])
-def test_requests_of_monitoring_are_logged_for_debugging_only(path: str) -> None:
+def test_requests_of_monitoring_are_logged_only_at_level_debug(path: str) -> None:
     lines: list[str] = []
     for level, count in (("info", 0), ("debug", 1)):
         app = create_app(Settings.model_validate({"log_level": level}), lines.append)
@@ -188,26 +191,28 @@ def test_requests_of_monitoring_are_logged_for_debugging_only(path: str) -> None
         assert len(lines) == count
 
 
-def test_a_failure_is_a_problem_and_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
-    (start, *body), (line,), counters = send_request([], fails=ZeroDivisionError("hush"))
+def test_an_internal_error_gives_a_problem_and_a_traceback_in_the_log(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    (start, *body), (line,), counters = send_request([], error=ZeroDivisionError("hush"))
     assert start["status"] == 500
     content = b"".join(message.get("body", b"") for message in body)
     assert b"internal_error" in content
     assert b"hush" not in content
     assert line.startswith("ERROR:    ")
     assert counters.refusals == {"internal_error": 1}
-    (logged,) = caplog.records
-    assert logged.exc_info is not None
-    assert logged.exc_info[0] is ZeroDivisionError
+    (record,) = caplog.records
+    assert record.exc_info is not None
+    assert record.exc_info[0] is ZeroDivisionError
 
 
-def test_a_failure_after_the_head_leaves_the_response_incomplete() -> None:
-    sent, (line,), _ = send_request([], fails=ZeroDivisionError("hush"), begins=True)
+def test_an_error_after_the_start_of_a_response_leaves_it_incomplete() -> None:
+    sent, (line,), _ = send_request([], error=ZeroDivisionError("hush"), starts_response=True)
     assert [message["type"] for message in sent] == ["http.response.start"]
     assert '" 204, 0 bytes' in line
 
 
-def test_methods_that_http_does_not_define_have_one_name() -> None:
+def test_methods_that_http_does_not_define_are_logged_as_other() -> None:
     _, (line,), counters = send_request([], Settings(log_format="json"), method="BREW\n")
     assert json.loads(line)["method"] == "other"
     labels = {"route": "unmatched", "method": "other", "status": "2xx"}

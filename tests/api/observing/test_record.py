@@ -1,4 +1,4 @@
-"""Request records: routes, which repeat no text of a client, and ids of requests and traces."""
+"""Request records: labels of routes without texts of clients, request ids and trace ids."""
 
 from contextvars import copy_context
 
@@ -46,7 +46,9 @@ def labels() -> RouteLabels:
         ("", NO_ROUTE),
     ],
 )
-def test_the_label_of_a_path(labels: RouteLabels, path: str, label: RouteLabel) -> None:
+def test_labels_contain_only_known_ids_and_suffixes(
+    labels: RouteLabels, path: str, label: RouteLabel
+) -> None:
     assert labels.find(path) == labels.find(path) == label
 
 
@@ -56,7 +58,7 @@ def test_long_paths_are_not_remembered(labels: RouteLabels) -> None:
     assert labels._match_cached.cache_info().currsize == before
 
 
-def test_a_path_below_the_mount_point(labels: RouteLabels) -> None:
+def test_labels_do_not_include_the_mount_point(labels: RouteLabels) -> None:
     scope = {"method": "GET", "path": "/root/health", "root_path": "/root", "headers": []}
     assert copy_context().run(start_record, scope, labels).label.route == "/health"
 
@@ -71,7 +73,7 @@ def test_a_path_below_the_mount_point(labels: RouteLabels) -> None:
         ("\xff", ""),
     ],
 )
-def test_the_trace_of_the_caller(header: str, trace: str) -> None:
+def test_the_trace_id_of_the_caller_is_read_from_traceparent(header: str, trace: str) -> None:
     assert caller_trace_id(header.encode("latin-1")) == trace
 
 
@@ -85,9 +87,9 @@ def test_valid_request_ids_are_used(labels: RouteLabels, id: str) -> None:
     [b"", b"x" * 129, b"a b", b"a\nb", b"\x1b[31m", b'a"b', b"-a", b"\xc3\xa4", b"a\x00", b"<a>"],
 )
 def test_invalid_request_ids_are_replaced(labels: RouteLabels, id: bytes) -> None:
-    built = choose_id(labels, id)
-    assert len(built) == 32
-    assert int(built, 16)
+    new_id = choose_id(labels, id)
+    assert len(new_id) == 32
+    assert int(new_id, 16)
 
 
 def test_a_repeated_request_id_is_replaced(labels: RouteLabels) -> None:
@@ -99,6 +101,7 @@ def test_new_ids_differ(labels: RouteLabels) -> None:
 
 
 def choose_id(labels: RouteLabels, *ids: bytes) -> str:
+    """The request id of a record for a request with these headers `X-Request-Id`."""
     headers = [(b"x-request-id", id) for id in ids]
     scope = {"method": "GET", "path": "/", "headers": headers}
     return copy_context().run(start_record, scope, labels).id

@@ -1,4 +1,4 @@
-"""Spans: one for each request, children for its steps; its parent is the caller's span."""
+"""Tracing: each request is a span, a child of the caller's span, with a child for each step."""
 
 import asyncio
 import sys
@@ -35,8 +35,8 @@ def spans() -> InMemorySpanExporter:
 
 
 @pytest.fixture
-def traced(spans: InMemorySpanExporter) -> Iterator[Client]:
-    """A client of an application whose spans are kept."""
+def client(spans: InMemorySpanExporter) -> Iterator[Client]:
+    """A client of an application that exports its spans to `spans`."""
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     app = create_app(Settings())
@@ -47,12 +47,15 @@ def traced(spans: InMemorySpanExporter) -> Iterator[Client]:
 
 
 def find_server_span(spans: InMemorySpanExporter) -> ReadableSpan:
-    (result,) = [span for span in spans.get_finished_spans() if span.kind is SpanKind.SERVER]
-    return result
+    """The span of the only request."""
+    (server_span,) = [span for span in spans.get_finished_spans() if span.kind is SpanKind.SERVER]
+    return server_span
 
 
-def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> None:
-    response = traced.raw(f"{MESH}?resolution=2")
+def test_a_request_has_a_span_with_its_attributes(
+    client: Client, spans: InMemorySpanExporter
+) -> None:
+    response = client.get_raw(f"{MESH}?resolution=2")
     span = find_server_span(spans)
     assert span.name == "GET /v1/surfaces/{id}/mesh.{suffix}"
     assert span.parent is None
@@ -63,7 +66,8 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
         "url.scheme": "http",
         "network.protocol.version": "1.1",
         "client.address": "127.0.0.1",
-        "server.address": "service:None",  # the library writes the port with it
+        # The library writes host and port, and the test client has no port.
+        "server.address": "service:None",
         "http.response.status_code": 200,
         "http.response.body.size": len(response.content),
         "surface.format": "glb",
@@ -72,7 +76,7 @@ def test_a_request_is_a_span(traced: Client, spans: InMemorySpanExporter) -> Non
     assert span.status.status_code is StatusCode.UNSET
 
 
-def test_the_logged_id_is_that_of_the_response(spans: InMemorySpanExporter) -> None:
+def test_the_request_id_of_the_response_is_the_trace_id(spans: InMemorySpanExporter) -> None:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     (start, *_), _, _ = send_request([], tracing=lambda app: Tracing(app, provider))
@@ -81,24 +85,28 @@ def test_the_logged_id_is_that_of_the_response(spans: InMemorySpanExporter) -> N
     assert dict(start["headers"])[b"x-request-id"].decode() == f"{context.trace_id:032x}"
 
 
-def test_its_steps_are_children(traced: Client, spans: InMemorySpanExporter) -> None:
-    response = traced.post("/v1/mesh", {"surface": {"control_net": NET}})
+def test_steps_of_a_request_are_children_of_its_span(
+    client: Client, spans: InMemorySpanExporter
+) -> None:
+    response = client.post("/v1/mesh", {"surface": {"control_net": NET}})
     span = find_server_span(spans)
     steps = [each for each in spans.get_finished_spans() if each is not span]
-    shown = [part.split(";")[0] for part in response.headers["server-timing"].split(", ")]
-    assert {"read", "parse", "mesh"} <= set(shown) == {step.name for step in steps}
+    names = [part.split(";")[0] for part in response.headers["server-timing"].split(", ")]
+    assert {"read", "parse", "mesh"} <= set(names) == {step.name for step in steps}
     for step in steps:
         assert step.parent == span.context
         times = [span.start_time, step.start_time, step.end_time, span.end_time]
-        times_known = [at for at in times if at]
-        # The two clocks are read one after the other, so they may differ a little.
-        assert len(times_known) == 4
-        assert all(b >= a - 10**6 for a, b in pairwise(times_known))
+        known_times = [time for time in times if time]
+        assert len(known_times) == 4
+        # The library reads two clocks one after the other, so times may differ a little.
+        assert all(later >= earlier - 10**6 for earlier, later in pairwise(known_times))
 
 
-def test_its_parent_is_the_caller(traced: Client, spans: InMemorySpanExporter) -> None:
+def test_the_parent_of_a_span_is_the_span_of_the_caller(
+    client: Client, spans: InMemorySpanExporter
+) -> None:
     headers = {"traceparent": PARENT, "tracestate": "a=1,b=2"}
-    traced.get("/health", headers=headers)
+    client.get("/health", headers=headers)
     span = find_server_span(spans)
     assert span.parent is not None
     assert span.context is not None
@@ -108,10 +116,10 @@ def test_its_parent_is_the_caller(traced: Client, spans: InMemorySpanExporter) -
     assert dict(span.context.trace_state) == {"a": "1", "b": "2"}
 
 
-def test_a_refusal_is_not_logged_as_an_error_and_repeats_nothing(
-    traced: Client, spans: InMemorySpanExporter
+def test_the_span_of_a_refusal_is_no_error_and_repeats_no_text(
+    client: Client, spans: InMemorySpanExporter
 ) -> None:
-    traced.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "hush"})
+    client.get("/v1/surfaces/hush/mesh.glb", headers={"Authorization": "hush"})
     span = find_server_span(spans)
     assert span.status.status_code is StatusCode.UNSET
     assert span.attributes is not None
@@ -119,14 +127,14 @@ def test_a_refusal_is_not_logged_as_an_error_and_repeats_nothing(
     assert "hush" not in span.to_json()
 
 
-def test_our_fault_is_an_error(
-    traced: Client, spans: InMemorySpanExporter, monkeypatch: pytest.MonkeyPatch
+def test_the_span_of_an_internal_error_is_an_error(
+    client: Client, spans: InMemorySpanExporter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(*_: object) -> None:
+    def raise_error(*_: object) -> None:
         raise ZeroDivisionError("hush")
 
-    monkeypatch.setattr("service.api.routes.operations.formats", fails)
-    assert traced.get("/v1/formats").status_code == 500
+    monkeypatch.setattr("service.api.routes.operations.formats", raise_error)
+    assert client.get("/v1/formats").status_code == 500
     span = find_server_span(spans)
     assert span.status.status_code is StatusCode.ERROR
     assert span.attributes is not None
@@ -134,17 +142,22 @@ def test_our_fault_is_an_error(
     assert "hush" not in span.to_json()
 
 
-@pytest.mark.parametrize("begins", [False, True])
-def test_the_text_of_an_exception_stays_in_the_log(
-    spans: InMemorySpanExporter, begins: bool
+@pytest.mark.parametrize("starts_response", [False, True])
+def test_spans_do_not_contain_the_text_of_an_exception(
+    spans: InMemorySpanExporter, starts_response: bool
 ) -> None:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     error = ZeroDivisionError("hush")
-    send_request([], fails=error, begins=begins, tracing=lambda app: Tracing(app, provider))
+    send_request(
+        [],
+        error=error,
+        starts_response=starts_response,
+        tracing=lambda app: Tracing(app, provider),
+    )
     span = find_server_span(spans)
     assert span.attributes is not None
-    assert span.attributes["http.response.status_code"] == (204 if begins else 500)
+    assert span.attributes["http.response.status_code"] == (204 if starts_response else 500)
     assert span.attributes["client.address"] == "2001:db8::1"
     assert "hush" not in span.to_json()
 
@@ -161,7 +174,7 @@ def run_collector() -> Iterator[tuple[str, list[bytes]]]:
             self.end_headers()
 
         def log_message(self, format: str, *args: object) -> None:
-            """Writes no log line."""
+            """Writes no log to the terminal."""
 
     with serve(Handler) as url:
         yield url, bodies
@@ -176,46 +189,48 @@ def test_spans_are_sent_to_the_configured_address(monkeypatch: pytest.MonkeyPatc
         asyncio.run(app.state.tracing.close())
     request = ExportTraceServiceRequest.FromString(bodies[0])
     (sent,) = request.resource_spans
-    about = {pair.key: pair.value.string_value for pair in sent.resource.attributes}
-    assert about["service.name"] == "surface-service"
+    attributes = {pair.key: pair.value.string_value for pair in sent.resource.attributes}
+    assert attributes["service.name"] == "surface-service"
     assert [span.name for span in sent.scope_spans[0].spans] == ["GET /health"]
 
 
-class Stuck(SpanProcessor):
-    """A processor that blocks, as with a collector that does not respond, until the test ends
-    it."""
+class BlockingProcessor(SpanProcessor):
+    """A processor whose shutdown blocks until `may_end` is set, as if the collector were silent."""
 
     def __init__(self) -> None:
-        self.released = threading.Event()
+        self.may_end = threading.Event()
 
     def shutdown(self) -> None:
-        self.released.wait()
+        self.may_end.wait()
 
 
-def test_without_a_collector_the_end_is_not_delayed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_collector_that_does_not_respond_does_not_delay_the_shutdown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(tracing_module, "SHUTDOWN_TIMEOUT", 0.05)
-    # The exporter itself is not used: its thread would keep retrying, and drawing random numbers,
-    # during other tests.
-    stuck, provider = Stuck(), TracerProvider(shutdown_on_exit=False)
-    provider.add_span_processor(stuck)
+    # A real exporter would try again during later tests, in a thread that draws random numbers.
+    processor, provider = BlockingProcessor(), TracerProvider(shutdown_on_exit=False)
+    provider.add_span_processor(processor)
     try:
         asyncio.run(asyncio.wait_for(Tracing(create_app(Settings()), provider).close(), 5))
-        (waiting,) = [t for t in threading.enumerate() if t.name == "last spans"]
-        assert waiting.daemon
+        (thread,) = [each for each in threading.enumerate() if each.name == "last spans"]
+        assert thread.daemon
     finally:
-        stuck.released.set()
-    waiting.join(5)
-    assert not waiting.is_alive()
+        processor.may_end.set()
+    thread.join(5)
+    assert not thread.is_alive()
 
 
-def test_the_operator_names_the_service(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("OTEL_SERVICE_NAME", "ours")
+def test_the_name_of_the_service_can_be_configured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OTEL_SERVICE_NAME", "another name")
     provider = build_exporting_provider()
-    assert provider.resource.attributes["service.name"] == "ours"
+    assert provider.resource.attributes["service.name"] == "another name"
     provider.shutdown()
 
 
-def test_without_the_extra_the_start_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tracing_without_its_packages_is_refused_at_the_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.delitem(sys.modules, "service.api.observing.tracing")
     monkeypatch.setitem(sys.modules, "opentelemetry.sdk.trace", None)
     with pytest.raises(InvalidSettings, match="extra `telemetry`"):
@@ -223,7 +238,7 @@ def test_without_the_extra_the_start_ends(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_without_tracing_its_modules_are_not_imported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only that module imports OpenTelemetry, as import-linter checks."""
+    """Only `service.api.observing.tracing` imports OpenTelemetry; import-linter checks this."""
     name = "service.api.observing.tracing"
     monkeypatch.delitem(sys.modules, name)
     assert create_app(Settings()).state.tracing is None
