@@ -79,8 +79,8 @@ class Client:
             async with client.stream("GET", url, headers=headers) as response:
                 body = b"".join([chunk async for chunk in response.aiter_raw()])
         # Without the header `Content-Encoding`, the new response does not decode the body.
-        headers = [pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"]
-        undecoded = httpx.Response(response.status_code, headers=headers, content=body)
+        others = [pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"]
+        undecoded = httpx.Response(response.status_code, headers=others, content=body)
         undecoded.headers = response.headers
         return undecoded
 

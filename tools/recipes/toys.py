@@ -85,7 +85,7 @@ OPTION = Recipe(
             "service/schemas/options.py",
             insertions=(
                 (
-                    '    """The options of a mesh. All may be left out."""\n',
+                    '    """The options of a mesh. All of them have defaults."""\n',
                     """
     inside_out: bool = Field(
         default=_DEFAULTS.inside_out,
