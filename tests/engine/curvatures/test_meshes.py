@@ -1,4 +1,4 @@
-"""Curvatures of meshes against closed forms, exact numbers, and single points."""
+"""Curvatures of meshes, compared with formulas and with curvatures at single parameters."""
 
 import numpy as np
 import pytest
@@ -31,6 +31,7 @@ FINE = Accuracy(tolerance=0.02)
 
 
 def build_mesh(model: PatchModel, resolution: tuple[int, int] = (5, 4), **more: object) -> Mesh:
+    """The mesh of a model, with curvatures."""
     options = MeshOptions(resolution=resolution, curvatures=True, **more)  # type: ignore[arg-type]
     return build(model, options)
 
@@ -43,24 +44,24 @@ def read_curvatures(mesh: Mesh) -> tuple[Array, Array]:
     return gaussian[:, 0].astype(np.float64), mean[:, 0].astype(np.float64)
 
 
-def check(mesh: Mesh, gaussian: Array, mean: Array, limit: float = 1e-10) -> None:
-    """Compares K, and H, within a limit relative to the largest curvature."""
-    measure = max(1e-300, float(np.abs(mean).max()), float(np.abs(gaussian).max()) ** 0.5)
+def check_curvatures(mesh: Mesh, gaussian: Array, mean: Array, limit: float = 1e-10) -> None:
+    """Compares K and H of all vertices, within a limit relative to the largest curvature."""
+    scale = max(1e-300, float(np.abs(mean).max()), float(np.abs(gaussian).max()) ** 0.5)
     result = read_curvatures(mesh)
-    np.testing.assert_allclose(result[0], gaussian, rtol=limit, atol=limit * measure**2)
-    np.testing.assert_allclose(result[1], mean, rtol=limit, atol=limit * measure)
+    np.testing.assert_allclose(result[0], gaussian, rtol=limit, atol=limit * scale**2)
+    np.testing.assert_allclose(result[1], mean, rtol=limit, atol=limit * scale)
 
 
 @pytest.mark.parametrize("radius", [1.0, 3.0, 1e-9, 1e12])
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.01)])
-def test_sphere_is_round_everywhere_and_no_vertex_is_split(
+def test_a_sphere_has_constant_curvatures_and_one_vertex_per_position(
     radius: float, accuracy: Accuracy | None
 ) -> None:
-    """K = 1/r², H = −1/r, at its poles, too, where patches collapse."""
+    """K = 1/r² and H = −1/r, also at the poles, where sides of patches are one point."""
     model = quadrics.sphere(radius).lower()
     mesh = build_mesh(model, (6, 5), accuracy=accuracy)
     ones = np.ones(len(mesh.positions))
-    check(mesh, ones / radius**2, -ones / radius, 1e-11)
+    check_curvatures(mesh, ones / radius**2, -ones / radius, 1e-11)
     assert len(mesh.positions) == mesh.report.vertices
     assert mesh.report.watertight
     assert mesh.report.curvature is not None
@@ -69,32 +70,34 @@ def test_sphere_is_round_everywhere_and_no_vertex_is_split(
 
 
 @pytest.mark.parametrize("accuracy", [None, FINE])
-def test_the_apex_of_a_cone_has_none(accuracy: Accuracy | None) -> None:
-    """H = −cos α / (2ρ) is unbounded near the apex; only at the apex it is written as 0."""
+def test_the_curvatures_at_the_apex_of_a_cone_are_0(accuracy: Accuracy | None) -> None:
+    """H = −cos α / (2ρ) is unbounded near the apex, so it has no limit; the mesh has 0 there."""
     mesh = build_mesh(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
     assert mesh.normals is not None
     rho = np.hypot(*mesh.positions[:, :2].T)
     side = mesh.normals[:, 2] > 0
     apex = side & (rho < 1e-12)
     assert apex.any()
-    bent = side & ~apex
+    curved = side & ~apex
     mean = np.zeros(len(rho))
-    mean[bent] = -1 / np.sqrt(5) / rho[bent]
-    check(mesh, np.zeros(len(rho)), mean, 1e-9)
+    mean[curved] = -1 / np.sqrt(5) / rho[curved]
+    check_curvatures(mesh, np.zeros(len(rho)), mean, 1e-9)
 
 
 def random_net(*shape: int) -> Array:
+    """A net of this shape with random control points."""
     return np.random.default_rng(sum(shape)).normal(size=(*shape, 3))
 
 
 def build_triangle(degree: int) -> Array:
+    """A triangular net with random control points."""
     count = (degree + 1) * (degree + 2) // 2
     net: Array = np.random.default_rng(degree).normal(size=(count, 3))
     return net
 
 
 WEIGHTS = np.random.default_rng(5).uniform(0.3, 3, size=(4, 5))
-SINGLE: dict[str, BezierSurface | TriangleSurface | BsplineSurface] = {
+SURFACES: dict[str, BezierSurface | TriangleSurface | BsplineSurface] = {
     "bilinear": BezierSurface(random_net(2, 2)),
     "bicubic": BezierSurface(random_net(4, 4)),
     "rational": BezierSurface(random_net(4, 5), WEIGHTS),
@@ -112,26 +115,27 @@ SINGLE: dict[str, BezierSurface | TriangleSurface | BsplineSurface] = {
 }
 
 
-@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("name", SURFACES)
 @pytest.mark.parametrize("resolution", [(1, 1), (33, 12)])
 def test_meshes_agree_with_single_parameters(name: str, resolution: tuple[int, int]) -> None:
-    model = SINGLE[name].lower()
-    compare(model, build_mesh(model, resolution, weld=False, uvs=True))
+    model = SURFACES[name].lower()
+    compare_with_single_parameters(model, build_mesh(model, resolution, weld=False, uvs=True))
 
 
-@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("name", SURFACES)
 def test_meshes_by_tolerance_agree_with_single_parameters(name: str) -> None:
-    model = SINGLE[name].lower()
+    model = SURFACES[name].lower()
     accuracy = Accuracy(relative_tolerance=0.1 if "high" in name else 0.02)
-    compare(model, build_mesh(model, weld=False, uvs=True, accuracy=accuracy))
+    compare_with_single_parameters(
+        model, build_mesh(model, weld=False, uvs=True, accuracy=accuracy)
+    )
 
 
-def compare(model: PatchModel, mesh: Mesh) -> None:
-    """Compares every vertex with the point at its parameters; at knots, with the limit from either
-    side."""
+def compare_with_single_parameters(model: PatchModel, mesh: Mesh) -> None:
+    """Compares each vertex with the point at its parameters; at knots, with one-sided limits."""
     assert mesh.uvs is not None
     result = np.stack(read_curvatures(mesh))
-    apart = []
+    differences = []
     steps = (0.0, 1e-11) if model.domain is not None else (0.0,)
     for du in steps:
         for dv in steps:
@@ -142,17 +146,20 @@ def compare(model: PatchModel, mesh: Mesh) -> None:
                 places = np.column_stack([1 - uvs.sum(axis=1), uvs])
                 query = PointsQuery(places, None, 2)
             columns = evaluate_points(model, locate(model, query), 2)
-            right = np.array([columns[name] for name in NAMES], np.float64)
-            larger: Array = np.abs(columns["principal_curvatures"].astype(np.float64)).max(axis=1)
-            larger = np.maximum(larger, 1e-9)
-            apart.append(np.abs(result - right) / np.stack([larger**2, larger]))
-    assert np.min(apart, axis=0).max() < 2e-7
+            expected = np.array([columns[name] for name in NAMES], np.float64)
+            largest_curvature: Array = np.abs(
+                columns["principal_curvatures"].astype(np.float64)
+            ).max(axis=1)
+            largest_curvature = np.maximum(largest_curvature, 1e-9)
+            differences.append(
+                np.abs(result - expected) / np.stack([largest_curvature**2, largest_curvature])
+            )
+    assert np.min(differences, axis=0).max() < 2e-7
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
-    """Patches with cusps, folds, poles, extreme weights and sizes from 1e-6 to 1e6 agree with
-    single points."""
+def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> None:
+    """The families have cusps, folds, poles, extreme weights, and sizes from 1e-6 to 1e6."""
     model = FAMILIES[name].surface(1).lower()
     flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     layout = Layout.plan(connect(model).connectivity, (5, 4))
@@ -162,25 +169,25 @@ def test_no_family_of_surfaces_is_bent_in_another_way(name: str) -> None:
         places = block.patches[patch], *find_parameters(block, sample)
         batch = model.batches[block.batch]
         if isinstance(batch, TrianglePatches):
-            right = evaluate_triangle_jets(batch, *places, 2).curvatures
+            expected = evaluate_triangle_jets(batch, *places, 2).curvatures
         else:
-            right = evaluate_jets(batch, *places, 2).curvatures
-        assert right is not None
+            expected = evaluate_jets(batch, *places, 2).curvatures
+        assert expected is not None
         result = rows[:, block.base : block.base + len(patch)]
-        is_defined = ~np.isnan(right.mean)
+        is_defined = ~np.isnan(expected.mean)
         assert not result[1][~is_defined].any()
-        measure = np.maximum(np.abs(right.larger), np.abs(right.smaller))[is_defined].clip(flat)
-        apart = np.abs(result - np.stack([right.gaussian, right.mean]))[:, is_defined]
-        assert (apart / np.stack([measure**2, measure])).max(initial=0.0) < 1e-8
+        scale = np.maximum(np.abs(expected.larger), np.abs(expected.smaller))[is_defined].clip(flat)
+        differences = np.abs(result - np.stack([expected.gaussian, expected.mean]))[:, is_defined]
+        assert (differences / np.stack([scale**2, scale])).max(initial=0.0) < 1e-8
 
 
-def test_frames_have_the_curvatures_of_their_own_patch() -> None:
-    """A bent square and a rotated one beside it: samples along the finer side, and their seam."""
-    bent = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
+def test_samples_of_framed_sides_have_the_curvatures_of_their_patch() -> None:
+    """A curved patch and a flat patch meet; one of them is framed along the common edge."""
+    curved = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
     flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)
     model = PatchModel(
         "frame",
-        (TensorPatches(np.stack([bent, flat.swapaxes(0, 1)])),),
+        (TensorPatches(np.stack([curved, flat.swapaxes(0, 1)])),),
         lower_patches("saddle").parts,
     )
     mesh = build_mesh(model, (3, 7), weld=False)
@@ -202,8 +209,8 @@ def test_frames_have_the_curvatures_of_their_own_patch() -> None:
     assert np.abs(mean[y < -1e-9]).max() < 1e-14
 
 
-def test_a_seam_where_curvature_jumps_stays_closed_and_smooth() -> None:
-    """A quadratic spline has C1 knots: there are two vertices, of one place and one normal."""
+def test_a_seam_with_a_jump_of_curvature_stays_closed_and_smooth() -> None:
+    """At knots of a quadratic spline, two vertices have equal positions and normals."""
     surface = BsplineSurface(random_net(6, 6), (2, 2))
     plain = build(surface.lower(), MeshOptions(resolution=(4, 4)))
     mesh = build_mesh(surface.lower(), (4, 4))
@@ -222,19 +229,19 @@ def test_a_seam_where_curvature_jumps_stays_closed_and_smooth() -> None:
     assert np.isfinite(gaussian).all()
 
 
-def test_nothing_else_changes() -> None:
-    """Positions, normals and faces are those of the mesh without curvatures."""
+def test_curvatures_do_not_change_positions_normals_and_faces() -> None:
+    """They are equal bit for bit to those of a mesh without curvatures."""
     for name in ("sphere", "torus", "bspline-hills"):
         options = MeshOptions(resolution=(4, 4))
         plain = build(lower_patches(name), options)
-        bent = build_mesh(lower_patches(name), (4, 4))
+        curved = build_mesh(lower_patches(name), (4, 4))
         for key in ("positions", "normals", "triangles"):
-            assert getattr(plain, key).tobytes() == getattr(bent, key).tobytes()
+            assert getattr(plain, key).tobytes() == getattr(curved, key).tobytes()
         assert plain.report.curvature is None
 
 
 @pytest.mark.parametrize("size", [1e-25, 1e25])
-def test_numbers_beyond_float32_become_its_largest_number(size: float) -> None:
+def test_curvatures_beyond_float32_become_its_largest_number(size: float) -> None:
     mesh = build(
         quadrics.sphere(size).lower(), MeshOptions(resolution=(2, 2), curvatures=True), single=True
     )
@@ -258,7 +265,7 @@ def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])
-def test_wires_have_none(wires: str) -> None:
+def test_the_curvatures_of_wires_are_0(wires: str) -> None:
     mesh = build_mesh(quadrics.sphere().lower(), isocurves=(1, 1), wires=wires)
     surface, wire = mesh.parts
     gaussian, mean = read_curvatures(mesh)

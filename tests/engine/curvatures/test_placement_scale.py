@@ -19,7 +19,7 @@ OPTIONS = MeshOptions(resolution=(4, 3), curvatures=True)
 
 
 def rotation(angle: float) -> Array:
-    """A turn about a slanting axis."""
+    """A rotation about an oblique axis, and a translation."""
     about_x, about_z = np.eye(4), np.eye(4)
     c, s = np.cos(angle), np.sin(angle)
     about_x[1:3, 1:3] = about_z[:2, :2] = [[c, -s], [s, c]]
@@ -30,8 +30,8 @@ def rotation(angle: float) -> Array:
 
 SHEAR = np.array([[1.0, 0.5, 0, 3], [0, 2, 0.25, 0], [0, 0, 1.5, 0], [0, 0, 0, 1]])
 MIRROR = np.diag([-1.0, 1, 1, 1])
-PLACES = {
-    "moved and turned": rotation(0.3),
+PLACEMENTS = {
+    "translated and rotated": rotation(0.3),
     "mirrored": MIRROR @ rotation(1.0),
     "smaller": rotation(0.7) @ np.diag([0.5, 0.5, 0.5, 1]),
     "sheared": SHEAR,
@@ -48,7 +48,7 @@ def build_group(*matrices: Array | None, name: str = "sphere") -> GroupModel:
 
 
 def compute_curvatures(points: Array, linear: Array) -> tuple[Array, Array]:
-    """K and H of the unit sphere after x → L x, normals outwards, at its points.
+    """K and H at points of the image of the unit sphere under x → L x, with normals outwards.
 
     With A = (L Lᵀ)⁻¹, f = xᵀ A x and n along g = A x: K = det A / |g|⁴ and
     H = (gᵀ A g − |g|² tr A) / (2 |g|³).
@@ -61,11 +61,11 @@ def compute_curvatures(points: Array, linear: Array) -> tuple[Array, Array]:
     return gaussian, mean
 
 
-@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("name", PLACEMENTS)
 @pytest.mark.parametrize("accuracy", [None, Accuracy(relative_tolerance=0.02)])
 def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -> None:
-    """Compared in one mesh and in a scene, also at poles."""
-    matrix = PLACES[name]
+    """Compares the curvatures in one mesh and in a scene, also at poles."""
+    matrix = PLACEMENTS[name]
     group = build_group(None, matrix)
     options = MeshOptions(resolution=(4, 3), curvatures=True, accuracy=accuracy)
     scene = build_scene(group, options)
@@ -74,9 +74,9 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
     mesh = scene.meshes[node.model]
     first = len(scene.meshes[scene.nodes[0].model].positions)
     placed = place_points(mesh.positions, node.matrix)
-    right = compute_curvatures(placed - matrix[:3, 3], matrix[:3, :3])
+    expected = compute_curvatures(placed - matrix[:3, 3], matrix[:3, :3])
     assert len(flat.positions) - first == len(placed)
-    for key, values in zip(NAMES, right, strict=True):
+    for key, values in zip(NAMES, expected, strict=True):
         limit = 1e-8 * np.abs(values).max()
         for result in (dict(mesh.attributes)[key], dict(flat.attributes)[key][first:]):
             np.testing.assert_allclose(result[:, 0], values, rtol=1e-8, atol=limit)
@@ -84,17 +84,21 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
 
 @pytest.mark.parametrize("name", ["utah-teapot", "saddle", "octahedral-sphere", "bspline-hills"])
 def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
-    """For triangles and rational patches too."""
+    """The examples include triangles and rational patches."""
     options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
     group = build_group(SHEAR, name=name)
-    result, right = build(group, options), build(to_patches(group), options)
-    np.testing.assert_allclose(result.positions, right.positions, atol=1e-12)
-    for (_, one), (_, other) in zip(result.attributes, right.attributes, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
+    result, expected = build(group, options), build(to_patches(group), options)
+    np.testing.assert_allclose(result.positions, expected.positions, atol=1e-12)
+    for (_, values), (_, expected_values) in zip(
+        result.attributes, expected.attributes, strict=True
+    ):
+        np.testing.assert_allclose(
+            values, expected_values, rtol=1e-9, atol=1e-9 * np.abs(expected_values).max()
+        )
 
 
 def test_copies_with_equal_curvatures_share_a_model() -> None:
-    """Moved, turned and mirrored copies share a model; copies with another scale need one more."""
+    """Translated, rotated and mirrored copies share a model; each other scale needs a model."""
     half = np.diag([0.5, 0.5, 0.5, 1.0])
     group = build_group(
         None,
@@ -106,11 +110,11 @@ def test_copies_with_equal_curvatures_share_a_model() -> None:
         SHEAR,
     )
     assert [member.model for member in group.members] == [0, 0, 0, 1, 1, 2, 2]
-    plain, *bent = group.models
-    assert all(each.batches is plain.batches for each in bent)  # type: ignore[union-attr]
-    again = add_stretches(group)
-    assert [m.model for m in again.members] == [m.model for m in group.members]
-    scene = build_scene(again, OPTIONS)
+    plain, *stretched = group.models
+    assert all(m.batches is plain.batches for m in stretched)  # type: ignore[union-attr]
+    stretched_twice = add_stretches(group)
+    assert [m.model for m in stretched_twice.members] == [m.model for m in group.members]
+    scene = build_scene(stretched_twice, OPTIONS)
     assert len(scene.meshes) == 3
     assert [mesh.report.curvature is not None for mesh in scene.meshes] == [True] * 3
     assert scene.report.curvature is not None

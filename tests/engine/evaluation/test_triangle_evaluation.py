@@ -167,7 +167,7 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     is_next_row = [key[1] == 1 for key in triangles.keys(4)]
     cone = exact.to_exact_net([(net[is_next_row] - net[0]) * weights[is_next_row, None]])[0]
     slope = [tuple(y - x for x, y in zip(a, b, strict=True)) for a, b in pairwise(cone)]
-    expected = [
+    cone_normals = [
         exact.normalize(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
         for t in exact.list_parameters(6)
     ]
@@ -184,5 +184,5 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
         is_collapsed
     ]
     sign = -1 if symmetry >= 3 else 1
-    expected = sign * np.array(expected)[order]
+    expected = sign * np.array(cone_normals)[order]
     assert np.abs(result.normals[0][is_collapsed] - expected).max() < 1e-11

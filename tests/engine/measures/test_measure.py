@@ -1,4 +1,4 @@
-"""Measures: closed forms, exact fractions, extrapolated polyhedra; and open borders."""
+"""Measures, compared with formulas, fractions and extrapolated polyhedra; and open borders."""
 
 from dataclasses import replace
 from math import pi
@@ -33,13 +33,15 @@ PI.dps = 50
 def measure_surface(
     surface: SurfaceKind, tolerance: float = 1e-6, weld: float = 1e-12, budget: int = 1 << 18
 ) -> Measures:
+    """The measures of a surface with this tolerance, weld tolerance and budget of cells."""
     return measure(surface.lower(), MeasureQuery(tolerance, weld, budget))
 
 
-def contains(interval: Interval | None, truth: object, slack: float = 0.0) -> bool:
+def contains(interval: Interval | None, expected: object, slack: float = 0.0) -> bool:
+    """Whether the interval, widened by `slack`, contains the true value."""
     assert interval is not None
     assert interval.low <= interval.value <= interval.high
-    return bool(interval.low - slack <= truth <= interval.high + slack)  # type: ignore[operator]
+    return bool(interval.low - slack <= expected <= interval.high + slack)  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("scale", [1e-60, 1e-110, 1e-160, 1e-300])
@@ -53,6 +55,7 @@ def test_intervals_contain_the_exact_values_if_products_underflow(scale: float) 
 
 
 def find_example(name: str) -> PatchSurface:
+    """An example that is made of patches."""
     surface = find(name).surface()
     assert isinstance(surface, PatchSurface)
     return surface
@@ -68,12 +71,14 @@ def find_example(name: str) -> PatchSurface:
         ("cone", 1 + PI.sqrt(5), 2 / PI.mpf(3), -0.5),
     ],
 )
-def test_quadrics(name: str, area: object, volume: object, height: float) -> None:
+def test_measures_of_quadrics_are_right(
+    name: str, area: object, volume: object, height: float
+) -> None:
     tolerance = 1e-3 if name in ("torus", "cone") else 1e-9
     result = measure_surface(find(name).surface(), tolerance)
     # Rounded square roots in nets change the surfaces by some 1e-16.
-    for interval, truth in ((result.area, area), (result.volume, volume)):
-        exact = truth * PI.pi
+    for interval, expected in ((result.area, area), (result.volume, volume)):
+        exact = expected * PI.pi
         assert contains(interval, exact, 1e-15 * float(exact))
         assert interval is not None
         assert interval.high - interval.low <= tolerance * interval.value
@@ -89,7 +94,9 @@ def test_quadrics(name: str, area: object, volume: object, height: float) -> Non
 
 @settings(max_examples=6, deadline=None, derandomize=True)
 @given(st.tuples(*[st.floats(0.5, 3)] * 3), st.integers(0, 2**20), st.booleans())
-def test_ellipsoids(axes: tuple[float, float, float], seed: int, mirrored: bool) -> None:
+def test_measures_of_ellipsoids_are_right(
+    axes: tuple[float, float, float], seed: int, mirrored: bool
+) -> None:
     c, b, a = sorted(axes)
     a, b = max(a, b + 1e-3, c + 2e-3), max(b, c + 1e-3)
     turn, _ = np.linalg.qr(RNG(seed).normal(size=(3, 3)))
@@ -101,7 +108,7 @@ def test_ellipsoids(axes: tuple[float, float, float], seed: int, mirrored: bool)
     # Long ellipsoids need more cells than the other surfaces.
     result = measure_surface(ellipsoid, budget=1 << 20)
     assert contains(result.area, oracle.ellipsoid_area(a, b, c), 1e-14)
-    # A mirrored member keeps its normals outside.
+    # The normals of a mirrored member still point outwards.
     assert contains(result.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
     assert result.centroid is not None
     assert all(
@@ -116,20 +123,19 @@ SMOOTH = (
 
 
 @pytest.mark.parametrize("name", [*SMOOTH, "rational", "rational triangles", "poles", "NURBS"])
-def test_areas_are_those_of_ever_finer_polyhedra(name: str) -> None:
+def test_areas_agree_with_extrapolated_polyhedra(name: str) -> None:
     for seed in (11,):
         surface = FAMILIES[name].surface(seed)
         result = measure_surface(surface, 1e-8 if name in SMOOTH else 1e-4)
-        truth, error = oracle.measure_area(
+        expected, error = oracle.measure_area(
             build_sheets(surface), levels=4 if isinstance(surface, BsplineSurface) else 5
         )
-        assert contains(result.area, truth, error)
-        assert result.area.high - result.area.low < (1e-6 if name in SMOOTH else 20) * truth
+        assert contains(result.area, expected, error)
+        assert result.area.high - result.area.low < (1e-6 if name in SMOOTH else 20) * expected
 
 
-def test_the_cells_of_many_patches_may_be_halved() -> None:
-    """If the patches alone exceed the budget, their cells may have three times their control
-    points."""
+def test_cells_are_halved_although_the_patches_exceed_the_budget() -> None:
+    """Then the cells may have up to three times the control points of the patches."""
     x, y = np.meshgrid(np.arange(12.0), np.arange(12.0), indexing="ij")
     net = np.stack([x, y, np.sin(x / 4) * np.cos(y / 4)], axis=-1)
     surface = BsplineSurface(net, (3, 3))
@@ -139,23 +145,23 @@ def test_the_cells_of_many_patches_may_be_halved() -> None:
 
 
 def test_cells_are_halved_until_the_budget_is_used_up() -> None:
-    """Four patches may become twelve cells, with three times their control points."""
+    """Four patches become twelve cells: three times the control points of the patches."""
     cells = cells_of(RNG(6).uniform(-0.5, 0.5, (4, 3, 3, 3)), np.arange(4), 0.0)
     result = refine([cells], "size", np.full(1, 1e-30), 0)
     assert sum(bounded.cells.size for bounded in result.bounded) == 3 * cells.size
 
 
 @pytest.mark.parametrize("degree", [(1, 1), (3, 3), (2, 5)])
-def test_the_flux_of_polynomials_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
+def test_the_flux_of_polynomial_patches_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
     nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
     cells = cells_of(nets, np.arange(2), 0.0)
     sums, errors = refine([cells], "flux", np.ones(2), 0).integrate().over_parts(np.arange(2), 2)
     for k, net in enumerate(nets):
-        truth = oracle.exact_flux([to_exact_net(net)])
-        assert abs(sums[0, 1 + k] - truth) <= errors[0, 1 + k] < 1e-11
+        expected = oracle.exact_flux([to_exact_net(net)])
+        assert abs(sums[0, 1 + k] - expected) <= errors[0, 1 + k] < 1e-11
 
 
-def test_closed_splines_against_exact_fractions_and_polyhedra() -> None:
+def test_volumes_of_closed_splines_are_right() -> None:
     angle = 2 * pi * np.arange(3) / 3
     turn = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)[:, np.newaxis]
     net = turn * (2 + np.sin(angle))[:, np.newaxis] + np.cos(angle)[:, np.newaxis] * [0.0, 0, 1]
@@ -165,17 +171,17 @@ def test_closed_splines_against_exact_fractions_and_polyhedra() -> None:
     volume = result.volume
     assert volume is not None
     (batch,) = surface.lower().batches
-    truth = oracle.exact_flux([to_exact_net(points) for points in batch.points]) / 3
-    assert contains(volume, truth)
+    expected = oracle.exact_flux([to_exact_net(points) for points in batch.points]) / 3
+    assert contains(volume, expected)
     assert volume.high - volume.low < 1e-9 * abs(volume.value)
     rational = BsplineSurface(
         net, (2, 2), ("periodic", "periodic"), RNG(4).uniform(0.5, 2, net.shape[:2])
     )
-    twice, error = oracle.measure_flux(build_sheets(rational), first=8, levels=5)
-    assert contains(measure_surface(rational).volume, twice / 3, error)
+    flux, error = oracle.measure_flux(build_sheets(rational), first=8, levels=5)
+    assert contains(measure_surface(rational).volume, flux / 3, error)
 
 
-def test_an_open_surface_names_its_borders() -> None:
+def test_an_open_surface_has_no_volume_and_lists_its_borders() -> None:
     sphere = find_example("sphere")
     result = measure_surface(replace(sphere, patches=sphere.patches[:7], parts=()))
     assert not result.closed
@@ -190,7 +196,7 @@ def test_an_open_surface_names_its_borders() -> None:
     assert contains(result.boundary_length, 3 * PI.pi / 2, 1e-15)
 
 
-def test_a_reversed_patch_is_detected() -> None:
+def test_a_reversed_patch_makes_edges_inconsistent() -> None:
     torus = find_example("torus")
     patches = np.array(torus.patches)
     patches[5] = patches[5].transpose(1, 0)
@@ -198,22 +204,24 @@ def test_a_reversed_patch_is_detected() -> None:
     assert result.volume is None
     assert (result.open_edges, result.inconsistent_edges) == (0, 8)
     assert {fault.place.patch for fault in result.faulty_edges} >= {5}
-    turned = measure_surface(replace(torus, patches=np.array(torus.patches).transpose(0, 2, 1)))
-    assert turned.volume is not None
-    assert turned.volume.value == pytest.approx(-0.32 * pi * pi)
+    reversed_torus = measure_surface(
+        replace(torus, patches=np.array(torus.patches).transpose(0, 2, 1))
+    )
+    assert reversed_torus.volume is not None
+    assert reversed_torus.volume.value == pytest.approx(-0.32 * pi * pi)
 
 
-def test_lengths_of_borders_and_their_places() -> None:
+def test_borders_have_the_right_lengths_and_places() -> None:
     result = measure_surface(find("utah-teapot").surface())
     assert [loop.edges for loop in result.boundaries] == [4, 2, 2, 2, 2, 4]
     sheets = build_sheets(find("utah-teapot").surface().lower())
     rim = result.boundaries[0]
     assert (rim.first.patch, rim.first.side) == (0, "v=0")
-    truth = [
+    expected = [
         oracle.measure_length(lambda t, k=k: sheets[k].at(np.stack([t, 0 * t], axis=1)))  # type: ignore[misc]
         for k in range(4)
     ]
-    assert contains(rim.length, *map(sum, zip(*truth, strict=True)))
+    assert contains(rim.length, *map(sum, zip(*expected, strict=True)))
     spline = find("bspline-hills").surface()
     (border,) = measure_surface(spline).boundaries
     assert border.edges == 18
@@ -224,17 +232,17 @@ def test_lengths_of_borders_and_their_places() -> None:
     assert triangle.faulty_edges[1].place.uv == ((1.0, 0.0), (0.0, 1.0))
 
 
-def build_halves(turned: bool) -> GroupSurface:
-    """A torus as two members, one of them the mirror image of the other."""
+def build_halves(is_mirrored: bool) -> GroupSurface:
+    """A torus as two members: half of it, and a copy of this half that is mirrored or rotated."""
     torus = find_example("torus")
     half = replace(torus, patches=torus.patches[:8], parts=())
-    flip = np.diag([1.0, -1, 1, 1]) if turned else np.diag([-1.0, -1, 1, 1])
-    return GroupSurface((Member(half), Member(half, name="other", matrix=flip)))
+    placement = np.diag([1.0, -1, 1, 1]) if is_mirrored else np.diag([-1.0, -1, 1, 1])
+    return GroupSurface((Member(half), Member(half, name="other", matrix=placement)))
 
 
-@pytest.mark.parametrize("turned", [False, True])
-def test_members_that_meet_enclose_a_volume(turned: bool) -> None:
-    result = measure_surface(build_halves(turned))
+@pytest.mark.parametrize("is_mirrored", [False, True])
+def test_members_that_meet_enclose_a_volume(is_mirrored: bool) -> None:
+    result = measure_surface(build_halves(is_mirrored))
     assert result.closed
     assert contains(result.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
     assert [part.name for part in result.parts] == ["torus", "other"]
@@ -242,17 +250,19 @@ def test_members_that_meet_enclose_a_volume(turned: bool) -> None:
     assert all(contains(part.area, 0.8 * PI.pi**2, 1e-14) for part in result.parts)
 
 
-def test_sides_of_mirrored_triangles_keep_their_names() -> None:
+def test_open_sides_of_mirrored_triangles_are_reported_as_in_the_request() -> None:
     sphere = find_example("octahedral-sphere")
     rows = np.array(sphere.triangles)
     half = rows[(sphere.vertices[rows][..., 0] > -1e-9).all(axis=1)]
     whole = replace(sphere, triangles=half, parts=())
     part = replace(sphere, triangles=half[1:], parts=())
-    flip = np.diag([-1.0, 1, 1, 1])
+    placement = np.diag([-1.0, 1, 1, 1])
     places = {(f.place.patch, f.place.side, f.place.uv) for f in measure_surface(part).faulty_edges}
-    alone = measure_surface(GroupSurface((Member(part, matrix=flip),)))
+    alone = measure_surface(GroupSurface((Member(part, matrix=placement),)))
     assert {(f.place.patch, f.place.side, f.place.uv) for f in alone.faulty_edges} == places
-    joined = measure_surface(GroupSurface((Member(whole), Member(part, name="part", matrix=flip))))
+    joined = measure_surface(
+        GroupSurface((Member(whole), Member(part, name="part", matrix=placement)))
+    )
     missing = [f.place for f in joined.faulty_edges if f.place.surface == 1]
     assert {(place.patch, place.side) for place in missing} <= {place[:2] for place in places}
     ends = {place[1]: set(place[2]) for place in places}
@@ -260,7 +270,7 @@ def test_sides_of_mirrored_triangles_keep_their_names() -> None:
     assert all(set(place.uv) == ends.get(place.side, set(place.uv)) for place in missing)
 
 
-def test_members_have_volumes_of_their_own() -> None:
+def test_each_closed_member_has_a_volume() -> None:
     far = np.diag([2.0, 2, -2, 1])
     far[:3, 3] = 100
     sphere = find_example("sphere")
@@ -283,13 +293,13 @@ def test_members_have_volumes_of_their_own() -> None:
     assert first.place.side in {fault.place.side for fault in plain}
 
 
-def test_gaps_that_were_closed_widen_the_interval() -> None:
+def test_closing_gaps_widens_the_interval_of_the_volume() -> None:
     sphere = find_example("sphere")
     points = sphere.vertices[sphere.patches]
     assert sphere.weights is not None
     weights = sphere.weights[sphere.patches]
-    apart = points + RNG(5).uniform(-1e-7, 1e-7, points.shape)
-    patches = tuple(BezierSurface(net, w) for net, w in zip(apart, weights, strict=True))
+    moved_points = points + RNG(5).uniform(-1e-7, 1e-7, points.shape)
+    patches = tuple(BezierSurface(net, w) for net, w in zip(moved_points, weights, strict=True))
     surface = MultipatchSurface(patches)
     assert measure_surface(surface).volume is None
     result = measure_surface(surface, weld=1e-6)
@@ -297,13 +307,15 @@ def test_gaps_that_were_closed_widen_the_interval() -> None:
     assert result.volume is not None
     assert 1e-7 < result.volume.high - result.volume.low < 2e-5
     assert contains(result.volume, 4 / PI.mpf(3) * PI.pi)
-    truth, error = oracle.measure_flux(build_sheets(surface), levels=5)
-    assert contains(result.volume, truth / 3, error)
+    expected, error = oracle.measure_flux(build_sheets(surface), levels=5)
+    assert contains(result.volume, expected / 3, error)
 
 
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(st.integers(0, 2**20), st.floats(-9, 9))
-def test_affine_images(seed: int, offset: float) -> None:
+def test_the_volume_of_an_affine_image_is_scaled_by_the_determinant(
+    seed: int, offset: float
+) -> None:
     torus = find_example("torus")
     matrix = np.eye(3) + RNG(seed).uniform(-0.5, 0.5, (3, 3))
     image = replace(torus, vertices=torus.vertices @ matrix.T + offset)
@@ -313,5 +325,5 @@ def test_affine_images(seed: int, offset: float) -> None:
     assert contains(
         result.volume, volume, 1e-13 * float(np.abs(matrix).max()) ** 3 * (1 + abs(offset))
     )
-    again = measure_surface(image, 1e-1)
-    assert again == result
+    second_result = measure_surface(image, 1e-1)
+    assert second_result == result

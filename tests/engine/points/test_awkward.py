@@ -1,4 +1,4 @@
-"""Points of difficult nets: only numbers and nulls, without exceptions or warnings."""
+"""Points of degenerate and extreme surfaces: finite numbers or null, without warnings."""
 
 import numpy as np
 import orjson
@@ -13,14 +13,16 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, Part, PatchModel
 from tests.strategies import Array, degenerate_nets, triangle_nets, weights_like
 
-WIDE = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])
-"""Domains in which the chain rule leaves float64."""
+EXTREME_DOMAINS = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])
+"""The narrowest and the widest domain: partials by its parameters are too large or too small for
+float64."""
 
 steps = st.lists(st.tuples(*[st.sampled_from([0, 1, 5, 8])] * 2), min_size=1, max_size=4)
 scales = st.sampled_from([1.0, 1e-300, 1e-30, 1e30, 3e38])
 
 
-def check(model: PatchModel, query: PointsQuery) -> None:
+def check_columns(model: PatchModel, query: PointsQuery) -> None:
+    """Checks that positions are finite, normals are unit vectors, and columns are valid JSON."""
     result = evaluate_points(model, locate(model, query), query.order)
     assert np.isfinite(result["positions"]).all()
     np.testing.assert_allclose(np.linalg.norm(result["normals"], axis=1), 1, atol=1e-12)
@@ -30,29 +32,30 @@ def check(model: PatchModel, query: PointsQuery) -> None:
 
 
 def build_model(batch: Patches, domain: Domain | None = None) -> PatchModel:
+    """A model of one batch."""
     domains = () if domain is None else (domain,)
     return PatchModel("model", (batch,), (Part("model", 0, 1),), "y", domains)
 
 
 def scale_net(net: Array, scale: float) -> Array:
-    """The net with its largest coordinate brought to `scale`, nearly."""
+    """A batch of one net, (1, …), scaled: a net of size 8 gets the size `scale`."""
     return net[None] * (scale / 8)
 
 
 @given(degenerate_nets(), steps, scales, st.data())
-def test_degenerate_patches(
+def test_points_of_degenerate_patches_are_valid(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
 ) -> None:
     weights = data.draw(st.none() | weights_like(net))
     batch = TensorPatches(scale_net(net, scale), None if weights is None else weights[None])
     uv = np.array(places) / 8
-    check(build_model(batch), PointsQuery(uv, None, 2))
-    beside = np.clip(uv + 1e-9, 0, 1)
-    check(build_model(batch), PointsQuery(beside, None, 2))
+    check_columns(build_model(batch), PointsQuery(uv, None, 2))
+    nearby = np.clip(uv + 1e-9, 0, 1)
+    check_columns(build_model(batch), PointsQuery(nearby, None, 2))
 
 
 @given(triangle_nets(), steps, scales, st.data())
-def test_degenerate_triangles(
+def test_points_of_degenerate_triangles_are_valid(
     net: Array, places: list[tuple[int, int]], scale: float, data: st.DataObject
 ) -> None:
     net = net.copy()
@@ -60,12 +63,12 @@ def test_degenerate_triangles(
     weights = data.draw(st.none() | weights_like(net))
     batch = TrianglePatches(scale_net(net, scale), None if weights is None else weights[None])
     rst = np.array([(16 - a - b, a, b) for a, b in places]) / 16
-    check(build_model(batch), PointsQuery(rst, None, 2))
+    check_columns(build_model(batch), PointsQuery(rst, None, 2))
 
 
-@pytest.mark.parametrize("wide", WIDE, ids=["narrow", "wide"])
-def test_partials_beyond_double_precision_are_null(wide: Array) -> None:
+@pytest.mark.parametrize("knots", EXTREME_DOMAINS, ids=["narrow", "wide"])
+def test_partials_beyond_float64_are_null(knots: Array) -> None:
     net = np.random.default_rng(1).standard_normal((1, 3, 3, 3)) * 1e30
-    model = build_model(TensorPatches(net), Domain(wide, np.array([0.0, 1.0])))
-    uv = np.array([[wide[0], 0.5], [wide[1], 1.0]])
-    check(model, PointsQuery(uv, None, 2))
+    model = build_model(TensorPatches(net), Domain(knots, np.array([0.0, 1.0])))
+    uv = np.array([[knots[0], 0.5], [knots[1], 1.0]])
+    check_columns(model, PointsQuery(uv, None, 2))

@@ -21,24 +21,26 @@ ORDERS = {
     "dvv": (0, 2),
 }
 LIMITS = (1e-12, 1e-9, 1e-7)
+"""The relative tolerances of partials of the orders 0, 1 and 2."""
 
 shares = st.lists(st.floats(0, 1), min_size=1, max_size=5)
 
 
 def evaluate_columns(surface: BsplineSurface, uv: Array) -> Columns:
+    """All columns, up to the second partials, at parameters (m, 2)."""
     model = surface.lower()
     return evaluate_points(model, locate(model, PointsQuery(uv, None, 2)), 2)
 
 
 def compute_derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
-    """Partials of the homogeneous B-spline by scipy, then the quotient rule.
+    """Partials of the homogeneous B-spline by SciPy, then of the surface by the quotient rule.
 
     S = X/w, w S_a = X_a − w_a S, w S_ab = X_ab − w_ab S − w_a S_b − w_b S_a
     """
     net = surface.control_net
     weights = np.ones(net.shape[:2]) if surface.weights is None else surface.weights
-    together = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
-    spline = NdBSpline(surface.knot_vectors, together, surface.degree)
+    homogeneous_net = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
+    spline = NdBSpline(surface.knot_vectors, homogeneous_net, surface.degree)
     x, w = {}, {}
     for order in ORDERS.values():
         # SciPy refuses derivatives above the degree, which are zero.
@@ -55,8 +57,8 @@ def compute_derivatives(surface: BsplineSurface, uv: Array) -> dict[str, Array]:
     return {name: s[order] for name, order in ORDERS.items()}
 
 
-def check(surface: BsplineSurface, uv: Array) -> None:
-    """Compares all columns, with tolerances `LIMITS` by order, relative to the largest value."""
+def compare_with_scipy(surface: BsplineSurface, uv: Array) -> None:
+    """Compares all columns; the tolerances are `LIMITS` of the order, times the largest value."""
     result, expected = evaluate_columns(surface, uv), compute_derivatives(surface, uv)
     for name, order in ORDERS.items():
         size = max(float(np.abs(expected[name]).max()), 1.0)
@@ -66,20 +68,20 @@ def check(surface: BsplineSurface, uv: Array) -> None:
 @given(
     knot_vectors(), knot_vectors(), st.integers(0, 10**6), st.booleans(), st.tuples(shares, shares)
 )
-def test_partials_are_those_of_scipy(
-    u: KnotVector, v: KnotVector, seed: int, rational: bool, inner: tuple[list[float], ...]
+def test_partials_agree_with_scipy(
+    u: KnotVector, v: KnotVector, seed: int, rational: bool, inner_shares: tuple[list[float], ...]
 ) -> None:
-    """At breaks the partials are those of the span on the right."""
+    """At breaks, the partials are those of the span that begins there."""
     weights = random_weights(u.points, seed, v.points) if rational else None
     net = random_points(u.points, seed, v.points)
     surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
-    lines = []
-    for vector, at in zip((u, v), inner, strict=True):
+    parameter_lines = []
+    for vector, parameter_shares in zip((u, v), inner_shares, strict=True):
         low, high = knot.domain(*vector)
-        inside = np.clip(low + (high - low) * np.array(at), low, high)
-        lines.append(np.concatenate([knot.breaks(*vector), inside]))
-    uv = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
-    check(surface, uv)
+        inside = np.clip(low + (high - low) * np.array(parameter_shares), low, high)
+        parameter_lines.append(np.concatenate([knot.breaks(*vector), inside]))
+    uv = np.stack(np.meshgrid(*parameter_lines, indexing="ij"), axis=-1).reshape(-1, 2)
+    compare_with_scipy(surface, uv)
 
 
 def test_partials_at_a_crease_are_those_of_the_right_span() -> None:

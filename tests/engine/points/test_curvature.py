@@ -1,4 +1,4 @@
-"""Curvatures against closed forms and 50 digits, at poles and beside them."""
+"""Curvatures, also at and near poles, compared with formulas and with 50 digits."""
 
 from fractions import Fraction
 
@@ -40,7 +40,7 @@ def evaluate_curvatures(
 def scatter_points(
     patches: TensorPatches, count: int = 200
 ) -> tuple[Array, Array, Curvatures, Array]:
-    """Points and normals at places of all patches, corners and borders included."""
+    """Points, normals, curvatures and `degenerate` at random places, also on borders."""
     rng = np.random.default_rng(3)
     index = np.arange(count) % patches.count
     u, v = rng.random((2, count))
@@ -52,7 +52,7 @@ def scatter_points(
 
 
 @pytest.mark.parametrize("radius", [1.0, 3.0, 1e-12, 1e12])
-def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
+def test_all_curvatures_of_a_sphere_are_equal_also_at_its_poles(radius: float) -> None:
     """K = 1/r², H = k_1 = k_2 = −1/r: the normals point outwards."""
     _, _, result, degenerate = scatter_points(lower_patches(quadrics.sphere(radius)))
     assert degenerate.any()
@@ -61,8 +61,8 @@ def test_sphere_is_round_everywhere_poles_included(radius: float) -> None:
         np.testing.assert_allclose(k * radius, -1, rtol=0, atol=1e-11)
 
 
-def test_cone_has_no_mean_curvature_at_its_apex() -> None:
-    """H = −cos α / (2ρ) is unbounded; K = 0 along every ruling, so its limit is 0."""
+def test_a_cone_has_no_mean_curvature_at_its_apex() -> None:
+    """H = −cos α / (2ρ) is unbounded near the apex; K is 0 along every ruling."""
     patches = lower_patches(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
     result = evaluate_curvatures(patches, 0, places)
@@ -72,8 +72,8 @@ def test_cone_has_no_mean_curvature_at_its_apex() -> None:
     assert np.isnan([result.mean[-1], result.larger[-1], result.smaller[-1]]).all()
 
 
-def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
-    """Half axes a, b, c: k = −c/a² and −c/b² at the pole, along every ruling."""
+def test_an_ellipsoid_has_two_principal_curvatures_at_its_pole() -> None:
+    """With half axes a, b, c they are −c/a² and −c/b², along every line to the pole."""
     sphere = lower_patches(quadrics.sphere())
     patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
     result = evaluate_curvatures(
@@ -84,10 +84,10 @@ def test_ellipsoid_has_two_curvatures_at_its_pole() -> None:
     np.testing.assert_allclose(result.gaussian, 1.5**2 / 36, rtol=1e-8)
 
 
-def test_pole_of_higher_order() -> None:
-    """The paraboloid z = x² + y² with the radius v, v² and v³: N vanishes to order 1, 3 and 5.
+def test_curvatures_are_limits_up_to_poles_of_order_3() -> None:
+    """The paraboloid z = x² + y² with the radius v, v² and v³: N has a zero of order 1, 3 and 5.
 
-    Beyond the highest order that is examined, the result is null.
+    Above the highest order that is examined, the curvatures are NaN.
     """
     arc = np.array([[1.0, 0], [1, 1], [0, 1]])
     for power, has_curvature in ((1, True), (2, True), (3, False)):
@@ -114,15 +114,15 @@ def test_pole_of_higher_order() -> None:
     weighted_nets(height_nets(degree=st.integers(1, 4))),
     st.lists(st.tuples(*[st.integers(0, 16)] * 2), min_size=1, max_size=3),
 )
-def test_curvatures_are_those_of_fifty_digits(
+def test_curvatures_agree_with_50_digits(
     surface: tuple[Array, Array | None], places: list[tuple[int, int]]
 ) -> None:
-    check(*surface, [(i / 16, j / 16) for i, j in places], 1e-9)
+    check_curvatures(*surface, [(i / 16, j / 16) for i, j in places], 1e-9)
 
 
 @st.composite
-def collapsed(draw: st.DrawFn) -> tuple[Array, Array | None]:
-    """Nets with one side collapsed to a point that has a tangent plane."""
+def nets_with_pole(draw: st.DrawFn) -> tuple[Array, Array | None]:
+    """Nets with a side that is one point, at which the surface has a tangent plane."""
     net = draw(nets(degree=st.integers(2, 4), limit=4)).copy()
     net[:, 0] = net[0, 0]
     net[..., 2] = np.where(np.arange(net.shape[1]) < 2, net[0, 0, 2], net[..., 2])
@@ -132,32 +132,37 @@ def collapsed(draw: st.DrawFn) -> tuple[Array, Array | None]:
     return net, weights
 
 
-@given(collapsed(), st.sampled_from([1e-3, 1e-5, 1e-7, 1e-9]), st.integers(0, 8))
-def test_near_a_pole_hardly_any_digits_are_lost(
+@given(nets_with_pole(), st.sampled_from([1e-3, 1e-5, 1e-7, 1e-9]), st.integers(0, 8))
+def test_curvatures_near_a_pole_keep_their_digits(
     surface: tuple[Array, Array | None], distance: float, along: int
 ) -> None:
-    check(*surface, [(along / 8, distance)], 1e-8, root=1e-5)
+    check_curvatures(*surface, [(along / 8, distance)], 1e-8, principal_limit=1e-5)
 
 
-def check(
+def check_curvatures(
     net: Array,
     weights: Array | None,
     places: list[tuple[float, float]],
     limit: float,
     *,
-    root: float | None = None,
+    principal_limit: float | None = None,
 ) -> None:
-    """Compares all four curvatures; `root` is the tolerance of k_1 and k_2, which have a square
-    root."""
+    """Compares all four curvatures with exact ones, within a relative tolerance `limit`.
+
+    `principal_limit` is the tolerance of k_1 and k_2, which lose digits in a square root.
+    """
     result = evaluate_curvatures(build_batch(net, weights), 0, places)
-    precise = exact.to_exact_net(net, weights)
+    exact_net = exact.to_exact_net(net, weights)
     for k, (u, v) in enumerate(places):
-        _, du, dv, *_ = jet = exact.second_jet(precise, Fraction(u), Fraction(v))
+        _, du, dv, *_ = jet = exact.second_jet(exact_net, Fraction(u), Fraction(v))
         assume(any(exact.cross(du, dv)))
         assert len(jet) == 6
-        right = np.array(exact.curvatures(precise, Fraction(u), Fraction(v)), dtype=float)
-        measure = max(np.abs(right[1:]).max(), 1.0)
-        assert result.gaussian[k] == pytest.approx(right[0], abs=limit * measure**2)
-        assert result.mean[k] == pytest.approx(right[1], abs=limit * measure)
-        for actual, truth in ((result.larger[k], right[2]), (result.smaller[k], right[3])):
-            assert actual == pytest.approx(truth, abs=(root or limit) * measure)
+        expected = np.array(exact.curvatures(exact_net, Fraction(u), Fraction(v)), dtype=float)
+        scale = max(np.abs(expected[1:]).max(), 1.0)
+        assert result.gaussian[k] == pytest.approx(expected[0], abs=limit * scale**2)
+        assert result.mean[k] == pytest.approx(expected[1], abs=limit * scale)
+        for actual, expected_value in (
+            (result.larger[k], expected[2]),
+            (result.smaller[k], expected[3]),
+        ):
+            assert actual == pytest.approx(expected_value, abs=(principal_limit or limit) * scale)

@@ -1,4 +1,4 @@
-"""Points and partials at scattered parameters, against fractions, geomdl and differences."""
+"""Points and partials at arbitrary parameters, compared with fractions and geomdl."""
 
 from fractions import Fraction
 
@@ -34,27 +34,31 @@ def evaluate_partials(
 
 
 def measure_size(net: Array) -> float:
+    """The largest extent of a net, or 1 if it is one point."""
     return float((net.max(axis=(0, 1)) - net.min(axis=(0, 1))).max()) or 1.0
 
 
-def check(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> None:
+def check_partials(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> None:
+    """Compares all partials with exact ones, within `LIMITS`."""
     result = evaluate_partials(net, weights, places)
-    precise = exact.to_exact_net(net, weights)
+    exact_net = exact.to_exact_net(net, weights)
     for k, (u, v) in enumerate(places):
-        truth = exact.second_jet(precise, Fraction(u), Fraction(v))
-        for actual, right, limit in zip(result[:, k], truth, LIMITS, strict=True):
-            assert np.abs(actual - np.array(right, dtype=float)).max() <= limit * measure_size(net)
+        expected_jet = exact.second_jet(exact_net, Fraction(u), Fraction(v))
+        for actual, expected, limit in zip(result[:, k], expected_jet, LIMITS, strict=True):
+            assert np.abs(actual - np.array(expected, dtype=float)).max() <= limit * measure_size(
+                net
+            )
 
 
 @given(weighted_nets(nets(degree=st.integers(1, 8))), parameters)
-def test_partials_are_those_in_fractions(
+def test_partials_agree_with_fractions(
     surface: tuple[Array, Array | None], places: list[tuple[float, float]]
 ) -> None:
-    check(*surface, places)
+    check_partials(*surface, places)
 
 
 @given(weighted_nets(nets(degree=st.integers(1, 4))), parameters)
-def test_far_from_the_origin_only_the_position_is_rounded(
+def test_partials_keep_their_digits_far_from_the_origin(
     surface: tuple[Array, Array | None], places: list[tuple[float, float]]
 ) -> None:
     net, weights = surface
@@ -64,7 +68,7 @@ def test_far_from_the_origin_only_the_position_is_rounded(
     np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
 
 
-def test_corners_and_poles_are_their_control_points() -> None:
+def test_points_at_corners_and_poles_are_control_points() -> None:
     """Corner points equal the control points, bit for bit, as in a mesh."""
     patches = lower_example("sphere")
     for patch in range(patches.count):

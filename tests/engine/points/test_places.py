@@ -1,4 +1,4 @@
-"""The patch of each parameter, also at knots and at the ends."""
+"""The patch and the local parameters of each place, also at knots and at ends of domains."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ KNOTS_U, KNOTS_V = np.array([-1.0, 0.5, 4.0]), np.array([2.0, 3.0])
 
 
 def build_pieces() -> tuple[Array, PatchModel]:
-    """A net over the domain [−1, 4] × [2, 3], split at u = ½: 0.3 of the way."""
+    """A net, and a model of its two halves over the domain [−1, 4] × [2, 3], split at u = 1/2."""
     net = np.arange(36.0).reshape(4, 3, 3) ** 1.5
     halves = np.stack(split(net, 0.3))
     domain = Domain(KNOTS_U, KNOTS_V)
@@ -27,7 +27,7 @@ def build_pieces() -> tuple[Array, PatchModel]:
     )
 
 
-def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() -> None:
+def test_a_knot_belongs_to_the_span_that_begins_there_and_the_end_to_the_last_span() -> None:
     _, model = build_pieces()
     uv = np.array([[-1, 2], [0.5, 2.5], [np.nextafter(0.5, 0), 2.5], [4, 3], [2.25, 3]])
     result = locate(model, PointsQuery(uv, None, 0))
@@ -37,7 +37,7 @@ def test_knots_belong_to_the_span_that_begins_there_and_the_end_to_the_last() ->
     np.testing.assert_array_equal(result.widths[:, 0], [1.5, 3.5, 1.5, 3.5, 3.5])
 
 
-def test_spans_are_counted_along_u_first() -> None:
+def test_patches_of_a_domain_are_numbered_with_v_fastest() -> None:
     net = np.zeros((6, 2, 2, 3))
     domain = Domain(np.array([0.0, 1, 2]), np.array([0.0, 1, 2, 3]))
     model = PatchModel("model", (TensorPatches(net),), (Part("model", 0, 6),), "y", (domain,))
@@ -45,55 +45,58 @@ def test_spans_are_counted_along_u_first() -> None:
     np.testing.assert_array_equal(locate(model, PointsQuery(uv, None, 0)).patch, np.arange(6))
 
 
-def test_partials_are_in_the_parameters_of_the_surface() -> None:
-    """Partials by the chain rule from the whole net over [0, 1]: u = −1 + 5 t, v = 2 + s."""
+def test_partials_are_derivatives_by_the_parameters_of_the_surface() -> None:
+    """Compares with the chain rule for the whole net over [0, 1]², u = −1 + 5 t and v = 2 + s."""
     net, model = build_pieces()
     whole = build_model([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
     uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
     result = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
-    right = evaluate_points(whole, locate(whole, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2)
+    expected = evaluate_points(
+        whole, locate(whole, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2
+    )
     for name, factor in (("positions", 1), ("du", 5), ("dv", 1), ("duu", 25), ("duv", 5)):
-        np.testing.assert_allclose(result[name] * factor, right[name], atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(result[name] * factor, expected[name], atol=1e-9, err_msg=name)
     for name in ("normals", "gaussian_curvature", "mean_curvature", "principal_curvatures"):
-        np.testing.assert_allclose(result[name], right[name], atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(result[name], expected[name], atol=1e-9, err_msg=name)
 
 
 def test_patches_are_numbered_as_in_the_request() -> None:
-    """Parts reorder the patches of a model; batches divide them."""
+    """The model has its patches in another order, because of parts and batches."""
     vertices = np.concatenate([face.reshape(-1, 3) for face in build_cube()])
     grids = np.arange(24).reshape(6, 2, 2)
     surface = PatchSurface(vertices, grids, parts=(("odd", (5, 1, 3)), ("two", (2,))))
     model = surface.lower()
-    all_ = PointsQuery(np.full((6, 2), 0.5), np.arange(6), 0)
-    middles = evaluate_points(model, locate(model, all_), 0)["positions"]
+    middles_query = PointsQuery(np.full((6, 2), 0.5), np.arange(6), 0)
+    middles = evaluate_points(model, locate(model, middles_query), 0)["positions"]
     np.testing.assert_array_equal(middles, vertices[grids].mean(axis=(1, 2)))
-    fifth = PointsQuery(np.full((2, 2), 0.5), np.array(4), 0)
-    one = evaluate_points(model, locate(model, fifth), 0)["positions"]
-    np.testing.assert_array_equal(one, middles[[4, 4]])
+    fifth_patch = PointsQuery(np.full((2, 2), 0.5), np.array(4), 0)
+    positions = evaluate_points(model, locate(model, fifth_patch), 0)["positions"]
+    np.testing.assert_array_equal(positions, middles[[4, 4]])
 
 
 def list_refusals(model: PatchModel, uv: Any, patch: Any = None) -> list[tuple[str, str]]:
+    """(code, pointer) of each issue with which a query is refused."""
     query = PointsQuery(np.array(uv, dtype=float), None if patch is None else np.array(patch), 0)
     with pytest.raises(InvalidRequest) as caught:
         locate(model, query)
     return [(issue.code, issue.pointer) for issue in caught.value.issues]
 
 
-def test_parameters_outside_the_domain_are_refused() -> None:
+def test_invalid_parameters_and_patch_numbers_are_refused() -> None:
     _, model = build_pieces()
     outside = [[-1, 2], [-1.1, 2], [4, 3.5], [0, 2], [5, 0]]
     assert list_refusals(model, outside) == [
         ("outside_domain", f"/uv/{place}") for place in ("1/0", "2/1", "4/0", "4/1")
     ]
     assert list_refusals(model, [[0, 2]], 0) == [("unexpected_patch", "/patch")]
-    several = build_model(build_cube())
-    assert list_refusals(several, [[0, 0], [0.5, 1.5]], [0, 0]) == [("outside_domain", "/uv/1/1")]
-    assert list_refusals(several, [[0, 0]]) == [("missing_field", "/patch")]
-    assert list_refusals(several, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
-    assert list_refusals(several, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
-    assert list_refusals(several, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
-    assert len(list_refusals(several, np.full((50, 2), 2.0), 0)) == 20
+    cube = build_model(build_cube())
+    assert list_refusals(cube, [[0, 0], [0.5, 1.5]], [0, 0]) == [("outside_domain", "/uv/1/1")]
+    assert list_refusals(cube, [[0, 0]]) == [("missing_field", "/patch")]
+    assert list_refusals(cube, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
+    assert list_refusals(cube, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
+    assert list_refusals(cube, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
+    assert len(list_refusals(cube, np.full((50, 2), 2.0), 0)) == 20
 
 
 def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
@@ -112,5 +115,5 @@ def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     assert list_refusals(build_model([square]), places[:1]) == [
         ("wrong_parameters", "/barycentric/0")
     ]
-    _, pieces_ = build_pieces()
-    assert list_refusals(pieces_, places[:1]) == [("wrong_parameters", "/barycentric/0")]
+    _, pieces = build_pieces()
+    assert list_refusals(pieces, places[:1]) == [("wrong_parameters", "/barycentric/0")]

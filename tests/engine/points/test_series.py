@@ -1,4 +1,4 @@
-"""Power series against fractions, and their error bounds against true errors."""
+"""Power series, compared with fractions; their bounds of errors, compared with true errors."""
 
 from fractions import Fraction
 
@@ -17,25 +17,29 @@ lists = st.lists(numbers, min_size=COUNT, max_size=COUNT)
 
 
 def build_series(terms: list[float]) -> Series:
+    """A series with exact terms."""
     array = np.array(terms)
     return Series(array, np.zeros(array.shape))
 
 
 def multiply(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    """The exact Cauchy product, truncated to `COUNT` terms."""
     return [sum((a[i] * b[k - i] for i in range(k + 1)), Fraction(0)) for k in range(COUNT)]
 
 
-def check_errors(series: Series, truth: list[Fraction]) -> None:
-    """The terms are as far off as their errors allow, and these are small."""
-    measure = max(1.0, *(abs(float(x)) for x in truth))
-    for term, error, right in zip(series.terms, series.errors, truth, strict=True):
-        assert abs(Fraction(float(term)) - right) <= Fraction(float(error)) + Fraction(2) ** -200
-        assert error <= 1e-11 * measure
+def check_errors(series: Series, exact_terms: list[Fraction]) -> None:
+    """Checks that each term is within its bound of the exact term, and that bounds are small."""
+    scale = max(1.0, *(abs(float(x)) for x in exact_terms))
+    for term, error, exact_term in zip(series.terms, series.errors, exact_terms, strict=True):
+        assert (
+            abs(Fraction(float(term)) - exact_term) <= Fraction(float(error)) + Fraction(2) ** -200
+        )
+        assert error <= 1e-11 * scale
 
 
 @given(lists, lists, lists)
 def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> None:
-    """a b − c and (a b − c)/d for a d that begins with 8."""
+    """Computes a b − c and (a b − c)/d, where the first term of d is 8."""
     exact = [[Fraction(x) for x in terms] for terms in (a, b, c)]
     difference = [x - y for x, y in zip(multiply(exact[0], exact[1]), exact[2], strict=True)]
     result = build_series(a) * build_series(b) - build_series(c)
@@ -43,22 +47,30 @@ def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> No
     divisor = [8.0, *(x / 16 for x in b[1:])]
     quotient: list[Fraction] = []
     for k, x in enumerate(difference):
-        rest = sum((Fraction(divisor[i]) * quotient[k - i] for i in range(1, k + 1)), Fraction(0))
-        quotient.append((x - rest) / 8)
+        known_part = sum(
+            (Fraction(divisor[i]) * quotient[k - i] for i in range(1, k + 1)), Fraction(0)
+        )
+        quotient.append((x - known_part) / 8)
     check_errors(result / build_series(divisor), quotient)
     check_errors((result + result).times(3.0), [6 * x for x in difference])
 
 
-def test_errors_of_operands_add_to_those_of_results() -> None:
-    """An operand that may be off by e makes the product, the quotient and the sum as much off."""
-    wrong, one = Series(np.array([1.0, 1.0]), np.array([0.0, 1e-3])), build_series([1.0, 2.0])
-    for result in (wrong * one, wrong / one, wrong + one, wrong - one, one / wrong):
+def test_errors_of_operands_propagate_to_results() -> None:
+    """An error of 1e-3 in an operand gives an error of about 1e-3 in each result."""
+    uncertain, one = Series(np.array([1.0, 1.0]), np.array([0.0, 1e-3])), build_series([1.0, 2.0])
+    for result in (
+        uncertain * one,
+        uncertain / one,
+        uncertain + one,
+        uncertain - one,
+        one / uncertain,
+    ):
         assert 0.9e-3 <= result.errors[1] <= 1.2e-3
         assert result.errors[0] < 1e-12
 
 
-def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
-    """Σ b_i B_i^n(t) = Σ a_k t^k; terms beyond the degree are zero, those cut off are missing."""
+def test_the_series_of_a_polynomial_is_the_polynomial() -> None:
+    """Σ b_i B_i^n(t) = Σ a_k t^k; terms above the degree are zero."""
     coefficients = np.array([[3.0, -1, 4, 1, 5]])
     t = np.linspace(0, 1, 5)
     values = bernstein(4, t) @ coefficients[0]
@@ -68,7 +80,7 @@ def test_taylor_of_a_polynomial_is_the_polynomial() -> None:
     assert expand(coefficients, 3).terms.shape == (1, 3)
 
 
-def test_tail_leaves_out_terms_that_are_zero() -> None:
+def test_the_tail_begins_with_the_term_of_its_order() -> None:
     result = Series(np.array([[1e-20, 1e-9, 3, 1]] * 3), np.full((3, 4), 1e-6))
     value, error = result.tail(np.array([2.0, 2.0, 4.0]), np.array([0.0, 0.5, 0.0]))
     np.testing.assert_array_equal(value, [3, 3.5, np.nan])

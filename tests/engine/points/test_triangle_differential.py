@@ -1,4 +1,4 @@
-"""Points, partials and curvatures of triangles against fractions and the tensor-product form."""
+"""Points, partials and curvatures of triangles, compared with fractions."""
 
 from fractions import Fraction
 
@@ -21,6 +21,7 @@ LIMITS = (1e-12, 1e-9, 1e-9, 1e-7, 1e-7, 1e-7)
 
 @st.composite
 def surfaces(draw: st.DrawFn, low: int = 1, high: int = 6) -> tuple[Array, Array | None]:
+    """Nets of triangles of degrees from low to high, and weights or None."""
     degree = draw(st.integers(low, high))
     count = (degree + 1) * (degree + 2) // 2
     coordinates = st.integers(-128, 128).map(lambda k: k / 16)
@@ -43,7 +44,7 @@ def build_batch(net: Array, weights: Array | None) -> TrianglePatches:
 def evaluate_at(
     net: Array, weights: Array | None, places: list[tuple[float, float]]
 ) -> list[Array]:
-    """Six partials, and the four curvatures, of one patch."""
+    """The six partials (6, m, 3) and the four curvatures (4, m) of one patch at (s, t)."""
     s, t = np.array(places, dtype=float).T
     result = evaluate_triangle_jets(
         build_batch(net, weights), np.zeros(len(s), dtype=np.intp), s, t, 2
@@ -54,7 +55,7 @@ def evaluate_at(
 
 
 @given(surfaces(), grid_places)
-def test_partials_and_curvatures_are_those_in_fractions(
+def test_partials_and_curvatures_agree_with_fractions(
     surface: tuple[Array, Array | None], places: list[tuple[int, int]]
 ) -> None:
     partials, curvatures = evaluate_at(*surface, [(j / 16, k / 16) for j, k in places])
@@ -63,20 +64,24 @@ def test_partials_and_curvatures_are_those_in_fractions(
     for row, (j, k) in enumerate(places):
         place = (Fraction(16 - j - k, 16), Fraction(j, 16), Fraction(k, 16))
         jet = triangles.second_jet(net, place)
-        for actual, right, limit in zip(partials[:, row], jet, LIMITS, strict=True):
-            assert np.abs(actual - np.array(right, dtype=float)).max() <= limit * size
+        for actual, expected, limit in zip(partials[:, row], jet, LIMITS, strict=True):
+            assert np.abs(actual - np.array(expected, dtype=float)).max() <= limit * size
         normal = exact.cross(jet[1], jet[2])
         lengths = [float(exact.dot(d, d)) for d in (jet[1], jet[2])]
         if float(exact.dot(normal, normal)) > 1e-4 * lengths[0] * lengths[1] > 0:
-            bent = np.array(exact.compute_curvatures(jet), dtype=float)
-            measure = max(1.0, np.abs(bent).max())
-            np.testing.assert_allclose(curvatures[:, row], bent, rtol=0, atol=1e-7 * measure)
+            exact_curvatures = np.array(exact.compute_curvatures(jet), dtype=float)
+            scale = max(1.0, np.abs(exact_curvatures).max())
+            np.testing.assert_allclose(
+                curvatures[:, row], exact_curvatures, rtol=0, atol=1e-7 * scale
+            )
 
 
 @pytest.mark.parametrize("weighted", [False, True])
 @pytest.mark.parametrize("axis", range(3))
-def test_at_and_beside_a_side_that_is_one_point(axis: int, weighted: bool) -> None:
-    """Points of level 0 are one, those of level 1 lie in a plane with it: the limit is finite."""
+def test_curvatures_at_and_near_a_side_that_is_one_point_are_right(
+    axis: int, weighted: bool
+) -> None:
+    """The next row of control points is in a plane with that point, so the limit is finite."""
     keys = triangles.keys(2)
     net = np.zeros((6, 3))
     for row, key in enumerate(keys):
@@ -84,7 +89,7 @@ def test_at_and_beside_a_side_that_is_one_point(axis: int, weighted: bool) -> No
         net[row] = ([0, 0, 0], [1 - along, along, 0], [1, 1, 2])[key[axis]]
     ratios = np.array([1.0 + 0.5 * key[axis] + 0.25 * key[0] for key in keys])
     weights = ratios if weighted else None
-    precise = triangles.to_exact_triangle(net, weights)
+    exact_net = triangles.to_exact_triangle(net, weights)
     values = []
     for distance in (0.0, 1e-14, 1e-10, 1e-7, 1e-4, 2.0**-5, 0.25):
         place = np.roll([distance, 0.375 * (1 - distance), 0.625 * (1 - distance)], axis)
@@ -93,17 +98,17 @@ def test_at_and_beside_a_side_that_is_one_point(axis: int, weighted: bool) -> No
         values.append(curvatures[:, 0])
         if distance > 0:
             s, t = Fraction(float(place[1])), Fraction(float(place[2]))
-            jet = triangles.second_jet(precise, (1 - s - t, s, t))
-            right = np.array(exact.compute_curvatures(jet), dtype=float)
-            # Where r is small, s and t as rounded leave it few digits.
+            jet = triangles.second_jet(exact_net, (1 - s - t, s, t))
+            expected = np.array(exact.compute_curvatures(jet), dtype=float)
+            # If r is small, the rounding of s and t leaves r few correct digits.
             limit = 1e-9 if axis else 1e-9 + 1e-15 / distance
-            np.testing.assert_allclose(values[-1], right, rtol=max(limit, 1e-8), atol=1e-9)
+            np.testing.assert_allclose(values[-1], expected, rtol=max(limit, 1e-8), atol=1e-9)
     np.testing.assert_allclose(values[0], values[1], rtol=1e-8, atol=1e-9)
     assert abs(values[0][1]) > 0.1
 
 
-def test_corners_are_their_control_points_and_normals_are_as_in_a_mesh() -> None:
-    """Even where two sides meet in a cusp, the normal there is a limit, and flagged."""
+def test_points_and_normals_at_corners_are_those_of_a_mesh() -> None:
+    """At the first corner two sides are parallel: the normal is a limit."""
     net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 1], [0.5, 0, 0], [1, 1, 1], [1, 2, 0.3]])
     s, t = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
     patches = build_batch(net, None)
@@ -117,15 +122,17 @@ def test_corners_are_their_control_points_and_normals_are_as_in_a_mesh() -> None
     np.testing.assert_allclose(result.normals, mesh[0, [0, 2, 5]], atol=1e-12)
 
 
-def test_chunks_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_chunks_have_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(8)
     patches = TrianglePatches(rng.standard_normal((5, 10, 3)), rng.uniform(0.5, 2, (5, 10)))
     index = rng.integers(0, 5, 40)
     s, t = rng.random((2, 40)) / 2
-    whole = evaluate_triangle_jets(patches, index, s, t, 2)
+    in_one_chunk = evaluate_triangle_jets(patches, index, s, t, 2)
     monkeypatch.setattr(triangle_normals, "CHUNK_NUMBERS", 70)
-    pieces = evaluate_triangle_jets(patches, index, s, t, 2)
-    np.testing.assert_allclose(pieces.partials, whole.partials, rtol=0, atol=1e-12)
-    assert whole.curvatures is not None
-    assert pieces.curvatures is not None
-    np.testing.assert_allclose(pieces.curvatures.mean, whole.curvatures.mean, rtol=1e-9)
+    in_small_chunks = evaluate_triangle_jets(patches, index, s, t, 2)
+    np.testing.assert_allclose(in_small_chunks.partials, in_one_chunk.partials, rtol=0, atol=1e-12)
+    assert in_one_chunk.curvatures is not None
+    assert in_small_chunks.curvatures is not None
+    np.testing.assert_allclose(
+        in_small_chunks.curvatures.mean, in_one_chunk.curvatures.mean, rtol=1e-9
+    )

@@ -1,4 +1,4 @@
-"""Bounds of cells against the surface at many places of them, with partials of the whole net."""
+"""Bounds of cells, compared with points and partials of the surface at many places of each cell."""
 
 import numpy as np
 import pytest
@@ -19,14 +19,14 @@ PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
 @pytest.mark.parametrize(
     "family", ["bicubic, wild", "rational, weights to 1000", "triangles", "poles", "degree 15"]
 )
-def test_models_hold_the_surface(family: str) -> None:
+def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     cells = CellTree(surface_nets(to_patches(FAMILIES[family].surface(6).lower()).batches))
     for _ in range(4):
         cells.children(np.arange(cells.count)[-60:])
-    picked = np.unique(np.linspace(0, cells.count - 1, 60).astype(int))
+    selected_cells = np.unique(np.linspace(0, cells.count - 1, 60).astype(int))
     a, b = (side.ravel() for side in np.meshgrid(*[np.linspace(-1, 1, SIDE)] * 2))
-    cell = np.repeat(picked, SIDE**2)
-    a, b = np.tile(a, len(picked)), np.tile(b, len(picked))
+    cell = np.repeat(selected_cells, SIDE**2)
+    a, b = np.tile(a, len(selected_cells)), np.tile(b, len(selected_cells))
     low, half = cells.place[::2, cell], (cells.place[1::2, cell] - cells.place[::2, cell]) / 2
     partials = net_partials(cells.nets, cells.net[cell], low + half * np.stack([a + 1, b + 1]))
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
@@ -34,20 +34,20 @@ def test_models_hold_the_surface(family: str) -> None:
     model = cells.models[:, cell]
     center, *firsts = (model[k : k + 3] for k in (columns.CENTER, *columns.VECTORS))
     da, db, daa, dab, dbb, normal = firsts
-    away = s[0] - center
-    rest = away - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
-    observed = [(np.linalg.norm(away, axis=0), columns.RADIUS)]
-    observed += [(np.linalg.norm(rest, axis=0), columns.REST)]
-    observed += [(np.abs((rest * normal).sum(axis=0)), columns.REST_LIFT)]
+    offset = s[0] - center
+    remainder = offset - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
+    observed = [(np.linalg.norm(offset, axis=0), columns.RADIUS)]
+    observed += [(np.linalg.norm(remainder, axis=0), columns.REST)]
+    observed += [(np.abs((remainder * normal).sum(axis=0)), columns.REST_LIFT)]
     for k, (i, j, second) in enumerate(PAIRS):
-        bend = s[second] - firsts[second - 1]
-        spread = (s[i] * s[j] + away * s[second] - firsts[i - 1] * firsts[j - 1]).sum(axis=0)
-        observed += [(np.linalg.norm(bend, axis=0), columns.BEND_AA + k)]
-        observed += [(np.abs((bend * normal).sum(axis=0)), columns.LIFT_AA + k)]
+        second_difference = s[second] - firsts[second - 1]
+        spread = (s[i] * s[j] + offset * s[second] - firsts[i - 1] * firsts[j - 1]).sum(axis=0)
+        observed += [(np.linalg.norm(second_difference, axis=0), columns.BEND_AA + k)]
+        observed += [(np.abs((second_difference * normal).sum(axis=0)), columns.LIFT_AA + k)]
         observed += [(np.abs(spread), columns.SPREAD_AA + k)]
     for value, column in observed:
         slack = 1e-13 * (1 + np.abs(s).max())
         assert (value <= model[column] + slack).all(), column
-    # A bound far above all values would prove nothing.
+    # If a bound were far above all values, the test would prove nothing.
     value, column = observed[-1]
     assert (value.reshape(-1, SIDE**2).max(axis=1) > model[column, :: SIDE**2] / 12).any()

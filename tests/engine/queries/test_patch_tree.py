@@ -1,5 +1,4 @@
-"""Models with many patches that may be nearest: bounded memory, and wider intervals at the
-limit."""
+"""Queries on models with many near patches: memory is bounded; at its limit intervals are wider."""
 
 import numpy as np
 import pytest
@@ -19,14 +18,14 @@ POINTS, DIRECTIONS = RNG.normal(size=(2, 12, 3))
 
 
 def set_limits(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
-    """Sets small limits for the pairs at a time and for all pairs."""
+    """Sets small limits of the spheres that are compared at a time, and of all pairs."""
     monkeypatch.setattr(patch_tree, "MOST_SPHERES", spheres)
     for module, name in ((closest, "ROOM"), (rays, "ROOM_IN_TREE")):
         monkeypatch.setattr(module, name, room)
         monkeypatch.setattr(module, "FREE", 4)
 
 
-def test_the_centre_of_a_sphere_is_that_of_its_cell() -> None:
+def test_spheres_have_the_centres_of_their_cells() -> None:
     cells = CellTree(surface_nets(CLOUD.batches))
     tree = patch_tree.PatchTree(cells)
     assert len(tree.levels) == 3
@@ -35,31 +34,36 @@ def test_the_centre_of_a_sphere_is_that_of_its_cell() -> None:
 
 
 @pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
-def test_closest_points(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) -> None:
-    """With enough room the results are equal; with little room the intervals contain the same
-    distances."""
-    truth = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
+def test_closest_points_with_small_limits_are_right(
+    monkeypatch: pytest.MonkeyPatch, spheres: int, room: int
+) -> None:
+    """With enough memory, results are equal; with little, intervals contain the same distances."""
+    reference = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
     set_limits(monkeypatch, spheres=spheres, room=room)
     result = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
     low, high = result["distance_bounds"].T
-    assert (low <= truth["distance_bounds"][:, 1]).all()
-    assert (high >= truth["distance_bounds"][:, 0]).all()
+    assert (low <= reference["distance_bounds"][:, 1]).all()
+    assert (high >= reference["distance_bounds"][:, 0]).all()
     reached = result["reached"]
     assert reached.all() == (room > 60)
-    np.testing.assert_allclose(result["distances"][reached], truth["distances"][reached], rtol=1e-5)
-    apart = np.linalg.norm(result["positions"] - POINTS, axis=1)
-    np.testing.assert_allclose(apart, result["distances"], rtol=1e-9)
+    np.testing.assert_allclose(
+        result["distances"][reached], reference["distances"][reached], rtol=1e-5
+    )
+    distances = np.linalg.norm(result["positions"] - POINTS, axis=1)
+    np.testing.assert_allclose(distances, result["distances"], rtol=1e-9)
 
 
 @pytest.mark.parametrize(("spheres", "room"), [(150, 1 << 20), (1 << 20, 60), (150, 60)])
-def test_hits_of_rays(monkeypatch: pytest.MonkeyPatch, spheres: int, room: int) -> None:
-    """With enough room the results are equal; with little room some rays are not reached."""
+def test_hits_of_rays_with_small_limits_are_right(
+    monkeypatch: pytest.MonkeyPatch, spheres: int, room: int
+) -> None:
+    """With enough memory, results are equal; with little, some rays are not `reached`."""
     query = RayQuery(POINTS, DIRECTIONS, only_first=False)
-    truth = intersect_rays(CLOUD, query, 1 << 20)
+    reference = intersect_rays(CLOUD, query, 1 << 20)
     set_limits(monkeypatch, spheres=spheres, room=room)
     result = intersect_rays(CLOUD, query, 1 << 20)
     reached = result["reached"]
-    assert truth["reached"].all()
+    assert reference["reached"].all()
     assert reached.all() == (room > 60)
-    np.testing.assert_array_equal(result["counts"], np.where(reached, truth["counts"], 0))
-    np.testing.assert_allclose(result["t"], truth["t"][reached[truth["ray"]]], rtol=1e-9)
+    np.testing.assert_array_equal(result["counts"], np.where(reached, reference["counts"], 0))
+    np.testing.assert_allclose(result["t"], reference["t"][reached[reference["ray"]]], rtol=1e-9)

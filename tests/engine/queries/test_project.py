@@ -1,4 +1,4 @@
-"""Closest points: checked by exhaustive search, by exact fractions, and by closed forms."""
+"""Closest points, compared with exhaustive searches, exact fractions and formulas."""
 
 from collections.abc import Callable
 
@@ -36,15 +36,16 @@ SPLINEPY_389 = np.array(
         [[2.0, 0.0, 0], [1.5, 0.2, 0], [1.0, 1.0, 0]],
     ]
 )
-"""On this net Newton's method from fixed seeds is known to miss 19 of 100 points of the surface."""
+"""On this net, Newton's method from fixed starting points is known to miss 19 of 100 points."""
 
 
 def project(surface: SurfaceKind, points: Array, tolerance: float = 1e-9) -> Columns:
+    """The closest points of a surface, with this relative tolerance of distances."""
     return project_on_surface(to_patches(surface.lower()), ProjectQuery(points, tolerance))
 
 
-def strew_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
-    """Points near the surface, far from it, and on it."""
+def scatter_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
+    """Random points near the surface, far from it, and on it."""
     low, high = to_patches(surface.lower()).bounds
     reach = np.linalg.norm(high - low)
     near, far = (
@@ -55,9 +56,9 @@ def strew_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
 
 
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
-def test_no_point_is_nearer_than_the_interval(name: str) -> None:
+def test_an_exhaustive_search_finds_no_point_nearer_than_the_interval(name: str) -> None:
     surface = FAMILIES[name].surface(77)
-    points = strew_points(surface, 21)
+    points = scatter_points(surface, 21)
     columns = project(surface, points)
     low, high = columns["distance_bounds"].T
     slack = 1e-14 * np.abs(points).max()
@@ -73,13 +74,13 @@ def test_no_point_is_nearer_than_the_interval(name: str) -> None:
     ("name", "distance"),
     [("sphere", quadrics.sphere), ("torus", quadrics.torus)],
 )
-def test_distances_of_quadrics_are_the_closed_forms(
+def test_distances_of_quadrics_agree_with_formulas(
     name: str, distance: Callable[[Array], tuple[Array, Array]]
 ) -> None:
     points = RNG(1).uniform(-2, 2, (300, 3))
     columns = project(find(name).surface(), points)
-    off, normals = distance(columns["positions"])
-    np.testing.assert_allclose(off, 0, atol=1e-14)
+    differences, normals = distance(columns["positions"])
+    np.testing.assert_allclose(differences, 0, atol=1e-14)
     truth = distance(points)[0]
     low, high = columns["distance_bounds"].T
     assert ((low <= np.abs(truth) + 1e-15) & (np.abs(truth) - 1e-15 <= high)).all()
@@ -88,7 +89,7 @@ def test_distances_of_quadrics_are_the_closed_forms(
     assert not columns["on_boundary"].any()
 
 
-def test_intervals_agree_with_those_in_exact_fractions() -> None:
+def test_intervals_overlap_those_from_exact_fractions() -> None:
     surface = FAMILIES["bicubic, wild"].surface(3)
     assert isinstance(surface, BezierSurface)
     points = RNG(2).uniform(-0.5, 1.5, (4, 3))
@@ -98,47 +99,47 @@ def test_intervals_agree_with_those_in_exact_fractions() -> None:
         assert least <= high
 
 
-def test_all_points_of_a_net_that_defeats_fixed_seeds() -> None:
+def test_all_points_of_a_difficult_net_are_found() -> None:
     u, v = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(0, 1, 10)], indexing="ij"))
     points = build_bezier_sheet(SPLINEPY_389).at(np.stack([u, v], axis=1))
     points += build_bezier_sheet(SPLINEPY_389).origin
     columns = project(BezierSurface(SPLINEPY_389), points)
     assert columns["reached"].all()
     assert columns["distances"].max() < 1e-11
-    # The net folds at one corner, where other parameters lead to the same point.
+    # The surface folds at one corner, where other parameters have the same point.
     assert (np.abs(columns["uv"] - np.stack([u, v], axis=1)) > 1e-7).any(axis=1).sum() <= 1
 
 
-def test_the_centre_of_a_sphere_ends_with_a_wider_interval() -> None:
+def test_the_interval_for_the_centre_of_a_sphere_is_wider() -> None:
     columns = project(find("sphere").surface(), np.array([[0.0, 0, 0], [0, 0, 0.5]]))
     low, high = columns["distance_bounds"].T
     assert columns["reached"].tolist() == [False, True]
-    assert columns["tied"].tolist() == [True, False]  # at the pole all parameters lead to one point
+    assert columns["tied"].tolist() == [True, False]  # at a pole, all parameters have one point
     assert low[0] <= 1 <= high[0] <= low[0] + 0.01
     np.testing.assert_allclose(columns["positions"][1], [0, 0, 1], atol=1e-9)
 
 
-def test_a_budget_of_work_makes_intervals_wider_and_never_wrong(
+def test_intervals_are_wider_but_right_if_the_budget_ends(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    hard = RNG(5).normal(0, 1e-3, (100, 3))
-    points = np.concatenate([hard, RNG(6).uniform(-2, 2, (300, 3))])
+    near_centre = RNG(5).normal(0, 1e-3, (100, 3))
+    points = np.concatenate([near_centre, RNG(6).uniform(-2, 2, (300, 3))])
     monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
     columns = project(find("sphere").surface(), points)
     low, high = columns["distance_bounds"].T
     truth = np.abs(quadrics.sphere(points)[0])
     assert ((low <= truth + 1e-15) & (truth - 1e-15 <= high)).all()
     assert not columns["reached"][:100].any()
-    assert columns["reached"][100:].mean() > 0.95  # only the points that took most work end early
-    again = project(find("sphere").surface(), points)["distance_bounds"]
-    np.testing.assert_array_equal(again, columns["distance_bounds"])
+    assert columns["reached"][100:].mean() > 0.95  # only the points with the most pairs end early
+    second_bounds = project(find("sphere").surface(), points)["distance_bounds"]
+    np.testing.assert_array_equal(second_bounds, columns["distance_bounds"])
 
 
 @pytest.mark.parametrize(("away", "tolerance"), [(1e3, 1e-12), (1e9, 1e-9), (1e30, 1e-3)])
-def test_intervals_that_rounding_keeps_wide_take_no_more_work(
+def test_cells_are_not_halved_if_rounding_limits_the_interval(
     away: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Cells were halved in vain: 200 such points took more than a minute."""
+    """Earlier, cells were halved without effect: 200 points took more than a minute."""
     points = RNG(4).normal(size=(40, 3)) * away
     monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
     low, high = project(find("sphere").surface(), points, tolerance)["distance_bounds"].T
@@ -147,7 +148,7 @@ def test_intervals_that_rounding_keeps_wide_take_no_more_work(
     assert (high - low <= np.maximum(1e-11, 1e-14 * truth)).all()
 
 
-def test_a_surface_that_is_one_point_has_one_closest_point() -> None:
+def test_the_distance_of_a_surface_that_is_one_point_is_right() -> None:
     surface = BezierSurface(np.ones((3, 3, 3)))
     columns = project(surface, np.array([[1.0, 1, 3], [1, 1, 1]]))
     np.testing.assert_allclose(columns["distance_bounds"], [[2, 2], [0, 0]], atol=1e-13)
@@ -155,8 +156,8 @@ def test_a_surface_that_is_one_point_has_one_closest_point() -> None:
 
 def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
     square = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]])
-    both = np.concatenate([square, square + np.array([0, 0, 2])])
-    surface = PatchSurface(both, np.arange(8).reshape(2, 2, 2))
+    vertices = np.concatenate([square, square + np.array([0, 0, 2])])
+    surface = PatchSurface(vertices, np.arange(8).reshape(2, 2, 2))
     columns = project(surface, np.array([[0.25, 0.5, 1.0], [0.25, 0.5, 0.999], [2, 0.5, 3]]))
     assert columns["tied"].tolist() == [True, False, False]
     assert columns["patch"].tolist() == [0, 0, 1]
@@ -164,31 +165,33 @@ def test_ties_are_marked_and_the_first_patch_is_taken() -> None:
     np.testing.assert_allclose(columns["uv"], [[0.25, 0.5], [0.25, 0.5], [1, 0.5]], atol=1e-9)
 
 
-def test_a_result_does_not_depend_on_the_other_queries(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_closest_points_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("rational", "triangles", "NURBS"):
         surface = FAMILIES[name].surface(5)
-        points = strew_points(surface, 30)
-        together = project(surface, points)
-        alone = [project(surface, point[np.newaxis]) for point in points[::9]]
+        points = scatter_points(surface, 30)
+        all_columns = project(surface, points)
+        single_columns = [project(surface, point[np.newaxis]) for point in points[::9]]
         with monkeypatch.context() as patch:
             patch.setattr(cells, "MOST_BYTES", 1 << 17)  # the cache of cells is too small for all
-            forgetful = project(surface, points)
-        for column, values in together.items():
-            np.testing.assert_array_equal(np.concatenate([a[column] for a in alone]), values[::9])
-            if together["reached"].all() and forgetful["reached"].all():
-                np.testing.assert_array_equal(forgetful[column], values)
+            with_small_cache = project(surface, points)
+        for column, values in all_columns.items():
+            np.testing.assert_array_equal(
+                np.concatenate([a[column] for a in single_columns]), values[::9]
+            )
+            if all_columns["reached"].all() and with_small_cache["reached"].all():
+                np.testing.assert_array_equal(with_small_cache[column], values)
 
 
-def test_parameters_are_those_of_the_surface() -> None:
+def test_parameters_give_the_positions_of_closest_points() -> None:
     surface = FAMILIES["B-splines"].surface(4)
     assert isinstance(surface, BsplineSurface)
     (sheet,) = build_sheets(surface)
-    columns = project(surface, strew_points(surface, 90))
+    columns = project(surface, scatter_points(surface, 90))
     at = sheet.at(columns["uv"]) + sheet.origin
     np.testing.assert_allclose(at, columns["positions"], atol=1e-13)
 
 
-def test_far_points_and_huge_numbers_stay_within_their_intervals() -> None:
+def test_intervals_for_very_far_points_are_finite() -> None:
     surface = BezierSurface(FAMILIES["bicubic, moderate"].surface(1).control_net * 1e-30)
     columns = project(surface, np.array([[3e38, 0, 0], [1e-31, 0, 0], [0, 0, 1e-20]]))
     low, high = columns["distance_bounds"].T
@@ -199,7 +202,7 @@ def test_far_points_and_huge_numbers_stay_within_their_intervals() -> None:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("rational", [False, True])
-def test_closest_points_of_curves(dimension: int, rational: bool) -> None:
+def test_closest_points_of_curves_agree_with_fine_samples(dimension: int, rational: bool) -> None:
     rng = RNG(dimension)
     polygon = rng.uniform(-1, 1, (9, dimension))
     weights = rng.uniform(0.2, 5, 9) if rational else None
@@ -210,8 +213,8 @@ def test_closest_points_of_curves(dimension: int, rational: bool) -> None:
     shares = bernstein(3)(t)
     best = np.full(len(points), np.inf)
     for k, net in enumerate(curve.points):
-        load = np.ones(4) if curve.weights is None else curve.weights[k]
-        line = (shares * load) @ net / (shares @ load)[:, np.newaxis]
+        piece_weights = np.ones(4) if curve.weights is None else curve.weights[k]
+        line = (shares * piece_weights) @ net / (shares @ piece_weights)[:, np.newaxis]
         away = np.linalg.norm(points[:, np.newaxis] - line, axis=2)
         best = np.minimum(best, away.min(axis=1))
     low, high = columns["distance_bounds"].T
@@ -219,24 +222,24 @@ def test_closest_points_of_curves(dimension: int, rational: bool) -> None:
     assert (low <= best).all()
     assert (best <= high + 1e-3).all()
     inner = (columns["parameters"] > 0) & (columns["parameters"] < 6)
-    across = ((points - columns["positions"]) * columns["tangents"]).sum(axis=1)
-    assert np.abs(across[inner]).max() < 1e-6
+    tangential_parts = ((points - columns["positions"]) * columns["tangents"]).sum(axis=1)
+    assert np.abs(tangential_parts[inner]).max() < 1e-6
 
 
 def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPatch) -> None:
     surface, points = BezierSurface(RNG(2).random((25, 25, 3))), RNG(3).random((5, 3))
-    whole = project(surface, points)
+    without_limit = project(surface, points)
     monkeypatch.setattr(cells, "MOST_ADDITIONS", 1_000_000)
     columns = project(surface, points)
-    assert whole["reached"].all()
+    assert without_limit["reached"].all()
     assert not columns["reached"].all()
-    (low, high), (least, most) = columns["distance_bounds"].T, whole["distance_bounds"].T
+    (low, high), (least, most) = columns["distance_bounds"].T, without_limit["distance_bounds"].T
     assert (low <= least).all()
     assert (most <= high + 1e-12).all()
 
 
-def test_normals_where_a_side_of_a_triangle_is_one_point() -> None:
-    """Near that point the patch is the cone of D(t), whose normal is D' × D."""
+def test_normals_at_a_collapsed_side_of_a_triangle_are_those_of_a_cone() -> None:
+    """Near this side, the patch is to first order a cone over D(t), with the normal D' × D."""
     top, c = np.array([0.0, 0, 1]), np.array([[1.0, 0, -1], [1, 1, -1], [0, 1, -1]])
     rows = [[2, 2, -1], [2, 0.5, -0.5], top + c[0], top, [0.5, 2, -0.5], top + c[1], top]
     net = np.array([*rows, top + c[2], top, top])

@@ -1,4 +1,4 @@
-"""Hits of rays: checked by closed forms with 50 digits, and by exhaustive search."""
+"""Hits of rays, compared with formulas of 50 digits, and with exhaustive searches."""
 
 from typing import Any
 
@@ -25,13 +25,14 @@ ROOF = np.array([[[0.0, 0, 0], [0, 3, 0]], [[1, 0, 1], [1, 3, 1]]])
 def find_hits(
     surface: SurfaceKind, origins: Any, directions: Any, hits: str = "all", thickness: float = 1e-9
 ) -> dict[str, Any]:
+    """The columns of all hits, or of the first hit, of rays."""
     o, d = (np.atleast_2d(np.asarray(rows, np.float64)) for rows in (origins, directions))
     query = RayQuery(o, d, hits == "first", thickness)
     return intersect_rays(to_patches(surface.lower()), query, 10**6)
 
 
-def strew_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
-    """Rays from outside and from inside towards points in the box."""
+def scatter_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
+    """Rays from points outside and inside of the box to random points in the box."""
     low, high = to_patches(surface.lower()).bounds
     reach = float(np.linalg.norm(high - low))
     rng = RNG(seed)
@@ -41,22 +42,22 @@ def strew_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, 
 
 def find_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
     """Whether each true hit is outside all intervals of its ray."""
-    held = np.zeros(len(ray), bool)
+    is_included = np.zeros(len(ray), bool)
     low, high = hits["t_bounds"].T
     for k in np.unique(hits["ray"]).tolist():
-        mine, true = hits["ray"] == k, np.flatnonzero(ray == k)
+        of_ray, true = hits["ray"] == k, np.flatnonzero(ray == k)
         near = np.broadcast_to(slack, ray.shape)[true][:, np.newaxis]
-        inside = (low[mine] - near <= t[true][:, np.newaxis]) & (
-            t[true][:, np.newaxis] <= high[mine] + near
+        inside = (low[of_ray] - near <= t[true][:, np.newaxis]) & (
+            t[true][:, np.newaxis] <= high[of_ray] + near
         )
-        held[true] = inside.any(axis=1)
-    return ~held
+        is_included[true] = inside.any(axis=1)
+    return ~is_included
 
 
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
-def test_no_hit_is_missed_and_none_invented(name: str) -> None:
+def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
     surface = FAMILIES[name].surface(78)
-    origins, directions = strew_rays(surface, 20)
+    origins, directions = scatter_rays(surface, 20)
     result = find_hits(surface, origins, directions)
     assert result["reached"].all()
     length = np.linalg.norm(directions, axis=1)
@@ -65,9 +66,9 @@ def test_no_hit_is_missed_and_none_invented(name: str) -> None:
     slack = error + 1e-12 * model.diagonal / length[ray]
     assert not find_missed(result, ray, t, slack).any()
     ray = result["ray"]
-    there = origins[ray] + result["t"][:, np.newaxis] * directions[ray]
-    away = np.linalg.norm(there - result["positions"], axis=1)
-    assert away.max(initial=0.0) < 1e-9 * model.diagonal
+    ray_points = origins[ray] + result["t"][:, np.newaxis] * directions[ray]
+    distances = np.linalg.norm(ray_points - result["positions"], axis=1)
+    assert distances.max(initial=0.0) < 1e-9 * model.diagonal
     low, high = result["t_bounds"].T
     assert ((low <= result["t"]) & (result["t"] <= high)).all()
     first = find_hits(surface, origins, directions, "first")
@@ -77,10 +78,10 @@ def test_no_hit_is_missed_and_none_invented(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["utah-teapot", "octahedral-sphere", "nurbs-goblet"])
-def test_examples_are_hit_as_often_as_by_looking_everywhere(name: str) -> None:
+def test_the_numbers_of_hits_agree_with_an_exhaustive_search(name: str) -> None:
     surface = find(name).surface()
     model = to_patches(surface.lower())
-    origins, directions = strew_rays(surface, 50, 1)
+    origins, directions = scatter_rays(surface, 50, 1)
     result = find_hits(surface, origins, directions)
     ray, t, error = find_crossings(build_sheets(model), origins, directions, 8_000)
     slack = error + 1e-12 * model.diagonal / np.linalg.norm(directions, axis=1)[ray]
@@ -89,7 +90,7 @@ def test_examples_are_hit_as_often_as_by_looking_everywhere(name: str) -> None:
     assert result["counts"].tolist() == each
 
 
-def test_a_sphere_and_rays_that_graze_it() -> None:
+def test_rays_that_graze_a_sphere_have_the_right_hits() -> None:
     rng = RNG(3)
     normals = rng.normal(size=(300, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -110,7 +111,7 @@ def test_a_sphere_and_rays_that_graze_it() -> None:
     np.testing.assert_allclose(exact["t"], 3, atol=2e-4)
 
 
-def test_a_torus_by_roots_of_50_digits() -> None:
+def test_hits_of_a_torus_agree_with_roots_of_50_digits() -> None:
     rng = RNG(4)
     inner = rng.uniform([-1.4, -1.4, -0.4], [1.4, 1.4, 0.4], (40, 3))
     origins = rng.normal(size=(40, 3)) * 3
@@ -147,11 +148,13 @@ GRAZING: list[
     ("torus", [-3, 0, 0], [1, 0, 0], [("crossing", t, t) for t in (1.6, 2.4, 3.6, 4.4)]),
     ("torus", [-3, 1, 0.4], [1, 0, 0], [("touching", 3, 3)]),
 ]
-"""A surface, a ray, and the kinds and the t of its hits."""
+"""A surface, the origin and the direction of a ray, and (kind, first t, last t) of each hit."""
 
 
 @pytest.mark.parametrize("surface", dict.fromkeys(case[0] for case in GRAZING))
-def test_grazing_and_edge_on_rays(surface: SurfaceKind | str) -> None:
+def test_rays_that_touch_or_follow_a_surface_have_the_right_kinds(
+    surface: SurfaceKind | str,
+) -> None:
     cases = [case[1:] for case in GRAZING if case[0] is surface]
     surface = find(surface).surface() if isinstance(surface, str) else surface
     origins, directions = (
@@ -159,8 +162,8 @@ def test_grazing_and_edge_on_rays(surface: SurfaceKind | str) -> None:
     )
     result, first = (find_hits(surface, origins, directions, which) for which in ("all", "first"))
     assert result["reached"].all()
-    there = origins[result["ray"]] + result["t"][:, np.newaxis] * directions[result["ray"]]
-    np.testing.assert_allclose(there, result["positions"], atol=2e-8)
+    ray_points = origins[result["ray"]] + result["t"][:, np.newaxis] * directions[result["ray"]]
+    np.testing.assert_allclose(ray_points, result["positions"], atol=2e-8)
     for k, (_, _, kinds) in enumerate(cases):
         rows = np.flatnonzero(result["ray"] == k)
         assert [result["kind"][row] for row in rows] == [kind for kind, _, _ in kinds], cases[k]
@@ -171,7 +174,7 @@ def test_grazing_and_edge_on_rays(surface: SurfaceKind | str) -> None:
         assert [first["kind"][row] for row in firsts] == [kind for kind, _, _ in kinds[:1]]
 
 
-def test_a_hit_on_an_edge_counts_once_and_a_ridge_is_touched() -> None:
+def test_a_hit_on_a_shared_edge_counts_once() -> None:
     other = ROOF * [-1, 1, 1] + [2, 0, 0]
     vertices = np.concatenate([ROOF.reshape(-1, 3), other.reshape(-1, 3)])
     roof = PatchSurface(vertices, np.array([[[0, 1], [2, 3]], [[6, 7], [4, 5]]]))
@@ -185,20 +188,20 @@ def test_a_hit_on_an_edge_counts_once_and_a_ridge_is_touched() -> None:
     assert result["entering"] == [True, True, None, None]
 
 
-def test_a_result_does_not_depend_on_the_other_queries() -> None:
+def test_hits_do_not_depend_on_other_rays() -> None:
     surface = FAMILIES["NURBS"].surface(5)
-    origins, directions = strew_rays(surface, 40)
+    origins, directions = scatter_rays(surface, 40)
     for which in ("all", "first"):
-        together = find_hits(surface, origins, directions, which)
+        all_hits = find_hits(surface, origins, directions, which)
         for k in range(5):
             part = find_hits(surface, origins[k::5], directions[k::5], which)
-            rows = together["ray"] % 5 == k
+            rows = all_hits["ray"] % 5 == k
             for column in ("t", "t_bounds", "uv", "kind"):
-                whole = np.asarray(together[column])[rows]
-                np.testing.assert_array_equal(np.asarray(part[column]), whole)
+                expected = np.asarray(all_hits[column])[rows]
+                np.testing.assert_array_equal(np.asarray(part[column]), expected)
 
 
-def test_far_and_huge_and_endless() -> None:
+def test_rays_that_cannot_be_decided_are_not_reached() -> None:
     result = find_hits(SQUARE, [[0.5, 0.5, 1e12], [0.5, 0.5, 3e38]], [[0, 0, -1], [0, 0, -1e-30]])
     assert result["reached"].tolist() == [False, False]
     line = BezierSurface(np.array([[[0.0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 0, 0]]]))
@@ -211,7 +214,7 @@ def test_far_and_huge_and_endless() -> None:
         )
 
 
-def test_a_request_has_a_bounded_number_of_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_pairs_of_a_request_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("service.engine.queries.rays.MOST_CLOSE", 1000)
     easy, hard = [[0.8, 0.6, 3.0], [0.0, 0, -1]], [[0.8, 0.6, -4.0], [0.0, 0, 1]]
     origins = [[0.1, 2, k / 50] for k in range(20)] + [hard[0], easy[0]]

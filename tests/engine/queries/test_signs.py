@@ -1,4 +1,4 @@
-"""Signs: checked by closed forms, and by solid angles of fine triangles."""
+"""Signs of distances, compared with formulas, and with solid angles of fine meshes."""
 
 from collections.abc import Callable
 
@@ -24,37 +24,40 @@ RNG = np.random.default_rng
 
 
 def project(model: PatchModel, points: Array) -> Columns:
+    """The closest points and their signs."""
     return project_on_surface(model, ProjectQuery(points, sign=True))
 
 
 @pytest.mark.parametrize(
     ("name", "distance"), [("sphere", quadrics.sphere), ("torus", quadrics.torus)]
 )
-def test_signs_of_quadrics_near_and_far(
+def test_signs_of_quadrics_are_right_near_and_far_from_them(
     name: str, distance: Callable[[Array], tuple[Array, Array]]
 ) -> None:
     points = RNG(1).uniform(-1.6, 1.6, (200, 3))
-    off, normals = distance(points)
+    distances, normals = distance(points)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    feet = points - off[:, np.newaxis] * normals
-    near = feet + normals * RNG(2).choice([-1e-3, 1e-3, -1e-7, 1e-7], (200, 1))
-    columns = project(build_model(name), np.concatenate([points, near, feet]))
-    truth = np.sign(distance(np.concatenate([points, near]))[0])
-    np.testing.assert_array_equal(columns["signs"][:400], truth)
-    on = columns["distance_bounds"][400:, 0] == 0
-    assert on.mean() > 0.9
-    assert np.isnan(columns["signs"][400:][on]).all()
+    closest_points = points - distances[:, np.newaxis] * normals
+    near = closest_points + normals * RNG(2).choice([-1e-3, 1e-3, -1e-7, 1e-7], (200, 1))
+    columns = project(build_model(name), np.concatenate([points, near, closest_points]))
+    expected = np.sign(distance(np.concatenate([points, near]))[0])
+    np.testing.assert_array_equal(columns["signs"][:400], expected)
+    is_on_surface = columns["distance_bounds"][400:, 0] == 0
+    assert is_on_surface.mean() > 0.9
+    assert np.isnan(columns["signs"][400:][is_on_surface]).all()
 
 
 def compute_solid_angles(triangles: Array, points: Array) -> Array:
-    """Sums of the solid angles of triangles (T, 3, 3) in parts of the sphere."""
+    """For each point, the sum of the solid angles of triangles (T, 3, 3), ÷ 4π."""
     total = np.zeros(len(points))
     for k, x in enumerate(points):
         a, b, c = (triangles - x).transpose(1, 0, 2)
         la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
         volume = (a * np.cross(b, c)).sum(axis=1)
-        rest = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
-        total[k] = np.arctan2(volume, rest + (c * a).sum(axis=1) * lb).sum() / (2 * np.pi)
+        remaining_patches = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
+        total[k] = np.arctan2(volume, remaining_patches + (c * a).sum(axis=1) * lb).sum() / (
+            2 * np.pi
+        )
     return total
 
 
@@ -62,18 +65,19 @@ SPHERE = to_patches(find("sphere").surface().lower())
 
 
 def turn_inside_out(patches: TensorPatches, factor: float = 1.0) -> TensorPatches:
-    """The patches, scaled, with du × dv to the other side."""
+    """The patches, scaled by `factor`, with u and v exchanged, so that normals are reversed."""
     assert patches.weights is not None
     return TensorPatches(factor * patches.points.swapaxes(1, 2), patches.weights.swapaxes(1, 2))
 
 
 def add_patches(*others: TensorPatches) -> PatchModel:
-    """The sphere, and other patches."""
+    """A model of the sphere and of other patches."""
     batches = (SPHERE.batches[0], *others)
     return PatchModel("patches", batches, (Part("all", 0, sum(b.count for b in batches)),))
 
 
 def build_model(name: str) -> PatchModel:
+    """One of two combined models, or an example."""
     (ball,) = SPHERE.batches
     assert isinstance(ball, TensorPatches)
     if name == "a hollow ball":
@@ -122,7 +126,7 @@ def build_grid(net: Array, divisions: int) -> Array:
 
 
 def test_bounds_of_solid_angles_hold() -> None:
-    """Cells of one patch, seen from points outside, against fine triangles of the same cell."""
+    """Compares the cells of a patch, seen from points outside, with fine triangles of the cells."""
     surface = FAMILIES["rational"].surface(4)
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
     nets = [half for whole in halve(group.nets, 1) for half in halve(whole, 2)]
@@ -135,8 +139,11 @@ def test_bounds_of_solid_angles_hold() -> None:
         halves = (a, b, c), (a, c, d)
         fine = np.concatenate([np.stack(half, axis=2).reshape(-1, 3, 3) for half in halves])
         assert np.linalg.norm(grid - model[:3], axis=2).max() <= model[3]
-        away = RNG(k).normal(size=(8, 3))
-        x = model[:3] + away / np.linalg.norm(away, axis=1, keepdims=True) * model[3] * 1.2
+        directions = RNG(k).normal(size=(8, 3))
+        x = (
+            model[:3]
+            + directions / np.linalg.norm(directions, axis=1, keepdims=True) * model[3] * 1.2
+        )
         error = 4 * np.pi * np.abs(compute_solid_angles(fine, x) - compute_solid_angles(coarse, x))
         assert (error <= model[chord_models.AREA] / (0.2 * model[3]) ** 2 + 1e-4).all()
 
@@ -144,28 +151,30 @@ def test_bounds_of_solid_angles_hold() -> None:
 def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
     (ball,) = SPHERE.batches
     assert isinstance(ball, TensorPatches)
-    one = TensorPatches(ball.points[:1], None if ball.weights is None else ball.weights[:1])
-    rest = TensorPatches(ball.points[1:], None if ball.weights is None else ball.weights[1:])
+    first_patch = TensorPatches(ball.points[:1], None if ball.weights is None else ball.weights[:1])
+    remaining_patches = TensorPatches(
+        ball.points[1:], None if ball.weights is None else ball.weights[1:]
+    )
     parts = (Part("all", 0, ball.count),)
-    inner = np.array([[0.1, 0.2, 0.3]])
+    inner_point = np.array([[0.1, 0.2, 0.3]])
     for batches, is_closed in (
-        ((one, rest), True),
-        ((rest,), False),
-        ((turn_inside_out(one), rest), False),
-        ((turn_inside_out(one), turn_inside_out(rest)), True),  # inside out
+        ((first_patch, remaining_patches), True),
+        ((remaining_patches,), False),
+        ((turn_inside_out(first_patch), remaining_patches), False),
+        ((turn_inside_out(first_patch), turn_inside_out(remaining_patches)), True),  # inside out
     ):
         model = PatchModel("ball", batches, parts)
-        assert np.isnan(project(model, inner)["signs"][0]) != is_closed
+        assert np.isnan(project(model, inner_point)["signs"][0]) != is_closed
 
 
-def test_signs_do_not_depend_on_the_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_signs_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
     points = RNG(7).uniform(-1.5, 1.5, (80, 3))
-    together = project(SPHERE, points)["signs"]
-    alone = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
-    np.testing.assert_array_equal(together[::8], alone)
+    all_signs = project(SPHERE, points)["signs"]
+    single_signs = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
+    np.testing.assert_array_equal(all_signs[::8], single_signs)
     with monkeypatch.context() as patch:
         patch.setattr(cells, "MOST_BYTES", 1 << 19)  # the cache of cells is too small for all
-        np.testing.assert_array_equal(together, project(SPHERE, points)["signs"])
+        np.testing.assert_array_equal(all_signs, project(SPHERE, points)["signs"])
     monkeypatch.setattr(winding, "MOST_PAIRS", 0)
     outside = np.abs(points).max(axis=1) > 1
     np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~outside)

@@ -1,4 +1,4 @@
-"""Tubes and ribbons: closed, normals outwards, with the right thickness."""
+"""Tubes and ribbons along paths: they are closed and have the right width and normals."""
 
 import math
 from collections.abc import Sequence
@@ -25,17 +25,18 @@ CURVES = {"arch": ARCH, "cusp": CUSP, "back": THERE_AND_BACK, "loop": LOOP, "lin
 
 
 def build_curve(points: Sequence[Sequence[float]]) -> CurvePieces:
+    """The pieces of a Bézier curve with these control points."""
     return BezierCurve(np.array(points, dtype=float)).lower()
 
 
 def is_closed(swept: SweptGrids) -> bool:
-    """Whether every edge is passed once in either direction."""
+    """Whether exactly two faces use each edge, in opposite directions."""
     rows = (swept.triangles, swept.quads)
-    return count_topology(face for each in rows for face in swept.place[each].tolist()).watertight
+    return count_topology(face for faces in rows for face in swept.place[faces].tolist()).watertight
 
 
 def build_trefoil(count: int) -> tuple[FloatArray, FloatArray]:
-    """Points of a trefoil knot and its unit tangents, closed; shapes (count+1, 3)."""
+    """Points and unit tangents of a trefoil knot, (count+1, 3); the last point is the first."""
     t = np.linspace(0, 2 * math.pi, count + 1)
     t[-1] = 0.0
     points = np.stack(
@@ -51,7 +52,9 @@ def build_trefoil(count: int) -> tuple[FloatArray, FloatArray]:
 @pytest.mark.parametrize("sides", [3, 7])
 @pytest.mark.parametrize("divisions", [1, 2, 5])
 @pytest.mark.parametrize("name", CURVES)
-def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Faces) -> None:
+def test_tubes_are_closed_and_have_unit_normals(
+    name: str, divisions: int, sides: int, faces: Faces
+) -> None:
     pieces = build_curve(CURVES[name])
     path = build_path(pieces, divisions, 0.02)
     swept = build_tubes(path, 0.1, sides, faces=faces)
@@ -61,8 +64,8 @@ def test_every_tube_is_closed(name: str, divisions: int, sides: int, faces: Face
     assert path.points.shape[1] <= count_most_stations(pieces, divisions, 0.02)
 
 
-def test_a_cone_leans_its_normals() -> None:
-    """Radius 1 at the bottom, 0 at the top, height 2: the normals are those of a cone."""
+def test_normals_of_a_conical_tube_are_those_of_a_cone() -> None:
+    """The radius is 1 at the bottom and 0 at the top; the height is 2."""
     path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
@@ -72,22 +75,22 @@ def test_a_cone_leans_its_normals() -> None:
 
 
 def test_rings_at_the_seam_of_a_closed_curve_are_equal() -> None:
-    """The angle between neighbouring rings at the seam is as small as elsewhere."""
+    """So the angle between neighbouring rings is small everywhere."""
     points, tangents = build_trefoil(96)
     swept = build_tubes(
         Paths.from_smooth_curves(points[None], tangents[None], closed=True), 0.3, 12
     )
     rings = swept.normals.reshape(97, 13, 3)
     assert rings[-1] == pytest.approx(rings[0], abs=1e-12)
-    turn = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
-    assert turn.max() < 0.3
+    angles = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
+    assert angles.max() < 0.3
     assert is_closed(swept)
-    # The sum of three cosines, one a corner.
+    # The sum of the cosines at the three corners of a face is at most 3.
     assert winding_agreement(swept.positions, swept.normals, swept.triangles).min() > 2.85
 
 
-def test_frames_do_not_turn_about_the_curve() -> None:
-    """The Frenet frame of a helix turns by its torsion; a rotation-minimising frame does not."""
+def test_frames_minimise_rotation_about_the_curve() -> None:
+    """Relative to the Frenet frame of a helix, the frame rotates back by the torsion."""
     t = np.linspace(0, 2 * math.pi, 400)
     points = np.stack([np.cos(t), np.sin(t), t / 2], axis=1)
     tangents = np.stack([-np.sin(t), np.cos(t), np.full_like(t, 0.5)], axis=1) / math.sqrt(1.25)
@@ -102,22 +105,24 @@ def test_frames_do_not_turn_about_the_curve() -> None:
     assert angle - angle[0] == pytest.approx(-torsion * speed * t, abs=1e-6)
 
 
-def test_many_curves_are_the_same_as_one_at_a_time() -> None:
+def test_tubes_of_several_curves_are_equal_to_single_tubes() -> None:
     points, tangents = build_trefoil(24)
-    turned = points[:, [1, 2, 0]], tangents[:, [1, 2, 0]]
-    both = Paths.from_smooth_curves(np.stack([points, turned[0]]), np.stack([tangents, turned[1]]))
-    together = build_tubes(both, 0.2, 5)
-    for k, (p, t) in enumerate([(points, tangents), turned]):
-        alone = build_tubes(Paths.from_smooth_curves(p[None], t[None]), 0.2, 5)
-        run = slice(k * len(alone.positions), (k + 1) * len(alone.positions))
-        assert np.array_equal(together.positions[run], alone.positions)
-        assert np.array_equal(together.normals[run], alone.normals)
-        faces = slice(k * len(alone.triangles), (k + 1) * len(alone.triangles))
-        first = k * len(alone.positions)
-        assert np.array_equal(together.triangles[faces], alone.triangles + np.uint32(first))
+    rotated = points[:, [1, 2, 0]], tangents[:, [1, 2, 0]]
+    two_paths = Paths.from_smooth_curves(
+        np.stack([points, rotated[0]]), np.stack([tangents, rotated[1]])
+    )
+    both_tubes = build_tubes(two_paths, 0.2, 5)
+    for k, (p, t) in enumerate([(points, tangents), rotated]):
+        single_tube = build_tubes(Paths.from_smooth_curves(p[None], t[None]), 0.2, 5)
+        run = slice(k * len(single_tube.positions), (k + 1) * len(single_tube.positions))
+        assert np.array_equal(both_tubes.positions[run], single_tube.positions)
+        assert np.array_equal(both_tubes.normals[run], single_tube.normals)
+        faces = slice(k * len(single_tube.triangles), (k + 1) * len(single_tube.triangles))
+        first = k * len(single_tube.positions)
+        assert np.array_equal(both_tubes.triangles[faces], single_tube.triangles + np.uint32(first))
 
 
-def test_a_ribbon_faces_the_given_direction() -> None:
+def test_the_normals_of_a_ribbon_are_as_near_the_given_direction_as_possible() -> None:
     points, tangents = build_trefoil(64)
     path = Paths.from_smooth_curves(points[None], tangents[None], closed=True)
     facing = np.array([1.0, 2.0, 7.0])
@@ -131,7 +136,7 @@ def test_a_ribbon_faces_the_given_direction() -> None:
     assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_ribbon_along_its_own_direction_has_its_width() -> None:
+def test_a_ribbon_along_the_given_direction_has_its_width() -> None:
     swept = build_ribbons(
         build_path(build_curve(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0])
     )
@@ -141,7 +146,7 @@ def test_a_ribbon_along_its_own_direction_has_its_width() -> None:
 
 @pytest.mark.parametrize("uvs", [False, True])
 @pytest.mark.parametrize("weld", [False, True])
-def test_the_mesh_says_whether_it_is_closed(weld: bool, uvs: bool) -> None:
+def test_the_report_of_a_tube_says_whether_it_is_closed(weld: bool, uvs: bool) -> None:
     swept = build_tubes(build_path(build_curve(ARCH), 6, 0.02), 0.1, 8)
     mesh = build_swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
     assert mesh.report.watertight is weld

@@ -1,4 +1,4 @@
-"""Tubes and ribbons from their definitions: the trefoil, hair, corners, and predicted sizes."""
+"""Meshes of tubes and ribbons: examples, corners, difficult curves, and predicted sizes."""
 
 import math
 
@@ -20,18 +20,18 @@ from service.surface.swept_shapes import curl, streamer, trefoil
 
 
 def build_spline(curve: BsplineCurve) -> BSpline:
-    """A periodic B-spline in SciPy."""
+    """The periodic B-spline as a SciPy object."""
     points = np.concatenate([curve.control_points, curve.control_points[: curve.degree]])
     return BSpline(curve.knot_vector, points, curve.degree)
 
 
 def measure_greatest_curvature(curve: BsplineCurve) -> float:
-    """|C′ × C″| / |C′|³ at many parameters."""
+    """The largest curvature |C′ × C″| / |C′|³ at 20,000 parameters."""
     spline = build_spline(curve)
     t = np.linspace(0, len(curve.control_points), 20_000)
     first, second = spline(t, 1), spline(t, 2)
-    bend = np.linalg.norm(np.cross(first, second), axis=1)
-    return float((bend / np.linalg.norm(first, axis=1) ** 3).max())
+    lengths = np.linalg.norm(np.cross(first, second), axis=1)
+    return float((lengths / np.linalg.norm(first, axis=1) ** 3).max())
 
 
 def load_in_trimesh(mesh: Mesh) -> trimesh.Trimesh:
@@ -41,8 +41,8 @@ def load_in_trimesh(mesh: Mesh) -> trimesh.Trimesh:
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
-def test_a_tube_along_a_trefoil(faces: Faces) -> None:
-    """Watertight, outwards, and π r² times the length within 1 % at radius × curvature ≤ 0.2."""
+def test_a_tube_along_a_trefoil_has_the_right_volume_and_normals(faces: Faces) -> None:
+    """The volume is π r² times the length, within 1%, if radius × curvature ≤ 0.2."""
     curve = trefoil()
     radius = 0.2 / measure_greatest_curvature(curve)
     tube = TubeSurface(curve, np.array([radius]), sides=48)
@@ -62,10 +62,10 @@ def test_a_tube_along_a_trefoil(faces: Faces) -> None:
     assert mesh.normals is not None
     normals = solid.face_normals[:, None]
     assert (normals * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
-    # Every vertex is at the curve plus the radius times its normal.
+    # Each vertex is a point of the curve plus the radius times the normal.
     middle = mesh.positions - radius * mesh.normals
-    fine = build_spline(curve)(np.linspace(0, 24, 24 * 8 + 1))
-    gaps = np.linalg.norm(middle[:, None] - fine[None], axis=2).min(axis=1)
+    curve_points = build_spline(curve)(np.linspace(0, 24, 24 * 8 + 1))
+    gaps = np.linalg.norm(middle[:, None] - curve_points[None], axis=2).min(axis=1)
     assert gaps.max() < 1e-9
 
 
@@ -76,12 +76,12 @@ def test_hair_tapers_to_its_point() -> None:
     curve = curl().curve
     tip = curve.control_points[-1]
     assert (mesh.positions == tip).all(axis=1).any()
-    # No disc at the tip, one at the root.
+    # The tube has a cap at the root, but not at the tip, where its radius is 0.
     assert mesh.report.triangles == 63 * 8 * 2 + 8 + 8
 
 
-def test_normals_of_a_swelling_tube_are_those_of_its_surface() -> None:
-    """About a straight line the normals are exact: those of a surface of revolution."""
+def test_normals_of_a_tube_of_varying_radius_are_right() -> None:
+    """About a straight line they are exactly those of a surface of revolution."""
     line = BezierCurve(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 4]]))
     radii = np.array([0.5, 1.5, 0.25])
     tube = TubeSurface(line, radii, sides=5, caps=False)
@@ -115,11 +115,11 @@ def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
     assert np.linalg.norm(right - left, axis=1) == pytest.approx(width, abs=1e-12)
     assert mesh.normals is not None
     assert (mesh.normals[:, 2] > 0).all()
-    # Quads between, triangles at both tips.
+    # All faces are quads, except for a triangle at each tip.
     assert (mesh.report.quads, mesh.report.triangles) == (46, 2)
 
 
-def test_a_curve_that_closes_under_another_radius_is_open() -> None:
+def test_a_tube_along_a_closed_curve_is_open_if_its_end_radii_differ() -> None:
     loop = BezierCurve(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 0]]))
     closed = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
     assert load_in_trimesh(closed).euler_number == 0
@@ -139,7 +139,7 @@ CURVES: dict[str, FloatArray] = {
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("corners", [False, True])
 @pytest.mark.parametrize("name", CURVES)
-def test_no_mesh_is_larger_than_foreseen(name: str, corners: bool, faces: Faces) -> None:
+def test_no_mesh_is_larger_than_predicted(name: str, corners: bool, faces: Faces) -> None:
     points = CURVES[name]
     curve = BsplineCurve(points, 1) if corners else BezierCurve(points)
     for surface in (
@@ -163,7 +163,7 @@ def test_no_mesh_is_larger_than_foreseen(name: str, corners: bool, faces: Faces)
             assert (mesh.positions <= high + 1e-12).all()
 
 
-HOSTILE_CURVES: dict[str, Curve] = {
+DIFFICULT_CURVES: dict[str, Curve] = {
     "heavy end": BezierCurve(np.array([[-2.0, 2], [0, -1]]), np.array([1e8, 1])),
     "tiny": BezierCurve(np.array([[1e-300, 0], [2e-300, 1e-300], [0, 1e-300]])),
     "far": BezierCurve(np.array([[1e15, 0, 0], [1e15 + 1, 1, 0], [1e15, 2, 1]])),
@@ -176,10 +176,10 @@ HOSTILE_CURVES: dict[str, Curve] = {
 
 
 @pytest.mark.parametrize("crease", [0.0, 0.02, math.pi])
-@pytest.mark.parametrize("name", HOSTILE_CURVES)
-def test_no_curve_is_too_odd(name: str, crease: float) -> None:
-    """For any curve, tubes are finite and closed, with unit normals, within the predicted size."""
-    curve = HOSTILE_CURVES[name]
+@pytest.mark.parametrize("name", DIFFICULT_CURVES)
+def test_tubes_along_difficult_curves_are_closed_and_finite(name: str, crease: float) -> None:
+    """They also have unit normals and stay within the predicted size."""
+    curve = DIFFICULT_CURVES[name]
     size = float(np.ptp(curve.control_points, axis=0).max())
     tube = TubeSurface(curve, np.array([0.1, 0.2, 0.1]) * size, sides=3)
     options = MeshOptions((4, 1), crease_angle=crease)

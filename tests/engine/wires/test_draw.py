@@ -1,5 +1,4 @@
-"""Isoparametric curves as tubes and ribbons: closed where curves close, and continued across
-patches."""
+"""Isoparametric curves as tubes and ribbons, which continue across patches."""
 
 from typing import Any
 
@@ -21,17 +20,17 @@ from tests.examples import lower_patches
 from tests.strategies import Array, build_cube, build_model, split_models
 
 SHAPES = ["utah-teapot", "cone", "tveit", "torus", "octahedral-sphere", "bspline-hills"]
-"""Poles, an apex, a border, closed circles, triangles, a spline."""
+"""Examples with poles, an apex, a border, closed circles, triangles, and a B-spline."""
 
 
 def draw_wires(source: Any, count: int | tuple[int, int] = 2, **options: Any) -> Mesh:
-    """The wires alone."""
+    """A mesh of the wires alone, without faces of the surface."""
     counts = (count, count) if isinstance(count, int) else count
     return build_mesh(source, isocurves=counts, has_faces=False, **options)
 
 
 def list_paths(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
-    """For each kind of path: the number of paths, their stations, and whether they are closed."""
+    """For each kind of path: how many paths, how many stations, whether closed; sorted."""
     runs = sample_isocurves(model, (4, 4), (count, count))
     result = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
     return sorted((*paths.points.shape[:2], paths.closed) for paths in result)
@@ -40,7 +39,9 @@ def list_paths(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
 @pytest.mark.parametrize(("weld", "faces"), [(True, "triangles"), (False, "quads")])
 @pytest.mark.parametrize("wires", ["tubes", "ribbons"])
 @pytest.mark.parametrize("example", SHAPES)
-def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> None:
+def test_wires_are_sound_meshes_within_the_predicted_size(
+    example: str, wires: str, weld: bool, faces: str
+) -> None:
     options: dict[str, Any] = {
         "resolution": (3, 2),
         "wire_sides": 3,
@@ -61,8 +62,8 @@ def test_wires_are_sound(example: str, wires: str, weld: bool, faces: str) -> No
     assert size.quads >= len(mesh.quads)
 
 
-def test_tubes_keep_their_distance_from_the_surface() -> None:
-    """On a sphere of radius 1 the curves lie on it, the tubes within half their width."""
+def test_tubes_are_centred_on_curves_of_the_surface() -> None:
+    """All points of tubes are within half of their width of the unit sphere."""
     mesh = draw_wires("sphere", 4, wires="tubes", wire_width=0.05, wire_sides=12)
     check_winding(mesh)
     distance = np.linalg.norm(mesh.positions, axis=1)
@@ -71,7 +72,7 @@ def test_tubes_keep_their_distance_from_the_surface() -> None:
 
 
 def test_ribbons_lie_on_the_surface() -> None:
-    """Their normals are the sphere's, their crossbars at right angles to it."""
+    """Their normals are those of the sphere, and their width is tangential to it."""
     mesh = draw_wires("sphere", 3, wires="ribbons", wire_width=0.1, resolution=(8, 8))
     assert mesh.normals is not None
     outwards = np.einsum("vd,vd->v", mesh.normals, mesh.positions)
@@ -82,17 +83,18 @@ def test_ribbons_lie_on_the_surface() -> None:
 
 
 def test_a_circle_across_patches_is_one_closed_tube() -> None:
-    """Circles of four pieces round the cone's side, its rim and its base, no caps."""
+    """Circles of four pieces on the side, the rim and the base of a cone have no caps."""
     cone = lower_patches("cone")
-    # v = ½ on the side and on the base, and the rim; four diameters of the base, eight rulings.
+    # 3 circles: v = 1/2 on the side and on the base, and the rim; 4 diameters of the base; 8
+    # rulings.
     assert list_paths(cone, 2) == [(3, 17, True), (4, 9, False), (8, 5, False)]
     mesh = draw_wires("cone", (0, 2), wires="tubes", wire_width=0.02, resolution=(4, 4))
     assert len(mesh.positions) == 3 * 16 * 8
 
 
-def test_lines_run_straight_through_corners() -> None:
-    """Meridians of a sphere through its poles; the knot lines of a B-spline from end to end."""
-    # Four great circles through the poles, three parallels; each in four pieces of four divisions.
+def test_lines_continue_through_corners_of_patches() -> None:
+    """Meridians of a sphere continue through poles, and knot lines of a B-spline to its borders."""
+    # 4 meridian circles and 3 parallels, each of 4 pieces with 4 divisions.
     assert list_paths(lower_patches("sphere"), 2) == [(7, 17, True)]
     hills = lower_patches("bspline-hills")
     assert hills.domain is not None
@@ -102,11 +104,11 @@ def test_lines_run_straight_through_corners() -> None:
     )
 
 
-def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
-    """Lines round a cube bend by 90° at its edges, and go round as one tube with square corners."""
+def test_bends_up_to_a_right_angle_are_mitred() -> None:
+    """A line around a cube bends by 90° at each edge, and is one tube with square corners."""
     model = build_model(build_cube())
     result = list_paths(model, 2)
-    # Three rings of four sides: four times four divisions, and a second station at each bend.
+    # 3 rings around 4 faces: 4 times 4 divisions, and a second station at each bend.
     assert (3, 16 + 1 + 3, True) in result
     mesh = draw_wires(model, 2, wires="tubes", wire_width=0.1, wire_sides=4, resolution=(1, 1))
     check_sound(mesh)
@@ -114,33 +116,35 @@ def test_a_bend_is_mitred_up_to_a_right_angle() -> None:
 
 
 @given(split_models(oriented=False))
-def test_curves_go_on_across_patches(pieces: tuple[Array, list[Array]]) -> None:
-    """Lines run through the quarters of one patch without interruption, in any orientation."""
+def test_curves_continue_across_patches(pieces: tuple[Array, list[Array]]) -> None:
+    """Lines continue through the quarters of one patch, for all parametrizations of them."""
     result = list_paths(build_model(pieces[1]), 2)
-    across = sum(count for count, stations, _ in result if stations == 9)
-    # Of each direction three borders and two lines between them, through two patches each.
-    assert across == 10
+    two_patch_lines = sum(count for count, stations, _ in result if stations == 9)
+    # In each direction, 3 borders and 2 lines between them run through 2 patches each.
+    assert two_patch_lines == 10
 
 
-def test_wires_stand_beside_the_surface() -> None:
-    """The wires are another part with another colour; the surface does not change."""
-    alone = build_mesh("utah-teapot", resolution=(4, 4))
+def test_wires_are_a_part_beside_the_unchanged_surface() -> None:
+    """The part of the wires has a base colour of its own."""
+    mesh_without_wires = build_mesh("utah-teapot", resolution=(4, 4))
     mesh = build_mesh("utah-teapot", resolution=(4, 4), isocurves=(2, 2), wires="tubes")
     check_sound(mesh)
-    assert mesh.parts[:-1] == alone.parts
+    assert mesh.parts[:-1] == mesh_without_wires.parts
     assert mesh.parts[-1].color == COLOR
-    count = len(alone.positions)
-    np.testing.assert_array_equal(mesh.positions[:count], alone.positions)
-    np.testing.assert_array_equal(mesh.triangles[: len(alone.triangles)], alone.triangles)
-    assert mesh.report.closure == alone.report.closure
+    count = len(mesh_without_wires.positions)
+    np.testing.assert_array_equal(mesh.positions[:count], mesh_without_wires.positions)
+    np.testing.assert_array_equal(
+        mesh.triangles[: len(mesh_without_wires.triangles)], mesh_without_wires.triangles
+    )
+    assert mesh.report.closure == mesh_without_wires.report.closure
 
 
-def test_wires_of_a_coloured_surface_keep_their_colour() -> None:
+def test_wires_of_a_surface_with_colors_have_their_own_color() -> None:
     mesh = build_mesh("heated-panel", resolution=(4, 4), isocurves=(2, 2), wires="tubes")
-    alone = build_mesh("heated-panel", resolution=(4, 4))
+    mesh_without_wires = build_mesh("heated-panel", resolution=(4, 4))
     assert mesh.colors is not None
-    count = len(alone.positions)
-    np.testing.assert_array_equal(mesh.colors[:count], alone.colors)
+    count = len(mesh_without_wires.positions)
+    np.testing.assert_array_equal(mesh.colors[:count], mesh_without_wires.colors)
     np.testing.assert_array_equal(mesh.colors[count:], [COLOR[: mesh.colors.shape[1]]] * (
         len(mesh.positions) - count))  # fmt: skip
     assert mesh.parts[-1].color is None
@@ -149,14 +153,14 @@ def test_wires_of_a_coloured_surface_keep_their_colour() -> None:
     assert len(values) == len(mesh.positions)
 
 
-def test_the_width_follows_the_size_unless_it_is_given() -> None:
+def test_the_default_width_is_a_share_of_the_diagonal() -> None:
     model = lower_patches("sphere")
     assert find_width(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
     assert find_width(model, MeshOptions(wire_width=0.25)) == 0.25
 
 
-def test_groups_have_wires_of_their_members() -> None:
-    """Wires of members are in place, and have the members' names."""
+def test_a_group_has_the_wires_of_its_members() -> None:
+    """The parts of wires have the names of the members."""
     mesh = build_mesh("tea-service", isocurves=(1, 1), wires="tubes", resolution=(2, 2))
     names = [part.name for part in mesh.parts if part.name.endswith(f"/{NAME}")]
     assert names[:2] == [f"tray/{NAME}", f"teapot/{NAME}"]

@@ -1,4 +1,4 @@
-"""Isoparametric curves: their points, their number, and that they meet and are drawn once."""
+"""Isoparametric curves: their points and their number; they meet, and borders are drawn once."""
 
 from collections import Counter
 from fractions import Fraction
@@ -28,6 +28,7 @@ from tests.strategies import (
 def sample_curves(
     model: PatchModel, counts: tuple[int, int], resolution: tuple[int, int] = (4, 4)
 ) -> list[IsoCurves]:
+    """Samples the curves, and checks that their numbers are within the predicted bounds."""
     result = sample_isocurves(model, resolution, counts)
     triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
     grids = model.patch_count - triangles
@@ -37,25 +38,26 @@ def sample_curves(
     return result
 
 
-def count(runs: list[IsoCurves]) -> int:
+def count_curves(runs: list[IsoCurves]) -> int:
+    """The number of curves."""
     return sum(len(run.points) for run in runs)
 
 
 def list_parameters(run: IsoCurves, k: int) -> Array:
     """Parameters of the samples of one curve."""
     share = np.linspace(0, 1, run.points.shape[1])[:, None]
-    at: Array = (1 - share) * run.first[k] + share * run.last[k]
-    return at
+    parameters: Array = (1 - share) * run.first[k] + share * run.last[k]
+    return parameters
 
 
 @given(weighted_nets(nets(limit=4)), resolutions)
 def test_every_sample_is_a_point_of_the_surface(
     weighted: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Points are at their parameters, by exact arithmetic, on lines of constant u or v."""
+    """Each curve has constant u or v; its points agree with exact arithmetic."""
     net, weights = weighted
     model = build_model([net], None if weights is None else [weights])
-    truth = exact.to_exact_net(net, weights)
+    exact_net = exact.to_exact_net(net, weights)
     for run in sample_curves(model, (3, 2), resolution):
         for k in range(len(run.points)):
             constant = run.first[k] == run.last[k]
@@ -63,26 +65,26 @@ def test_every_sample_is_a_point_of_the_surface(
             value = run.first[k][constant][0]
             assert value in ((0, 1 / 3, 2 / 3, 1) if constant[0] else (0, 1 / 2, 1))
             for (u, v), point in zip(list_parameters(run, k), run.points[k], strict=True):
-                expected = exact.surface_point(truth, Fraction(u), Fraction(v))
+                expected = exact.surface_point(exact_net, Fraction(u), Fraction(v))
                 x, y, z, w = expected if len(expected) == 4 else (*expected, Fraction(1))
                 np.testing.assert_allclose(point, [float(c / w) for c in (x, y, z)], atol=1e-11)
 
 
 @given(triangle_nets())
-def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
+def test_a_triangle_has_curves_in_three_directions(net: Array) -> None:
     batch = TrianglePatches(net[np.newaxis])
     model = PatchModel("model", (batch,), (Part("model", 0, 1),))
-    truth = triangles.to_exact_triangle(net)
+    exact_net = triangles.to_exact_triangle(net)
     runs = sample_curves(model, (4, 1), (5, 8))
     for run in runs:
         for k in range(len(run.points)):
             for (s, t), point in zip(list_parameters(run, k), run.points[k], strict=True):
                 place = (1 - Fraction(s) - Fraction(t), Fraction(s), Fraction(t))
-                expected = [float(c) for c in triangles.value(truth, place)]
+                expected = [float(c) for c in triangles.value(exact_net, place)]
                 np.testing.assert_allclose(point, expected, atol=1e-11)
     if len({tuple(corner) for corner in net.tolist()}) == len(net):
-        assert count(runs) == 3 + 3 * 3
-        # Lines at a quarter, a half, three quarters end at the mesh's own samples, 8 of them.
+        assert count_curves(runs) == 3 + 3 * 3
+        # Lines at 1/4, 1/2 and 3/4 end at samples of the mesh, whose sides have 8 divisions.
         assert Counter(run.points.shape[1] - 1 for run in runs) == {8: 1, 6: 3, 4: 3, 2: 3}
 
 
@@ -90,41 +92,41 @@ def test_curves_of_a_triangle_run_in_three_directions(net: Array) -> None:
     ("counts", "expected"),
     [((1, 1), 4), ((3, 2), 7), ((0, 2), 3), ((5, 0), 6), ((0, 0), 0), ((1, 0), 2)],
 )
-def test_number_of_curves_of_one_patch(counts: tuple[int, int], expected: int) -> None:
-    assert count(sample_curves(lower_patches("tveit"), counts)) == expected
+def test_one_patch_has_the_right_number_of_curves(counts: tuple[int, int], expected: int) -> None:
+    assert count_curves(sample_curves(lower_patches("tveit"), counts)) == expected
 
 
 def test_shared_borders_are_drawn_once() -> None:
-    """A cube has twelve edges, and each of its faces three lines across in either direction."""
+    """A cube has 12 edges, and each face has 3 inner lines in each direction."""
     model = build_model(build_cube((0, 3, 5, 6, 2, 1)))
-    assert count(sample_curves(model, (1, 1))) == 12
-    assert count(sample_curves(model, (4, 4))) == 12 + 6 * 6
+    assert count_curves(sample_curves(model, (1, 1))) == 12
+    assert count_curves(sample_curves(model, (4, 4))) == 12 + 6 * 6
 
 
 def test_poles_are_not_drawn() -> None:
-    """A sphere of eight octants: three great circles in quarters; and a meridian in each octant."""
+    """A sphere of eight octants: 3 great circles in quarters, and 1 meridian in each octant."""
     sphere = lower_patches("sphere")
-    assert count(sample_curves(sphere, (1, 1))) == 12
-    assert count(sample_curves(sphere, (2, 1))) == 20
+    assert count_curves(sample_curves(sphere, (1, 1))) == 12
+    assert count_curves(sample_curves(sphere, (2, 1))) == 20
     for run in sample_curves(sphere, (3, 3)):
         np.testing.assert_allclose(np.linalg.norm(run.points, axis=-1), 1, atol=1e-15)
 
 
 @given(split_models(oriented=False))
 def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]) -> None:
-    """In any orientation of the patches, every inner end of a curve meets another end."""
+    """Inside the surface, at least two curves end at each end of a curve."""
     model = build_model(pieces[1])
     runs = sample_curves(model, (3, 3), (4, 6))
     edges = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
     ends = Counter(tuple(end) for run in runs for c in run.points for end in (c[0], c[-1]))
-    lone = [end for end, uses in ends.items() if uses == 1 and end not in edges]
-    # Two inner curves end at each of the eight edges on the border of the surface.
-    assert len(lone) == 16
+    single_ends = [end for end, uses in ends.items() if uses == 1 and end not in edges]
+    # At each of the 8 edges on the border of the surface, 2 inner curves end.
+    assert len(single_ends) == 16
 
 
 @pytest.mark.parametrize("example", ["utah-teapot", "torus", "cone"])
 def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
-    """Borders bit for bit, other curves up to rounding, if their number divides the resolution."""
+    """The number of curves divides the resolution; borders have equal bits, other curves nearly."""
     vertices = build_mesh(example, resolution=(8, 8)).positions
     places_of_vertices = {tuple(vertex) for vertex in vertices.tolist()}
     first, *rest = sample_curves(lower_patches(example), (4, 4), (8, 8))
@@ -137,11 +139,11 @@ def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
         assert all(tuple(point) in rounded for point in inner.tolist())
 
 
-def test_a_spline_shows_every_span() -> None:
-    """The curves of a B-spline are its knot lines, and the middles of its spans."""
+def test_the_curves_of_a_spline_follow_its_knots() -> None:
+    """With counts (1, 1) they are the knot lines; (2, 2) adds the middle of each span."""
     model = lower_patches("bspline-hills")
     assert model.domain is not None
     spans_u, spans_v = len(model.domain.u) - 1, len(model.domain.v) - 1
     edges = spans_u * (spans_v + 1) + spans_v * (spans_u + 1)
-    assert count(sample_curves(model, (1, 1))) == edges
-    assert count(sample_curves(model, (2, 2))) == edges + 2 * spans_u * spans_v
+    assert count_curves(sample_curves(model, (1, 1))) == edges
+    assert count_curves(sample_curves(model, (2, 2))) == edges + 2 * spans_u * spans_v
