@@ -120,24 +120,24 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
     numbers.
     """
     ru, rv = options.resolution
-    triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
-    grids = model.patch_count - triangles
-    small = triangles * max(ru, rv) ** 2
+    triangle_patches = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
+    grids = model.patch_count - triangle_patches
+    triangle_faces = triangle_patches * max(ru, rv) ** 2
     cells, border = grids * ru * rv, 2 * (ru + rv) * grids
-    size = grids * (ru + 1) * (rv + 1) + triangles * triangle.count_points(max(ru, rv))
-    framed = False
+    size = grids * (ru + 1) * (rv + 1) + triangle_patches * triangle.count_points(max(ru, rv))
+    is_framed = False
     if ru != rv:
         _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
-        size, framed = layout.size, layout.is_framed
+        size, is_framed = layout.size, layout.is_framed
         # A framed grid has at least two divisions in each direction.
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.is_triangle]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
         border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
-    # A patch of V samples, B of them on its border, has 2V - B - 2 triangles.
+    # A patch of V samples, B of them on its border, has 2V - B - 2 triangles: fewer than 2V.
     if options.faces == "quads":
-        return size, (2 * size if framed else border + small), cells
-    return size, (2 * size if framed else 2 * cells + small), 0
+        return size, (2 * size if is_framed else border + triangle_faces), cells
+    return size, (2 * size if is_framed else 2 * cells + triangle_faces), 0
 
 
 def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:

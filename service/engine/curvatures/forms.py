@@ -106,6 +106,7 @@ def _project(x: list[Planes]) -> list[Planes]:
 
 
 def _dot(a: Planes, b: Planes) -> FloatArray:
+    """Scalar products (r, n) of the vectors of two planes (3, r, n)."""
     product: FloatArray = a[0] * b[0]
     product += a[1] * b[1]
     product += a[2] * b[2]
@@ -113,6 +114,7 @@ def _dot(a: Planes, b: Planes) -> FloatArray:
 
 
 def _cross(a: Planes, b: Planes) -> Planes:
+    """Cross products (3, r, n) of the vectors of two planes."""
     product = np.empty((3, *a.shape[1:]))
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3

@@ -39,7 +39,7 @@ def limit_normals(
     nets : DerivativeNets
         K patches.
     which : ndarray of int, shape (m,)
-        Rows of `nets`.
+        The patch of each parameter: a number in `nets`.
     u, v : ndarray of float64, shape (m,)
         Parameters in [0, 1].
 

@@ -79,7 +79,7 @@ class Evaluation(ABC):
 
         Parameters
         ----------
-        at : ndarray of float64, shape (K, d, r)
+        point : ndarray of float64, shape (K, d, r)
             The output.
 
         Returns

@@ -116,13 +116,13 @@ def _plan_poles(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
             along = 1 - axis
             points, samples = (grid if axis == 0 else grid.swapaxes(1, 2) for grid in grids)
             beside, pole = points[index, 1 - 3 * end], points[index, -end, :1]
-            next_row, point = (
+            beside_coordinates, pole_coordinates = (
                 3 * rows + YZX_ZXY[:, np.newaxis, np.newaxis] for rows in (beside, pole)
             )
             sides.append(
                 _Sides(
-                    next_row,
-                    point,
+                    beside_coordinates,
+                    pole_coordinates,
                     beside,
                     np.where(end != axis, -1.0, 1.0)[:, np.newaxis],
                     samples[index, -end].ravel(),

@@ -68,6 +68,7 @@ class TriangleEvaluation(Evaluation):
         return ChunkNets(point, point, ds, dt, self.find_thresholds(ds, dt))
 
     def _write_at_once(self) -> None:
+        """Writes all samples by products with a cached basis of two variables."""
         # A cache line has 16 numbers: so every plane of a chunk begins at a cache line.
         count = max(16, CHUNK_SAMPLES // self.sample_count // 16 * 16)
         for first, last in row_runs(
@@ -81,6 +82,7 @@ class TriangleEvaluation(Evaluation):
                 )
 
     def _write_by_rows(self) -> None:
+        """Writes all samples, each row of samples as a Bézier curve."""
         for first, last in row_runs(self.patches.count, max(1, CHUNK_SAMPLES // self.sample_count)):
             nets = self.load_nets(first, last)
             point = _to_row_curves(nets.point)

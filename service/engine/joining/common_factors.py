@@ -106,17 +106,20 @@ def _find_meeting_surfaces(
     corners = points[ends.ravel()]
     order = np.lexsort(corners.T[::-1])
     differs = (np.diff(corners[order], axis=0) != 0).any(axis=1)
-    number = np.empty(len(order), dtype=np.intp)
-    number[order] = np.cumsum(np.append(False, differs))
-    place = number.reshape(-1, 2)
-    is_reversed = place[:, 0] > place[:, 1]
-    place[is_reversed], ends[is_reversed] = place[is_reversed, ::-1], ends[is_reversed, ::-1]
-    size = logs[ends]
-    order = np.lexsort((size[:, 1], size[:, 0], place[:, 1], place[:, 0]))
-    ends, place, size = ends[order], place[order], size[order]
-    is_new = np.append(True, (place[1:] != place[:-1]).any(axis=1))
+    corner_number = np.empty(len(order), dtype=np.intp)
+    corner_number[order] = np.cumsum(np.append(False, differs))
+    corner_pair = corner_number.reshape(-1, 2)
+    is_reversed = corner_pair[:, 0] > corner_pair[:, 1]
+    corner_pair[is_reversed], ends[is_reversed] = (
+        corner_pair[is_reversed, ::-1],
+        ends[is_reversed, ::-1],
+    )
+    end_logs = logs[ends]
+    order = np.lexsort((end_logs[:, 1], end_logs[:, 0], corner_pair[:, 1], corner_pair[:, 0]))
+    ends, corner_pair, end_logs = ends[order], corner_pair[order], end_logs[order]
+    is_new = np.append(True, (corner_pair[1:] != corner_pair[:-1]).any(axis=1))
     leader = np.flatnonzero(is_new)[np.cumsum(is_new) - 1]
-    step = size - size[leader]
+    step = end_logs - end_logs[leader]
     first_surface, second_surface = owner[ends[leader, 0]], owner[ends[:, 0]]
     do_meet = (first_surface != second_surface) & (np.abs(step[:, 0] - step[:, 1]) <= 2 * tolerance)
     shift = step[do_meet].mean(axis=1)

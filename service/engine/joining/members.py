@@ -87,6 +87,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         joined_model, are_mirrored = compose(group, numbers)
         joined_model, seams = join(joined_model, tolerance, allow)
         owner = _find_owners(joined_model, group, numbers)
+        # The lowest and the highest member at each edge: an edge joins members if these differ.
         low, high = np.full(len(seams.users), len(numbers)), np.full(len(seams.users), -1)
         is_line = ~seams.collapsed
         np.minimum.at(
@@ -100,7 +101,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
         allow(joined_model)
         parts = [len(_parts_of(group, n)) for n in numbers]
         has_uvs = any(channel.kind == "uvs" for channel in joined_model.batches[0].channels)
-        are_uvs_swapped = tuple(each and not has_uvs for each in are_mirrored)
+        are_uvs_swapped = tuple(is_mirrored and not has_uvs for is_mirrored in are_mirrored)
         clusters.append(
             Cluster(tuple(numbers), tuple(np.cumsum([0, *parts]).tolist()), are_uvs_swapped)
         )

@@ -106,42 +106,43 @@ def _is_beside_shared_piece(
     order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), edge_of_piece))
     owner = edge_of_piece[order]
     # A piece begins at each cut, and at the beginning of each edge.
-    start = np.concatenate([at, np.zeros(len(edges.side))])[order]
-    begin = np.concatenate([corner, edges.begin])[order]
+    begin_parameter = np.concatenate([at, np.zeros(len(edges.side))])[order]
+    begin_corner = np.concatenate([corner, edges.begin])[order]
     is_last = np.append(owner[1:] != owner[:-1], True)
-    stop = np.where(is_last, 1.0, np.roll(start, -1))
-    end = np.where(is_last, edges.end[owner], np.roll(begin, -1))
+    end_parameter = np.where(is_last, 1.0, np.roll(begin_parameter, -1))
+    end_corner = np.where(is_last, edges.end[owner], np.roll(begin_corner, -1))
     degree = max(group.points.shape[1] - 1 for group, _, _ in iterate_degrees(edges))
     shares = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
-    is_backward = begin > end
+    is_backward = begin_corner > end_corner
+    # The samples of a piece run from the corner with the lower number to the other corner.
     parameters = np.where(
         is_backward[:, None],
-        stop[:, None] + (start - stop)[:, None] * shares,
-        start[:, None] + (stop - start)[:, None] * shares,
+        end_parameter[:, None] + (begin_parameter - end_parameter)[:, None] * shares,
+        begin_parameter[:, None] + (end_parameter - begin_parameter)[:, None] * shares,
     )
     values = np.empty((len(owner), len(shares), 3))
     for group, rows, number in iterate_degrees(edges):
         row_of_edge = np.full(len(edges.side), -1)
         row_of_edge[number] = rows
-        piece_after = np.flatnonzero(row_of_edge[owner] >= 0)
-        for part in row_slices(len(piece_after), 4 * len(shares) * (degree + 1), CHUNK):
-            piece_rows = piece_after[part]
+        pieces = np.flatnonzero(row_of_edge[owner] >= 0)
+        for part in row_slices(len(pieces), 4 * len(shares) * (degree + 1), CHUNK):
+            piece_rows = pieces[part]
             curve = row_of_edge[owner[piece_rows]]
             weights = None if group.weights is None else group.weights[curve]
             values[piece_rows] = evaluate_curves(
                 group.points[curve], weights, parameters[piece_rows]
             )
     # Pieces between the same two corners are compared.
-    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    low, high = np.minimum(begin_corner, end_corner), np.maximum(begin_corner, end_corner)
     _, first, pair = np.unique(
         low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
     distance = reach * len(shares) ** 0.5
     leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), distance)
-    shared = np.bincount(leader, minlength=len(leader))[leader] > 1
+    is_shared_piece = np.bincount(leader, minlength=len(leader))[leader] > 1
     # The piece after each cut, and the piece before it.
     piece_number = np.empty(len(order), dtype=np.intp)
     piece_number[order] = np.arange(len(order))
     piece_after = piece_number[: len(edge)]
-    is_shared: Bools = shared[piece_after] | shared[piece_after - 1]
+    is_shared: Bools = is_shared_piece[piece_after] | is_shared_piece[piece_after - 1]
     return is_shared

@@ -103,22 +103,23 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
         Their values are overwritten.
     """
     identity = np.arange(len(place))
-    # Only the few samples that share their place with another sample are compared. `spot` numbers
-    # their places, `local` their values.
-    shared = np.zeros(len(place), dtype=bool)
-    shared[place != identity] = True
-    shared[place[shared]] = True
-    rows = np.flatnonzero(shared)
-    spot = np.searchsorted(rows, place[rows])
-    local = spot
+    # Only the few samples that share their place with another sample are compared.
+    is_shared = np.zeros(len(place), dtype=bool)
+    is_shared[place != identity] = True
+    is_shared[place[is_shared]] = True
+    rows = np.flatnonzero(is_shared)
+    place_row = np.searchsorted(rows, place[rows])
+    leader = place_row
     for channel in channels:
         values = channel.values[rows]
-        near = (values, 0.0) if channel.exact else (_scale_values(channel, values), 1.0)
-        first = find_leaders(spot, *near)
+        comparable, reach = values, 0.0
+        if not channel.exact:
+            comparable, reach = _scale_values(channel, values), 1.0
+        first = find_leaders(place_row, comparable, reach)
         channel.values[rows] = values[first]
-        local = find_leaders(local, first[:, np.newaxis].astype(np.float64), 0.5)
+        leader = find_leaders(leader, first[:, np.newaxis].astype(np.float64), 0.5)
     alike = identity
-    alike[rows] = rows[local]
+    alike[rows] = rows[leader]
     return alike
 
 
@@ -126,8 +127,8 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
     """The values (N, d) in units of the largest difference that counts as zero.
 
     If the channel has a unit, the result uses the arsinh of the values. The arsinh is linear near 0
-    and logarithmic far from 0: so differences compare small values by their difference, and large
-    values by their quotient.
+    and logarithmic far from 0: so for small values the result compares their difference, for large
+    values their quotient.
     """
     if channel.unit is None:
         return values * _scale(channel.values)

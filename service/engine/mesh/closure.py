@@ -1,4 +1,4 @@
-"""Whether the last side of a surface is its first side, and the continuity of that seam.
+"""Finds whether the first and last sides of a surface are one seam, and the seam's continuity.
 
 A surface closes along u if its last line of Bézier points equals its first line bit for bit, and
 the weights are equal up to a common factor. The seam is then
@@ -7,12 +7,12 @@ the weights are equal up to a common factor. The seam is then
 - else G1 if the tangent planes are the same, and the surface does not turn back;
 - else C0.
 
-With t the tangent of the seam, a and b the partials across it, C1 says that a − b vanishes and G1
-that det(a, b, t) does. Times powers of the seam's weight these are polynomials of the parameter
-along the seam, of degree 2q and 4q − 1 at most (q and 3q − 1 without weights) on each patch. So a
-polynomial that vanishes at the 4q + 1 parameters where it is computed vanishes everywhere; a
-computed value counts as zero within the tolerances below. Places without a tangent plane, such as
-poles, do not count.
+Let t be the tangent of the seam, and a and b the partials across the seam on its two sides. C1
+means that a − b vanishes, G1 that det(a, b, t) vanishes. Multiplied by powers of the weight of the
+seam, both are polynomials of the parameter along the seam. On each patch, their degrees are at most
+2q and 4q − 1 (q and 3q − 1 without weights). They are computed at 4q + 1 parameters: a polynomial
+that vanishes there vanishes everywhere. A computed value counts as zero within the tolerances
+below. Places without a tangent plane, such as poles, are not compared.
 """
 
 from dataclasses import dataclass

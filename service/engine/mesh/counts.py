@@ -88,7 +88,7 @@ class _Group(NamedTuple):
 
 
 def _count_shape(shape: AnyShape, kind: Faces) -> _ShapeCounts:
-    """The tally of a shape; its faces at the border are examined one by one."""
+    """The counts of one patch of this shape; faces at its border are examined one by one."""
     if isinstance(shape, TriangleShape) and not any(shape.collapsed[:3]):
         return _ShapeCounts(shape.divisions**2, 0, is_complete=True)
     if isinstance(shape, Shape) and not shape.is_framed and not any(shape.collapsed):

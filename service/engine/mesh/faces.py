@@ -81,21 +81,20 @@ def _drop_slivers(
     total = counts.shape[1]
     owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)
     corner_places = place[quads]
-    repeated = corner_places == np.roll(corner_places, -1, axis=1)
+    is_repeated = corner_places == np.roll(corner_places, -1, axis=1)
     is_quad = (
-        ~repeated.any(axis=1)
+        ~is_repeated.any(axis=1)
         & (corner_places[:, 0] != corner_places[:, 2])
         & (corner_places[:, 1] != corner_places[:, 3])
     )
-    halved = np.flatnonzero(repeated.sum(axis=1) == 1)
-    # For each corner of a quad, the three corners besides it: of two corners that coincide, the
-    # first is left out.
+    quads_to_halve = np.flatnonzero(is_repeated.sum(axis=1) == 1)
+    # If corner k and the next corner coincide, the triangle has the corners other than k.
     other_corners = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
-    halves = np.take_along_axis(
-        quads[halved], other_corners[repeated[halved].argmax(axis=1)], axis=1
+    triangles_of_quads = np.take_along_axis(
+        quads[quads_to_halve], other_corners[is_repeated[quads_to_halve].argmax(axis=1)], axis=1
     )
-    triangles = np.concatenate([triangles, halves])
-    owner = np.concatenate([owner, owner_of_quad[halved]])
+    triangles = np.concatenate([triangles, triangles_of_quads])
+    owner = np.concatenate([owner, owner_of_quad[quads_to_halve]])
     triangle_places = place[triangles]
     is_proper = (triangle_places != np.roll(triangle_places, -1, axis=1)).all(axis=1)
     order = np.flatnonzero(is_proper)[np.argsort(owner[is_proper], kind="stable")]

@@ -28,7 +28,7 @@ FINE = 4
 
 @dataclass(frozen=True, eq=False)
 class Layout(SampleRuns):
-    """The row of every sample; it depends on the connectivity and the resolution alone.
+    """The rows of all samples of a model, which depend on connectivity and resolution alone.
 
     Attributes
     ----------
@@ -74,17 +74,17 @@ class Layout(SampleRuns):
         # side with more divisions than its rows.
         divisions = np.zeros(len(connectivity.users), dtype=np.intp)
         np.maximum.at(divisions, edge, side_divisions)
-        uneven = (divisions[edge] != side_divisions) & ~collapsed
-        framed = uneven.any(axis=1)
+        is_finer = (divisions[edge] != side_divisions) & ~collapsed
+        is_framed = is_finer.any(axis=1)
         base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
         # Strips of triangles need a line of samples inside the patch.
-        rus[framed], rvs[framed] = max(ru, 2), max(rv, 2)
+        rus[is_framed], rvs[is_framed] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
         size = 0
-        for is_framed in (False, True):
+        for with_frames in (False, True):
             first = 0
             for number, count in enumerate(connectivity.counts):
-                rows = np.flatnonzero(framed[first : first + count] == is_framed)
+                rows = np.flatnonzero(is_framed[first : first + count] == with_frames)
                 if len(rows):
                     grid = int(rus[first + rows[0]]), int(rvs[first + rows[0]])
                     has_triangles, is_batch = bool(is_triangle[first]), len(rows) == count
@@ -94,7 +94,7 @@ class Layout(SampleRuns):
                     blocks.append(block)
                 first += count
         grids = np.stack(along_sides(rus, rvs), axis=1)
-        is_separate = framed[:, None] & (divisions[edge] != grids) & ~collapsed
+        is_separate = is_framed[:, None] & (divisions[edge] != grids) & ~collapsed
         inner = np.where(is_separate, divisions[edge] - 1, 0)
         before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
         extra[is_separate] = size + before[is_separate]
