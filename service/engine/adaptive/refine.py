@@ -9,9 +9,10 @@ edges: the nets of the quarters are nearer to the surface. Each quarter is certi
 host of the part. The bound of the part is the largest bound of its quarters.
 
 **Why this ends.** Let ε be the tolerance, or its least value if it differs from place to place.
-Every round with a failure cuts a leaf in two, or halves the height of a strip twice. There are
-finitely many boxes of places and finitely many heights, so the rounds end, with a mesh or with
-`tolerance_too_small`. Only rounding can cause this error:
+Every round with a failure makes a leaf a fan, which happens once to a leaf, or cuts a leaf in two,
+or halves the height of a strip twice. There are finitely many boxes of places and finitely many
+heights, so the rounds end, with a mesh or with `tolerance_too_small`. Only rounding can cause this
+error:
 
 1. A leaf that is cut is not small. Let the net of a leaf be within ε of each of its points. Then
    all its triangles pass: each has a vertex of the leaf, which is on the surface over it, so the
@@ -27,12 +28,15 @@ finitely many boxes of places and finitely many heights, so the rounds end, with
    reaches from side to side, and is cut between these sides.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_runs
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.cells import Cells, Task, build_whole_cells
+from service.engine.adaptive.cutting.cells import Cells, Leaves, Task, build_whole_cells
+from service.engine.adaptive.cutting.planes import maximize_heights
 from service.engine.adaptive.cutting.subdivision import AHEAD, divide_cells
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.drafts.draft_triangles import Store
@@ -46,6 +50,9 @@ from service.engine.bounds.patch_nets import PatchNets
 
 CHUNK = 1 << 15
 """Triangles in one block of proofs, so that temporary arrays stay small."""
+
+PLAIN = 4
+"""Number of corners of a leaf that is two triangles."""
 
 FLATTER = 2
 """Number of halvings of the height of a strip that fails."""
@@ -103,8 +110,28 @@ def triangulate(
             return draft.finish(proofs.deviation, proofs.mesh if goal.two_sided else None)
         draft.halvings[strips] += FLATTER
         assert draft.polygons.leaves is not None
-        halves = draft.polygons.leaves.take(cut).halve(along_v)
-        draft.renew(divide_cells(task, Cells.concatenate([*halves])), cut, strips)
+        is_plain = draft.polygons.size[cut] == PLAIN
+        fresh = replace_failing(task, draft.polygons.leaves.take(cut), along_v, is_plain)
+        draft.renew(fresh, cut, strips)
+
+
+def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools) -> Leaves:
+    """The leaves in place of those that fail: fans where these may pass, elsewhere halves.
+
+    A fan changes no leaf beside it. It is tried only in place of two triangles, and if the surface,
+    taken as quadratic, is within the allowed deviation of it: along the sides, and along the spokes
+    from the middle to the corners, whose heights are 1/4 of those of the diagonals.
+    """
+    a, b, c = failing.form[3:6]
+    one, other = (a + 2.0 * b + c) * 0.25, (a - 2.0 * b + c) * 0.25
+    heights = maximize_heights(np.array([[a, c], [one, one], [other, other]])).max(axis=0)
+    to_fan = is_plain & ~failing.is_fan & (heights <= failing.form[6])
+    fans, rest = failing.take(to_fan), failing.take(~to_fan)
+    fans = replace(fans, is_fan=np.ones(len(fans), dtype=bool))
+    if not len(rest):
+        return fans
+    halves = divide_cells(task, Cells.concatenate([*rest.halve(along_v[~to_fan])]))
+    return Leaves.concatenate([halves, fans])
 
 
 class Proofs:

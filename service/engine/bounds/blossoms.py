@@ -28,12 +28,21 @@ from typing import TypeAlias
 
 import numpy as np
 
-from service.bases.arrays import Bools, FloatArray, Ints
+from service.bases.arrays import FloatArray, Ints
 
 Exponents: TypeAlias = tuple[int, ...]
 
 NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
 """For each corner or edge of a triangle the index of the next one, and of the one before."""
+
+
+SHAPES = (
+    ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)),
+    ((0.0, 0.0), (1.0, 0.0), (0.5, 1.0)),
+    ((0.0, 0.0), (0.0, 1.0), (1.0, 0.5)),
+)
+"""Corners (u, v) of triangles in the unit square: half of it, as for two triangles in place of a
+cell, and the triangles of fans with a base along u and along v."""
 
 
 @lru_cache(maxsize=256)
@@ -122,23 +131,33 @@ def build_triangle_nets(
         The corners (u_k, v_k).
     ordered : bool
         Whether the corners of a net must be in the order of `places`. Otherwise the nets of
-        triangles that are halves of boxes are made of nets over the boxes, which have fewer points.
+        triangles with one of the `SHAPES` in their boxes are made of nets over these boxes, which
+        have fewer points.
     """
-    p, q = nets.shape[2] - 1, nets.shape[3] - 1
     if ordered:
-        return _combine(nets, places, _build_triangle_shares(p, q))
-    right, sides = _find_right_angles(places)
-    if right.all():
-        return _combine(nets, sides, _build_half_shares(p, q))
-    if not right.any():
-        return _combine(nets, places, _build_triangle_shares(p, q))
-    triangles = np.empty((*nets.shape[:2], _build_triangle_shares(p, q).shape[1]))
-    for rows, at, shares in (
-        (right.nonzero()[0], sides, _build_half_shares(p, q)),
-        ((~right).nonzero()[0], places, _build_triangle_shares(p, q)),
-    ):
-        triangles[rows] = _combine(nets.take(rows, axis=0), at.take(rows, axis=2), shares)
+        return _combine(nets, places, _build_triangle_shares(nets.shape[2] - 1, nets.shape[3] - 1))
+    shape, boxes = _find_shapes(places)
+    occurring = np.bincount(shape).nonzero()[0].tolist()
+    if len(occurring) == 1:
+        return _combine_shape(nets, places, boxes, occurring[0])
+    many = comb(nets.shape[2] + nets.shape[3], 2)
+    triangles = np.empty((*nets.shape[:2], many))
+    for number in occurring:
+        rows = (shape == number).nonzero()[0]
+        triangles[rows] = _combine_shape(
+            nets.take(rows, axis=0), places.take(rows, axis=2), boxes.take(rows, axis=2), number
+        )
     return triangles
+
+
+def _combine_shape(
+    nets: FloatArray, places: FloatArray, boxes: FloatArray, shape: int
+) -> FloatArray:
+    """Nets over triangles of one shape, a result of `_find_shapes`."""
+    p, q = nets.shape[2] - 1, nets.shape[3] - 1
+    if shape == len(SHAPES):
+        return _combine(nets, places, _build_triangle_shares(p, q))
+    return _combine(nets, boxes, _build_box_shares(p, q, shape))
 
 
 def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
@@ -155,22 +174,30 @@ def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatA
     return triangles
 
 
-def _find_right_angles(places: FloatArray) -> tuple[Bools, FloatArray]:
-    """Which triangles (3, 2, m) are halves of boxes, and the sides (2, 2, m) of the boxes.
+def _find_shapes(places: FloatArray) -> tuple[Ints, FloatArray]:
+    """The shapes (m,) of triangles (3, 2, m), and boxes (2, 2, m) about them.
 
-    The right angle is at (u_0, v_0), the other corners are (u_1, v_0) and (u_0, v_1).
+    A shape is a number in `SHAPES`, or `len(SHAPES)` for all other triangles. A box is two of its
+    opposite corners: the triangle has the shape where these are (0, 0) and (1, 1).
     """
-    a, b, c = places
-    ab, bc, ca = a == b, b == c, c == a
-    at_a, at_b, at_c = (
-        (after[0] & before[1]) | (after[1] & before[0])
-        for after, before in ((ab, ca), (bc, ab), (ca, bc))
-    )
-    sides = np.empty((2, *a.shape))
-    sides[0] = np.where(at_a, a, np.where(at_b, b, c))
-    np.add(places.min(axis=0), places.max(axis=0), out=sides[1])
-    sides[1] -= sides[0]
-    return at_a | at_b | at_c, sides
+    after, before = places.take(NEXT, axis=0), places.take(BEFORE, axis=0)
+    same_after, same_before, level = places == after, places == before, after == before
+    halfway = 2.0 * places == after + before
+    # Rows: the shape, and the corner at the right angle or opposite the base.
+    fits = np.empty((len(SHAPES), *same_after[:, 0].shape), dtype=bool)
+    fits[0] = (same_after & same_before[:, ::-1]).any(axis=1)
+    fits[1], fits[2] = level[:, 1] & halfway[:, 0], level[:, 0] & halfway[:, 1]
+    fits = fits.reshape(-1, fits.shape[2])
+    row = fits.argmax(axis=0)
+    every = np.arange(len(row))
+    shape, tip = np.where(fits[row, every], row // 3, len(SHAPES)), row % 3
+    tip, one, two = (corners[tip, :, every].T for corners in (places, after, before))
+    is_right = shape == 0
+    boxes = np.empty((2, *tip.shape))
+    boxes[0] = np.where(is_right, tip, one)
+    boxes[1, 0] = np.where(is_right, one[0] + two[0] - tip[0], np.where(shape == 1, two[0], tip[0]))
+    boxes[1, 1] = np.where(is_right, one[1] + two[1] - tip[1], np.where(shape == 1, tip[1], two[1]))
+    return shape, boxes
 
 
 @lru_cache(maxsize=256)
@@ -196,15 +223,10 @@ def _build_triangle_shares(p: int, q: int) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _build_half_shares(p: int, q: int) -> FloatArray:
-    """The matrix ((p+1) (q+1), N) from the net over a box to the net over half of the box.
-
-    It is that of the triangle with corners (0, 0), (1, 0), (0, 1) in the unit square.
-    """
-    along_u, along_v = (
-        build_blossoms(p, np.array([[0.0], [1], [0]])),
-        build_blossoms(q, np.array([[0.0], [0], [1]])),
-    )
+def _build_box_shares(p: int, q: int, shape: int) -> FloatArray:
+    """The matrix ((p+1) (q+1), N) from the net over a box to that over a triangle of a shape."""
+    u, v = np.array(SHAPES[shape]).T[..., np.newaxis]
+    along_u, along_v = build_blossoms(p, u), build_blossoms(q, v)
     matrix: FloatArray = np.kron(along_u[0], along_v[0]).T @ _build_triangle_shares(p, q)
     matrix.flags.writeable = False
     return matrix

@@ -18,6 +18,7 @@ from service.engine.adaptive.borders.curve_shapes import (
     measure_shapes,
 )
 from service.engine.adaptive.borders.curves import Curves
+from service.engine.adaptive.cutting.estimate import OF_CURVE
 from service.engine.adaptive.cutting.normal_variation import find_chord
 from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.chords import project_nets
@@ -28,10 +29,6 @@ from service.errors import InvalidRequest, Issue
 OF_NET = 0.95
 """Share of the tolerance up to which the net of a piece may deviate from its chord. The nets of
 narrow triangles along a side shrink towards this net, so they pass once they are narrow enough."""
-
-OF_CURVE = 0.7
-"""Share of the tolerance up to which the piece itself may deviate from its chord; the rest is for
-the surface beside it."""
 
 SHAPELY = (1 / 16, 1 / 2, 1 / 2)
 """Largest deviation of the net of a chain, as a share of its chord, without a cut, for every

@@ -51,7 +51,11 @@ class Cells(Columns):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Leaves(Cells):
-    """m cells that are estimated to be near enough to two triangles, or candidates for them.
+    """m cells that are estimated to be near enough to their triangles, or candidates for that.
+
+    The triangles of a leaf are two on either side of a diagonal, or a fan: one for each piece of
+    its boundary, with the middle of the leaf as the third corner. A fan has one vertex more. It is
+    nearer to the surface, and it adds no vertex to the leaves beside it, as a cut does.
 
     Attributes
     ----------
@@ -59,6 +63,8 @@ class Leaves(Cells):
         The direction of a cut, if there is one: v is halved, not u.
     rising : ndarray of bool, shape (m,)
         Whether the diagonal (0, 0)–(1, 1) is better than (1, 0)–(0, 1).
+    is_fan : ndarray of bool, shape (m,)
+        Whether the triangles are a fan.
     form : ndarray of float64, shape (7, m)
         The cell as a quadratic surface over [0, 1]². Rows E, F, G: the squared length of a step
         (du, dv) is E du² + 2 F du dv + G dv². Rows a, b, c: the height of the surface over the
@@ -68,6 +74,7 @@ class Leaves(Cells):
 
     along_v: Bools
     rising: Bools
+    is_fan: Bools
     form: FloatArray
 
 
@@ -93,6 +100,11 @@ class Task:
         )
         patch: Ints = faces.first[face] + k * faces.stride[face] + l
         return patch
+
+    def find_border_sides(self, cells: Cells) -> Bools:
+        """Which sides ab, bc, cd, da of cells are on the border of their face, shape (4, m)."""
+        (end_u, end_v), (u0, u1, v0, v1) = self.faces.spans[cells.face].T * SPAN, cells.box
+        return np.array([v0 == 0, u1 == end_u, v1 == end_v, u0 == 0])
 
     def evaluate_points(self, face: Ints, u: Ints, v: Ints) -> FloatArray:
         """Points of the surface at places, shape (m, 3), model coordinates."""

@@ -17,6 +17,7 @@ from service.engine.adaptive.cutting.normal_variation import (
 from service.engine.adaptive.cutting.planes import (
     NEARLY,
     find_planes,
+    measure_fans,
     measure_heights,
     measure_remainder,
     measure_sag,
@@ -24,11 +25,17 @@ from service.engine.adaptive.cutting.planes import (
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.vectors import Vectors, dot, length
 
-BOLD, REST = 1.02, 0.5
-"""A cell passes if its height plus `REST` of its remainder is at most `BOLD` times the allowed
-deviation. Points of the surface are nearer than control points, and the certificate, which also
-uses the neighbours of a triangle, passes most such cells. A larger `BOLD` or a smaller `REST` saves
-triangles, but more of them fail the certificate."""
+REST, OF_FAN = 0.5, 0.95
+"""A cell passes as two triangles if its height plus `REST` of its remainder is at most the allowed
+deviation, and as a fan if it is at most `OF_FAN` of it. Points of the surface are nearer than
+control points, and the certificate, which also uses the neighbours of a triangle, passes most such
+cells. With less `REST`, or more `OF_FAN`, meshes have fewer triangles, but more of them fail the
+certificate."""
+
+OF_CURVE = 0.7
+"""Share of the tolerance up to which a piece of the border may deviate from its chord; the rest is
+for the surface beside it. So a cell whose side on the border deviates more has vertices there, and
+halving it costs no more vertices than a fan does."""
 
 SKEW = 0.25
 """Share of a cell's skewness that counts for its longer side in the choice of a direction."""
@@ -38,7 +45,13 @@ LENGTH = 1e-3
 
 
 def estimate_cells(
-    cells: Cells, nets: FloatArray, goal: Goal, eye: Vectors | None, scale: Scale | None
+    cells: Cells,
+    nets: FloatArray,
+    goal: Goal,
+    *,
+    eye: Vectors | None,
+    scale: Scale | None,
+    at_border: Bools,
 ) -> tuple[Bools, Leaves]:
     """Which of the cells, of one span each, must be cut; and all cells as leaves.
 
@@ -51,6 +64,8 @@ def estimate_cells(
     scale : Scale or None
         Sizes of the cells: small cells are not cut for the sake of their normals. None if the goal
         bounds no angle.
+    at_border : ndarray of bool, shape (4, m)
+        Whether the sides ab, bc, cd, da of the cells are on the border of the face.
     """
     at = evaluate_nine_points(nets)
     nine_points = at.reshape(9, *at.shape[2:])
@@ -66,18 +81,25 @@ def estimate_cells(
         is_rising = np.where(planes.worse == 0, is_rising, planes.worse < 0)
     best = np.where(is_rising, over[0], over[1])
     bends = np.maximum.reduce(np.abs(bends).reshape(3, 2, -1), axis=0)
-    fails = best > BOLD * allowed
-    rest = (~fails).nonzero()[0]
-    if len(rest):
-        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(rest, axis=-1)
-        net, bare = project_cells(nets.take(rest, axis=-1)), flat[rest]
-        more = measure_remainder(net, at.take(rest, axis=-1), normals, bare, goal.two_sided)
-        above = (best[rest] + REST * more > BOLD * allowed[rest]).nonzero()[0]
+    fits, sides = best <= allowed, np.abs(signed[:4])
+    may_fan = ~flat & (sides <= np.where(at_border, OF_CURVE, 1.0) * allowed).all(axis=0)
+    fails, is_fan = np.ones(len(cells), dtype=bool), np.zeros(len(cells), dtype=bool)
+    tried = (fits | may_fan).nonzero()[0]
+    if len(tried):
+        normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(tried, axis=-1)
+        net, bare = project_cells(nets.take(tried, axis=-1)), flat[tried]
+        more = measure_remainder(net, at.take(tried, axis=-1), normals, bare, goal.two_sided)
+        more *= REST
+        passes = best[tried] + more <= allowed[tried]
+        rest = (~passes & may_fan[tried]).nonzero()[0]
+        if len(rest):
+            fan = measure_fans(nine_points.take(tried[rest], axis=-1), goal.two_sided)
+            is_fan[tried[rest]] = fan + more[rest] <= OF_FAN * allowed[tried[rest]]
+        fails[tried] = ~(passes | is_fan[tried])
+        above = (fails[tried] & fits[tried]).nonzero()[0]
         if len(above):
-            chosen = rest[above]
-            fails[chosen] = True
             net, normals = net.take(above, axis=-1), normals.take(above, axis=-1)
-            bends[:, chosen] = measure_sag(net, normals, bare[above], goal.two_sided)
+            bends[:, tried[above]] = measure_sag(net, normals, bare[above], goal.two_sided)
     form = build_forms(steps, normal, -signed[4:], allowed)
     v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
@@ -85,7 +107,8 @@ def estimate_cells(
         turning &= ~fails
         fails |= turning
         v_first = np.where(turning, turns_along_v, v_first)
-    return fails, Leaves(cells.face, cells.box, v_first, is_rising, form)
+        is_fan &= ~fails
+    return fails, Leaves(cells.face, cells.box, v_first, is_rising, is_fan, form)
 
 
 def build_forms(

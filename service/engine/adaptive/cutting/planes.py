@@ -11,7 +11,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import build_quadratic_matrix
 from service.engine.bounds.distance import maximize_both_ways
-from service.engine.bounds.vectors import Vectors, dot
+from service.engine.bounds.vectors import Vectors, cross, dot, length
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
@@ -45,6 +45,12 @@ TRIANGLE_CORNERS = np.array([0, 0, 6, 6])
 BENDS = np.array([[3, 7, 5, 1, 4, 4], [0, 6, 8, 2, 1, 3], [6, 8, 2, 0, 7, 5]])
 """First row: middles of ab, bc, cd, da, and two times that of the cell. Below each of them, both
 ends of a line through it."""
+
+FAN_CORNERS = np.array([[0, 6, 8, 2], [6, 8, 2, 0]])
+"""Both ends of ab, bc, cd, da, the sides of the triangles of a fan."""
+
+OPPOSITE, AFTER_CORNER = np.array([2, 3, 0, 1]), np.array([1, 2, 3, 0])
+"""For each of four corners the opposite one, and the next one."""
 
 NO_DIFFERENCE = np.zeros(1, dtype=np.intp)
 
@@ -135,6 +141,31 @@ def measure_heights(
             over = np.maximum(over, wide * 0.5)
             heights = np.maximum(np.abs(heights), stray * 0.5)
     return over, signed, heights
+
+
+def measure_fans(at: FloatArray, two_sided: bool) -> FloatArray:
+    """Largest heights (m,) of cells over fans: four triangles between a side and the middle.
+
+    Along a diagonal of a quadratic cell, half-way between a corner and the middle, the height over
+    the chord from the corner to the middle is 1/4 of that of the middle over the diagonal.
+
+    Parameters
+    ----------
+    at : ndarray of float64, shape (9, 3, m)
+        Nine points of each cell.
+    two_sided : bool
+        Whether half of each distance at equal parameters counts, too.
+    """
+    corners, after, middle = at.take(FAN_CORNERS[0], axis=0), at.take(FAN_CORNERS[1], axis=0), at[4]
+    normals = cross(after - corners, middle - corners)
+    normals /= np.maximum(length(normals), np.finfo(float).tiny)[:, np.newaxis]
+    sides = at.take(BENDS[0, :4], axis=0) - (corners + after) * 0.5
+    spokes = (middle - (corners + corners.take(OPPOSITE, axis=0)) * 0.5) * 0.25
+    bends = np.array([sides, spokes.take(AFTER_CORNER, axis=0), spokes])
+    heights: FloatArray = np.maximum.reduce(maximize_heights(dot(bends, normals)), axis=0)
+    if two_sided:
+        heights = np.maximum(heights, 0.5 * length(bends[:2]).max(axis=(0, 1)))
+    return heights
 
 
 def maximize_heights(m: FloatArray) -> FloatArray:

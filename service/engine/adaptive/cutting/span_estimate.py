@@ -72,7 +72,8 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
         bends = np.where(worse, left[1:], bends)
     form = build_forms(steps, normal, bends, allowed)
     along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
-    return fails, Leaves(cells.face, cells.box, along_v, rising, form)
+    is_fan = np.zeros(len(cells), dtype=bool)
+    return fails, Leaves(cells.face, cells.box, along_v, rising, is_fan, form)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -125,7 +125,12 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
         task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
         shares = (cells.box[1::2] - cells.box[::2]) / SPAN
         scale = Scale(shares, task.patch_nets.sizes[patch]) if angles else None
-        fails, candidates = estimate_cells(cells, net, task.goal, task.find_eyes(patch), scale)
+        fails, candidates = estimate_cells(
+            *(cells, net, task.goal),
+            eye=task.find_eyes(patch),
+            scale=scale,
+            at_border=task.find_border_sides(cells),
+        )
         done, cut = _choose_leaves(fails, candidates.along_v, sizes)
         if len(done):
             yield candidates.take(done)
@@ -207,6 +212,7 @@ def _add_halves(
 _NONE = Leaves(
     np.empty(0, dtype=np.intp),
     np.empty((4, 0), dtype=np.intp),
+    np.zeros(0, dtype=bool),
     np.zeros(0, dtype=bool),
     np.zeros(0, dtype=bool),
     np.empty((7, 0)),

@@ -18,7 +18,7 @@ from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs
 from service.bases.unique_rows import unique_values
 from service.engine.adaptive.borders.border import BorderPlaces
-from service.engine.adaptive.cutting.cells import Cells
+from service.engine.adaptive.cutting.cells import Cells, Leaves
 from service.engine.adaptive.limits import build_depth_error
 from service.engine.bounds.faces import SPAN
 
@@ -44,10 +44,10 @@ class CellBoundaries:
         Number of vertices.
     start : ndarray of int, shape (L+1,)
         Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the one
-        nearest to (0, 0).
+        nearest to (0, 0); the last sample of a fan is its middle.
     corner : ndarray of int
     plain : ndarray of bool, shape (L,)
-        Leaves whose polygon has only their four corners.
+        Leaves that are no fan and whose polygon has only their four corners.
     segment : ndarray of int, shape (K,)
         Entry of the border at which the segment of each lifted corner begins, rising.
     lifted : ndarray of int, shape (K,)
@@ -81,7 +81,9 @@ class CellBoundaries:
     touching: Ints
 
 
-def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints) -> CellBoundaries:
+def trace_boundaries(
+    border_places: BorderPlaces, leaves: Leaves, flattened: Ints
+) -> CellBoundaries:
     """The boundaries of leaves that cover faces, or a part of them, without overlap.
 
     Parameters
@@ -89,14 +91,13 @@ def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints)
     flattened : ndarray of int, shape (M,)
         Number of halvings of the strip over the segment after each entry of the border.
     """
-    count, border = len(cells), border_places.border
-    places, vertex = cells.box[CORNER_ROWS], np.full((4, count), -1)
-    corner, number, segment, touching = _lift(border_places, cells, flattened, (places, vertex))
-    face = np.concatenate([cells.face, cells.face, cells.face, cells.face, border_places.side // 4])
-    u, v = (
-        np.concatenate([places[0].ravel(), border_places.u]),
-        np.concatenate([places[1].ravel(), border_places.v]),
-    )
+    count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
+    places, vertex = leaves.box[CORNER_ROWS], np.full((4, count), -1)
+    corner, number, segment, touching = _lift(border_places, leaves, flattened, (places, vertex))
+    u0, u1, v0, v1 = leaves.box.take(fan, axis=1)
+    face = np.concatenate([*[leaves.face] * 4, border_places.side // 4, leaves.face[fan]])
+    u = np.concatenate([places[0].ravel(), border_places.u, (u0 + u1) // 2])
+    v = np.concatenate([places[1].ravel(), border_places.v, (v0 + v1) // 2])
     del places
     # Lines of all faces get different numbers, which are then replaced by their ranks.
     low_u, low_v = border_places.low
@@ -110,16 +111,20 @@ def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints)
     by_u, by_v = rank_u * many_v + rank_v, rank_v * many_u + rank_u
     point_number = np.full(len(first), -1)
     on_border = np.concatenate([vertex.ravel(), border.vertex])
-    point_number[sample[on_border >= 0]] = on_border[on_border >= 0]
+    point_number[sample[: len(on_border)][on_border >= 0]] = on_border[on_border >= 0]
     del on_border, vertex, rank_u, rank_v
     fresh = (point_number < 0).nonzero()[0]
     point_number[fresh] = len(border.points) + np.arange(len(fresh))
-    lifted, entry = sample[corner * count + number], sample[4 * count :].copy()
+    lifted = sample[corner * count + number]
+    entry = sample[4 * count : len(sample) - len(fan)].copy()
+    middle = np.zeros((2, count), dtype=np.intp)
+    middle[0, fan] = sample[len(sample) - len(fan) :]
+    middle[1] = middle[0] + leaves.is_fan
     del sample
     order = by_v.argsort()
     by_v = by_v[order]
-    begin_u, end_u = lines_u.searchsorted(low_u[cells.face] + cells.box[:2])
-    begin_v, end_v = lines_v.searchsorted(low_v[cells.face] + cells.box[2:])
+    begin_u, end_u = lines_u.searchsorted(low_u[leaves.face] + leaves.box[:2])
+    begin_v, end_v = lines_v.searchsorted(low_v[leaves.face] + leaves.box[2:])
     below, above = begin_v * many_u, end_v * many_u
     before, after = begin_u * many_v, end_u * many_v
     runs = [
@@ -127,6 +132,7 @@ def trace_boundaries(border_places: BorderPlaces, cells: Cells, flattened: Ints)
         (by_u.searchsorted(after + begin_v, "right"), by_u.searchsorted(after + end_v, "right")),
         (by_v.searchsorted(above + begin_u), by_v.searchsorted(above + end_u)),
         (by_u.searchsorted(before + begin_v, "right"), by_u.searchsorted(before + end_v)),
+        middle,
     ]
     start, corners = _chain_polygons(np.array(runs), order)
     plain = start[1:] - start[:-1] == 4
@@ -215,17 +221,19 @@ def _lift(
 
 
 def _chain_polygons(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
-    """Polygons from the beginnings and ends (4, 2, L) of runs of sorted samples.
+    """Polygons from the beginnings and ends (5, 2, L) of runs of sorted samples.
 
-    The runs are those on the sides below, right, above and left. Samples are sorted by v, in
-    `order`, for those below and above, and by u for those on the right and on the left. They are
-    taken in rising order below and on the right, in falling order above and on the left.
+    The runs are those on the sides below, right, above and left, and the middle of a fan. Samples
+    are sorted by v, in `order`, for those below and above, and by u for those on the right and on
+    the left. They are taken in rising order below and on the right, in falling order above and on
+    the left.
     """
     # Leaf after leaf.
     first, end = runs.transpose(1, 2, 0).reshape(2, -1)
     count = end - first
     run, rising = expand_runs(count, first)
-    place = np.where(run % 4 < 2, rising, (first + end - 1)[run] - rising)
-    start = np.zeros(len(count) // 4 + 1, dtype=np.intp)
-    start[1:] = np.cumsum(count)[3::4]
-    return start, np.where(run % 2 == 0, order[place], place)
+    side = run % 5
+    place = np.where(side < 2, rising, (first + end - 1)[run] - rising)
+    start = np.zeros(len(count) // 5 + 1, dtype=np.intp)
+    start[1:] = np.cumsum(count)[4::5]
+    return start, np.where((side == 0) | (side == 2), order[place], place)

@@ -77,7 +77,7 @@ class Draft:
             leaves = Leaves.concatenate(parts)
             self.task.limits.spend(OVERHEAD * len(leaves))
             boundaries = trace_boundaries(self.border_places, leaves, self.halvings)
-            size = boundaries.start[1:] - boundaries.start[:-1]
+            size = boundaries.start[1:] - boundaries.start[:-1] - leaves.is_fan
             crowded = find_crowded(self.task, leaves, size[: len(fresh) + len(near)])
             if not len(crowded):
                 break

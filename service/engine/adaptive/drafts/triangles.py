@@ -72,22 +72,42 @@ def _triangulate_leaves(
     third = np.where(rising, four[2], four[3])
     other = np.where(rising, four[0], four[1])
     pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1).reshape(-1, 3)
-    rest = (~boundaries.plain & selected).nonzero()[0]
-    if not len(rest):
-        return pair, np.repeat(plain, 2)
-    start = boundaries.start[rest]
-    size = boundaries.start[rest + 1] - start
+    triangles, owners = [pair], [np.repeat(plain, 2)]
+    fans = (leaves.is_fan & selected).nonzero()[0]
+    rest = (~boundaries.plain & ~leaves.is_fan & selected).nonzero()[0]
+    for rows, triangulate in ((fans, _triangulate_fans), (rest, _triangulate_polygons)):
+        if len(rows):
+            corners, number = triangulate(boundaries, leaves, points, rows)
+            triangles.append(corners)
+            owners.append(rows[number])
+    return np.concatenate(triangles), np.concatenate(owners)
+
+
+def _triangulate_fans(
+    boundaries: CellBoundaries, _leaves: Leaves, _points: FloatArray, rows: Ints
+) -> tuple[Ints, Ints]:
+    """Triangles (T, 3) of the fans in these rows, and the fan of each, counted among the rows."""
+    start = boundaries.start[rows]
+    middle = boundaries.start[rows + 1] - 1
+    fan, place = expand_runs(middle - start, start)
+    after = np.where(place + 1 == middle[fan], start[fan], place + 1)
+    return boundaries.corner[np.stack([place, after, middle[fan]], axis=1)], fan
+
+
+def _triangulate_polygons(
+    boundaries: CellBoundaries, leaves: Leaves, points: FloatArray, rows: Ints
+) -> tuple[Ints, Ints]:
+    """Triangles (T, 3) of the polygons in these rows, and the polygon of each, as for fans."""
+    start = boundaries.start[rows]
+    size = boundaries.start[rows + 1] - start
     polygon, place = expand_runs(size, start)
     corners = boundaries.corner[place]
-    u0, u1, v0, v1 = leaves.box.take(rest[polygon], axis=1)
+    u0, u1, v0, v1 = leaves.box.take(rows[polygon], axis=1)
     x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
     triangles, polygon = triangulate_polygons(
-        size, x, y, points[corners].T, leaves.form.take(rest, axis=1)
+        size, x, y, points[corners].T, leaves.form.take(rows, axis=1)
     )
-    return (
-        np.concatenate([pair, corners[triangles]]),
-        np.concatenate([np.repeat(plain, 2), rest[polygon]]),
-    )
+    return corners[triangles], polygon
 
 
 def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
