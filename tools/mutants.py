@@ -55,12 +55,14 @@ class Mutant:
 def _list_faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
     """The faults at a node: their kind, the part of the node that is replaced, and its new text."""
     match node:
-        case ast.Compare(left=left, ops=[op, *more], comparators=others) if type(op) in COMPARISONS:
-            flipped = ast.Compare(left, [COMPARISONS[type(op)](), *more], others)
+        case ast.Compare(left=left, ops=[op, *extra_options], comparators=others) if (
+            type(op) in COMPARISONS
+        ):
+            flipped = ast.Compare(left, [COMPARISONS[type(op)](), *extra_options], others)
             yield "comparison", node, f"({ast.unparse(flipped)})"
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            other = ast.BinOp(left, OPERATORS[type(op)](), right)
-            yield "operator", node, f"({ast.unparse(other)})"
+            changed = ast.BinOp(left, OPERATORS[type(op)](), right)
+            yield "operator", node, f"({ast.unparse(changed)})"
         case ast.Constant(value=int() as value):
             yield "constant", node, str(not value if isinstance(value, bool) else value + 1)
         case ast.BoolOp(op=op, values=values):
@@ -113,8 +115,8 @@ def draw_mutants(root: Path, seed: int, count: int) -> list[Mutant]:
             for mutant in list_mutants(root, path):
                 kinds.setdefault(mutant.kind, []).append(mutant)
         for turn in range(count // len(ROOMS)):
-            same = kinds[sorted(kinds)[turn % len(kinds)]]
-            sample.append(same.pop(random_numbers.randrange(len(same))))
+            candidates = kinds[sorted(kinds)[turn % len(kinds)]]
+            sample.append(candidates.pop(random_numbers.randrange(len(candidates))))
     return sample
 
 
@@ -136,8 +138,8 @@ def apply_mutant(source: str, mutant: Mutant) -> str | None:
 def list_tests(copy: Path, path: str) -> list[str]:
     """Tests of a module, the nearest first: of the module itself, of its folder, of its room."""
     room, *folders, name = Path(path).with_suffix("").parts[1:]
-    near = Path("tests", room, *folders)
-    places = [near / f"test_{name}.py", near, Path("tests", room)]
+    folder = Path("tests", room, *folders)
+    places = [folder / f"test_{name}.py", folder, Path("tests", room)]
     places += [Path("tests", "test_openapi.py")] * (room == "api")
     return [str(place) for place in places if (copy / place).exists()]
 
@@ -154,9 +156,9 @@ def judge_mutant(copy: Path, mutant: Mutant, limit: float) -> tuple[str, str]:
     path.write_text(text, encoding="utf-8")
     failure = ""
     try:
-        for more in ([], ["--last-failed"]):
+        for extra_options in ([], ["--last-failed"]):
             run = subprocess.run(
-                [*command, *more], cwd=copy, env=environment, timeout=limit, text=True,
+                [*command, *extra_options], cwd=copy, env=environment, timeout=limit, text=True,
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
             )  # fmt: skip
             if run.returncode == 0:

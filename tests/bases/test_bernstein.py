@@ -77,8 +77,8 @@ def test_sampled_bases_are_cached_and_read_only(dtype: type[np.floating]) -> Non
         )
         for _ in range(2)
     )
-    for array, again in zip(first, second, strict=True):
-        assert array is again
+    for array, same_array in zip(first, second, strict=True):
+        assert array is same_array
         assert array.dtype == dtype
         assert array.flags.c_contiguous
         with pytest.raises(ValueError, match="read-only"):

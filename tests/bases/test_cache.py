@@ -63,7 +63,7 @@ def test_nothing_is_cached_if_the_builder_raises() -> None:
 def test_threads_get_the_right_arrays_while_others_evict() -> None:
     """Four threads use more keys than the cache has room for; each gets the array of its key."""
     cache = ArrayCache(16 * KIB)
-    start, wrong = Barrier(4), []
+    start, wrong_keys = Barrier(4), []
 
     def request_arrays(offset: int) -> None:
         start.wait()
@@ -71,12 +71,12 @@ def test_threads_get_the_right_arrays_while_others_evict() -> None:
             name = (step * 7 + offset) % 40
             array = cache.array(name, make_builder(KIB, name))
             if array[0] != name or array[-1] != name or array.flags.writeable:
-                wrong.append(name)
+                wrong_keys.append(name)
 
     threads = [Thread(target=request_arrays, args=(11 * k,)) for k in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert not wrong
+    assert not wrong_keys
     assert cache.nbytes == KIB * len(cache) <= cache.capacity

@@ -48,11 +48,13 @@ def assert_near(point: Vector, expected: Vector) -> None:
 
 
 def read_bits(net: Net) -> tuple[bytes, bytes | None]:
+    """The bytes of points and weights, to compare nets bit for bit."""
     points, weights = net
     return points.tobytes(), None if weights is None else weights.tobytes()
 
 
 def reverse_net(net: Net) -> Net:
+    """The net with its control points in reverse order."""
     points, weights = net
     return points[::-1].copy(), None if weights is None else weights[::-1].copy()
 
@@ -99,8 +101,8 @@ def test_restrict_keeps_the_curve(net: Net, ends: list[float]) -> None:
     first, last = ends
     piece = restrict(net, first, last)
     for s in PARAMETERS:
-        at = Fraction(first) + s * (Fraction(last) - Fraction(first))
-        assert_near(evaluate_exactly(piece, s), evaluate_exactly(net, at))
+        t = Fraction(first) + s * (Fraction(last) - Fraction(first))
+        assert_near(evaluate_exactly(piece, s), evaluate_exactly(net, t))
 
 
 @given(st.integers(2, 5), numbers, st.floats(0.2, 5), inner_parameters)

@@ -21,6 +21,7 @@ intervals = st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(s
 
 
 def to_homogeneous(points: np.ndarray, weights: np.ndarray) -> list[tuple[Fraction, ...]]:
+    """Control points (wx, wy, wz, w) as fractions."""
     return [
         (*(x * w for x in to_fractions(point)), w)
         for point, w in zip(points, to_fractions(weights), strict=True)

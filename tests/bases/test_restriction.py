@@ -53,15 +53,15 @@ def test_cells_are_in_order_and_have_the_values_of_the_whole_net() -> None:
     u, v = np.array([0.0, 1.0, 4.0]), np.array([1.0, 2.0, 2.5, 3.0])
     cells = restrict_to_cells(net, u, v)
     assert cells.shape == (6, 4, 3, 2)
-    whole = to_exact_net(net)
+    exact_net = to_exact_net(net)
     half = Fraction(1, 2)
     for number, cell in enumerate(cells):
         k, column = divmod(number, 3)
         middle = (u[k] + u[k + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
-        expected = surface_point(whole, Fraction(middle[0]), Fraction(middle[1]))
+        expected = surface_point(exact_net, Fraction(middle[0]), Fraction(middle[1]))
         result = surface_point(to_exact_net(cell), half, half)
         np.testing.assert_allclose(
             [float(x) for x in result], [float(x) for x in expected], rtol=1e-14
         )
-    corner = curve_point([row[0] for row in whole], Fraction(1, 4))
+    corner = curve_point([row[0] for row in exact_net], Fraction(1, 4))
     np.testing.assert_allclose(cells[3, 0, 0], [float(x) for x in corner], rtol=1e-15)

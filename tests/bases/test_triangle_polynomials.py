@@ -13,6 +13,7 @@ small_degrees = st.integers(1, 5)
 
 
 def build_net(degree: int, seed: int) -> Net:
+    """A random rational triangular net: points (count, 3) and weights (count,)."""
     rng = np.random.default_rng(seed)
     count = (degree + 1) * (degree + 2) // 2
     return rng.uniform(-4, 4, (count, 3)), rng.uniform(0.2, 5, count)

@@ -60,10 +60,10 @@ def _search_from(sheet: Sheet, x: Array, places: Array, step: Array, steps: int)
     lengths = np.full((m, k), 2.0)
     for number in range(steps):
         if number == steps // 4:
-            chosen = distance.argmin(axis=1)[:, None]
-            places = np.take_along_axis(places, chosen[..., None], axis=1)
+            best = distance.argmin(axis=1)[:, None]
+            places = np.take_along_axis(places, best[..., None], axis=1)
             distance, lengths = (
-                np.take_along_axis(each, chosen, axis=1) for each in (distance, lengths)
+                np.take_along_axis(each, best, axis=1) for each in (distance, lengths)
             )
         around = places[:, :, None] + lengths[..., None, None] * step * DIRECTIONS
         around = sheet.inside(around.reshape(-1, 2))
@@ -122,6 +122,7 @@ def _split_quarters(net: Net) -> list[Net]:
 
 
 def _transpose(net: Net) -> Net:
+    """The net with u and v exchanged."""
     return [list(row) for row in zip(*net, strict=True)]
 
 

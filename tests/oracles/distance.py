@@ -156,8 +156,14 @@ def _spread_points(corners: Array) -> tuple[Array, Index]:
     slenderness = longest / np.maximum(area, longest / 64 + (longest == 0))
     points_on_triangles: list[Array] = []
     owners: list[Index] = []
-    for divisions, least, most in ((1, 0, 1.7), (2, 1.7, 5), (4, 5, 12), (8, 12, 25), (16, 25, 99)):
-        rows = np.flatnonzero((slenderness >= least) & (slenderness < most))
+    for divisions, min_slenderness, max_slenderness in (
+        (1, 0, 1.7),
+        (2, 1.7, 5),
+        (4, 5, 12),
+        (8, 12, 25),
+        (16, 25, 99),
+    ):
+        rows = np.flatnonzero((slenderness >= min_slenderness) & (slenderness < max_slenderness))
         weights = _list_centres(divisions)
         points_on_triangles.append((weights @ corners[rows]).reshape(-1, 3))
         owners.append(np.repeat(rows, len(weights)))

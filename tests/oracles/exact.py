@@ -79,9 +79,12 @@ def curve_point(points: Sequence[Vector], t: Fraction) -> Vector:
     """
     scale = math.lcm(*(x.denominator for point in points for x in point))
     rows = [[x.numerator * (scale // x.denominator) for x in point] for point in points]
-    near, far = t.denominator - t.numerator, t.numerator
+    first_factor, second_factor = t.denominator - t.numerator, t.numerator
     while len(rows) > 1:
-        rows = [[near * x + far * y for x, y in zip(a, b, strict=True)] for a, b in pairwise(rows)]
+        rows = [
+            [first_factor * x + second_factor * y for x, y in zip(a, b, strict=True)]
+            for a, b in pairwise(rows)
+        ]
     scale *= t.denominator ** (len(points) - 1)
     return tuple(Fraction(x, scale) for x in rows[0])
 

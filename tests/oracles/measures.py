@@ -19,14 +19,16 @@ from tests.oracles.exact import Net
 from tests.oracles.sheets import Array, Sheet, TensorSheet
 
 
-def romberg(inscribed: Callable[[int], float], first: int, levels: int) -> tuple[float, float]:
+def romberg(
+    measure_inscribed: Callable[[int], float], first: int, levels: int
+) -> tuple[float, float]:
     """The limit of a function of n whose error is a series in 1/n², and an estimate of its error.
 
     The function is called with `first`, 2 `first`, 4 `first`, …, `levels` values in all.
     """
     rows: list[list[float]] = []
     for level in range(levels):
-        row = [inscribed(first * 2**level)]
+        row = [measure_inscribed(first * 2**level)]
         for k, before in enumerate(rows[-1] if rows else [], start=1):
             row.append(row[-1] + (row[-1] - before) / (4**k - 1))
         rows.append(row)
@@ -36,10 +38,10 @@ def romberg(inscribed: Callable[[int], float], first: int, levels: int) -> tuple
 def measure_area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
     """The area of all sheets together, and an estimate of its error."""
 
-    def inscribed(n: int) -> float:
+    def measure_inscribed(n: int) -> float:
         return sum(float(_norms(_crosses(*_triangles(s, n))).sum()) / 2 for s in sheets)
 
-    return romberg(inscribed, first, levels)
+    return romberg(measure_inscribed, first, levels)
 
 
 def measure_flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
@@ -48,23 +50,23 @@ def measure_flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tu
     For sheets that enclose a volume, this is three times the volume.
     """
 
-    def inscribed(n: int) -> float:
+    def measure_inscribed(n: int) -> float:
         total = 0.0
         for sheet in sheets:
             a, b, c = _triangles(sheet, n)
             total += float((a * _crosses(a, b, c)).sum()) / 2
         return total
 
-    return romberg(inscribed, first, levels)
+    return romberg(measure_inscribed, first, levels)
 
 
 def measure_length(points: Callable[[Array], Array], first: int = 4) -> tuple[float, float]:
     """The length of a curve over [0, 1], and an estimate of its error."""
 
-    def inscribed(n: int) -> float:
+    def measure_inscribed(n: int) -> float:
         return float(_norms(np.diff(points(np.linspace(0, 1, n + 1)), axis=0)).sum())
 
-    return romberg(inscribed, first, 7)
+    return romberg(measure_inscribed, first, 7)
 
 
 def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
@@ -92,6 +94,7 @@ def _triangles(sheet: Sheet, n: int) -> tuple[Array, Array, Array]:
 
 
 def _divide(breaks: Array, n: int) -> Array:
+    """Parameters that divide every span into n equal parts."""
     steps = np.arange(n) / n
     return np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel(), breaks[-1])
 
@@ -102,6 +105,7 @@ def _crosses(a: Array, b: Array, c: Array) -> Array:
 
 
 def _norms(vectors: Array) -> Array:
+    """Lengths (m,) of vectors (m, 3)."""
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
 
 
@@ -116,6 +120,7 @@ def exact_flux(nets: Sequence[Net]) -> Fraction:
 
 
 def _exact_flux(net: Net) -> Fraction:
+    """∫∫ S · (S_u × S_v) of one net."""
     p, q = len(net) - 1, len(net[0]) - 1
     total = Fraction(0)
     u_steps = [

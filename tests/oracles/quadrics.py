@@ -18,9 +18,9 @@ def _measure_axis_distance(points: Array) -> Array:
 def _build_unit_vectors(points: Array, radial: Array | float, axial: Array | float) -> Array:
     """Unit vectors with the given components away from the axis and along it."""
     rho = _measure_axis_distance(points)
-    away = points[:, :2] / rho[:, None]
+    outward = points[:, :2] / rho[:, None]
     return np.column_stack(
-        [away * np.broadcast_to(radial, rho.shape)[:, None], np.broadcast_to(axial, rho.shape)]
+        [outward * np.broadcast_to(radial, rho.shape)[:, None], np.broadcast_to(axial, rho.shape)]
     )
 
 

@@ -37,21 +37,21 @@ def _find_sheet_crossings(sheet: Sheet, normal: Array, offset: float, count: int
     def measure_height(places: Array) -> Array:
         return (sheet.at(places) + sheet.origin) @ normal - offset
 
-    above = measure_height(places.reshape(-1, 2)).reshape(u.shape) >= 0
+    is_above = measure_height(places.reshape(-1, 2)).reshape(u.shape) >= 0
     pairs = []
     for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        differ = above[first] != above[second]
+        differ = is_above[first] != is_above[second]
         begin, end = places[first][differ], places[second][differ]
-        swap = above[first][differ]
+        swap = is_above[first][differ]
         pairs.append((np.where(swap[:, None], end, begin), np.where(swap[:, None], begin, end)))
-    below, over = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    below, above = (np.concatenate(each) for each in zip(*pairs, strict=True))
     if not len(below):
         return np.zeros((0, 3))
     for _ in range(HALVINGS):
-        middle = (below + over) / 2
+        middle = (below + above) / 2
         is_over = (measure_height(middle) >= 0)[:, np.newaxis]
-        below, over = np.where(is_over, below, middle), np.where(is_over, middle, over)
-    return np.asarray(sheet.at(over) + sheet.origin)
+        below, above = np.where(is_over, below, middle), np.where(is_over, middle, above)
+    return np.asarray(sheet.at(above) + sheet.origin)
 
 
 def measure_distances(section: Section, points: Array) -> Array:

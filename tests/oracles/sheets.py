@@ -181,8 +181,10 @@ def _split_cells(u: Array, v: Array) -> Array:
     """Two triangles of places for each cell of a grid, (T, 3, 2)."""
     cells = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
     a, b, c, d = cells[:-1, :-1], cells[1:, :-1], cells[1:, 1:], cells[:-1, 1:]
-    both = [np.stack(corners, axis=2).reshape(-1, 3, 2) for corners in ((a, b, c), (a, c, d))]
-    return np.concatenate(both)
+    triangles_of_cells = [
+        np.stack(corners, axis=2).reshape(-1, 3, 2) for corners in ((a, b, c), (a, c, d))
+    ]
+    return np.concatenate(triangles_of_cells)
 
 
 def _choose_even_places(sheet: Sheet, cells: Array, count: int) -> Array:

@@ -134,8 +134,8 @@ def test_deviation_of_a_parabola() -> None:
     u = (1 - sqrt(1 - 1 / 8)) / 2
     truth = np.hypot(0.5 - u, 4 * u * (1 - u))
     assert measure_mesh_to_surface(sheets, corners) == pytest.approx(truth, abs=1e-3)
-    top, far = np.array([0.5, 0, 1]), np.array([0.5, 1, 1])
-    roof = np.array([[a, top, far], [a, far, d], [top, b, c], [top, c, far]])
+    top, top_end = np.array([0.5, 0, 1]), np.array([0.5, 1, 1])
+    roof = np.array([[a, top, top_end], [a, top_end, d], [top, b, c], [top, c, top_end]])
     assert measure_surface_to_mesh(sheets, roof).distance == pytest.approx(0.25 / sqrt(5), abs=1e-9)
 
 
@@ -156,10 +156,10 @@ def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
     """The deviation near zero equals that far from zero."""
     arc, weights = np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, sqrt(0.5), 1])
     net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in arc])
-    for away in (0.0, 2.0**20):
-        sheets = [build_bezier_sheet(net + away, np.column_stack([weights, weights]))]
+    for shift in (0.0, 2.0**20):
+        sheets = [build_bezier_sheet(net + shift, np.column_stack([weights, weights]))]
         t = np.linspace(0, pi / 2, 5)
-        rim = np.stack([np.cos(t), np.sin(t), np.zeros(5)], axis=1) + away
+        rim = np.stack([np.cos(t), np.sin(t), np.zeros(5)], axis=1) + shift
         up = np.array([0.0, 0, 1])
         corners = [[p, q, q + up] for p, q in pairwise(rim)]
         corners += [[p, q + up, p + up] for p, q in pairwise(rim)]

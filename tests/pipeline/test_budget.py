@@ -20,6 +20,7 @@ FORMAT = {fmt.name: fmt for fmt in FORMATS}
 
 
 def render_within(example: str, accuracy: Accuracy, name: str = "glb") -> MeshFile:
+    """The file of a built-in surface with this accuracy, in the format with this name."""
     return plan_mesh(
         EXAMPLES[example].surface(), MeshOptions(accuracy=accuracy), FORMAT[name]
     ).run()
@@ -45,9 +46,9 @@ def test_a_mesh_by_a_smaller_tolerance_needs_more_triangles_than_the_budget() ->
     budget = 400
     bound = get_deviation_bound(render_within("saddle", Accuracy(max_triangles=budget)))
     for factor in (0.98, 0.9, 0.7):
-        other = render_within("saddle", Accuracy(tolerance=bound * factor))
-        assert other.report is not None
-        assert other.report.triangles > budget
+        finer = render_within("saddle", Accuracy(tolerance=bound * factor))
+        assert finer.report is not None
+        assert finer.report.triangles > budget
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "obj", "json"])
@@ -58,11 +59,11 @@ def test_a_file_uses_between_80_and_100_percent_of_its_bytes(name: str) -> None:
 
 
 def test_a_mesh_with_two_budgets_keeps_to_both() -> None:
-    few = render_within("saddle", Accuracy(max_triangles=100, max_bytes=60_000))
-    assert few.report is not None
-    assert few.report.triangles <= 100
-    small = render_within("saddle", Accuracy(max_triangles=10_000, max_bytes=6_000))
-    assert len(small.content) <= 6_000
+    by_triangles = render_within("saddle", Accuracy(max_triangles=100, max_bytes=60_000))
+    assert by_triangles.report is not None
+    assert by_triangles.report.triangles <= 100
+    by_bytes = render_within("saddle", Accuracy(max_triangles=10_000, max_bytes=6_000))
+    assert len(by_bytes.content) <= 6_000
 
 
 @pytest.mark.parametrize("option", ["max_triangles", "max_bytes"])
@@ -79,12 +80,14 @@ def test_the_issue_names_the_least_budget_that_is_accepted(option: str) -> None:
     assert (issue.code, issue.pointer) == ("budget_too_small", f"/{option}")
     numbers = re.search(r"\d+", issue.needed or "")
     assert numbers is not None
-    least = int(numbers.group())
-    result = render_within("utah-teapot", build_accuracy(least))
+    least_budget = int(numbers.group())
+    result = render_within("utah-teapot", build_accuracy(least_budget))
     assert result.report is not None
-    assert (result.report.triangles if option == "max_triangles" else len(result.content)) == least
+    assert (
+        result.report.triangles if option == "max_triangles" else len(result.content)
+    ) == least_budget
     with pytest.raises(InvalidRequest):
-        render_within("utah-teapot", build_accuracy(least - 1))
+        render_within("utah-teapot", build_accuracy(least_budget - 1))
 
 
 def test_a_flat_surface_has_two_triangles_with_any_budget() -> None:

@@ -39,6 +39,7 @@ TUBES = {"trefoil-tube", "ribbon", "hair"}
 
 
 def mesh_options(**accuracy: Any) -> MeshOptions:
+    """Options of a mesh with this accuracy."""
     return MeshOptions(accuracy=Accuracy(**accuracy))
 
 
@@ -100,6 +101,7 @@ def test_every_format_stores_all_triangles(fmt: Format) -> None:
 
 
 def measure_deviation(surface: Surface, corners: Array) -> float:
+    """The largest sampled distance from the surface to triangles (T, 3, 3)."""
     return measure_surface_to_mesh(build_sheets(surface), corners, 2000).distance
 
 

@@ -38,6 +38,7 @@ WAVES = np.array([[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)], dt
 
 
 def mesh_options(**accuracy: Any) -> MeshOptions:
+    """Options of a mesh with this accuracy."""
     return MeshOptions(accuracy=Accuracy(**accuracy))
 
 

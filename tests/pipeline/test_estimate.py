@@ -28,6 +28,7 @@ INEXACT = {"trefoil-tube", "ribbon", "hair"}
 
 
 def select_issues(estimate: Estimate, fmt: Format) -> set[Issue]:
+    """The issues with which an estimate says that a format is refused."""
     return {refusal.issue for refusal in estimate.refusals if fmt.name in refusal.formats}
 
 
@@ -228,6 +229,7 @@ def test_an_estimate_is_certain_if_the_mesh_cannot_be_refused() -> None:
 
 
 def list_sizes(estimate: Estimate) -> list[tuple[str, int]]:
+    """The estimated bytes by name of the format."""
     return [(name, size) for name, size, _ in estimate.sizes]
 
 

@@ -25,6 +25,7 @@ MAX_RATIO = 3
 
 
 def build_hills(count: int, *, weighted: bool = False) -> BsplineSurface:
+    """A random cubic B-spline of `count` × `count` control points."""
     random = np.random.default_rng(3)
     net = random.normal(size=(count, count, 3))
     weights = random.uniform(1, 2, (count, count)) if weighted else None
@@ -99,10 +100,10 @@ def test_a_surface_that_is_accepted_can_be_meshed_within_the_memory(options: Mes
     """A surface is refused before it is lowered, or its coarsest mesh needs no more memory."""
     x, y = np.meshgrid(np.arange(80.0), np.arange(60.0), indexing="ij")
     surface = BsplineSurface(np.stack([x, y, np.sin(x / 9)], axis=-1))
-    least = plan_mesh(surface, MeshOptions((1, 1)), BY_NAME["glb"]).cost.memory
+    coarsest_memory = plan_mesh(surface, MeshOptions((1, 1)), BY_NAME["glb"]).cost.memory
     refused_shares = []
     for share in (0.2, 0.6, 0.8, 1.0, 1.2, 1.6, 2.4, 4.0):
-        limits = Limits(max_memory=int(least * share))
+        limits = Limits(max_memory=int(coarsest_memory * share))
         try:
             work = plan_mesh(surface, options, BY_NAME["glb"], limits=limits)
         except TooLarge:

@@ -41,6 +41,7 @@ class CountingCancellation(Cancellation):
 
 
 def plan_example(kind: str) -> MeshWork:
+    """The planned work of an entry of `WORKS`."""
     name, options, fmt = WORKS[kind]
     return plan_mesh(find(name).surface(), options, BY_NAME[fmt], EncodeOptions())
 

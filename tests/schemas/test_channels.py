@@ -34,6 +34,7 @@ CHANNELS: list[tuple[dict[str, Any], dict[str, Any]]] = [
 
 
 def parse_surface(document: dict[str, Any]) -> Surface:
+    """The surface of a request with this document as its surface."""
     return validate_document(MeshRequest, {"surface": document}, LIMITS).to_surface()
 
 

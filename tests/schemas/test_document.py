@@ -34,9 +34,11 @@ def test_documents_with_distinct_keys_have_no_repeated_key(value: Any) -> None:
 
 
 @given(VALUES, st.text(max_size=4), VALUES)
-def test_repeated_keys_are_refused_also_if_one_is_escaped(value: Any, key: str, other: Any) -> None:
+def test_repeated_keys_are_refused_also_if_one_is_escaped(
+    value: Any, key: str, second_value: Any
+) -> None:
     name, escaped = json.dumps(key), "".join(f"\\u{ord(c):04x}" for c in key if ord(c) < 1 << 16)
-    body = f'{{"x":[{json.dumps(value)}],"y":{{{name}:1,{name}:{json.dumps(other)}}}}}'
+    body = f'{{"x":[{json.dumps(value)}],"y":{{{name}:1,{name}:{json.dumps(second_value)}}}}}'
     with pytest.raises(InvalidRequest) as refusal:
         parse_document(body.encode())
     assert refusal.value.issues[0].code == "repeated_key"
@@ -209,6 +211,7 @@ def test_the_budget_is_exceeded_however_the_text_is_divided_into_pieces(
 
 
 def _count_pieces(pieces: list[bytes], max_values: int) -> None:
+    """Counts the pieces of a text in one budget, which raises if it is exceeded."""
     budget = DocumentBudget(DocumentLimits(max_values=max_values))
     for piece in pieces:
         budget.take(piece)

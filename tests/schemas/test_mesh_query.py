@@ -112,6 +112,7 @@ def spelled_values(draw: st.DrawFn, value: Any) -> str:
 
 
 def parse_options(query: str) -> dict[str, Any]:
+    """The options that a query has, without `engine`."""
     return parse_mesh_query(parse_qsl(query, keep_blank_values=True)).model_dump(exclude={"engine"})
 
 

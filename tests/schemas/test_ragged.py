@@ -43,9 +43,9 @@ def test_rows_are_accepted_exactly_if_each_is_shorter_by_one(value: list[list[in
     with pytest.raises(ValidationError) as refusal:
         TRIANGLE_WEIGHTS.array(value, LIMITS)
     issues = invalid_request(refusal.value).issues
-    wrong = [m for m, row in enumerate(value) if len(row) != len(value) - m]
-    assert [issue.pointer for issue in issues] == [f"/{m}" for m in wrong]
-    for issue, m in zip(issues, wrong, strict=True):
+    wrong_rows = [m for m, row in enumerate(value) if len(row) != len(value) - m]
+    assert [issue.pointer for issue in issues] == [f"/{m}" for m in wrong_rows]
+    for issue, m in zip(issues, wrong_rows, strict=True):
         if issue.code == "ragged":
             assert issue.got == count_nouns(len(value[m]), "weights")
             assert issue.needed == count_nouns(len(value) - m, "weights")

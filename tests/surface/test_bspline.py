@@ -185,6 +185,7 @@ def list_issues(**fields: Any) -> tuple[Issue, ...]:
 
 
 def replace_u_knots(*vector: float) -> dict[str, Any]:
+    """The field `knots` with this vector along u, and clamped knots along v."""
     return {"knots": (np.array(vector), "clamped")}
 
 
@@ -261,8 +262,8 @@ def test_knots_that_differ_by_rounding_are_made_equal(
     exact = BsplineSurface(net, (2, 3), (np.array(expected or u_knots), "clamped"))
     assert surface.knots[0].tolist() == u_knots  # type: ignore[union-attr]
     np.testing.assert_array_equal(surface.knot_vectors[0], expected or u_knots)
-    model, other = surface.lower(), exact.lower()
-    assert np.array_equal(model.batches[0].points, other.batches[0].points)
+    model, exact_model = surface.lower(), exact.lower()
+    assert np.array_equal(model.batches[0].points, exact_model.batches[0].points)
     for accuracy in (None, Accuracy(tolerance=0.1)):
         assert build_mesh(model, accuracy=accuracy).report.merged_knots == count
 

@@ -16,6 +16,7 @@ SAIL = BezierSurface(NET)
 
 
 def build_scaling(x: float, y: float, z: float) -> Array:
+    """The matrix (4, 4) that scales by these factors along the axes."""
     return np.diag([x, y, z, 1.0])
 
 

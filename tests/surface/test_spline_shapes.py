@@ -43,9 +43,9 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
     assert 0.5 < volume(mesh.positions, to_triangles(mesh)) < 3
     assert mesh.welds is not None
     assert mesh.normals is not None
-    twice = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
-    assert sorted({round(z, 9) for z in mesh.positions[twice, 2]}) == [0.0, 2.5]
-    assert len(twice) == 2 * 24
+    repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    assert sorted({round(z, 9) for z in mesh.positions[repeated, 2]}) == [0.0, 2.5]
+    assert len(repeated) == 2 * 24
     for z, up in ((0.0, -1.0), (1.32, 1.0)):
         (pole,) = np.flatnonzero((mesh.positions == (0, 0, z)).all(axis=1))
         np.testing.assert_allclose(mesh.normals[pole], (0, 0, up), atol=1e-12)

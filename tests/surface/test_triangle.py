@@ -93,6 +93,6 @@ def test_parts_may_have_grids_and_triangles_which_are_numbered_after_the_grids()
     ]
     assert model.order[model.sequence].tolist() == [2, 3, 0, 4, 1]
     points = [net for batch in model.batches for net in batch.points]
-    listed = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]
+    expected = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]
     for number, net in zip(model.order, points, strict=True):
-        np.testing.assert_array_equal(net, listed[number])
+        np.testing.assert_array_equal(net, expected[number])

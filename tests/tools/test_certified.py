@@ -17,13 +17,13 @@ def test_deviations_are_within_bounds_and_bounds_within_tolerances(
 ) -> None:
     relative, written_as = ((1e-1, "json"), (1e-2, "glb"))[number % 2]
     verdict = judge(Case(family, 1001, relative, written_as=written_as), SAMPLES)
-    assert verdict.wrong == []
+    assert verdict.faults == []
 
 
 @pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "triangles", "cusped"])
 def test_the_distance_from_the_mesh_is_bounded_if_requested(family: str) -> None:
     verdict = judge(Case(family, 1003, 3e-2, two_sided=True), SAMPLES)
-    assert verdict.wrong == []
+    assert verdict.faults == []
     assert verdict.mesh_bound > 0
 
 
@@ -40,14 +40,14 @@ def test_the_distance_from_the_mesh_is_bounded_if_requested(family: str) -> None
 def test_strips_along_the_border_are_within_the_bound_and_have_an_area(
     family: str, seed: int, relative: float
 ) -> None:
-    assert judge(Case(family, seed, relative, True, "glb"), SAMPLES).wrong == []
+    assert judge(Case(family, seed, relative, True, "glb"), SAMPLES).faults == []
 
 
 @pytest.mark.parametrize("kind", list(BODIES)[::2])  # `make certify` judges all of them
 def test_seams_are_closed_in_any_order_of_patches_and_equal_for_patches_alone(kind: str) -> None:
-    assert judge_model(kind, 1001, 0.1).wrong == []
+    assert judge_model(kind, 1001, 0.1).faults == []
 
 
 def test_the_order_of_surfaces_has_no_effect_on_weights_with_different_factors() -> None:
     """At common points, the weights of two surfaces differ by a constant factor."""
-    assert judge_nearly("crowded knots", 84, 1e-1).wrong == []
+    assert judge_nearly("crowded knots", 84, 1e-1).faults == []

@@ -62,7 +62,7 @@ def test_models_with_equal_edges_are_joined(kind: str) -> None:
     net_complex = build_complex(kind, 1)
     assert net_complex.alike == set(net_complex.edges())
     sides = check_seams(joint, net_complex, write_model(kind, 1))
-    assert joint.wrong == []
+    assert joint.faults == []
     assert len(sides) == sum(map(len, net_complex.loops))
     assert joint.seams + joint.boundary // 3 == len(net_complex.edges())
 
@@ -72,14 +72,14 @@ def test_a_crack_is_detected() -> None:
     mesh = write_model("prisms", 1)
     faces = mesh.faces.copy()
     faces[0, 0] = len(mesh.vertices)
-    moved = np.nextafter(mesh.vertices[mesh.faces[0, :1]], 9.0)
-    vertices = np.concatenate([mesh.vertices, moved])
+    shifted = np.nextafter(mesh.vertices[mesh.faces[0, :1]], 9.0)
+    vertices = np.concatenate([mesh.vertices, shifted])
     joint = Joint(kind="prisms", seed=1)
     cracked = Written(vertices, faces, mesh.report, parts=mesh.parts)
     check_seams(joint, build_complex("prisms", 1), cracked)
-    assert joint.wrong
+    assert joint.faults
     check_order(joint, mesh, cracked)
-    assert joint.wrong[-1] == "patch 0 depends on the order of the patches"
+    assert joint.faults[-1] == "patch 0 depends on the order of the patches"
 
 
 def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> None:
@@ -88,7 +88,7 @@ def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> No
     net_complex = build_complex("tori", 1)
     joint = Joint(kind="tori", seed=1)
     sides = check_seams(joint, net_complex, mesh)
-    assert not joint.wrong
+    assert not joint.faults
     a, b, *_ = sides[0, min(pair for k, pair in sides if k == 0)]
     first, last = mesh.parts["patch 0"]
     (row,) = (k for k in range(first, last) if {a, b} <= set(mesh.faces[k].tolist()))
@@ -103,7 +103,7 @@ def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> No
         for name, (start, end) in mesh.parts.items()
     }
     check_seams(joint, net_complex, Written(vertices, faces, mesh.report, parts=parts))
-    assert any("differ" in text for text in joint.wrong)
+    assert any("differ" in text for text in joint.faults)
 
 
 def test_a_triangle_without_area_is_excused_only_if_rounding_is_the_reason() -> None:
@@ -120,9 +120,9 @@ def test_a_triangle_without_area_is_excused_only_if_rounding_is_the_reason() -> 
     assert find_flat_triangles(np.array([written, points])) == [0]
     assert is_flattened_by_rounding(sheet, written, places, steps)
     for axis in range(3):
-        moved = written.copy()
-        moved[1, axis] += 8 * steps[1, axis]
-        assert not is_flattened_by_rounding(sheet, moved, places, steps)
+        shifted = written.copy()
+        shifted[1, axis] += 8 * steps[1, axis]
+        assert not is_flattened_by_rounding(sheet, shifted, places, steps)
     # Points that are collinear without rounding, and equal points, are not excused.
     plane = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]))
     (sheet,) = build_sheets(plane)

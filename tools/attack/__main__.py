@@ -239,8 +239,8 @@ def main(words: list[str]) -> bool:
         with run_client(service.port) as results:
             os.nice(10)  # the attacks get only idle processor time
             files, begin = service.open_files(), time.monotonic()
-            rest = {"lasting": select(LASTING), "beside": select(BESIDE), "last": select(LAST)}
-            direct = asyncio.run(run_attacks(service, service.port, select(FIRST), **rest))
+            sequences = {"lasting": select(LASTING), "beside": select(BESIDE), "last": select(LAST)}
+            direct = asyncio.run(run_attacks(service, service.port, select(FIRST), **sequences))
             end = time.monotonic()
         assign_results(direct, results)
         leftovers = find_leftovers(service, files)

@@ -44,22 +44,27 @@ def _list_gibibyte(media_type: str, piece: bytes) -> Iterator[bytes]:
 
 
 async def send_declared_length(port: int) -> Counter[str]:
+    """Sends heads that declare bodies of 1 GiB, and of 10^30 bytes."""
     head = build_post_head("/v1/mesh", f"Content-Length: {GIBIBYTE}")
-    absurd = build_post_head("/v1/mesh", f"Content-Length: {10**30}", media_type="application/json")
-    return await send_requests(port, cycle((head, absurd)))
+    impossible = build_post_head(
+        "/v1/mesh", f"Content-Length: {10**30}", media_type="application/json"
+    )
+    return await send_requests(port, cycle((head, impossible)))
 
 
 async def send_in_chunks(port: int) -> Counter[str]:
+    """Sends bodies of 1 GiB in chunks, alone and at once."""
     kinds = ((NPY, b"\0"), ("application/json", b"[0,1"), (OOGL, b"BBP "), (TEAPOT, b"1,2\n"))
 
     def bodies() -> Iterator[Pieces]:
         return (_list_gibibyte(kind, text * (PIECE_BYTES // len(text))) for kind, text in kinds)
 
-    alone = await send_requests(port, bodies(), together=1, seconds=6)
-    return alone + await send_requests(port, repeat_requests(bodies), seconds=6)
+    first_responses = await send_requests(port, bodies(), together=1, seconds=6)
+    return first_responses + await send_requests(port, repeat_requests(bodies), seconds=6)
 
 
 async def send_nested_brackets(port: int) -> Counter[str]:
+    """Sends JSON that is nested 100 000 levels deep."""
     nested = ("[" * 100_000, '{"a":' * 100_000, "[" * 100_000 + "]" * 100_000, "[{" * 50_000)
     bodies = [build_post("/v1/mesh", text.encode()) for text in nested]
     inside = [build_post("/v1/mesh", write_options(f'"x":{text}').encode()) for text in nested]
@@ -67,6 +72,7 @@ async def send_nested_brackets(port: int) -> Counter[str]:
 
 
 async def send_long_json(port: int) -> Counter[str]:
+    """Sends JSON with very long lists, objects, texts and numbers."""
     row = ",".join(["[0,0,0]"] * 900_000)
     keys = ",".join(f'"k{k}":{k}' for k in range(40_000))
     texts = (
@@ -85,6 +91,7 @@ async def send_long_json(port: int) -> Counter[str]:
 
 
 async def send_bombs(port: int) -> Counter[str]:
+    """Sends compressed bodies of 32 MiB of zeros, and bodies with other content codings."""
     zeros = bytes(32 << 20)
     bombs = {"gzip": gzip.compress(zeros), "deflate": zlib.compress(zeros), "x-gzip": b"\x1f\x8b"}
     others = {"gzip, gzip, gzip": bombs["gzip"], "br": b"x", "zstd": b"(\xb5/\xfd", "": b"{}"}
@@ -103,8 +110,8 @@ async def send_hostile_bodies(port: int) -> Counter[str]:
         response = await send_request(port, build_post("/v1/mesh", case.build()))
         responses[_compare_status(response, case.status)] += 1
     for file in FILES:
-        sent = build_post(f"/v1/mesh?{file.query}", file.build(), media_type=file.media_type)
-        responses[_compare_status(await send_request(port, sent), file.status)] += 1
+        request = build_post(f"/v1/mesh?{file.query}", file.build(), media_type=file.media_type)
+        responses[_compare_status(await send_request(port, request), file.status)] += 1
     return responses
 
 
@@ -120,11 +127,13 @@ def _compare_status(response: str, status: int) -> str:
 
 
 def _build_document(**values: object) -> bytes:
+    """The JSON body of a request with a valid surface and these fields."""
     surface = {"control_net": json.loads(NET)}
     return json.dumps({"surface": surface} | values).encode()
 
 
 def _list_huge_numbers() -> Iterator[Pieces]:
+    """Requests in which one number is extremely large, extremely small, or no integer."""
     for number in (
         TWO_TO_31,
         TWO_TO_31 + 1,
@@ -180,6 +189,7 @@ def _build_npy(text: str) -> bytes:
 
 
 async def send_huge_numbers(port: int) -> Counter[str]:
+    """Sends requests with extreme numbers in all fields that have numbers."""
     return await send_requests(port, _list_huge_numbers(), seconds=60)
 
 
@@ -187,11 +197,11 @@ async def send_colliding_keys(port: int) -> Counter[str]:
     """Sends keys that collide in a hash table without a random seed, and repeated keys."""
     equal = ",".join(f'"{k * (2**61 - 1)}":1' for k in range(20_000))
     repeated = ",".join(['"resolution":1'] * 20_000)
-    named = ",".join(f'"{k * (2**61 - 1)}":[[[0]]]' for k in range(15_000))
+    attributes = ",".join(f'"{k * (2**61 - 1)}":[[[0]]]' for k in range(15_000))
     texts = (
         write_options(equal),
         write_options(repeated),
-        f'{{"surface":{{"control_net":{NET},"attributes":{{{named}}}}}}}',
+        f'{{"surface":{{"control_net":{NET},"attributes":{{{attributes}}}}}}}',
     )
     return await send_requests(
         port, cycle([build_post("/v1/mesh", text.encode()) for text in texts])

@@ -37,6 +37,7 @@ async def open_idle_connections(port: int, source: str = HOST) -> Counter[str]:
 
 
 async def _wait_idle(port: int, sends_request: bool, source: str) -> str:
+    """How a connection that sends nothing for 8 s ends: `open`, or how the service closes it."""
     try:
         async with open_connection(port, source) as (reader, writer):
             if sends_request:
@@ -80,11 +81,13 @@ def _join_first(pieces: list[bytes], count: int) -> Iterator[bytes]:
 
 
 async def disconnect_in_body(port: int) -> Counter[str]:
+    """Disconnects after the first half of a body."""
     body = build_post("/v1/mesh", build_grid_request(300, 300))
     return await _disconnect(port, body[: len(body) // 2], 0.01, 200)
 
 
 async def disconnect_in_response(port: int) -> Counter[str]:
+    """Disconnects after the first 1000 bytes of a large response."""
     return await _disconnect(port, LARGE_RESPONSE, 0.5, 16, reads=1000)
 
 
@@ -94,7 +97,7 @@ async def disconnect_while_waiting(port: int) -> Counter[str]:
 
 
 async def _disconnect(
-    port: int, sent: bytes, after: float, times: int, reads: int = 0
+    port: int, content: bytes, after: float, times: int, reads: int = 0
 ) -> Counter[str]:
     """Sends these bytes and disconnects after some seconds, `times` times, for at most 5 s.
 
@@ -109,7 +112,7 @@ async def _disconnect(
                 break
             with suppress(OSError, TimeoutError):
                 async with asyncio.timeout(3), open_connection(port) as (reader, writer):
-                    writer.write(sent)
+                    writer.write(content)
                     await writer.drain()
                     await asyncio.sleep(after)
                     if reads:
@@ -153,6 +156,7 @@ async def read_large_responses_slowly(port: int) -> Counter[str]:
 
 
 async def _read_slowly(port: int, request: bytes) -> str:
+    """The status of a response, of which 1000 bytes are read every 0.5 s, for 6 s."""
     try:
         async with asyncio.timeout(PATIENCE):
             reader, writer = await _open_narrow_connection(port)
@@ -200,7 +204,7 @@ async def run_worst_attacks(port: int) -> Counter[str]:
     """Runs the worst attacks of all modules at the same time."""
     large: list[Pieces] = [LARGE_RESPONSE] * 200
     cold: list[Pieces] = [build_get(url.replace("?", "?weld=false&")) for url in UNCACHED_URLS]
-    done = await asyncio.gather(
+    counts = await asyncio.gather(
         send_requests(port, large, together=8, seconds=12),
         send_requests(port, cold, together=4, seconds=12),
         read_large_responses_slowly(port),
@@ -209,10 +213,11 @@ async def run_worst_attacks(port: int) -> Counter[str]:
         _send_half_bodies_for(port, 10),
         open_idle_connections(port),
     )
-    return sum(done, Counter())
+    return sum(counts, Counter())
 
 
 async def _send_half_bodies_for(port: int, seconds: float) -> Counter[str]:
+    """Sends half bodies, and disconnects after some seconds."""
     with suppress(TimeoutError):
         async with asyncio.timeout(seconds):
             return await send_half_bodies(port)

@@ -24,6 +24,7 @@ SMALL_BODY = b'{"surface":{"control_net":[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]},
 
 
 def _list_header_floods() -> Iterator[Pieces]:
+    """Requests with too many, too long or folded headers, targets, chunk extensions or trailers."""
     start = b"GET /health HTTP/1.1\r\nHost: x\r\n"
     yield [start, *(b"x%d: y\r\n" % k * 100 for k in range(1000))]
     yield [start, *(b"x: y\r\n" * 10_000 for _ in range(50))]
@@ -42,6 +43,7 @@ def _list_header_floods() -> Iterator[Pieces]:
 
 
 async def send_header_floods(port: int) -> Counter[str]:
+    """Sends requests whose heads are too long, again and again."""
     return await send_requests(port, repeat_requests(_list_header_floods))
 
 
@@ -56,6 +58,7 @@ PATHS = (
 
 
 async def send_traversal_paths(port: int) -> Counter[str]:
+    """Sends requests for paths that leave the folder of the service, or are unusual otherwise."""
     addresses = [
         place.format(path)
         for place in (
@@ -97,6 +100,7 @@ MALFORMED = (
 
 
 async def send_malformed(port: int) -> Counter[str]:
+    """Sends requests that are not valid HTTP/1.1."""
     return await send_requests(port, cycle(MALFORMED))
 
 
@@ -140,6 +144,7 @@ METHODS = ("HEAD", "OPTIONS", "TRACE", "CONNECT", "PROPFIND", "PUT", "PATCH", "D
 
 
 async def send_unusual_methods(port: int) -> Counter[str]:
+    """Sends requests with methods other than GET and POST."""
     sent: list[Pieces] = []
     for url in ("/", "/health", "/v1/mesh", "/v1/surfaces/saddle/mesh.glb", "*", "/none"):
         sent += [build_get(url, method=method) for method in METHODS]
@@ -149,6 +154,7 @@ async def send_unusual_methods(port: int) -> Counter[str]:
 
 
 async def send_upgrades(port: int) -> Counter[str]:
+    """Asks the service to change to another protocol, which it must ignore."""
     headers = (
         "Upgrade: {}",
         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
@@ -212,8 +218,8 @@ async def send_pipelines(port: int) -> Counter[str]:
         * 500
         % tuple(range(1, 501)),
     )
-    done = await asyncio.gather(*(_send_pipeline(port, kind) for kind in kinds * 4))
-    return sum(done, Counter())
+    counts = await asyncio.gather(*(_send_pipeline(port, kind) for kind in kinds * 4))
+    return sum(counts, Counter())
 
 
 async def _send_pipeline(port: int, requests: bytes) -> Counter[str]:

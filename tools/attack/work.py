@@ -44,6 +44,7 @@ _PATCH = {"control_net": [[[i, j, i * j % 3] for j in range(4)] for i in range(4
 
 
 def _build_document(**options: object) -> bytes:
+    """The JSON body of a request with one bicubic patch and these options."""
     return json.dumps({"surface": _PATCH} | options).encode()
 
 
@@ -60,6 +61,7 @@ UNCACHED_URLS = tuple(
 
 
 async def request_uncached_urls(port: int) -> Counter[str]:
+    """Requests meshes by distinct URLs, 8 at a time."""
     return await send_requests(
         port, [build_get(url) for url in UNCACHED_URLS], together=8, seconds=6
     )
@@ -112,8 +114,8 @@ async def send_largest_bodies(port: int) -> Counter[str]:
         build_post("/v1/surfaces", patches, media_type=NPY),
         build_post("/v1/surfaces", text.replace(b', "resolution": 1', b"")),
     )
-    alone = await send_requests(port, requests, together=1, seconds=12)
-    return alone + await send_requests(port, cycle(requests), together=8, seconds=8)
+    first_responses = await send_requests(port, requests, together=1, seconds=12)
+    return first_responses + await send_requests(port, cycle(requests), together=8, seconds=8)
 
 
 def _list_spellings() -> Iterator[Pieces]:
@@ -130,6 +132,7 @@ def _list_spellings() -> Iterator[Pieces]:
 
 
 async def request_spellings(port: int) -> Counter[str]:
+    """Requests a few meshes with many spellings of URLs and headers."""
     return await send_requests(port, _list_spellings(), together=4, seconds=6)
 
 

@@ -75,8 +75,8 @@ def print_closest(title: str, model: PatchModel) -> None:
         if name in PEERS and not PEERS[name].borders:
             is_wrong &= ~columns["on_boundary"][:count]
         rate, faults = count / median(times), int(is_wrong.sum())
-        right = rate * (1 - faults / count)
-        print(f"{name:24}{rate:18,.0f}{right:18,.0f}{f'{faults} of {count}':>16}", flush=True)
+        right_rate = rate * (1 - faults / count)
+        print(f"{name:24}{rate:18,.0f}{right_rate:18,.0f}{f'{faults} of {count}':>16}", flush=True)
 
 
 class _Worker:

@@ -113,18 +113,22 @@ def build_machine_parts() -> PatchModel:
     """
     rng = np.random.default_rng(16)
     turn = np.column_stack([QUARTER, np.ones(3)])
-    line, one = np.array([[0.0, 0, 0], [0, 0, 1]]), np.ones(2)
+    line, unit_weights = np.array([[0.0, 0, 0], [0, 0, 1]]), np.ones(2)
     ring = np.stack([turn * np.array([3 + x, 3 + x, y]) for x, y in QUARTER.tolist()], axis=1)
     plane = np.stack([line, line + np.array([1.0, 0, 0])])
     pipe = turn[:, np.newaxis] * np.array([1.0, 1, 0]) + line
-    kinds = ((plane, np.ones((2, 2))), (pipe, np.outer(ARC, one)), (ring, np.outer(ARC, ARC)))
+    kinds = (
+        (plane, np.ones((2, 2))),
+        (pipe, np.outer(ARC, unit_weights)),
+        (ring, np.outer(ARC, ARC)),
+    )
     batches, number = [], 0
     for (net, weights), count in zip(kinds, (334, 333, 333), strict=True):
         nets = []
         for _ in range(count):
-            turned = net @ np.linalg.qr(rng.normal(size=(3, 3)))[0] * 10 ** rng.uniform(-1, 0.5)
+            rotated = net @ np.linalg.qr(rng.normal(size=(3, 3)))[0] * 10 ** rng.uniform(-1, 0.5)
             place = np.array([number // 100, number // 10 % 10, number % 10]) * 4.0
-            nets.append(turned / np.ptp(net) + place)
+            nets.append(rotated / np.ptp(net) + place)
             number += 1
         batches.append(TensorPatches(np.stack(nets), np.repeat(weights[np.newaxis], count, axis=0)))
     return PatchModel("faces", tuple(batches), (Part("faces", 0, number),))
@@ -136,8 +140,8 @@ def build_wing_skin(seed: int) -> BsplineSurface:
     Every seed except 0 adds noise to the control points, as a measured skin has.
     """
     rng = np.random.default_rng(seed)
-    away = np.cumsum(np.geomspace(1e-8, 0.02, 261))
-    knots = np.concatenate([[0.0] * 4, 0.5 - away[::-1], 0.5 + away, [1.0] * 4])
+    offsets = np.cumsum(np.geomspace(1e-8, 0.02, 261))
+    knots = np.concatenate([[0.0] * 4, 0.5 - offsets[::-1], 0.5 + offsets, [1.0] * 4])
     places = np.array([knots[k + 1 : k + 4].mean() for k in range(len(knots) - 4)])
     angle = 2 * np.pi * places[:, np.newaxis]
     along = np.linspace(0, 1, 13)

@@ -9,7 +9,7 @@ connections of one thread; ratios are medians over the rounds.
     python -m tools.benchmarks.requests [--against DIRECTORY] [--seconds 2] [--rounds 5] [WORK …]
 
 DIRECTORY is another checkout of the service with a `.venv` of its own. The table then also has its
-requests per second, and the ratio of the rate of this checkout to that rate. The columns `kept`
+requests per second, and the ratio of the rate of this checkout to that rate. The columns `baseline`
 have the ratios in `requests.json`; with `--keep` the program writes the new ratios to this file.
 """
 
@@ -163,7 +163,7 @@ def run(arguments: Sequence[str] = ()) -> bool:
     header = f"{'work':18}{'bytes':>10}{'service/s':>11}{'echo/s':>10}{'ratio':>8}{'kept':>8}"
     header += f"{'plain/s':>10}{'ratio':>8}{'kept':>8}"
     print(header + (f"{'old/s':>10}{'new/old':>9}" if options.against else ""))
-    too_slow, kept, ratios = [], json.loads(BASELINE.read_text()), {}
+    too_slow, baseline, ratios = [], json.loads(BASELINE.read_text()), {}
     with tempfile.TemporaryDirectory() as temporary, ExitStack() as stack:
         responses = Path(temporary) / "answers"
         responses.mkdir()
@@ -197,12 +197,12 @@ def run(arguments: Sequence[str] = ()) -> bool:
             for name, key in (("echo", work.name), ("plain", f"{work.name} / plain")):
                 if name in urls:
                     ratios[key] = round(ratio[name], 3)
-                    line += f"{each[name]:10.1f}{ratio[name]:8.3f}{kept.get(key, 0):8.3f}"
+                    line += f"{each[name]:10.1f}{ratio[name]:8.3f}{baseline.get(key, 0):8.3f}"
                 else:
                     line += " " * 26
             print(line + (f"{each['old']:10.1f}{ratio['old']:9.2f}" if old else ""), flush=True)
     if options.keep:
-        BASELINE.write_text(json.dumps(kept | ratios, indent=1) + "\n")
+        BASELINE.write_text(json.dumps(baseline | ratios, indent=1) + "\n")
     for line in too_slow:
         print(line)
     return not too_slow

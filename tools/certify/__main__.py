@@ -19,7 +19,7 @@ from typing import Literal, TypeAlias
 
 from service.settings.runtime import pin_blas
 from tools.certify import groups
-from tools.certify.closing import NEARLY, Near, judge_nearly
+from tools.certify.closing import NEARLY, NearlyClosed, judge_nearly
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
@@ -118,9 +118,9 @@ def main(arguments: list[str]) -> int:
             for text in result.complaints():
                 print(f"\r{text}", file=sys.stderr)
             if len(findings) % 50 == 0 or len(findings) == len(tasks):
-                wrong = sum(bool(each.wrong) for each in findings)
+                failed = sum(bool(each.faults) for each in findings)
                 print(
-                    f"\r{len(findings)} of {len(tasks)}, {wrong} wrong, "
+                    f"\r{len(findings)} of {len(tasks)}, {failed} wrong, "
                     f"{time.monotonic() - start:.0f} s",
                     end="",
                     file=sys.stderr,
@@ -137,7 +137,7 @@ def print_report(findings: list[Finding]) -> int:
     order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY, "groups"])}
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models = [each for each in findings if isinstance(each, Joint)]
-    nearly_closed = [each for each in findings if isinstance(each, Near)]
+    nearly_closed = [each for each in findings if isinstance(each, NearlyClosed)]
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
@@ -157,14 +157,16 @@ def print_report(findings: list[Finding]) -> int:
             f"found/bound from mesh to surface at most {max_ratio:.3f}"
         )
     complaints = [text for each in findings for text in each.complaints()]
-    rest = (
+    omitted = (
         [f"… and {len(complaints) - MAX_COMPLAINTS} more"]
         if len(complaints) > MAX_COMPLAINTS
         else []
     )
     print(
         "\n".join(
-            ["", *complaints[:MAX_COMPLAINTS], *rest] if complaints else ["", "Nothing is wrong."]
+            ["", *complaints[:MAX_COMPLAINTS], *omitted]
+            if complaints
+            else ["", "Nothing is wrong."]
         )
     )
     return int(bool(complaints))

@@ -29,7 +29,7 @@ RESOLUTION = (3, 5)
 
 
 @dataclass
-class Near(Finding):
+class NearlyClosed(Finding):
     """The findings about one surface.
 
     `moved` is the largest distance by which joining moved a point; `closed` is whether the last
@@ -54,10 +54,10 @@ NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
 """For each family, the number of its surfaces and the function that builds one from a seed."""
 
 
-def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
+def judge_nearly(kind: str, seed: int, tolerance: float) -> NearlyClosed:
     """The findings about the meshes of one surface, by resolution and by tolerance."""
     case = NEARLY[kind][1](seed)
-    near = Near(kind=kind, seed=seed)
+    finding = NearlyClosed(kind=kind, seed=seed)
     start = time.process_time()
     try:
         for options in (
@@ -66,38 +66,39 @@ def judge_nearly(kind: str, seed: int, tolerance: float) -> Near:
                 accuracy=Accuracy(relative_tolerance=tolerance), weld_tolerance=case.weld_tolerance
             ),
         ):
-            _judge_mesh(near, case, options)
+            _judge_mesh(finding, case, options)
     except Exception as error:  # any error means that no mesh was made
-        near.wrong.append(f"{type(error).__name__}: {error}")
-    near.seconds = time.process_time() - start
-    return near
+        finding.faults.append(f"{type(error).__name__}: {error}")
+    finding.seconds = time.process_time() - start
+    return finding
 
 
-def _judge_mesh(near: Near, case: Case, options: MeshOptions) -> None:
+def _judge_mesh(finding: NearlyClosed, case: Case, options: MeshOptions) -> None:
+    """Adds the findings about the mesh of a case with these options."""
     mesh = write_mesh(case.surface, options)
     report = mesh.report
-    near.tolerance = float(np.linalg.norm(np.ptp(list_points(case.surface), axis=0)))
-    near.triangles, near.moved = len(mesh.faces), report.get("moved", 0.0)
-    near.bound = report["deviation_bound"]
+    finding.tolerance = float(np.linalg.norm(np.ptp(list_points(case.surface), axis=0)))
+    finding.triangles, finding.moved = len(mesh.faces), report.get("moved", 0.0)
+    finding.bound = report["deviation_bound"]
     largest = measure_surface_to_mesh(build_sheets(case.surface), mesh.corners, 1000)
-    near.deviation = largest.distance
-    if not largest.distance <= near.bound + largest.noise:
-        near.wrong.append(f"deviates by {largest.distance}, bound {near.bound}")
-    near.closed = report["watertight"]
+    finding.deviation = largest.distance
+    if not largest.distance <= finding.bound + largest.noise:
+        finding.faults.append(f"deviates by {largest.distance}, bound {finding.bound}")
+    finding.closed = report["watertight"]
     # An opening narrower than the tolerance may be closed: both sides may be the same edge.
     is_narrow_opening = case.is_closed is False and options.accuracy is not None
     if not is_narrow_opening and case.is_closed not in (None, report["watertight"]):
-        near.wrong.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
+        finding.faults.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
     # The service splits borders of a multipatch in rounds, and joins points after each round.
     rounds = 4 if isinstance(case.surface, MultipatchSurface) else 1
     reach = max(case.weld_tolerance, 2.0**-48 * find_knot_ratio(case.surface.lower()))
-    if near.moved > 2.01 * rounds * reach * near.tolerance:
-        near.wrong.append(f"moved by {near.moved}")
-    if near.moved > near.bound:
-        near.wrong.append(f"moved by {near.moved}, bound {near.bound}")
+    if finding.moved > 2.01 * rounds * reach * finding.tolerance:
+        finding.faults.append(f"moved by {finding.moved}")
+    if finding.moved > finding.bound:
+        finding.faults.append(f"moved by {finding.moved}, bound {finding.bound}")
     if options.accuracy is not None:
-        rng = np.random.default_rng(near.seed)
-        _compare_order(near, mesh, _change_order(rng, case.surface), options)
+        rng = np.random.default_rng(finding.seed)
+        _compare_order(finding, mesh, _change_order(rng, case.surface), options)
 
 
 def _change_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
@@ -111,10 +112,12 @@ def _change_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
     return replace(surface, patches=patches, triangles=surface.triangles[triangles], parts=())
 
 
-def _compare_order(near: Near, mesh: Written, reordered: Pieces, options: MeshOptions) -> None:
+def _compare_order(
+    finding: NearlyClosed, mesh: Written, reordered: Pieces, options: MeshOptions
+) -> None:
     """Adds a fault if the patches in another order give other triangles."""
     if list_triangles(write_mesh(reordered, options)) != list_triangles(mesh):
-        near.wrong.append("the order of the patches matters")
+        finding.faults.append("the order of the patches matters")
 
 
 def write_mesh(surface: Pieces, options: MeshOptions) -> Written:

@@ -43,7 +43,7 @@ def judge_group(seed: int, relative: float) -> Joint:
         camera_mesh = _write_mesh(group, Accuracy(camera=camera, pixel_tolerance=PIXELS))
         joint.seconds = time.process_time() - start
     except Exception as error:  # any error means that no mesh was made
-        joint.wrong.append(f"{type(error).__name__}: {error}")
+        joint.faults.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
     # The tolerance is relative to the diagonal of the control points, which is larger than that of
@@ -54,7 +54,7 @@ def judge_group(seed: int, relative: float) -> Joint:
     eye = np.array(camera.position)
     ratio = measure_seen_deviation(sheets, camera_mesh.corners, eye, NEAR * 4 * size, 1000)
     if not ratio <= allowed * (1 + 1e-9):
-        joint.wrong.append(f"deviates by {ratio / allowed * PIXELS} pixels, allowed {PIXELS}")
+        joint.faults.append(f"deviates by {ratio / allowed * PIXELS} pixels, allowed {PIXELS}")
     return joint
 
 

@@ -49,8 +49,8 @@ class Case:
     def __str__(self) -> str:
         if self.resolution is not None:
             return f"{self.family} {self.seed} at {self.resolution} in {self.faces}"
-        two = ", two-sided" if self.two_sided else ""
-        return f"{self.family} {self.seed} at {self.relative:g} as {self.written_as}{two}"
+        two_sided = ", two-sided" if self.two_sided else ""
+        return f"{self.family} {self.seed} at {self.relative:g} as {self.written_as}{two_sided}"
 
 
 @dataclass
@@ -83,7 +83,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
     try:
         content = render(surface, options, BY_NAME[case.written_as])
     except Exception as error:  # any error means that no mesh was made
-        verdict.wrong.append(f"{type(error).__name__}: {error}")
+        verdict.faults.append(f"{type(error).__name__}: {error}")
         return verdict
     verdict.seconds = time.process_time() - start
     mesh = read_file(case.written_as, content)
@@ -95,7 +95,7 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
         return verdict
     _count_faults(verdict, mesh, None if family.lines else _find_flat(verdict, surface, mesh))
     if family.flat and not case.two_sided and verdict.triangles != 2:
-        verdict.wrong.append(f"{verdict.triangles} triangles where two are enough")
+        verdict.faults.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
 
 
@@ -120,16 +120,16 @@ def _compare_bounds(
     sheets = build_sheets(surface)
     if not len(mesh.faces):
         if verdict.tolerance > 0 and verdict.case.resolution is None:
-            verdict.wrong.append("no triangles")
+            verdict.faults.append("no triangles")
         return
     verdict.bound = mesh.report.get("deviation_bound", np.nan)
     if not verdict.bound <= verdict.tolerance:
-        verdict.wrong.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
+        verdict.faults.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
     count = int(np.clip(4 * len(mesh.faces), *samples))
     largest = measure_surface_to_mesh(sheets, mesh.corners, count)
     verdict.deviation = max(verdict.deviation, largest.distance)
     if not largest.distance <= verdict.bound + largest.noise:
-        verdict.wrong.append(
+        verdict.faults.append(
             f"deviation {largest.distance} above bound {verdict.bound} at {largest.place}"
         )
     if verdict.case.family == "spikes" and verdict.case.resolution is None:
@@ -137,7 +137,7 @@ def _compare_bounds(
         top = max(float((s.at(s.samples(count)) + s.origin)[:, 2].max()) for s in sheets)
         verdict.missed = peak > 0 and top - float(mesh.vertices[:, 2].max()) > verdict.tolerance
         if verdict.missed:
-            verdict.wrong.append("the spike is missed")
+            verdict.faults.append("the spike is missed")
     if verdict.case.two_sided:
         verdict.mesh_bound = mesh.report.get("mesh_deviation_bound", np.nan)
         inner = 4 if len(mesh.faces) < 2000 else 2
@@ -145,9 +145,9 @@ def _compare_bounds(
             sheets, mesh.corners, count, inner, doubt=verdict.mesh_bound
         )
         if not verdict.mesh_bound <= 2 * verdict.tolerance:
-            verdict.wrong.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
+            verdict.faults.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
         if not verdict.mesh_deviation <= verdict.mesh_bound + largest.noise:
-            verdict.wrong.append(
+            verdict.faults.append(
                 f"mesh deviation {verdict.mesh_deviation} above bound {verdict.mesh_bound}"
             )
 
@@ -159,11 +159,11 @@ def _find_flat(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
         return flat
     (sheet,) = build_sheets(surface)
     places, steps = mesh.places, mesh.steps[mesh.faces]
-    wrong = [
+    not_excused = [
         k for k in flat if not is_flattened_by_rounding(sheet, mesh.corners[k], places[k], steps[k])
     ]
-    verdict.excused = len(flat) - len(wrong)
-    return wrong
+    verdict.excused = len(flat) - len(not_excused)
+    return not_excused
 
 
 def _count_faults(verdict: Verdict, mesh: Written, flat: list[int] | None) -> None:
@@ -180,13 +180,13 @@ def _count_faults(verdict: Verdict, mesh: Written, flat: list[int] | None) -> No
         }
     )
     verdict.bad = bad.total()
-    verdict.wrong += [f"{count} triangles {text}" for text, count in bad.items() if count]
+    verdict.faults += [f"{count} triangles {text}" for text, count in bad.items() if count]
     boundary, overused = count_edges(mesh.faces)
     if verdict.case.written_as == "json":
         if overused and flat is not None:
-            verdict.wrong.append(f"{overused} edges of more than two triangles")
+            verdict.faults.append(f"{overused} edges of more than two triangles")
         if boundary != mesh.report["boundary_edges"]:
-            verdict.wrong.append(
+            verdict.faults.append(
                 f"{boundary} boundary edges, reported {mesh.report['boundary_edges']}"
             )
 

@@ -67,6 +67,7 @@ class Complex:
         return PatchModel("model", tuple(batches), parts)
 
     def _batch(self, numbers: Sequence[int]) -> Patches:
+        """The batch of the patches with these numbers, which have the same shape."""
         points = np.stack([self.nets[k] for k in numbers])
         weights = None if self.weights is None else np.stack([self.weights[k] for k in numbers])
         return (TrianglePatches if points.ndim == 3 else TensorPatches)(points, weights)
@@ -115,10 +116,12 @@ def _rotate(turn: Array, radius: Array, height: Array) -> Array:
 
 
 def _build_body(corners: Sequence[Sequence[float]], faces: Sequence[Loop]) -> Body:
+    """A body with these corners and faces."""
     return Body(np.array(corners, dtype=float), tuple(faces))
 
 
 def _list_circle(count: int, height: float) -> list[list[float]]:
+    """The corners of a regular polygon on the unit circle at this height."""
     return [[cos(2 * pi * k / count), sin(2 * pi * k / count), height] for k in range(count)]
 
 
@@ -129,6 +132,7 @@ def _build_pyramid(count: int) -> Body:
 
 
 def _build_prism(count: int) -> Body:
+    """A closed prism over a regular polygon of `count` corners."""
     sides: list[Loop] = [
         (k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)
     ]
@@ -137,6 +141,7 @@ def _build_prism(count: int) -> Body:
 
 
 def _build_double_pyramid(count: int) -> Body:
+    """A closed body of two pyramids with a common base of `count` corners."""
     up: list[Loop] = [(k, (k + 1) % count, count) for k in range(count)]
     down: list[Loop] = [((k + 1) % count, k, count + 1) for k in range(count)]
     return _build_body([*_list_circle(count, 0), [0, 0, 1.2], [0, 0, -1]], [*up, *down])
@@ -166,8 +171,9 @@ def _build_moebius(count: int) -> Body:
     return Body(np.concatenate([low, high]), (*faces, (count - 1, count, 0, 2 * count - 1)))
 
 
-def _draw_count(rng: Random, least: int, most: int) -> int:
-    return int(rng.integers(least, most, endpoint=True))
+def _draw_count(rng: Random, minimum: int, maximum: int) -> int:
+    """A random integer from `minimum` to `maximum`, both included."""
+    return int(rng.integers(minimum, maximum, endpoint=True))
 
 
 BODIES: Mapping[str, tuple[int, Callable[[Random], Body]]] = MappingProxyType(

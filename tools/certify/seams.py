@@ -68,7 +68,7 @@ def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
         alone_numbers = rng.permutation(len(patches))[:ALONE].tolist()
         alone = {k: _write_mesh(net_complex.model([k]), tolerance) for k in alone_numbers}
     except Exception as error:  # any error means that no mesh was made
-        joint.wrong.append(f"{type(error).__name__}: {error}")
+        joint.faults.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
     check_order(joint, mesh, reordered)
@@ -90,7 +90,7 @@ def check_order(joint: Joint, mesh: Written, reordered: Written) -> None:
     """Adds a fault for each part whose triangles are not equal bit for bit in both meshes."""
     for name in mesh.parts:
         if _list_triangles(mesh, name) != _list_triangles(reordered, name):
-            joint.wrong.append(f"{name} depends on the order of the patches")
+            joint.faults.append(f"{name} depends on the order of the patches")
 
 
 def _list_triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
@@ -113,34 +113,34 @@ def check_seams(
     edges, uses = np.unique(np.sort(list_edges(mesh.faces), axis=1), axis=0, return_counts=True)
     use_counts = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
-        joint.wrong.append(f"{(uses > 2).sum()} edges of more than two triangles")
+        joint.faults.append(f"{(uses > 2).sum()} edges of more than two triangles")
     sides: dict[tuple[int, Pair], list[int]] = {}
     for k, loop in enumerate(net_complex.loops):
         lines = _find_sides(
             mesh.vertices, mesh.faces[slice(*mesh.parts[f"patch {k}"])], net_complex, loop
         )
         if lines is None:
-            joint.wrong.append(f"the border of patch {k} does not run from corner to corner")
+            joint.faults.append(f"the border of patch {k} does not run from corner to corner")
             return sides
         sides |= {(k, pair): line for pair, line in lines.items()}
     for pair, patches in net_complex.edges().items():
         seam_lines = [sides[k, pair] for k in patches]
         if any(line != seam_lines[0] for line in seam_lines):
-            joint.wrong.append(f"the sides of the seam {pair} differ")
+            joint.faults.append(f"the sides of the seam {pair} differ")
         count = [use_counts[min(a, b), max(a, b)] for a, b in pairwise(seam_lines[0])]
         if any(n != len(patches) for n in count):
-            joint.wrong.append(f"edges on {pair} are used {sorted(set(count))} times")
+            joint.faults.append(f"edges on {pair} are used {sorted(set(count))} times")
         if len(patches) > 1:
             joint.seams += 1
         else:
             joint.boundary += len(count)
     if not (uses == 1).sum() == joint.boundary == mesh.report["boundary_edges"]:
-        joint.wrong.append(
+        joint.faults.append(
             f"{(uses == 1).sum()} boundary edges, {joint.boundary} expected, "
             f"{mesh.report['boundary_edges']} reported"
         )
     if mesh.report["watertight"] != (joint.boundary == 0):
-        joint.wrong.append(f"watertight is {mesh.report['watertight']}")
+        joint.faults.append(f"watertight is {mesh.report['watertight']}")
     return sides
 
 
@@ -184,12 +184,12 @@ def _check_alone(
     """Adds a fault if a patch alone has other vertices on an edge of `Complex.alike`."""
     lines = _find_sides(alone_mesh.vertices, alone_mesh.faces, net_complex, net_complex.loops[k])
     if lines is None:
-        joint.wrong.append(f"the border of patch {k} alone does not run from corner to corner")
+        joint.faults.append(f"the border of patch {k} alone does not run from corner to corner")
         return
     for pair, line in lines.items():
         is_alike = pair in net_complex.alike and pair in sides
         if is_alike and alone_mesh.vertices[line].tolist() != sides[pair].tolist():
-            joint.wrong.append(f"edge {pair} of patch {k} differs when computed alone")
+            joint.faults.append(f"edge {pair} of patch {k} differs when computed alone")
 
 
 def check_deviation(
@@ -198,9 +198,9 @@ def check_deviation(
     """Adds faults if a sheet deviates by more than the bound of its part, or bounds are wrong."""
     joint.bound = mesh.report.get("deviation_bound", np.nan)
     if not joint.bound <= joint.tolerance:
-        joint.wrong.append(f"bound {joint.bound} above the tolerance")
+        joint.faults.append(f"bound {joint.bound} above the tolerance")
     for k, each in enumerate(measure_each_sheet(sheets, mesh.corners, count)):
         bound = mesh.part_bounds.get(f"{part} {k}", np.nan)
         joint.deviation = max(joint.deviation, each.distance)
         if not each.distance <= bound + each.noise or not bound <= joint.bound:
-            joint.wrong.append(f"{part} {k} deviates by {each.distance}, bound {bound}")
+            joint.faults.append(f"{part} {k} deviates by {each.distance}, bound {bound}")

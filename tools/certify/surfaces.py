@@ -62,6 +62,7 @@ def bicubic(seed: int, spread: float) -> Array:
 
 
 def _draw_degrees(rng: Random, maximum: int) -> tuple[int, int]:
+    """Two random degrees from 1 to `maximum`."""
     p, q = rng.integers(1, maximum, size=2, endpoint=True).tolist()
     return p, q
 
@@ -76,16 +77,19 @@ def _bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
 
 
 def _any_degree(rng: Random) -> Surface:
+    """A Bézier patch of degrees 1 to 8 with control points near a regular grid."""
     p, q = _draw_degrees(rng, 8)
     return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.4 / max(p, q)))
 
 
 def _anywhere(rng: Random) -> Surface:
+    """A Bézier patch of degrees 1 to 8 with control points anywhere in a cube."""
     p, q = _draw_degrees(rng, 8)
     return BezierSurface(rng.uniform(-1, 1, (p + 1, q + 1, 3)))
 
 
 def _rational(rng: Random) -> Surface:
+    """A rational patch with weights from 1/5 to 5."""
     p, q = _draw_degrees(rng, 5)
     return BezierSurface(
         scatter_points(rng, p + 1, q + 1, rng.choice([MODERATE, WILD])),
@@ -94,6 +98,7 @@ def _rational(rng: Random) -> Surface:
 
 
 def _heavy(rng: Random) -> Surface:
+    """A rational patch with weights from 1/1000 to 1000."""
     p, q = _draw_degrees(rng, 4)
     return BezierSurface(
         scatter_points(rng, p + 1, q + 1, MODERATE), _draw_weights(rng, (p + 1, q + 1), 1e3)
@@ -101,6 +106,7 @@ def _heavy(rng: Random) -> Surface:
 
 
 def _high(rng: Random) -> Surface:
+    """A Bézier patch of degree 9, 12 or 15 along u, and 1, 3 or 15 along v."""
     p, q = int(rng.choice([9, 12, 15])), int(rng.choice([1, 3, 15]))
     return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.02, 0.3))
 
@@ -141,16 +147,18 @@ def _ring(rng: Random) -> Surface:
     """A B-spline that is closed along u, with a random profile; sometimes closed along v too."""
     p, q = _draw_degrees(rng, 3)
     rows, columns = int(rng.integers(max(4, p + 1), 8)), int(rng.integers(max(4, q + 1), 8))
-    both = bool(rng.integers(2))
+    is_torus = bool(rng.integers(2))
     around = 2 * pi * np.arange(rows) / rows
     across = 2 * pi * np.arange(columns) / columns
     turn = np.stack([np.cos(around), np.sin(around), np.zeros(rows)], axis=-1)[:, np.newaxis]
-    radius = (2 + np.cos(across) if both else np.full(columns, 1.0))[:, np.newaxis]
-    rise = (np.sin(across) if both else np.linspace(0, 3, columns))[:, np.newaxis]
+    radius = (2 + np.cos(across) if is_torus else np.full(columns, 1.0))[:, np.newaxis]
+    rise = (np.sin(across) if is_torus else np.linspace(0, 3, columns))[:, np.newaxis]
     net = turn * radius + rise * np.array([0.0, 0, 1])
     net = net + rng.uniform(-0.2, 0.2, net.shape)
     net_weights = _draw_weights(rng, (rows, columns), 2.0) if rng.integers(2) else None
-    return BsplineSurface(net, (p, q), ("periodic", "periodic" if both else "clamped"), net_weights)
+    return BsplineSurface(
+        net, (p, q), ("periodic", "periodic" if is_torus else "clamped"), net_weights
+    )
 
 
 def _spike(rng: Random) -> Surface:
@@ -178,6 +186,7 @@ def _corner_grid(degree: int) -> Array:
 
 
 def _triangle(rng: Random) -> Surface:
+    """A triangular patch of degrees 1 to 6."""
     n = int(rng.integers(1, 6, endpoint=True))
     net = _corner_grid(n)
     reach = np.array([1.0, 1.0, 0]) * rng.choice([0.3, 1.0]) / n + np.array([0, 0, 0.5])
@@ -185,6 +194,7 @@ def _triangle(rng: Random) -> Surface:
 
 
 def _rational_triangle(rng: Random) -> Surface:
+    """A rational triangular patch of degrees 1 to 4, with weights up to 5 or up to 100."""
     n = int(rng.integers(1, 4, endpoint=True))
     net = _corner_grid(n)
     points = net + np.array([0.3, 0.3, 0.5]) / n * rng.uniform(-1, 1, net.shape)
@@ -308,12 +318,12 @@ def _level(rng: Random) -> Surface:
 
 def _far(rng: Random) -> Surface:
     """A patch or a triangle of size 1, about 10^6 away from the origin."""
-    away = 1e6 * rng.uniform(-1, 1, 3)
+    shift = 1e6 * rng.uniform(-1, 1, 3)
     is_triangle = rng.choice([0, 1])
     if is_triangle:
-        return TriangleSurface(_corner_grid(3) + rng.uniform(-0.2, 0.2, (10, 3)) + away)
+        return TriangleSurface(_corner_grid(3) + rng.uniform(-0.2, 0.2, (10, 3)) + shift)
     return BezierSurface(
-        scatter_points(rng, 4, 4, MODERATE) + away, _draw_weights(rng, (4, 4), 2.0)
+        scatter_points(rng, 4, 4, MODERATE) + shift, _draw_weights(rng, (4, 4), 2.0)
     )
 
 

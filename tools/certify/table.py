@@ -10,7 +10,7 @@ class Finding:
     """The findings about one mesh.
 
     `kind` and `seed` name the surface. `deviation` is the largest sampled distance, and `bound` the
-    bound in the file. `wrong` lists the faults in words.
+    bound in the file. `faults` lists the faults in words.
     """
 
     kind: str
@@ -20,11 +20,11 @@ class Finding:
     deviation: float = 0.0
     triangles: int = 0
     seconds: float = 0.0
-    wrong: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
 
     def complaints(self) -> list[str]:
         """A line for each fault, with the name of the mesh."""
-        return [f"WRONG: {self}: {text}" for text in self.wrong]
+        return [f"WRONG: {self}: {text}" for text in self.faults]
 
 
 def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = ()) -> list[str]:
@@ -44,6 +44,7 @@ def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = 
 
 
 def _write_row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
+    """One row of a table: medians, largest ratios, sums of counts, and the number with faults."""
     meshed = [each for each in findings if each.triangles] or findings
     bounded = [each for each in meshed if each.bound > 1e-12 * each.tolerance]
     ratios = [each.deviation / each.bound for each in bounded] or [0.0]
@@ -54,6 +55,6 @@ def _write_row(name: str, findings: Sequence[Finding], counts: Sequence[str]) ->
         f"{max(each.deviation / each.tolerance for each in meshed):10.3f}"
         f"{max(each.bound / each.tolerance for each in meshed):10.3f}"
         f"{''.join(f'{total:9}' for total in sums)}"
-        f"{sum(bool(each.wrong) for each in findings):6}"
+        f"{sum(bool(each.faults) for each in findings):6}"
         f"{sum(each.seconds for each in findings):8.1f}"
     )

@@ -44,6 +44,7 @@ def read_file(name: str, content: bytes, diagonal: int = 0) -> Written:
 
 
 def _read_json(content: bytes, diagonal: int) -> Written:
+    """The mesh of a JSON file; quads are split along this diagonal."""
     document = json.loads(content)
     faces = _split_polygons(document["faces"], diagonal)
     places = None

@@ -94,6 +94,7 @@ def run_under_load(
 
 
 def _send_one(connection: HTTPConnection, request: Request, traffic: Traffic, tally: Tally) -> None:
+    """Sends one request, checks the response, and adds the result to the tally."""
     start = time.perf_counter()
     try:
         response = _send(connection, request)
@@ -107,6 +108,7 @@ def _send_one(connection: HTTPConnection, request: Request, traffic: Traffic, ta
 
 
 def _send(connection: HTTPConnection, request: Request) -> Response:
+    """Sends one request; returns the response with its decoded body."""
     connection.request(request.method, request.target, request.body or None, request.headers)
     answer = connection.getresponse()
     body = answer.read()
@@ -116,8 +118,10 @@ def _send(connection: HTTPConnection, request: Request) -> Response:
 
 
 def _describe(request: Request) -> str:
+    """Kind, method and target of a request."""
     return f"{request.kind}, {request.method} {request.target}"
 
 
 def _read_quantile(times: list[float], share: float) -> float:
+    """A quantile of times in seconds, as milliseconds."""
     return sorted(times)[min(int(len(times) * share), len(times) - 1)] * 1e3

@@ -82,21 +82,22 @@ def mutate_content(content: bytes, seed: int) -> bytes:
 
 
 def _change_token(tokens: list[bytes], random_choice: random.Random) -> None:
-    place, other = random_choice.randrange(len(tokens)), random_choice.randrange(len(tokens))
+    """Changes, exchanges, removes or inserts some of the words, in place."""
+    first, second = random_choice.randrange(len(tokens)), random_choice.randrange(len(tokens))
     length = random_choice.choice((1, 1, 2, 4, 8, 16))
     match random_choice.randrange(6):
         case 0:
-            tokens[place] = random_choice.choice(VALUES)
+            tokens[first] = random_choice.choice(VALUES)
         case 1:
-            tokens[place] = tokens[other]
+            tokens[first] = tokens[second]
         case 2:
-            tokens[place], tokens[other] = tokens[other], tokens[place]
+            tokens[first], tokens[second] = tokens[second], tokens[first]
         case 3:
-            del tokens[place : place + length]
+            del tokens[first : first + length]
         case 4:
-            tokens[other:other] = tokens[place : place + length]
+            tokens[second:second] = tokens[first : first + length]
         case _:
-            tokens.insert(place, random_choice.choice(VALUES))
+            tokens.insert(first, random_choice.choice(VALUES))
 
 
 if __name__ == "__main__":

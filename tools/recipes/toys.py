@@ -85,9 +85,8 @@ OPTION = Recipe(
             "service/schemas/options.py",
             insertions=(
                 (
-                    '    """The options of a mesh. All of them have defaults."""\n',
-                    """
-    inside_out: bool = Field(
+                    "        examples=[16, [16, 32]],\n    )\n",
+                    """    inside_out: bool = Field(
         default=_DEFAULTS.inside_out,
         description="Whether the winding of all faces is reversed.",
         examples=[True],

@@ -81,6 +81,7 @@ def read_statement(package: Distribution) -> str:
 
 
 def _first_line(package: Distribution, field: str) -> str:
+    """The first line of a field of the metadata; empty if the field is missing."""
     (text,) = package.metadata.get_all(field) or [""]
     return str(text).partition("\n")[0]
 

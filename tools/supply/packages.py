@@ -52,7 +52,7 @@ def list_packages() -> dict[str, Distribution]:
     texts = [text for extra, texts in optional.items() if extra != "dev" for text in texts]
     waiting = [(Requirement(text), "") for text in [*project["dependencies"], *texts]]
     distributions: dict[str, Distribution] = {}
-    seen: set[tuple[str, str]] = set()
+    visited: set[tuple[str, str]] = set()
     while waiting:
         requirement, of_extra = waiting.pop()
         if requirement.marker and not requirement.marker.evaluate(_environment(of_extra)):
@@ -60,9 +60,9 @@ def list_packages() -> dict[str, Distribution]:
         name = canonicalize_name(requirement.name)
         each = distributions[name] = distribution(requirement.name)
         for extra in {"", *requirement.extras} - {
-            extra for package, extra in seen if package == name
+            extra for package, extra in visited if package == name
         }:
-            seen.add((name, extra))
+            visited.add((name, extra))
             waiting += [(Requirement(text), extra) for text in each.requires or []]
     return dict(sorted(distributions.items()))
 
@@ -78,4 +78,5 @@ def list_scripts() -> list[Script]:
 
 
 def _environment(extra: str) -> dict[str, str]:
+    """The variables of conditions of dependencies, for the Python of the image and this extra."""
     return {**cast(dict[str, str], default_environment()), **PLATFORM, "extra": extra}

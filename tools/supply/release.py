@@ -24,10 +24,10 @@ ENGINE_FILE = "service/engine/mesh/report.py"
 
 def run_git(*arguments: str) -> str:
     """The output of git; empty if it fails."""
-    done = subprocess.run(
+    result = subprocess.run(
         ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
     )
-    return done.stdout.strip() if done.returncode == 0 else ""
+    return result.stdout.strip() if result.returncode == 0 else ""
 
 
 def nothing_uncommitted() -> str:
@@ -52,8 +52,8 @@ def find_changelog_fault(changelog: str, version: str) -> str:
     news = [s for s in sections if s.startswith("[Unreleased]") and s.partition("\n")[2].strip()]
     if news:
         return "CHANGELOG.md has news under [Unreleased]: move them under the version"
-    rest = [title for title in titles if not title.startswith("[Unreleased]")]
-    if not rest or not rest[0].startswith(f"[{version}]"):
+    versions = [title for title in titles if not title.startswith("[Unreleased]")]
+    if not versions or not versions[0].startswith(f"[{version}]"):
         return f"the newest version in CHANGELOG.md is not {version}"
     return ""
 

@@ -28,8 +28,8 @@ def list_python_packages(python: str) -> dict[str, Any]:
         "--spec-version", SPECIFICATION, "--output-format", "JSON",
         "--pyproject", str(ROOT / "pyproject.toml"), python,
     ]  # fmt: skip
-    done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
-    bill: dict[str, Any] = json.loads(done.stdout)
+    result = subprocess.run(command, stdout=subprocess.PIPE, check=True)
+    bill: dict[str, Any] = json.loads(result.stdout)
     return bill
 
 

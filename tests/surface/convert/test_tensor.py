@@ -106,6 +106,7 @@ def test_parts_of_a_split_patch_have_its_points_and_share_edges(
 def _map_into_interval(
     begins: Sequence[Fraction], widths: Sequence[Fraction], u: Fraction, v: Fraction
 ) -> tuple[Fraction, Fraction]:
+    """The parameters in the whole domain of (u, v) in a part with these beginnings and widths."""
     return begins[0] + u * widths[0], begins[1] + v * widths[1]
 
 

@@ -170,9 +170,9 @@ def test_transposed_and_reversed_triangles_have_the_same_points(
         new_place = list(place)
         new_place[a], new_place[b] = place[b], place[a]
         assert evaluate_triangle(result, tuple(new_place)) == evaluate_triangle(surface, place)
-    twice = convert_to_triangle(result, operation)
-    np.testing.assert_array_equal(twice.control_net, surface.control_net)
-    np.testing.assert_array_equal(twice.weights, surface.weights)
+    restored = convert_to_triangle(result, operation)
+    np.testing.assert_array_equal(restored.control_net, surface.control_net)
+    np.testing.assert_array_equal(restored.weights, surface.weights)
 
 
 @settings(max_examples=6)
@@ -213,8 +213,8 @@ def test_operations_on_patches_and_triangles_keep_points_and_the_shared_edge(
         for operation, new_place in (
             (Transpose(), (r, t, s)), (Reverse("u"), (s, r, t)), (Reverse("v"), (t, s, r)),
         ):  # fmt: skip
-            turned = convert_to_patches(surface, operation)
-            assert evaluate_member(turned, 0, new_place) == evaluate_member(surface, 0, place)
+            changed = convert_to_patches(surface, operation)
+            assert evaluate_member(changed, 0, new_place) == evaluate_member(surface, 0, place)
 
 
 @pytest.mark.parametrize(
