@@ -40,8 +40,8 @@ export interface paths {
          * @description Reads the body of `POST /v1/mesh` and returns how large the mesh would be.
          *
          *     The response has the numbers of vertices and faces, the bytes in each format, and whether
-         *     `POST /v1/mesh` would refuse the request. This takes a small part of the time of the mesh. An
-         *     invalid body is an error here too.
+         *     `POST /v1/mesh` would refuse the request. An estimate takes a small part of the time of the
+         *     mesh. An invalid body is an error here too.
          */
         post: operations["estimateMesh"];
         delete?: never;
@@ -63,9 +63,9 @@ export interface paths {
          * Points of a surface, with derivatives and curvatures
          * @description Evaluates the surface at the given parameters, in float64, and returns columns.
          *
-         *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are by the
-         *     surface's own parameters; at a knot they are the limits from the right. Tubes, ribbons and
-         *     groups have no parameters (`not_parametric`).
+         *     Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are with
+         *     respect to the surface's own parameters; at a knot they are the limits from the right. Tubes,
+         *     ribbons and groups have no parameters (`not_parametric`).
          */
         post: operations["queryPoints"];
         delete?: never;
@@ -111,7 +111,7 @@ export interface paths {
          * @description Samples the curve.
          *
          *     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
-         *     glTF, OOGL and OBJ a plane curve lies at z = 0.
+         *     glTF, OOGL and OBJ a plane curve has z = 0.
          */
         post: operations["createCurve"];
         delete?: never;
@@ -131,10 +131,10 @@ export interface paths {
         put?: never;
         /**
          * The closest points of a surface or a curve, with proved distances
-         * @description Looks for the closest points, and proves how near the surface can be.
+         * @description Looks for the closest points, and proves an interval that contains each distance.
          *
-         *     Row k of each column belongs to point k. The search subdivides the whole surface, so it does not
-         *     depend on a starting point and misses no minimum. Tubes and ribbons have no closest points
+         *     Row k of each column belongs to point k. The search subdivides the whole surface: it needs no
+         *     starting point, and misses no minimum. Tubes and ribbons have no closest points
          *     (`not_parametric`).
          *
          *     Many points are sent faster as a NumPy file. The query then names a stored or built-in surface,
@@ -160,13 +160,14 @@ export interface paths {
          * Where rays hit a surface, or planes cut it
          * @description Looks for the hits of rays, or for the sections by planes, of the whole surface.
          *
-         *     **Rays.** Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a
-         *     hit; every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
-         *     share count once.
+         *     **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
+         *     `t_bounds` of a hit. Each hit is nearer to its ray than the thickness. Hits on an edge or a
+         *     corner that patches share count once.
          *
-         *     **Planes.** A section is a set of polylines within a tolerance of it. Even its smallest part is
-         *     found. Polylines are closed where the surface is closed. The response is in the format that
-         *     `format` names or `Accept` prefers; JSON without either.
+         *     **Planes.** A section is returned as polylines, which are within a tolerance of the exact
+         *     section and contain all of its parts, however small. Polylines are closed where the surface is
+         *     closed. The response is in the format that `format` names or `Accept` prefers; JSON without
+         *     either.
          *
          *     Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
          *     then names a stored or built-in surface, and has the other fields.
@@ -193,10 +194,10 @@ export interface paths {
          * Area, volume, centroid and lengths of borders, each with a proved interval
          * @description Measures a surface: every number has an interval that provably contains the exact value.
          *
-         *     A surface has a volume if all of its edges meet and its patches are oriented consistently;
+         *     A surface has a volume if it has no open edge and its patches are oriented consistently;
          *     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
-         *     may have is refused (`too_costly`), and the refusal names the tolerance that can be reached for
-         *     each quantity. Tubes and ribbons are not measured (`not_parametric`).
+         *     may take is refused (`too_costly`); the error names the tolerance that can be reached for each
+         *     quantity. Tubes and ribbons are not measured (`not_parametric`).
          */
         post: operations["measureSurface"];
         delete?: never;
@@ -223,10 +224,10 @@ export interface paths {
          * @description Stores the surface under the SHA-256 of its content, which becomes its id.
          *
          *     The status is 201 for a new surface, 200 for one that was stored already. All ways to write the
-         *     same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`, −0) and
-         *     explicit defaults make no difference; any other number does. A file of control points is the
-         *     same surface as in JSON, with its other fields in the query. `links` names the URLs of its
-         *     meshes, which clients may cache for ever.
+         *     same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`; 0 and −0)
+         *     and explicit defaults make no difference; another value of a number makes another surface. A
+         *     file of control points, with the other fields in the query, is the same surface as in JSON.
+         *     `links` has the URLs of the meshes, which clients may cache for ever.
          */
         post: operations["storeSurface"];
         delete?: never;
@@ -246,7 +247,7 @@ export interface paths {
          * The definition of a surface
          * @description Returns the definition of a built-in or a stored surface: a body for the other calls.
          *
-         *     If the id is a hash, it never changes; its `ETag` is the hash of the content, in quotes.
+         *     The definition under a hash never changes. The `ETag` is the hash of the content, in quotes.
          */
         get: operations["getSurface"];
         put?: never;
@@ -255,8 +256,9 @@ export interface paths {
          * Removes a stored surface
          * @description Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
          *
-         *     Built-in surfaces cannot be removed (405). Caches may still have its meshes: the service cannot
-         *     take back a URL that caches may keep for ever. Storing the surface again gives it the same id.
+         *     Built-in surfaces cannot be removed (405). Caches that may keep a mesh of the surface for ever
+         *     still have it: the service cannot delete it there. A surface that is stored again has the same
+         *     id.
          */
         delete: operations["deleteSurface"];
         options?: never;
@@ -275,14 +277,14 @@ export interface paths {
          * The mesh of a surface, by URL
          * @description Returns a mesh by URL, for browsers and for caches between them and this service.
          *
-         *     A URL is a pure function of its parts: every service with the same version of the numbers
-         *     returns the same mesh. Other processors and libraries may round the last digit of a number
-         *     differently; then the entity tag differs too. `Link` names the canonical form of the URL:
+         *     The mesh depends only on the parts of the URL: every service with the same version of the
+         *     numbers returns the same mesh. Other processors and libraries may round the last digit of a
+         *     number differently; then the entity tag differs too. `Link` names the canonical form of the URL:
          *     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
-         *     the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
-         *     shows whether they changed.
+         *     the mesh of a surface whose id is a hash for ever. They may keep other meshes for an hour; after
+         *     that, `ETag` shows whether the mesh has changed.
          *
-         *     Equal requests at the same time are computed once. The service keeps responses in memory,
+         *     The service computes equal requests at the same time once, and keeps responses in memory,
          *     compressed ones too.
          */
         get: operations["getSurfaceMesh"];
@@ -323,7 +325,7 @@ export interface paths {
         };
         /**
          * State and versions, for people
-         * @description The state and versions of the service and of its numbers.
+         * @description The state of the service, its version, and the version of its numbers (`engine`).
          */
         get: operations["getHealth"];
         put?: never;
@@ -365,8 +367,8 @@ export interface paths {
          * 200 while the service is ready for new requests
          * @description Whether the service is ready for new requests.
          *
-         *     Ready means that a self-test (a tiny mesh, at most once in 5 s) gave the right numbers, that the
-         *     store has responded in the last seconds, and that the service is not about to stop.
+         *     The service is ready if a self-test (a tiny mesh, at most once in 5 s) gave the right numbers,
+         *     the store has responded in the last seconds, and the service is not about to stop.
          */
         get: operations["getReadiness"];
         put?: never;
@@ -391,9 +393,10 @@ export interface paths {
          * @description Makes a URL that any client may read without a key until it expires.
          *
          *     It is for services whose surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`): for
-         *     a viewer on a page, for example. The signature holds for one path and its parameters, in any
-         *     order, for `GET` and `HEAD`. The service does not look the surface up. It signs only its own
-         *     URLs, for seven days at most; without `SURFACE_SIGNING_KEYS` this call does not exist.
+         *     example, for a viewer on a page. The signature is valid for one path and its parameters, in any
+         *     order, for `GET` and `HEAD`. The service does not check that the surface exists. It signs only
+         *     URLs of its own surfaces and meshes, for at most seven days. Without `SURFACE_SIGNING_KEYS` this
+         *     call does not exist.
          */
         post: operations["signAddress"];
         delete?: never;
@@ -411,7 +414,7 @@ export interface paths {
         };
         /**
          * Metrics of the service, for Prometheus
-         * @description In the text format of Prometheus, or as OpenMetrics where `Accept` names it. The operator decides whether it exists, and whether it needs a key.
+         * @description In the text format of Prometheus, or as OpenMetrics if `Accept` names it. The operator decides whether this call exists, and whether it needs a key.
          */
         get: operations["getMetrics"];
         put?: never;
@@ -705,7 +708,7 @@ export interface components {
         };
         /**
          * Boundary
-         * @description An open border: edges one after another, with the surface on their left.
+         * @description An open border: a chain of edges, with the surface on their left.
          */
         Boundary: {
             /** @description Its length. */
@@ -717,7 +720,7 @@ export interface components {
             edges: number;
             /**
              * Closed
-             * @description Whether it returns to where it begins.
+             * @description Whether the border ends where it begins.
              */
             closed: boolean;
             /** @description Its first edge. */
@@ -1192,14 +1195,14 @@ export interface components {
             ][];
             /**
              * Reached
-             * @description Whether the interval meets `relative_tolerance`. It is wider if too many places are almost
-             *     equally near, as for the centre of a sphere.
+             * @description Whether the interval of distance meets `relative_tolerance`. The interval is wider if too
+             *     many places are almost equally near, as for the centre of a sphere.
              */
             reached: boolean[];
             /**
              * Tied
-             * @description Whether another place, more than about 1/1000 of the diagonal away from this one, may be
-             *     equally near: within 1/16 of the tolerance, or within the interval if that is wider.
+             * @description Whether another place, more than about 1/1000 of the diagonal away from this place, may be
+             *     equally near: within 1/16 of the tolerance, or within the interval if the interval is wider.
              */
             tied: boolean[];
             /**
@@ -1234,11 +1237,11 @@ export interface components {
             on_boundary?: boolean[];
             /**
              * Signs
-             * @description For a surface, with `sign`: -1 inside, 1 outside, so that sign times distance is the signed
-             *     distance. A point is inside if the winding number of the surface about it is not 0, for any
-             *     direction of the normals; proved. Null if it is not known: on the surface or very close to it;
-             *     after the limit of work, which some 10,000 points close to the surface may reach; and for all
-             *     points if the surface is open or inconsistently oriented.
+             * @description For a surface, with `sign`; proved: -1 inside, 1 outside, so that sign times distance is the
+             *     signed distance. A point is inside if the winding number of the surface about the point is not
+             *     0; the direction of the normals does not matter. Null if the sign is unknown: on the surface or
+             *     very close to it; after the limit of work, which some 10,000 points close to the surface may
+             *     reach; and for all points if the surface is open or inconsistently oriented.
              */
             signs?: (number | null)[];
             /**
@@ -1302,7 +1305,7 @@ export interface components {
         };
         /**
          * Curve
-         * @description A sampled curve as JSON: columns of float64, row k of each for point k.
+         * @description A sampled curve as JSON: columns of float64; row k of each column belongs to point k.
          */
         Curve: {
             /**
@@ -1368,12 +1371,13 @@ export interface components {
             length: number;
             /**
              * Closed
-             * @description Whether it ends where it begins; the last point is then the first.
+             * @description Whether the curve ends where it begins; its last point is then equal to the first.
              */
             closed: boolean;
             /**
              * Deviation Bound
-             * @description In model units, proved: no point of the curve is further than this from the written lines.
+             * @description Proved, in model units: no point of the curve is further than this from the lines, with the
+             *     coordinates that the file has after rounding.
              */
             deviation_bound: number;
             bounds: components["schemas"]["CurveBounds"];
@@ -1533,8 +1537,9 @@ export interface components {
             exact_bytes: ("glb" | "gltf" | "json" | "oogl" | "stl" | "obj" | "ply" | "off")[];
             /**
              * Memory
-             * @description Bytes of memory that making the response takes at most, by format. The service refuses
-             *     more than it has for one request (`too_much_memory`); a large request may have to wait.
+             * @description The most memory that the work takes, in bytes, by format. The service refuses a request that
+             *     needs more memory than one request may take (`too_much_memory`); a large request may have to
+             *     wait.
              */
             memory: {
                 /** @description Bytes of memory for the mesh as glb. */
@@ -1561,9 +1566,9 @@ export interface components {
             accepted: boolean;
             /**
              * Certain
-             * @description Whether an accepted mesh cannot be refused later. With a tolerance this is true if the bounds
-             *     above are within all limits. Otherwise, and with a budget, the mesh may prove too large, or the
-             *     tolerance too small, when it is made.
+             * @description Whether it is certain that an accepted mesh is not refused. With a tolerance this is true if
+             *     the bounds above are within all limits. If they are not, or with a budget, the computation may
+             *     show that the mesh is too large, or the tolerance too small.
              */
             certain: boolean;
             /**
@@ -1605,8 +1610,8 @@ export interface components {
             ][];
             /**
              * Open
-             * @description True if no other side shares the edge. False if the sides on the edge do not cancel in pairs
-             *     of opposite directions: a patch has the wrong orientation, or more than two patches meet.
+             * @description True if no other side shares the edge. False if the sides on the edge are not pairs of
+             *     opposite directions: a patch has the wrong orientation, or more than two patches meet.
              */
             open: boolean;
         };
@@ -1668,12 +1673,12 @@ export interface components {
             precision: "float32" | "float64";
             /**
              * Quantize
-             * @description Whether it takes `quantize`.
+             * @description Whether it supports `quantize`.
              */
             quantize: boolean;
             /**
              * Compression
-             * @description The kinds of `compression` that it takes here, beside `none`.
+             * @description The kinds of `compression` that this service supports for it, beside `none`.
              */
             compression: "meshopt"[];
         };
@@ -1684,7 +1689,7 @@ export interface components {
         FormatList: {
             /**
              * Formats
-             * @description One entry a format.
+             * @description The formats, one entry each.
              */
             formats: components["schemas"]["Format"][];
         };
@@ -1775,7 +1780,7 @@ export interface components {
             status: "live" | "ready" | "unready" | "draining";
             /**
              * Computing
-             * @description Whether the self-test computes the right mesh.
+             * @description Whether the self-test computed the right mesh.
              * @enum {string}
              */
             computing?: "ready" | "unavailable";
@@ -1792,7 +1797,8 @@ export interface components {
             version?: string;
             /**
              * Engine
-             * @description Version of the numbers.
+             * @description Version of the numbers. It changes when the service computes other numbers for the same
+             *     request.
              */
             engine?: number;
         };
@@ -1852,12 +1858,12 @@ export interface components {
             value: number;
             /**
              * Low
-             * @description The exact value is not less.
+             * @description The exact value is not less than this.
              */
             low: number;
             /**
              * High
-             * @description The exact value is not greater.
+             * @description The exact value is not greater than this.
              */
             high: number;
         };
@@ -2012,8 +2018,8 @@ export interface components {
             ][];
             /**
              * Faces
-             * @description Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's
-             *     tip; part by part, the quads of a part before its triangles.
+             * @description For each corner of each face an index of `vertices`, counter-clockwise seen from the normal's
+             *     tip. Faces are sorted by part; the quads of a part are before its triangles.
              */
             faces: number[][];
             /**
@@ -2028,8 +2034,9 @@ export interface components {
             ][];
             /**
              * Uvs
-             * @description Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
-             *     float64, so that the surface has the same point at them. Row k belongs to row k of `normals`.
+             * @description Texture coordinates of the surface; if it has none and `uvs` is true, its parameters (u, v).
+             *     Float64, exact enough to evaluate the surface at the vertex again. Row k belongs to row k of
+             *     `normals`.
              */
             uvs?: [
                 number,
@@ -2050,14 +2057,14 @@ export interface components {
             };
             /**
              * Attribute Faces
-             * @description If a position has several normals, colours or other values, as at a crease: in the shape of
-             *     `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
-             *     face.
+             * @description If a position has several normals, colours or other values, as at a crease: for each corner
+             *     of each face, in the shape of `faces`, an index of `normals`, `uvs`, `colors` and
+             *     `attributes`.
              */
             attribute_faces?: number[][];
             /**
              * Parts
-             * @description Named runs [first, last) of `faces`.
+             * @description The parts, each with its range of `faces`.
              */
             parts: components["schemas"]["MeshPart"][];
             /**
@@ -2069,7 +2076,7 @@ export interface components {
         };
         /**
          * MeshLines
-         * @description An overlay.
+         * @description Lines beside the faces: an overlay of the request.
          */
         MeshLines: {
             /**
@@ -2088,7 +2095,7 @@ export interface components {
             ][];
             /**
              * Segments
-             * @description Pairs of rows of its `vertices`.
+             * @description Each line segment as a pair of indices of these `vertices`.
              */
             segments: [
                 number,
@@ -2097,7 +2104,7 @@ export interface components {
         };
         /**
          * MeshPart
-         * @description A named run of faces.
+         * @description A named part of the surface, and its range of faces.
          */
         MeshPart: {
             /**
@@ -2107,7 +2114,7 @@ export interface components {
             name: string;
             /**
              * Faces
-             * @description First face, and the one after the last.
+             * @description Index of the first face, and index after the last face.
              */
             faces: [
                 number,
@@ -2173,7 +2180,7 @@ export interface components {
             closed_u?: boolean;
             /**
              * Closed V
-             * @description Whether it closes along v.
+             * @description Whether the surface closes along v: its curves at the least and greatest v are the same.
              */
             closed_v?: boolean;
             /**
@@ -2191,9 +2198,9 @@ export interface components {
             continuity_v?: "C0" | "G1" | "C1";
             /**
              * Deviation Bound
-             * @description Proved, in model units: no point of the surface is further than this from the faces as they
-             *     are written, their rounding included. Never above the tolerance of the request; left out if
-             *     there are no faces of a parametric surface.
+             * @description Proved, in model units: no point of the surface is further than this from the faces, with the
+             *     coordinates that the file has after rounding. Never above the tolerance of the request. Left out
+             *     if the mesh has no faces, or only those of tubes and ribbons.
              */
             deviation_bound?: number;
             /**
@@ -2214,24 +2221,25 @@ export interface components {
             curvature?: components["schemas"]["CurvatureRange"];
             /**
              * Merged Knots
-             * @description Number of knots that differed from the knot before by rounding alone and were made equal to
-             *     it; left out if there are none.
+             * @description Number of knots that differed from the knot before only by rounding, and were made equal to
+             *     that knot; left out if it is 0.
              */
             merged_knots?: number;
             /**
              * Moved
              * @description The largest distance, in model units, by which a point of the surface was moved to join
-             *     control points (`weld_tolerance`). All bounds include it; left out if nothing moved.
+             *     control points (`weld_tolerance`). All bounds include this distance; left out if it is 0.
              */
             moved?: number;
             /**
              * Parts
-             * @description The bound of every part by itself, in the order of the parts.
+             * @description The bound of each part, in the order of the parts.
              */
             parts?: components["schemas"]["PartReport"][];
             /**
              * Engine
-             * @description Version of the numbers.
+             * @description Version of the numbers. It changes when the service computes other numbers for the same
+             *     request.
              */
             engine: number;
         };
@@ -2571,7 +2579,7 @@ export interface components {
             name: string;
             /**
              * Deviation Bound
-             * @description The bound of the part, as in the report; left out for tubes and ribbons.
+             * @description The `deviation_bound` of the part alone; left out for tubes and ribbons.
              */
             deviation_bound?: number;
         };
@@ -2900,7 +2908,7 @@ export interface components {
             ][];
             /**
              * Normals
-             * @description Unit normals along du × dv; where that vanishes, their limits from inside the surface.
+             * @description Unit normals along du × dv; where du × dv vanishes, their limits from inside the surface.
              */
             normals?: [
                 number,
@@ -2909,8 +2917,8 @@ export interface components {
             ][];
             /**
              * Degenerate
-             * @description Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along
-             *     the line that leads straight inwards.
+             * @description Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, along the
+             *     line in the domain that leads straight inwards.
              */
             degenerate?: boolean[];
             /**
@@ -3066,16 +3074,18 @@ export interface components {
         };
         /**
          * RayHits
-         * @description Hits in columns, float64: `reached` and `counts` have a row per ray, the others one per hit.
+         * @description Hits in columns, float64.
+         *
+         *     `reached` and `counts` have a row for each ray; the other columns have a row for each hit.
          *
          *     Hits are sorted by ray, and for each ray by t.
          */
         RayHits: {
             /**
              * Reached
-             * @description For each ray, whether its first hit, or all of its hits, are listed. False if the limit of
-             *     work was reached, for example because the surface is a line along the ray; or if the ray begins
-             *     so far away that rounding is larger than the thickness.
+             * @description For each ray, whether its first hit is listed; with `hits` "all", whether each of its hits
+             *     is. False if the search reached its limit of work, for example because the surface is a line
+             *     along the ray; or if the ray begins so far away that rounding is larger than the thickness.
              */
             reached: boolean[];
             /**
@@ -3090,14 +3100,14 @@ export interface components {
             ray: number[];
             /**
              * T
-             * @description The hit is at origin + t · direction, with the direction of the request. For a segment, this
-             *     is its beginning.
+             * @description The hit is at origin + t · direction, with the direction of the request. For a hit that is a
+             *     segment, its beginning.
              */
             t: number[];
             /**
              * T Bounds
-             * @description Intervals [low, high] of t that contain all common points of ray and surface that this hit
-             *     represents. Proved, rounding included. For a segment within the surface, the segment.
+             * @description Intervals [low, high] of t. Proved, rounding included: they contain all common points of the
+             *     ray and the surface at this hit. For a segment within the surface, its ends.
              */
             t_bounds: [
                 number,
@@ -3105,7 +3115,7 @@ export interface components {
             ][];
             /**
              * Positions
-             * @description The points of the surface, closer to the ray than the thickness.
+             * @description The points of the surface. They are closer to the ray than the thickness.
              */
             positions: number[][];
             /**
@@ -3216,12 +3226,12 @@ export interface components {
             detail: string;
             /**
              * Got
-             * @description The input, described and not repeated.
+             * @description A description of the input, which does not repeat it.
              */
             got: string;
             /**
              * Needed
-             * @description A valid input, described.
+             * @description A description of valid input.
              */
             needed: string;
         };
@@ -3401,7 +3411,7 @@ export interface components {
             ];
             /**
              * Offset
-             * @description Distance of the plane from zero, along the normal.
+             * @description Signed distance of the plane from the origin, along the normal.
              */
             offset: number;
             /**
@@ -3415,7 +3425,7 @@ export interface components {
             ];
             /**
              * Y Axis
-             * @description Unit vector along y in these coordinates: x × y is the normal.
+             * @description Unit vector along y in the coordinates of the plane: x × y is the normal.
              */
             y_axis: [
                 number,
@@ -3438,8 +3448,8 @@ export interface components {
             ][];
             /**
              * Coplanar
-             * @description Numbers of patches that lie in the plane, in the order of the request; the polylines are
-             *     their border.
+             * @description Indices of the patches that lie in the plane, in the order of the request; their border is
+             *     part of the polylines.
              */
             coplanar: number[];
         };
@@ -3450,7 +3460,7 @@ export interface components {
         SectionLine: {
             /**
              * Closed
-             * @description Whether it is closed; its last point is then its first.
+             * @description Whether the polyline is closed; its last point is then equal to its first.
              */
             closed: boolean;
             /**
@@ -3481,12 +3491,12 @@ export interface components {
             polylines: number;
             /**
              * Points
-             * @description Number of their points.
+             * @description Number of points of all polylines.
              */
             points: number;
             /**
              * Deviation Bound
-             * @description In model units, proved: no point of a section is further than this from its polylines.
+             * @description Proved, in model units: no point of a section is further than this from its polylines.
              */
             deviation_bound: number;
             /**
@@ -3602,8 +3612,8 @@ export interface components {
             self: string;
             /**
              * Mesh
-             * @description URL of the mesh by suffix, in this version of the numbers: clients may cache it for ever. Add
-             *     options in front of `engine`.
+             * @description URL of the mesh by suffix, in this version of the numbers: clients may cache the mesh for
+             *     ever. Add options before `engine`.
              */
             mesh: {
                 /** @description glTF 2.0, binary. */
@@ -3640,7 +3650,7 @@ export interface components {
         SurfaceDefinition: components["schemas"]["BezierDefinition"] | components["schemas"]["BsplineDefinition"] | components["schemas"]["PatchesDefinition"] | components["schemas"]["TriangleDefinition"] | components["schemas"]["MultipatchDefinition"] | components["schemas"]["TubeDefinition"] | components["schemas"]["RibbonDefinition"] | components["schemas"]["GroupDefinition"];
         /**
          * SurfaceDocument
-         * @description A surface without options: a body for the other calls, to which options may be added.
+         * @description A surface without options. Clients may add options, and send it to the other calls.
          */
         SurfaceDocument: {
             /** @description The definition, in the form of a request. */
@@ -3733,7 +3743,7 @@ export interface components {
             open_edges: number;
             /**
              * Inconsistent Edges
-             * @description Number of sides on other edges whose directions do not cancel.
+             * @description Number of sides on shared edges whose sides are not pairs of opposite directions.
              */
             inconsistent_edges: number;
             /**
@@ -3756,8 +3766,8 @@ export interface components {
             reached: boolean;
             /**
              * Moved
-             * @description The largest distance by which control points were moved so that borders meet; the
-             *     intervals include the effect.
+             * @description The largest distance by which control points were moved so that borders meet. The intervals
+             *     include the effect of this.
              */
             moved: number;
         };
@@ -3802,8 +3812,8 @@ export interface components {
             patches: number;
             /**
              * Degree
-             * @description Highest degree [p, q] of its patches; a triangle counts as [n, n], a tube or ribbon as the
-             *     degree of its curve and 0.
+             * @description Highest degrees [p, q] of its patches. For a triangle of degree n, [n, n]; for a tube or a
+             *     ribbon, the degree of its curve, and 0.
              */
             degree: [
                 number,
@@ -4138,12 +4148,12 @@ export interface components {
             detail: string;
             /**
              * Got
-             * @description The input, described and not repeated.
+             * @description A description of the input, which does not repeat it.
              */
             got?: string;
             /**
              * Needed
-             * @description A valid input, described.
+             * @description A description of valid input.
              */
             needed?: string;
         };

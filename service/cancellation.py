@@ -1,6 +1,6 @@
-"""Cancels work when its client has gone away, or its time is over.
+"""Cancels work when its client has disconnected, or when its time is over.
 
-The caller that starts work in a thread puts a `Cancellation` into the context, which the thread
+A caller that starts work in a thread puts a `Cancellation` into the context, which the thread
 inherits. Long work calls `checkpoint()` about every 100 ms; a step on large arrays takes up to half
 a second (`make bench`). Without a `Cancellation` in the context, as on the command line,
 `checkpoint` does nothing.
@@ -20,7 +20,7 @@ class Cancelled(Exception):
 
 
 class OutOfTime(SurfaceError):
-    """The work has exceeded its time."""
+    """The work was not done at its deadline."""
 
 
 class Cancellation:
@@ -42,8 +42,8 @@ class Cancellation:
         """Cancels the work; may be called from any thread."""
         self._is_cancelled = True
 
-    def check(self) -> None:
-        """Raises if the work is cancelled or out of time.
+    def raise_if_over(self) -> None:
+        """Raises an error if the work is cancelled or out of time; else does nothing.
 
         Raises
         ------
@@ -60,7 +60,7 @@ _current: ContextVar[Cancellation | None] = ContextVar("cancellation", default=N
 
 @contextmanager
 def cancelled_by(cancellation: Cancellation) -> Iterator[None]:
-    """Lets `cancellation` end the `with` block, and threads that it starts."""
+    """Lets `cancellation` end the `with` block, and the threads that the block starts."""
     token = _current.set(cancellation)
     try:
         yield
@@ -77,4 +77,4 @@ def checkpoint() -> None:
     """
     cancellation = _current.get()
     if cancellation is not None:
-        cancellation.check()
+        cancellation.raise_if_over()

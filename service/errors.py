@@ -2,7 +2,7 @@
 
 Every error is a list of `Issue`s: a stable code, a message, a JSON pointer (RFC 6901), and texts
 that say what the service got and what it needed. The texts describe the input and never repeat it.
-One table in `service.api.problems` maps the classes to status codes.
+One table in `service.api.problems` maps each class of errors to an HTTP status.
 """
 
 from collections.abc import Iterable
@@ -16,8 +16,8 @@ MAX_ISSUES = 20
 class Issue:
     """One error: its place, what the service got, and what it needed.
 
-    `pointer` is relative to the checked value; the layer that knows the surrounding document
-    puts its own prefix in front (`SurfaceError.within`).
+    `pointer` is relative to the checked value. A caller that knows where this value is in the
+    document puts a prefix before it (`SurfaceError.within`).
     """
 
     code: str
@@ -30,7 +30,8 @@ class Issue:
 class SurfaceError(Exception):
     """Base of every error that a client may see.
 
-    Raised with one or more issues; only the first `MAX_ISSUES` are kept.
+    `issues` are the first `MAX_ISSUES` of the issues that it is raised with. It may have none: then
+    its class says all.
     """
 
     def __init__(self, *issues: Issue) -> None:
@@ -38,7 +39,7 @@ class SurfaceError(Exception):
         super().__init__("; ".join(issue.message for issue in self.issues))
 
     def within(self, prefix: str) -> "SurfaceError":
-        """A copy of the error, its pointers moved below `prefix`."""
+        """A copy of the error in which every pointer begins with `prefix`."""
         return type(self)(*(replace(i, pointer=prefix + i.pointer) for i in self.issues))
 
 
@@ -82,6 +83,10 @@ class InvalidSettings(ValueError):
     """A variable or a flag is invalid; the service must not start."""
 
 
+class Busy(SurfaceError):
+    """Other requests hold the memory or the threads that this request needs."""
+
+
 class BadAddress(Exception):
     """The URL of a service is invalid."""
 
@@ -95,13 +100,9 @@ def pointer(parts: Iterable[str | int]) -> str:
     return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
 
 
-def first_part(where: str) -> str:
+def first_part(json_pointer: str) -> str:
     """The first part of a JSON pointer, unescaped; empty for the whole document."""
-    return where[1:].partition("/")[0].replace("~1", "/").replace("~0", "~")
-
-
-class Busy(SurfaceError):
-    """Other requests hold the memory or the threads that this one needs."""
+    return json_pointer[1:].partition("/")[0].replace("~1", "/").replace("~0", "~")
 
 
 def format_number(value: float) -> str:
@@ -117,5 +118,11 @@ _SINGULAR = {"axes": "axis", "indices": "index", "patches": "patch", "vertices":
 
 
 def count_nouns(count: int, nouns: str) -> str:
-    """`3 control points`, but `1 control point`: the number, and the noun given as a plural."""
+    """A number and its noun: `3 control points`, but `1 control point`.
+
+    Parameters
+    ----------
+    nouns : str
+        The noun in the plural.
+    """
     return f"{count} {nouns if count != 1 else _SINGULAR.get(nouns, nouns.removesuffix('s'))}"

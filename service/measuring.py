@@ -1,7 +1,8 @@
 """Measures how many seconds each named part of the work takes.
 
-`with Measured(name):` surrounds a part. A caller that wants the times sets a function in the
-context, which threads inherit; without it, as on the command line, nothing is measured.
+`with Measured(name):` surrounds a part. A caller that needs the times calls `report_times`, which
+puts a function into the context; threads inherit the context. Without this function, as on the
+command line, nothing is measured.
 """
 
 import time
@@ -9,14 +10,14 @@ from collections.abc import Callable
 from contextvars import ContextVar
 from typing import TypeAlias
 
-Add: TypeAlias = Callable[[str, float], None]
-"""Takes a name and seconds; called from any thread."""
+AddSeconds: TypeAlias = Callable[[str, float], None]
+"""A function of the name of a part and its seconds; any thread may call it."""
 
-_current: ContextVar[Add | None] = ContextVar("seconds", default=None)
+_current: ContextVar[AddSeconds | None] = ContextVar("seconds", default=None)
 
 
-def report_times(add: Add) -> None:
-    """Calls `add` with each measured time from now on, in this task and in threads it starts."""
+def report_times(add: AddSeconds) -> None:
+    """Calls `add` with each time measured from now on, in this task and the threads it starts."""
     _current.set(add)
 
 

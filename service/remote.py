@@ -1,4 +1,4 @@
-"""Asks a service elsewhere to do the work of a command (`--url`)."""
+"""Sends the work of a command to a service at a URL (`--url`)."""
 
 import os
 import re
@@ -29,7 +29,7 @@ KEY = "SURFACE_KEY"
 
 
 def remote_mesh(
-    url: str, source: str | dict[str, Any], chosen: Mapping[str, str], fmt: Format
+    url: str, source: str | dict[str, Any], options: Mapping[str, str], fmt: Format
 ) -> bytes:
     """The mesh file, computed by the service at `url`.
 
@@ -37,26 +37,26 @@ def remote_mesh(
     ----------
     source : str or dict
         Id of an example or of a stored surface, or the document of a request.
-    chosen : Mapping
+    options : Mapping
         Options by name, as text.
 
     Raises
     ------
     InvalidRequest
-        An error that the service reports, in the form of a local one.
+        The service reports an error of the request; the issues are those of the response.
     BadAddress, ServiceFailed
     """
     if isinstance(source, str):
         path = f"/v1/surfaces/{source}/mesh.{fmt.suffix}"
-        return _request(url, fmt.media_type, "GET", path, params=dict(chosen))
-    document = source | values_from_text(chosen.items())
+        return _request(url, fmt.media_type, "GET", path, params=dict(options))
+    document = source | values_from_text(options.items())
     return _post(url, fmt.media_type, "/v1/mesh", document, {"format": fmt.name})
 
 
 def remote_mesh_of_file(
     url: str, content: bytes, media_type: str, query: Mapping[str, str], fmt: Format
 ) -> bytes:
-    """The mesh file of a file of control points, which is sent unchanged.
+    """The mesh file of a file of control points; sends the file unchanged.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def remote_mesh_of_file(
     Raises
     ------
     InvalidRequest
-        An error that the service reports, in the form of a local one.
+        The service reports an error of the request; the issues are those of the response.
     BadAddress, ServiceFailed
     """
     params = {**query, "format": fmt.name}
@@ -82,7 +82,7 @@ def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
     Raises
     ------
     InvalidRequest
-        An error that the service reports, in the form of a local one.
+        The service reports an error of the request; the issues are those of the response.
     BadAddress, ServiceFailed
     """
     response = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
@@ -109,7 +109,7 @@ def remote_document(
     Raises
     ------
     InvalidRequest
-        An error that the service reports, in the form of a local one.
+        The service reports an error of the request; the issues are those of the response.
     BadAddress, ServiceFailed
     """
     if fmt is None:
@@ -120,7 +120,7 @@ def remote_document(
 def _post(
     url: str, media_type: str, path: str, document: dict[str, Any], params: Mapping[str, str]
 ) -> bytes:
-    """The response of a media type to a document."""
+    """Posts a document to a path; returns the body of the response, of the given media type."""
     content = json_text(document)
     headers = {"Content-Type": "application/json"}
     return _request(
@@ -129,15 +129,23 @@ def _post(
 
 
 def _request(url: str, expected: str, method: str, path: str, **request: Any) -> bytes:
-    """The body of a response of the expected media type; retries while the service is busy."""
-    request["headers"] = {**request.get("headers", {}), **_credentials()}
+    """Sends a request, again while the service is busy; returns the body of the response.
+
+    Raises
+    ------
+    InvalidRequest
+        The service reports an error of the request.
+    BadAddress, ServiceFailed
+        The latter also for a response of another media type than `expected`.
+    """
+    request["headers"] = {**request.get("headers", {}), **_authorization()}
     try:
         with httpx.Client(base_url=url, timeout=httpx.Timeout(TIMEOUT, connect=10)) as client:
             response = client.request(method, path, **request)
             for _ in range(RETRIES):
                 if response.status_code not in _BUSY or "retry-after" not in response.headers:
                     break
-                time.sleep(_seconds(response.headers["retry-after"]))
+                time.sleep(_retry_seconds(response.headers["retry-after"]))
                 response = client.request(method, path, **request)
     except (httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
         raise BadAddress(f"--url: {error}") from None
@@ -146,7 +154,7 @@ def _request(url: str, expected: str, method: str, path: str, **request: Any) ->
     media_type = response.headers.get("content-type", "").partition(";")[0]
     if response.is_success and media_type == expected.partition(";")[0]:
         return response.content
-    problem = _problem(response) if media_type == "application/problem+json" else {}
+    problem = _problem_document(response) if media_type == "application/problem+json" else {}
     if not problem:
         raise ServiceFailed(f"{url}: not a surface service ({response.status_code} {response.url})")
     if response.status_code in _BUSY:
@@ -158,36 +166,36 @@ def _request(url: str, expected: str, method: str, path: str, **request: Any) ->
     raise InvalidRequest(*_issues(problem))
 
 
-def _seconds(header: str) -> float:
-    """Seconds to wait, from Retry-After; a date counts as the longest time."""
+def _retry_seconds(header: str) -> float:
+    """Seconds to wait, from a Retry-After header; `MAX_WAIT` if the header is a date."""
     return min(float(header), MAX_WAIT) if header.isdecimal() else MAX_WAIT
 
 
-def _credentials() -> dict[str, str]:
-    """The Authorization header of the key in the environment; sent only to `--url`."""
+def _authorization() -> dict[str, str]:
+    """The Authorization header with the key in the environment; no header without a key."""
     key = os.environ.get(KEY, "")
     if not key:
         return {}
     if not re.fullmatch("[!-~]+", key):
-        raise BadAddress(f"{KEY}: needed a key, letters and digits alone")
+        raise BadAddress(f"{KEY}: needed a key of ASCII characters without spaces")
     return {"Authorization": f"Bearer {key}"}
 
 
-def _problem(response: httpx.Response) -> dict[str, Any]:
+def _problem_document(response: httpx.Response) -> dict[str, Any]:
     """The problem document (RFC 9457) in a response; empty if no surface service wrote it."""
     try:
         problem = response.json()
     except ValueError:
         return {}
     is_problem = isinstance(problem, dict) and {"code", "detail", "errors"} <= problem.keys()
-    # This service has all URLs and methods that this module uses.
+    # A surface service has all URLs and methods that this module uses: another server responded.
     if not is_problem or problem["code"] in ("not_found", "method_not_allowed"):
         return {}
     return dict(problem)
 
 
 def _issues(problem: Mapping[str, Any]) -> list[Issue]:
-    """The errors in a problem document, in the form of local ones; at least one issue."""
+    """The errors of a problem document, as the service itself would raise them; at least one."""
     issues = [
         Issue(
             error["code"],

@@ -13,7 +13,7 @@ import httpx
 import pytest
 from pydantic import SecretStr
 
-from service.api.guard.keys import KEY_BYTES, PREFIX, entry_line
+from service.api.guard.keys import KEY_BYTES, PREFIX, format_entry
 from service.api.guard.policy import Policy
 from service.api.guard.signatures import Signer
 from service.api.problems import PROBLEMS
@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "access.md").read_text(encoding="utf-8")
 KEY, SECRET = PREFIX + "5f" * KEY_BYTES, "0123456789abcdef" * 2
 SETTINGS = Settings(
-    api_keys=(entry_line("alice", KEY),),
+    api_keys=(format_entry("alice", KEY),),
     public_reads=False,
     signing_keys=(SecretStr(SECRET),),
     rate_limit=600,

@@ -33,7 +33,7 @@ def test_cancelled_work_after_its_deadline_raises_cancelled() -> None:
     cancellation = Cancellation(deadline=0.0)
     cancellation.cancel()
     with pytest.raises(Cancelled):
-        cancellation.check()
+        cancellation.raise_if_over()
 
 
 @pytest.mark.anyio

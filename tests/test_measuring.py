@@ -6,10 +6,10 @@ import time
 
 import pytest
 
-from service.measuring import Add, Measured, report_times
+from service.measuring import AddSeconds, Measured, report_times
 
 
-def measure_blocks(add: Add | None) -> None:
+def measure_blocks(add: AddSeconds | None) -> None:
     """Runs measured blocks, nested, failing and in threads, with `add` as the receiver of times."""
     if add is not None:
         report_times(add)

@@ -4,7 +4,7 @@ import json
 import logging
 import re
 
-from service.server.logs import Records
+from service.server.logs import RecordFormatter
 from service.settings.values import Settings
 from tests.api.observing.test_middleware import send_request
 from tests.server.test_logs import build_error_record
@@ -18,7 +18,7 @@ def test_the_table_lists_all_fields_of_the_log() -> None:
     cells = re.findall(r"^\| (`.*?) \| (\w+) \|", section, re.MULTILINE)
     documented = {name for names, _ in cells for name in re.findall(r"`(\w+)`", names)}
     _, (line,), _ = send_request([], Settings(log_format="json"), path="/refused")
-    error_record = json.loads(Records("json").format(build_error_record()))
+    error_record = json.loads(RecordFormatter("json").format(build_error_record()))
     # The request above is not for a surface, so its line lacks these three fields.
     written = json.loads(line).keys() | error_record.keys() | {"surface", "format", "cache"}
     assert documented == written

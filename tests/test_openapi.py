@@ -21,7 +21,7 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from service.api import problems
 from service.api.app import create_app
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from service.api.models.meshes import ResponseModel
 from service.api.openapi.document import build_full_settings
 from service.decoders.registry import DECODERS
@@ -162,10 +162,10 @@ def list_references(value: Any) -> Iterator[str]:
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
-    key = new_key()
+    key = make_key()
     settings, headers = SETTINGS[name], {}
     if settings.api_keys:
-        settings = settings.model_copy(update={"api_keys": (entry_line("all", key),)})
+        settings = settings.model_copy(update={"api_keys": (format_entry("all", key),)})
         headers = {"Authorization": f"Bearer {key}"}
     app = create_app(settings)
     paths = build_document(SETTINGS[name])["paths"]

@@ -11,7 +11,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from service.errors import InvalidSettings
-from service.settings.environment import describe_values, from_environment, with_flags
+from service.settings.environment import apply_flags, describe_values, read_environment
 from service.settings.runtime import collect_rarely, half_of_memory, pause_collection, pin_blas
 from service.settings.values import Settings
 from tests.programs import run_python
@@ -49,11 +49,11 @@ def read_settings(monkeypatch: pytest.MonkeyPatch, **variables: str) -> Settings
     """The settings when these variables are set; `port="81"` sets SURFACE_PORT."""
     for name, text in variables.items():
         monkeypatch.setenv(f"SURFACE_{name.upper()}", text)
-    return from_environment()
+    return read_environment()
 
 
 def test_an_empty_environment_gives_the_defaults() -> None:
-    settings = from_environment()
+    settings = read_environment()
     assert settings.model_copy(update={"store": Settings().store}) == Settings()
     assert settings.workers >= 1
 
@@ -63,13 +63,13 @@ def test_settings_read_the_environment_only_on_demand(
 ) -> None:
     monkeypatch.setenv("SURFACE_PORT", "81")
     assert Settings().port == 8000
-    assert from_environment().port == 81
+    assert read_environment().port == 81
 
 
 def test_surfaces_are_kept_in_the_folder_of_the_user_unless_another_place_is_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert Path(from_environment().store).is_absolute()
+    assert Path(read_environment().store).is_absolute()
     assert read_settings(monkeypatch, store="./data").store == "./data"
 
 
@@ -135,14 +135,14 @@ def test_the_error_names_all_invalid_variables(monkeypatch: pytest.MonkeyPatch) 
 
 def test_flags_override_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     settings = read_settings(monkeypatch, port="81", host="::1")
-    assert with_flags(settings, {"port": "82"}) == settings.model_copy(update={"port": 82})
-    assert with_flags(settings, {}) == settings
+    assert apply_flags(settings, {"port": "82"}) == settings.model_copy(update={"port": 82})
+    assert apply_flags(settings, {}) == settings
 
 
 def test_unknown_variable_is_reported(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = from_environment()
+    before = read_environment()
     with caplog.at_level(logging.WARNING):
         assert read_settings(monkeypatch, max_vertice="5") == before
     assert "SURFACE_MAX_VERTICE" in caplog.text
@@ -151,7 +151,7 @@ def test_unknown_variable_is_reported(
 def test_the_key_of_a_client_is_not_reported_as_an_unknown_variable(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = from_environment()
+    before = read_environment()
     with caplog.at_level(logging.WARNING):
         assert read_settings(monkeypatch, key="sfk_0") == before
     assert caplog.text == ""

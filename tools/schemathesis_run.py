@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from tools.processes import ROOT, Server, service_server
 
 OPEN = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
@@ -99,8 +99,8 @@ def main(program: str, min_requests: int) -> bool:
     """Whether the service passes without keys and with keys."""
     schemathesis = str(Path(program).absolute())
     passes_open = judge_service(schemathesis, OPEN, OPEN_EXAMPLES, min_requests)
-    key = new_key()
-    settings = PRIVATE | {"SURFACE_API_KEYS": entry_line("judge", key)}
+    key = make_key()
+    settings = PRIVATE | {"SURFACE_API_KEYS": format_entry("judge", key)}
     key_rules = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
     return (
         judge_service(schemathesis, settings, PRIVATE_EXAMPLES, min_requests // 4, key_rules)

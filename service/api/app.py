@@ -18,7 +18,7 @@ from service.api.caching.cache import ResponseCache
 from service.api.caching.middleware import CacheMiddleware
 from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
-from service.api.guard.guard import build_guard, signer_of
+from service.api.guard.guard import build_guard, build_signer
 from service.api.guard.policy import needs_keys
 from service.api.observing.middleware import Write, add_telemetry
 from service.api.openapi.document import describe
@@ -37,7 +37,7 @@ from service.api.services import JobMiddleware, Services
 from service.api.static_files import StaticFiles
 from service.api.workers import Workers
 from service.errors import InvalidSettings
-from service.settings.environment import from_environment
+from service.settings.environment import read_environment
 from service.settings.runtime import collect_rarely, limit_plans, pin_blas, share_heap
 from service.settings.values import Settings, document_limits, result_limits
 from service.storage.address import InvalidStore, open_store
@@ -45,38 +45,53 @@ from service.storage.store import SurfaceStore
 
 
 def create_app(settings: Settings | None = None, log: Write | None = None) -> "Application":
-    """The service as an ASGI application; reads settings from the environment if not given.
+    """The service as an ASGI application.
 
-    `log` gets the access log's lines; without it the service writes no access log.
+    Parameters
+    ----------
+    settings : Settings, optional
+        Default: the settings in the environment.
+    log : callable, optional
+        Writes a line of the access log. Default: the service writes no access log.
+
+    Raises
+    ------
+    InvalidSettings
     """
     pin_blas()
     share_heap()
     collect_rarely()
-    settings = settings or from_environment()
+    settings = settings or read_environment()
     limit_plans(settings.memory_bytes)
-    routes: list[Any] = [each for router in _routers(settings) for each in router.routes]
+    routes: list[Any] = [each for router in _select_routers(settings) for each in router.routes]
     app = Application(
         routes=routes,  # with `include_router`, FastAPI would search every router twice
         title="Surface Service",
         version=__version__,
-        openapi_url=None,  # served below, compressed and with a tag
-        # A path has one spelling: others are a 404, not a redirect.
+        openapi_url=None,  # `routes.pages` serves the document, compressed and with an entity tag
+        # Each path has one spelling: for another, such as a slash more, 404 and no redirect.
         redirect_slashes=False,
         lifespan=_lifespan,
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
-    services = app.state.services = _services(app, settings)
+    services = app.state.services = _build_services(app, settings)
     app.state.settings, app.state.store = settings, services.store
-    problem_handlers.install(app, routes)
+    problem_handlers.add_error_handlers(app, routes)
     app.state.ready = True
-    _add_front(app, services, log)
+    _add_middleware(app, services, log)
     return app
 
 
 class Application(FastAPI):
-    """FastAPI behind middleware of our own."""
+    """FastAPI behind the middleware of this service.
 
-    front: ASGIApp
+    Attributes
+    ----------
+    outermost : ASGIApp
+        The first middleware; it passes requests on to the next, and the last to FastAPI.
+    """
+
+    outermost: ASGIApp
 
     def openapi(self) -> dict[str, Any]:
         """The OpenAPI document, for the settings of this service."""
@@ -86,27 +101,27 @@ class Application(FastAPI):
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one request."""
-        await self.front(scope, receive, send)
+        await self.outermost(scope, receive, send)
 
 
-def _services(app: FastAPI, settings: Settings) -> Services:
+def _build_services(app: FastAPI, settings: Settings) -> Services:
     cache = ResponseCache(settings.cache_bytes)
     workers = Workers(settings, cache)
     return Services(
         settings=settings,
         documents=document_limits(settings),
         limits=result_limits(settings),
-        store=_store(settings),
+        store=_open_store(settings),
         workers=workers,
         cache=cache,
         flights=SingleFlight(workers),
         origins=Origins(settings.cors_origins),
-        signer=signer_of(settings),
+        signer=build_signer(settings),
         static_files=StaticFiles(pages.files(app.openapi)),
     )
 
 
-def _routers(settings: Settings) -> list[APIRouter]:
+def _select_routers(settings: Settings) -> list[APIRouter]:
     """The routers of this service, without those that are switched off."""
     routers = [
         meshes.meshes,
@@ -133,14 +148,14 @@ def _routers(settings: Settings) -> list[APIRouter]:
     return routers
 
 
-def _add_front(app: "Application", services: Services, log: Write | None) -> None:
+def _add_middleware(app: "Application", services: Services, log: Write | None) -> None:
     """Puts middleware in front of FastAPI: telemetry, guard, cache, jobs."""
     inner = JobMiddleware(partial(FastAPI.__call__, app), services.workers)
     guard = build_guard(CacheMiddleware(inner, services.cache, services.origins), services.settings)
-    app.front = add_telemetry(app, guard, log)
+    app.outermost = add_telemetry(app, guard, log)
 
 
-def _store(settings: Settings) -> SurfaceStore:
+def _open_store(settings: Settings) -> SurfaceStore:
     """Opens the store; raises `InvalidSettings` for an invalid address."""
     try:
         return open_store(settings.store, settings.store_quota)
@@ -150,10 +165,10 @@ def _store(settings: Settings) -> SurfaceStore:
 
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """Maintains the store; at shutdown marks the service as not ready."""
-    maintaining = asyncio.create_task(app.state.services.store.maintain())
+    """Maintains the store while the service runs; at the end marks the service as not ready."""
+    maintenance = asyncio.create_task(app.state.services.store.maintain())
     yield
     app.state.ready = False
-    maintaining.cancel()
+    maintenance.cancel()
     if app.state.tracing is not None:
         await app.state.tracing.close()

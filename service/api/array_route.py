@@ -1,7 +1,8 @@
-"""Routes whose body may also be an array in a .npy file, about a surface that has an id.
+"""Routes whose body is JSON, or a .npy file with the numbers of one field of the document.
 
-The query then names the surface, and has the document's other fields: `?surface=sphere&sign=true`.
-In such a file 100,000 points take 2.4 MB, and the service need not parse them number by number.
+With a file, the query names a surface by its id, and has the other fields of the document:
+`?surface=sphere&sign=true`. In a file 100,000 points take 2.4 MB, and the service does not parse
+them number by number.
 """
 
 from collections.abc import Callable
@@ -26,21 +27,21 @@ NPY = BY_NAME["npy"]
 
 
 class ArrayRoute(BodyRoute):
-    """A route that reads JSON, or the numbers of one field of the document.
+    """A route that reads the whole document as JSON, or one field of it from a .npy file.
 
     Attributes
     ----------
     array : str
-        The field.
+        The name of this field.
     """
 
     decoders = (NPY,)
     array: ClassVar[str] = "points"
 
-    def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
-        """The format that the query names; beside an array also the document's other fields."""
+    def _parse_query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
+        """The format that the query names, or None; for a file also the document's other fields."""
         if decoder is None:
-            return super()._query(request, decoder)
+            return super()._parse_query(request, decoder)
         try:
             values = values_from_text(request.query_params.multi_items())
         except InvalidRequest as error:
@@ -52,16 +53,16 @@ class ArrayRoute(BodyRoute):
         if not isinstance(values.get("surface"), str):
             message, needed = "The query must name the surface.", "the id of a surface"
             raise InvalidQuery(Issue("missing_field", message, "/surface", "no id", needed))
-        return fmt, {name: _value(value) for name, value in values.items()}
+        return fmt, {name: _parse_value(value) for name, value in values.items()}
 
     def read(self, body: bytes) -> Any:
-        """The value of the field, from the bytes of a file."""
+        """The value of the field `array`, from the bytes of a file."""
         return read_array(body)
 
-    async def _decode(
+    async def _build_decode(
         self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
-        """The function that makes the document from the bytes; loads the named surface."""
+        """A function from the bytes of a file to the document; loads the surface that it names."""
         del decoder
         try:
             stored = await surface_of(services, job, other_fields["surface"])
@@ -75,8 +76,8 @@ class ArrayRoute(BodyRoute):
         return decode
 
 
-def _value(text: object) -> object:
-    """The value of a parameter in JSON; a text that is not JSON stays a text."""
+def _parse_value(text: object) -> object:
+    """A parameter as a number or a boolean if its text is one; otherwise unchanged."""
     if not isinstance(text, str):
         return text
     return {"true": True, "false": False}.get(text, number_from_text(text))

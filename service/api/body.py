@@ -1,10 +1,10 @@
 """Reads, parses and checks a request's body, and hands it to the route as a model.
 
-`BodyRoute` does this in place of FastAPI, in a thread if the body is long, and calls the route's
-function with the model and the `Context` (the pattern "Custom Request and APIRoute class" of
-FastAPI's documentation). So every error in a body is a problem document of the service, and a file
-of control points is read like JSON, with its other fields in the query. FastAPI finds the route,
-handles errors, and reads the function's signature for the OpenAPI document.
+`BodyRoute` does this in place of FastAPI, and calls the route's function with the model and the
+`Context` (the pattern "Custom Request and APIRoute class" of FastAPI's documentation). It parses
+long bodies in a thread, responds to every error in a body with a problem document, and also reads
+files of control points, whose other fields are in the query. FastAPI still finds the route, handles
+errors, and reads the function's signature for the OpenAPI document.
 """
 
 import re
@@ -19,7 +19,12 @@ from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
 from service.api.errors import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
-from service.api.negotiation import format_by_accept, format_by_name, only_format, refuse_parameters
+from service.api.negotiation import (
+    format_by_accept,
+    format_by_name,
+    parse_format_query,
+    refuse_parameters,
+)
 from service.api.observing.record import record_of
 from service.api.services import Context, Services
 from service.api.workers import Job
@@ -66,27 +71,33 @@ class BodyRoute(APIRoute):
         headers = dict(scope["headers"])
         services: Services = scope["app"].state.services
         job: Job = scope["state"]["job"]
-        decoder = body_type(headers.get(b"content-type", b"").decode("latin-1"), self.decoders)
+        decoder = decoder_of_body(
+            headers.get(b"content-type", b"").decode("latin-1"), self.decoders
+        )
         scope["state"]["posts_file"] = decoder is not None  # errors then point into file and query
-        name, other_fields = self._query(request, decoder)
-        fmt = self._format(name, request)
+        name, other_fields = self._parse_query(request, decoder)
+        fmt = self._choose_format(name, request)
         body = await _read_body(request, headers, services, job, decoder)
         decode = (
-            None if decoder is None else await self._decode(decoder, other_fields, services, job)
+            None
+            if decoder is None
+            else await self._build_decode(decoder, other_fields, services, job)
         )
-        parse = partial(_parse, model, body, decode, services)
+        parse = partial(_parse_body, model, body, decode, services)
         parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
-        job.shrink_body(4 * len(body))  # a number has at least 2 letters, and 8 bytes in an array
+        job.shrink_body(
+            4 * len(body)
+        )  # in JSON a number and its comma take at least 2 bytes; in an array a number takes 8
         response: Response = await self.endpoint(parsed, Context(services, job, request, fmt))
         return response
 
-    def _query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
-        """The format that the query names; for a file also the document's other fields."""
+    def _parse_query(self, request: Request, decoder: Decoder | None) -> tuple[Any, dict[str, Any]]:
+        """The format that the query names, or None; for a file also the document's other fields."""
         query: bytes = request.scope["query_string"]
         if decoder is None:
             if not self.formats:
                 refuse_parameters(request.query_params)
-            return only_format(query) if query and self.formats else None, {}
+            return parse_format_query(query) if query and self.formats else None, {}
         try:
             other_fields = document_from_query(request.query_params.multi_items())
         except InvalidRequest as error:
@@ -95,21 +106,24 @@ class BodyRoute(APIRoute):
             return None, other_fields
         return str(other_fields.pop("format")), other_fields
 
-    async def _decode(
+    async def _build_decode(
         self, decoder: Decoder, other_fields: dict[str, Any], services: Services, job: Job
     ) -> Callable[[bytes], Tree]:
-        """The function that makes the document from the bytes of a file and the query's fields."""
+        """A function from the bytes of a file to the document, which has the query's fields too."""
         del job
-        fields, most = other_fields["surface"], services.documents.max_control_points
+        fields, max_points = other_fields["surface"], services.documents.max_control_points
 
         def decode(body: bytes) -> Tree:
-            net = decoder.decode(body, fields.get("type"), most)
+            net = decoder.decode(body, fields.get("type"), max_points)
             return {**other_fields, "surface": add_fields(net, fields)}
 
         return decode
 
-    def _format(self, name: str | None, request: Request) -> FileFormat | None:
-        """The response's format: the named one, else one that `Accept` chooses."""
+    def _choose_format(self, name: str | None, request: Request) -> FileFormat | None:
+        """The response's format: that of this name, or else one that `Accept` chooses.
+
+        None for a route without formats, whose response is always JSON.
+        """
         if name is not None:
             fmt = format_by_name(name, self.formats)
         elif self.formats and self.accepts_any:
@@ -127,13 +141,13 @@ def is_long_body(body: bytes, decoder: Decoder | None) -> bool:
     return len(body) > (INLINE_BYTES if decoder.binary else INLINE_TEXT)
 
 
-def _parse(
+def _parse_body(
     model: type[RequestModel],
     body: bytes,
     decode: Callable[[bytes], Tree] | None,
     services: Services,
 ) -> RequestModel:
-    """The checked model, with its surface or curve built."""
+    """The model of a body, checked; its surface or curve is built too, as this may take long."""
     limits = services.documents
     if decode is None:
         with pause_collection() if len(body) > INLINE_TEXT else nullcontext():
@@ -151,7 +165,7 @@ async def _read_body(
     job: Job,
     decoder: Decoder | None,
 ) -> bytes:
-    """Reads the whole body; claims its memory while it arrives.
+    """Reads the whole body; reserves memory for the bytes that have arrived.
 
     Raises
     ------
@@ -164,10 +178,11 @@ async def _read_body(
         raise UnsupportedMediaType(issue)
     largest = largest_body(settings, is_json=decoder is None)
     declared = headers.get(b"content-length", b"")
-    # The server has checked that it is a number; 20 digits show whether it is too large.
+    # The server has checked that this is a number. Its first 20 digits show whether it is too
+    # large: Python refuses to convert thousands of digits.
     if declared.isdigit() and int(declared[:20]) > largest:
         raise body_too_large(settings, is_json=decoder is None)
-    count = DocumentBudget(services.documents)
+    budget = DocumentBudget(services.documents)
     chunks: list[bytes] = []
     received, is_complete = 0, False
     try:
@@ -183,15 +198,15 @@ async def _read_body(
                     if received > largest:
                         raise body_too_large(settings, is_json=decoder is None)
                     if decoder is None:
-                        count.take(chunk)
-                    job.hold_body(decoder.memory(received) if decoder else count.memory)
+                        budget.take(chunk)
+                    job.hold_body(decoder.memory(received) if decoder else budget.memory)
                     chunks.append(chunk)
     except TimeoutError:
         raise body_too_slow(received, settings) from None
     return b"".join(chunks)
 
 
-def body_type(content_type: str, decoders: Sequence[Decoder] = ()) -> Decoder | None:
+def decoder_of_body(content_type: str, decoders: Sequence[Decoder] = ()) -> Decoder | None:
     """The decoder of a body of this Content-Type; None for JSON in UTF-8.
 
     Raises
@@ -233,17 +248,17 @@ def _media_type(content_type: str) -> tuple[str, str]:
 
 def largest_body(settings: Settings, *, is_json: bool) -> int:
     """Most bytes of a body that the service reads."""
-    most = settings.max_body_bytes
-    return min(most, settings.max_json_bytes) if is_json else most
+    largest = settings.max_body_bytes
+    return min(largest, settings.max_json_bytes) if is_json else largest
 
 
 def body_too_large(settings: Settings, *, is_json: bool) -> BodyTooLarge:
     """The error of a body with too many bytes."""
-    most = largest_body(settings, is_json=is_json)
-    needed = f"at most {most} bytes"
-    if most < settings.max_body_bytes:
+    largest = largest_body(settings, is_json=is_json)
+    needed = f"at most {largest} bytes"
+    if largest < settings.max_body_bytes:
         needed += "; a larger net can be sent as a .npy file"
-    got = f"more than {most} bytes"
+    got = f"more than {largest} bytes"
     return BodyTooLarge(
         Issue("body_too_large", "The body is longer than this service reads.", "", got, needed)
     )

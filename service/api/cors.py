@@ -1,11 +1,11 @@
-"""CORS: which pages of other origins may read responses (Fetch standard).
+"""CORS: whether pages of other origins may read responses (Fetch standard).
 
 `RequestMiddleware` adds the headers to every response; `CacheMiddleware` answers preflight
 requests.
 
-If every origin may read, every response says so, even to a request without Origin: a script may
-then read a file that the browser has cached from an ordinary visit. If only some may, `Vary` keeps
-caches from mixing responses up.
+If every origin may read responses, every response allows it, even to a request without `Origin`: a
+script may then read a file that the browser has cached from an ordinary visit. If only some origins
+may read responses, `Vary: Origin` tells caches to keep the responses to each origin apart.
 """
 
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ class Origins:
         is_any = "*" in origins
         self._listed = frozenset() if is_any else frozenset(origin.encode() for origin in origins)
         timing = "*" if is_any else ", ".join(origins)
-        self._readable: RawHeaders = (
+        self._read_headers: RawHeaders = (
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
@@ -55,7 +55,7 @@ class Origins:
         embedded = b"cross-origin" if is_any else b"same-origin"
         self._always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
         if is_any:
-            self._always += ((b"access-control-allow-origin", b"*"), *self._readable)
+            self._always += ((b"access-control-allow-origin", b"*"), *self._read_headers)
         elif origins:
             self._always += ((b"vary", b"Origin"),)
         start = {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
@@ -68,7 +68,7 @@ class Origins:
         origin = dict(scope["headers"]).get(b"origin")
         if origin not in self._listed:
             return self._always
-        return (*self._always, (b"access-control-allow-origin", origin), *self._readable)
+        return (*self._always, (b"access-control-allow-origin", origin), *self._read_headers)
 
     def preflight(self, scope: Scope) -> Message | None:
         """The head of the response to a preflight request; None for all other requests."""
@@ -76,7 +76,10 @@ class Origins:
 
 
 def is_preflight(scope: Scope) -> bool:
-    """Whether a browser asks for permission before the real request, still without a key."""
+    """Whether a request is a CORS preflight request.
+
+    With it a browser asks for permission before it sends the actual request; it has no key.
+    """
     return scope["method"] == "OPTIONS" and any(
         name == b"access-control-request-method" for name, _ in scope["headers"]
     )

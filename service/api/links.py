@@ -1,4 +1,7 @@
-"""URLs of surfaces and of their meshes, below the path that the service is mounted at."""
+"""URLs of surfaces and of their meshes.
+
+`root` is the path that the service is mounted at, often empty. The URLs begin with it.
+"""
 
 from starlette.types import Scope
 
@@ -17,12 +20,12 @@ def mesh_url_path(root: str, surface: str, suffix: str) -> str:
 
 
 def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
-    """The URL of a mesh; by default of the mesh with all defaults, by the present engine."""
+    """The URL of a mesh; without `query`, that of the mesh with default options by this engine."""
     return f"{mesh_url_path(root, surface, suffix)}?{query}"
 
 
 def mesh_links(root: str, surface: str) -> dict[str, str]:
-    """The canonical mesh URLs of a surface by suffix, with all defaults."""
+    """The canonical URLs of a surface's meshes with default options, by suffix."""
     return {fmt.suffix: mesh_url(root, surface, fmt.suffix) for fmt in FORMATS}
 
 

@@ -14,7 +14,7 @@ from service.api.caching.codings import (
     CODINGS,
     AcceptedCodings,
     parse_accepted_codings,
-    quality_values,
+    parse_quality_values,
 )
 from service.api.errors import InvalidQuery, NotAcceptable, UnknownSuffix
 from service.encoders.format import FileFormat, Format
@@ -23,14 +23,14 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.schemas.query import values_from_text
 from service.schemas.scan import shorten
 
-USUAL = 200
-"""Longest Accept header or query, in characters, whose parsed form is cached."""
+MAX_CACHED = 200
+"""Most characters of an Accept header or a query whose parsed form is cached."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
 
 def format_by_name(name: str, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format with this name, among `formats`.
+    """The format of `formats` with this name.
 
     Raises
     ------
@@ -56,19 +56,19 @@ def format_by_suffix(suffix: str) -> Format:
     UnknownSuffix
         If no format has it.
     """
-    media = BY_SUFFIX.get(suffix)
-    if media is None:
+    fmt = BY_SUFFIX.get(suffix)
+    if fmt is None:
         message, got = "No format has this suffix.", "an unknown suffix"
         needed = "one of " + ", ".join(BY_SUFFIX)
         raise UnknownSuffix(Issue("unknown_suffix", message, "/suffix", got, needed))
-    return media
+    return fmt
 
 
 def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format that an Accept header prefers; JSON if it has no preference.
 
-    For each format the most specific media range counts. Among equal quality values, the more
-    specific range wins, then JSON, then the order of `formats`.
+    The quality value of a format is that of the most specific media range that includes it. Among
+    equal quality values, the more specific range wins, then JSON, then the first in `formats`.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFor
     """
     types = tuple(f.media_type for f in formats)
     header = header or ""
-    best = _remembered(header, types) if len(header) <= USUAL else _choose(header, types)
+    best = _choose_cached(header, types) if len(header) <= MAX_CACHED else _choose(header, types)
     if best is None:
         message = "The service writes no format that you accept."
         needed = "one of " + ", ".join(types)
@@ -91,7 +91,7 @@ def _choose(header: str, types: tuple[str, ...]) -> str | None:
     default = "application/json"
     if not header.strip():
         return default
-    ranges = list(quality_values(header))
+    ranges = list(parse_quality_values(header))
     best, best_rank = None, (0.0, -1)
     for candidate in (default, *types):
         # From the least specific range that matches to the most specific one.
@@ -103,21 +103,21 @@ def _choose(header: str, types: tuple[str, ...]) -> str | None:
     return best
 
 
-_remembered = lru_cache(maxsize=256)(_choose)
+_choose_cached = lru_cache(maxsize=256)(_choose)
 
 
-def only_format(query: bytes) -> str | None:
-    """The format that a POST's query names, or None; the query may have no other parameter.
+def parse_format_query(query: bytes) -> str | None:
+    """The name of the format in a POST's query, or None; other parameters are refused.
 
     Raises
     ------
     InvalidQuery
-        For any other parameter, or a repeated one.
+        For any other parameter, or if `format` is repeated.
     """
-    return _remembered_format(query) if len(query) <= USUAL else _read_format_name(query)
+    return _parse_cached(query) if len(query) <= MAX_CACHED else _parse_format(query)
 
 
-def _read_format_name(query: bytes) -> str | None:
+def _parse_format(query: bytes) -> str | None:
     try:
         values = values_from_text(parse_qsl(query.decode("latin-1"), keep_blank_values=True))
     except InvalidRequest as error:
@@ -126,11 +126,11 @@ def _read_format_name(query: bytes) -> str | None:
     return str(values["format"]) if values else None
 
 
-_remembered_format = lru_cache(maxsize=256)(_read_format_name)
+_parse_cached = lru_cache(maxsize=256)(_parse_format)
 
 
 def refuse_parameters(names: Iterable[str]) -> None:
-    """Refuses every query parameter, for calls that take none."""
+    """Raises `InvalidQuery` if the query has parameters, for calls that take none."""
     _refuse_unknown(names, "no parameters")
 
 
@@ -142,22 +142,28 @@ def _refuse_unknown(names: Iterable[str], needed: str) -> None:
 
 
 def codings_of(request: Request) -> AcceptedCodings:
-    """The codings that the client accepts; raises as `check_codings` does."""
-    return check_codings(_header(request, "accept-encoding"))
+    """The codings that the client accepts.
+
+    Raises
+    ------
+    NotAcceptable
+        If the service has none of them.
+    """
+    return codings_by_header(_header(request, "accept-encoding"))
 
 
 def condition_of(request: Request) -> bytes | None:
-    """The If-None-Match header, its lines joined; None if the client sent none."""
+    """The If-None-Match header, its lines joined; None if the client did not send it."""
     return _header(request, "if-none-match")
 
 
-def check_codings(header: bytes | None) -> AcceptedCodings:
+def codings_by_header(header: bytes | None) -> AcceptedCodings:
     """The codings that an Accept-Encoding header allows.
 
     Raises
     ------
     NotAcceptable
-        If it allows none.
+        If it allows none of this service.
     """
     accepted = parse_accepted_codings(header)
     if not accepted.order:

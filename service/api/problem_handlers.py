@@ -25,8 +25,8 @@ from service.cancellation import OutOfTime
 from service.errors import Busy, SurfaceError
 
 
-def install(app: FastAPI, routes: Sequence[APIRoute]) -> None:
-    """Turns every error of `app` into a problem; `routes` are all routes of `app`."""
+def add_error_handlers(app: FastAPI, routes: Sequence[APIRoute]) -> None:
+    """Makes `app` respond to every error with a problem; `routes` are all routes of `app`."""
 
     async def on_http_exception(request: Request, error: Exception) -> Response:
         """Handles errors of the router: unknown path, wrong method."""
@@ -61,7 +61,7 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
     record_of(request.scope).code = problem.code
     place: Place | None = None
     if problem.place == "pointer":
-        # Without a body there is no JSON pointer: the option is a query parameter.
+        # Only a POST has a body for a JSON pointer; otherwise the option is a query parameter.
         if request.method != "POST":
             place = "parameter"
         elif getattr(request.state, "posts_file", False):
@@ -73,13 +73,13 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
 
 
 async def _on_disconnect(_: Request, error: Exception) -> Response:
-    """Ends a request whose client has gone away; the response reaches no client."""
+    """Ends a request whose client has disconnected; no client gets this response."""
     assert isinstance(error, ClientDisconnect)
     return Response(status_code=400)
 
 
 async def _on_exception(request: Request, error: Exception) -> Response:
-    """The response to an unforeseen error. Starlette raises it again, and the server logs it."""
-    del error  # the text of the error is not sent
+    """The response to an unexpected error. Starlette raises the error again; the log gets it."""
+    del error  # a client must not see its text
     record_of(request.scope).code = INTERNAL_ERROR.code
     return problem_response(INTERNAL_ERROR)

@@ -45,21 +45,21 @@ from service.schemas.surface_query import FIELDS
 MEDIA_TYPE = "application/problem+json"
 
 PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
-"""Errors are not cached: a surface unknown now may be stored a moment later."""
+"""Caches must not keep errors: a client may store a surface that is still unknown."""
 
 Place: TypeAlias = Literal["pointer", "parameter", "header", "file"]
-"""Name of the member that says where an issue lies; in a `file` it is a pointer or a parameter."""
-
+"""Where an issue is, which is also the name of the member that says it. An issue of a posted `file`
+and its query becomes a `pointer` or a `parameter`."""
 
 _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
-"""Phrases of RFC 9110 for statuses where older Pythons have those of RFC 7231."""
+"""Phrases of RFC 9110 for statuses for which older Pythons have the phrases of RFC 7231."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """How a class of errors appears over HTTP.
+    """The HTTP status and the texts of a class of errors.
 
-    `code` is stable, for programs; `detail` is for people. `place` says where the issues lie: in
+    `code` is stable, for programs; `detail` is for people. `place` says where the issues are: in
     the body (a JSON pointer), in the path or query (a parameter), in a header, or in a posted file
     and the query beside it.
     """
@@ -188,16 +188,16 @@ def problem_document(
         "status": problem.status,
         "code": problem.code,
         "detail": problem.detail,
-        "errors": [_error(issue, place or problem.place) for issue in issues],
+        "errors": [_issue_document(issue, place or problem.place) for issue in issues],
     }
 
 
-def _error(issue: Issue, place: Place) -> dict[str, str]:
+def _issue_document(issue: Issue, place: Place) -> dict[str, str]:
     where = issue.pointer
     if place == "file":
         place, where = _in_file_or_query(where)
     if place != "pointer":
-        # A parameter or a header has a name and no parts: the rest of a pointer does not apply.
+        # The first part of the pointer names the parameter or header, which has no further parts.
         where = first_part(where)
     texts = {"got": issue.got, "needed": issue.needed}
     return {
@@ -209,11 +209,14 @@ def _error(issue: Issue, place: Place) -> dict[str, str]:
 
 
 ARRAYS = ("points", "rays")
-"""Fields of a document whose numbers may be a file."""
+"""Fields of a document whose numbers may be sent as a file."""
 
 
 def _in_file_or_query(where: str) -> tuple[Place, str]:
-    """Whether a pointer into a file and its query together means the file or a parameter."""
+    """Whether an issue of a posted file and its query is in the file or in a parameter.
+
+    Returns "pointer" or "parameter", and a JSON pointer into the file or to the parameter.
+    """
     if first_part(where) in ARRAYS:
         return "pointer", where
     inside = where.removeprefix("/surface")
@@ -234,5 +237,5 @@ def problem_response(
 
 
 def problem_of(error: SurfaceError) -> Problem:
-    """The problem of an error; a subclass without a row has its parent's."""
+    """The problem of an error; a class that is not in `PROBLEMS` has that of its parent class."""
     return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)

@@ -1,4 +1,4 @@
-"""Responses: JSON documents and files, long bodies sent in chunks."""
+"""Responses: JSON documents and files; long bodies are sent in chunks."""
 
 import re
 from collections.abc import Mapping
@@ -19,23 +19,23 @@ from service.engine.mesh.report import MeshReport
 CHUNK = 1 << 19
 """Bytes handed to the server at a time: the server waits for a slow client after each chunk. Chunks
 are views, not copies, so a slow client takes no memory beside the response. Most responses are one
-chunk; chunks of 64 KiB take a tenth more processor time."""
+chunk; chunks of 64 KiB take 10 percent more processor time."""
 
-UNTRACKED = 1 << 16
+MAX_BUFFERED = 1 << 16
 """Most bytes of a response that the server may buffer. The service does not wait until a client has
 received a shorter response."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
-"""Headers of every response: a browser must not guess another media type."""
+"""Headers of every response: they forbid a browser to guess another media type."""
 
 PAGE_HEADERS = {
     "Referrer-Policy": "no-referrer",
-    # Older browsers' form of `frame-ancestors`.
+    # For browsers that do not know `frame-ancestors`.
     "X-Frame-Options": "DENY",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
 }
-"""Headers of pages: no other site may frame them or keep their window; they use no device."""
+"""Headers of pages: no other site may frame them or get their window; they use no device."""
 
 _POST_HEADERS: RawHeaders = ((b"x-content-type-options", b"nosniff"), (b"vary", b"Accept"))
 """Headers of responses whose format `Accept` chooses."""
@@ -51,11 +51,12 @@ _BOUND, _VERTICES, _TRIANGLES = (
 )
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _FORBIDDEN = re.compile(r'[/\\:*?"<>|]+')
-"""Characters that file names cannot hold on some system; control characters are refused before."""
+"""Characters that file names cannot have on some system. (Names of surfaces have no control
+characters: the schemas refuse them.)"""
 
 
 class ChunkedResponse(Response):
-    """A body of known length, sent in chunks; for HEAD, only its head."""
+    """A response whose body is sent in chunks; for HEAD, only its head is sent."""
 
     async def __call__(self, scope: Scope, _receive: Receive, send: Send) -> None:
         """Sends the head, then views of the body, without copying it."""
@@ -63,7 +64,7 @@ class ChunkedResponse(Response):
             {"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers}
         )
         body = b"" if scope["method"] == "HEAD" else self.body
-        if len(body) <= UNTRACKED:
+        if len(body) <= MAX_BUFFERED:
             await send({"type": "http.response.body", "body": body})
         else:
             await send_pieces(body, send)
@@ -82,7 +83,7 @@ class FileResponse(ChunkedResponse):
 async def send_pieces(body: Content | memoryview, send: Send) -> None:
     """Sends a body in chunks: the server waits for a slow client after each chunk.
 
-    It copies pieces that are shorter into one chunk, because sending costs more than copying.
+    Joins pieces that are shorter than a chunk, because sending costs more than copying.
     """
     for content in body.join_short(CHUNK) if isinstance(body, Pieces) else (body,):
         view = memoryview(content)

@@ -49,7 +49,7 @@ class Context(NamedTuple):
 
 
 async def context_of(request: Request) -> Context:
-    """The context of a request: one dependency only, as each costs FastAPI 30 µs."""
+    """The context of a request: the only dependency, because each takes FastAPI 30 µs."""
     return Context(request.app.state.services, request.scope["state"]["job"], request)
 
 
@@ -60,7 +60,7 @@ ContextDep = Annotated[Context, Depends(context_of)]
 class JobMiddleware:
     """Gives every request its job, `scope["state"]["job"]`, and closes it after the response.
 
-    Passes HEAD on as GET and drops the body, which FastAPI does not do by itself.
+    Passes a HEAD request on as GET and drops the body: a GET route of FastAPI does not answer HEAD.
     """
 
     app: ASGIApp

@@ -1,4 +1,4 @@
-"""Static files: each is read and compressed once, then served with an entity tag."""
+"""Static files: the service reads and compresses each once, and serves it with an entity tag."""
 
 import asyncio
 from collections.abc import Callable, Mapping
@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from service.api.caching.cached_response import entity_tag, find_held, is_any
+from service.api.caching.cached_response import entity_tag, find_match, matches_all
 from service.api.caching.codings import Coding, compress
 from service.api.negotiation import codings_of, condition_of
 from service.api.responses import HEADERS, ChunkedResponse
@@ -26,24 +26,27 @@ class StaticFile:
 
 
 @dataclass(slots=True)
-class _Kept:
-    """A file's content, its hash, and its encoded bodies; None if these are not much smaller."""
+class _LoadedFile:
+    """A file in memory: its content, its hash in hexadecimal, and its compressed bodies.
+
+    A compressed body is None if it is not much smaller than the content.
+    """
 
     content: bytes
-    name: str
+    hash: str
     codings: dict[Coding, bytes | None] = field(default_factory=dict)
 
 
 class StaticFiles:
     """The files that the service serves, by name.
 
-    Entity tags are hashes of the bytes. With `no-cache` a client revalidates each file, and never
-    mixes two releases.
+    Entity tags are hashes of the bytes. `Cache-Control: no-cache` makes clients revalidate each
+    file every time, so that they never mix the files of two releases.
     """
 
     def __init__(self, files: Mapping[str, StaticFile]) -> None:
         self._files = files
-        self._kept: dict[str, _Kept] = {}
+        self._loaded: dict[str, _LoadedFile] = {}
 
     async def respond(self, request: Request, name: str, status: int = 200) -> Response:
         """The response to GET or HEAD for the file of this name.
@@ -54,15 +57,15 @@ class StaticFiles:
             404 if no file has this name, or the file is missing.
         """
         accepted, condition = codings_of(request), condition_of(request)
-        kept = await self._read(name)
-        coding, body = await self._encode_file(kept, accepted.order[0])
-        same = find_held(condition, accepted.order, partial(entity_tag, kept.name))
-        if condition is not None and is_any(condition):
+        file = await self._load(name)
+        coding, body = await self._encode_file(file, accepted.order[0])
+        same = find_match(condition, accepted.order, partial(entity_tag, file.hash))
+        if condition is not None and matches_all(condition):
             same = coding
         headers = {
             **HEADERS,
             **self._files[name].headers,
-            "ETag": entity_tag(kept.name, same or coding).decode(),
+            "ETag": entity_tag(file.hash, same or coding).decode(),
             "Cache-Control": "no-cache",
             "Vary": "Accept-Encoding",
         }
@@ -72,24 +75,24 @@ class StaticFiles:
             headers["Content-Encoding"] = coding
         return ChunkedResponse(body, status, headers, self._files[name].media_type)
 
-    async def _read(self, name: str) -> _Kept:
+    async def _load(self, name: str) -> _LoadedFile:
         if name not in self._files:
             raise HTTPException(404)
-        kept = self._kept.get(name)
-        if kept is None:
+        file = self._loaded.get(name)
+        if file is None:
             try:
                 content = await asyncio.to_thread(self._files[name].read)
             except FileNotFoundError:
                 raise HTTPException(404) from None
-            kept = self._kept[name] = _Kept(content, sha256(content).hexdigest())
-        return kept
+            file = self._loaded[name] = _LoadedFile(content, sha256(content).hexdigest())
+        return file
 
-    async def _encode_file(self, file: _Kept, coding: Coding) -> tuple[Coding, bytes]:
+    async def _encode_file(self, file: _LoadedFile, coding: Coding) -> tuple[Coding, bytes]:
         """The file in a coding, or unchanged if the coding hardly makes it smaller."""
         if coding == "identity":
             return coding, file.content
         if coding not in file.codings:
-            # Requests at the same time may each compress it once: the bytes are the same.
+            # Two requests at the same time may both compress the file: their bytes are the same.
             file.codings[coding] = await asyncio.to_thread(compress, coding, file.content)
         body = file.codings[coding]
         return ("identity", file.content) if body is None else (coding, body)

@@ -23,7 +23,7 @@ from service.surface.examples import EXAMPLES, find
 _log = logging.getLogger(__name__)
 
 INLINE_BYTES = 1 << 16
-"""Contents up to this size are parsed on the event loop."""
+"""Most bytes of a content that is parsed on the event loop; a thread parses larger contents."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Stored:
         The id in the path.
     surface : Surface
     is_hash : bool
-        Whether the id is the hash of the content: then it always means the same surface.
+        Whether the id is the hash of the content, so that it always means the same surface.
     """
 
     id: str
@@ -50,30 +50,33 @@ async def surface_of(services: Services, job: Job, id: str) -> Stored:
     Raises
     ------
     UnknownSurface, InvalidRequest
-        No surface has this id, or it was stored under wider limits than now. Both point to `/id`.
+        No surface has this id; or the surface exceeds limits that were larger when it was stored.
+        Both errors point to `/id`.
     DamagedObject, StoreFailed
     """
     if id in EXAMPLES:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
         raise _build_unknown_error(id)
-    # After a deletion, later requests do not share an earlier load.
+    # With the generation in the key, requests after a deletion do not share a load from before it.
     key = ("surface", id, services.cache.generation)
-    return await services.flights.join(key, partial(_load, services, id), job.until_ready)
+    return await services.flights.join(key, partial(_load, services, id), job.on_ready)
 
 
 async def exists(store: SurfaceStore, id: str) -> bool:
-    """Whether a surface has this id; a stored one is not read."""
+    """Whether a surface has this id; does not read the surface."""
     return id in EXAMPLES or await store.has(id)
 
 
 def content_id(id: str) -> str:
-    """The SHA-256 of a surface's content: of an example, or the id itself if it is a hash.
+    """The SHA-256 of a surface's content: for an example, computed; a hash itself, unchanged.
+
+    Does not check whether a surface is stored under the hash.
 
     Raises
     ------
     UnknownSurface
-        For other ids. Does not check whether a surface is stored under the hash.
+        The id is neither that of an example nor a hash.
     """
     if id in EXAMPLES:
         return _hash_of_example(id)
@@ -83,10 +86,10 @@ def content_id(id: str) -> str:
 
 
 def _build_unknown_error(id: str) -> UnknownSurface:
-    """The error for an id that no surface has, with the nearest id of an example."""
+    """The error for an id that no surface has; it names the most similar id of an example."""
     message, names = "No surface has this id.", ", ".join(EXAMPLES)
-    near = "".join(f"`{name}`, or " for name in get_close_matches(id[:64], EXAMPLES, 1))
-    needed = f"{near}one of {names}; or the id of a stored surface, 64 hexadecimal digits"
+    similar = "".join(f"`{name}`, or " for name in get_close_matches(id[:64], EXAMPLES, 1))
+    needed = f"{similar}one of {names}; or the id of a stored surface, 64 hexadecimal digits"
     return UnknownSurface(Issue("unknown_surface", message, "/id", "an unknown id", needed))
 
 
@@ -112,8 +115,8 @@ def _restore(id: str, content: bytes, limits: DocumentLimits) -> Surface:
     try:
         return restore_surface(content, limits)
     except DamagedObject:
-        _log.error("%s has its hash, but is not the content of a surface", id)
+        _log.error("the object %s has the right hash, but is not the content of a surface", id)
         raise
     except InvalidRequest as error:
-        # A pointer into the surface is of no use to a client that sent only its id.
+        # The client sent only the id, so a pointer into the surface would not help it.
         raise InvalidRequest(replace(error.issues[0], pointer="/id")) from None

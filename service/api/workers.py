@@ -1,14 +1,14 @@
 """Threads and memory for requests: inline work, a bounded queue, deadlines, a memory budget.
 
-Small work runs on the event loop, and leaves it if it takes longer than expected. Other work waits,
-in order of arrival, until a thread and enough memory are free and no thread has just begun
-(`ALONE_SECONDS`). The queue has a bounded length: beyond it the service refuses a request with 429
-and `Retry-After`. A request ends at its deadline, or when its client goes away. Work in a
-thread then stops at the next checkpoint.
+Short work runs on the event loop; if it takes longer than expected, it begins again in a thread.
+Other work waits, in order of arrival, until a thread and enough memory are free and no thread has
+just begun (`ALONE_SECONDS`). The length of the queue is bounded: if it is full, the service refuses
+a request with 429 and `Retry-After`. A request ends at its deadline, or when its client
+disconnects; its work in a thread then stops at the next checkpoint.
 
 Why requests cannot deadlock: bodies hold at most 1/4 of the memory and never wait for it; 1/16 is
-for work on the event loop; a request may ask for the other 11/16 to work in, and asks once. So the
-first request in the queue is served when the running ones have ended.
+for work on the event loop; a request asks once for memory to work in, at most the other 11/16. So
+when the running requests have ended, the first request in the queue can start.
 """
 
 import asyncio
@@ -33,21 +33,22 @@ from service.settings.runtime import trim_heap
 from service.settings.values import Settings
 
 INLINE_SECONDS = 0.0075
-"""Cost up to which work runs on the event loop. A change of threads would take as long, because
+"""Cost up to which work runs on the event loop. To change to a thread would take as long, because
 threads take turns of 5 ms. The teapot at 16 divisions costs 0.0045; it takes 0.8 ms, without a plan
 2.4 ms."""
 
 MOST_INLINE_SECONDS = 0.1
-"""Work on the event loop that takes longer than its cost says begins anew in a thread, at the first
-checkpoint after this time."""
+"""Work on the event loop that takes longer than this, although its cost is small, stops at the next
+checkpoint and begins again in a thread."""
 
 ROUND_SECONDS = 0.002
-"""Short work that the event loop does before it serves other connections."""
+"""Time for which the event loop does short work before it serves other connections."""
 
 ALONE_SECONDS = 0.2
-"""Time for which a thread that begins computes alone. Two threads whose NumPy calls are short pass
-Python's lock to and fro: together they make 0.7 times as many meshes as one after the other (one
-patch at a relative tolerance of 1e-3, the teapot). Work that takes longer has larger arrays."""
+"""Time for which a thread that begins computes alone. Two threads whose NumPy calls are short wait
+for Python's lock again and again: together they make 0.7 times as many meshes as one after the
+other (one patch at a relative tolerance of 1e-3, and the teapot). Work that takes longer has larger
+arrays, for which NumPy releases the lock."""
 
 TRIM_BYTES, TRIM_PAUSE = 4 << 20, 0.25
 """`TRIM_PAUSE` seconds after a request of at least `TRIM_BYTES`, free memory goes back to the
@@ -74,11 +75,19 @@ class Work(Protocol[Result_co]):
 class Workers:
     """The threads and the memory that all requests share.
 
-    Requests hold `used` of the `capacity` bytes; `body_bytes` of these are bodies. All bodies
-    together may hold `max_body` bytes; one request may work in `max_memory` bytes. Of the `threads`
-    for long work some are `computing`. Since the start the service refused `refused` requests, and
-    all requests together waited `seconds_waited`. Short work takes turns (`take_turn`); one thread
-    parses long bodies, as parsing keeps Python's lock.
+    Short work takes turns on the event loop (`take_turn`). One thread parses long bodies: a second
+    would not help, because parsing keeps Python's lock.
+
+    Attributes
+    ----------
+    capacity, used, body_bytes : int
+        Bytes for all requests; bytes that they hold now; bytes of these that bodies hold.
+    max_body, max_memory : int
+        Most bytes for all bodies together; most bytes in which one request may work.
+    threads, computing : int
+        Threads for long work; the number of them that compute now.
+    refused, seconds_waited : int, float
+        Since the start: the number of refused requests, and the waiting time of all requests.
     """
 
     def __init__(self, settings: Settings, cache: ResponseCache) -> None:
@@ -92,11 +101,11 @@ class Workers:
         self.limiter = CapacityLimiter(2 * self.threads + 2)
         self._max_queue = settings.max_queue
         self._queue: deque[tuple[int, asyncio.Future[float]]] = deque()
-        self._newest = -math.inf
+        self._last_start = -math.inf
         self._trimming: asyncio.Task[None] | None = None
         self._round_end: float | None = None
         self._cache = cache
-        cache.freed = self.settle
+        cache.on_sent = self.start_queued
         self.hold(0)
 
     @property
@@ -113,17 +122,17 @@ class Workers:
         self.refused += 1
         return Busy()
 
-    def has(self, amount: int, *, is_small: bool = False) -> bool:
+    def has_room(self, amount: int, *, is_small: bool = False) -> bool:
         """Whether `amount` bytes are free; only small work may use the last 1/16 of the memory."""
-        room = self.capacity if is_small else self.capacity * 15 // 16
-        return self.used + self._cache.bytes_being_sent + amount <= room
+        limit = self.capacity if is_small else self.capacity * 15 // 16
+        return self.used + self._cache.bytes_being_sent + amount <= limit
 
     def hold(self, amount: int) -> None:
-        """Takes memory, or returns it if `amount` is negative; the cache may use the rest."""
+        """Takes `amount` bytes, or gives -`amount` bytes back; the cache may use the rest."""
         self.used += amount
         self._cache.resize(self.capacity - self.used)
         if amount < 0 and self._queue:
-            self.settle()
+            self.start_queued()
 
     async def acquire(self, amount: int) -> float:
         """Waits, in order of arrival, for a thread and `amount` bytes; or raises `Busy`.
@@ -131,35 +140,35 @@ class Workers:
         Returns
         -------
         float
-            When the thread begins, for `release_thread`.
+            The time at which the thread begins, for `release_thread`.
         """
-        if not self._queue and (start := self._start(amount)) is not None:
+        if not self._queue and (start := self._try_start(amount)) is not None:
             return start
         if len(self._queue) >= self._max_queue:
             raise self.refuse()
-        granted: asyncio.Future[float] = asyncio.get_running_loop().create_future()
-        self._queue.append(entry := (amount, granted))
-        since = time.monotonic()
+        grant: asyncio.Future[float] = asyncio.get_running_loop().create_future()
+        self._queue.append(entry := (amount, grant))
+        wait_start = time.monotonic()
         try:
-            return await granted
+            return await grant
         except asyncio.CancelledError:
-            if granted.cancelled():
+            if grant.cancelled():
                 with suppress(ValueError):  # no longer queued
                     self._queue.remove(entry)
-                self.settle()  # the next one may fit
+                self.start_queued()  # the next request may fit
             else:
-                self.release_thread(granted.result())
+                self.release_thread(grant.result())
                 self.hold(-amount)
             raise
         finally:
-            self.seconds_waited += time.monotonic() - since
+            self.seconds_waited += time.monotonic() - wait_start
 
     def release_thread(self, start: float) -> None:
         """Gives back the thread that began at `start`."""
         self.computing -= 1
-        if start == self._newest:
-            self._newest = -math.inf
-        self.settle()
+        if start == self._last_start:
+            self._last_start = -math.inf
+        self.start_queued()
 
     async def take_turn(self) -> None:
         """Waits until short work may run in this round of the event loop."""
@@ -169,14 +178,14 @@ class Workers:
             self._round_end = time.perf_counter() + ROUND_SECONDS
             asyncio.get_running_loop().call_soon(setattr, self, "_round_end", None)
 
-    def settle(self) -> None:
+    def start_queued(self) -> None:
         """Starts the requests that have waited longest, while threads and memory are free."""
         while self._queue:
-            amount, granted = self._queue[0]
-            if not granted.done():
-                if (start := self._start(amount)) is None:
+            amount, grant = self._queue[0]
+            if not grant.done():
+                if (start := self._try_start(amount)) is None:
                     return
-                granted.set_result(start)
+                grant.set_result(start)
             self._queue.popleft()
 
     def trim(self) -> None:
@@ -189,69 +198,82 @@ class Workers:
 
         self._trimming = self._trimming or asyncio.get_running_loop().create_task(trim_soon())
 
-    def _start(self, amount: int) -> float | None:
+    def _try_start(self, amount: int) -> float | None:
         """Takes a thread and the memory if both are free; returns the start time, else None."""
         now = time.monotonic()
-        is_alone = now < self._newest + ALONE_SECONDS
-        if is_alone or self.computing >= self.threads or not self.has(amount):
+        has_just_begun = now < self._last_start + ALONE_SECONDS
+        if has_just_begun or self.computing >= self.threads or not self.has_room(amount):
             return None
-        self._newest = now
+        self._last_start = now
         self.computing += 1
         self.hold(amount)
-        asyncio.get_running_loop().call_later(ALONE_SECONDS, self.settle)
+        asyncio.get_running_loop().call_later(ALONE_SECONDS, self.start_queued)
         return now
 
 
 class Job:
     """Memory and threads of one request, or of one computation that several requests share.
 
-    A job that ends returns everything. Memory that a thread still uses is returned when that thread
-    ends: it may take half a second to notice the cancellation. `receive` shows when the client goes
-    away; a shared computation has no `receive`, because it ends with its last user.
+    At its end, a job gives its memory and threads back. Memory that a thread still uses is given
+    back when that thread ends: the thread may notice its cancellation only after half a second.
+
+    Parameters
+    ----------
+    receive : callable, optional
+        Returns messages of the client; shows that it has disconnected. A shared computation has
+        none, because it ends with its last user.
     """
 
     def __init__(self, workers: Workers, receive: Receive | None = None) -> None:
         self.workers = workers
         self.cancellation = Cancellation()
-        self.until_ready: Callbacks = []
-        self.until_end: Callbacks = []
-        """`until_ready` is called when the response is ready, `until_end` when it has been sent or
-        the client has gone."""
+        self.on_ready: Callbacks = []
+        self.on_end: Callbacks = []
+        """`on_ready` is called when the response is ready, `on_end` when it has been sent or the
+        client has disconnected."""
         self.timing = Timing()
         self._receive = receive
         self._deadline = math.inf
-        self._body = self._memory = self._most = 0
+        self._body = self._memory = self._peak = 0
         self._running: set[asyncio.Task[Any]] = set()
         self._ran_inline = self._is_over = False
 
     def hold_body(self, size: int) -> None:
         """Sets the memory that the body takes: more while it arrives, less once it is parsed.
 
-        Raises `TooLarge` if it could never fit, `Busy` if it does not fit now.
+        Raises
+        ------
+        TooLarge
+            No body may take `size` bytes of memory.
+        Busy
+            Other requests hold the memory now.
         """
-        more, workers = size - self._body, self.workers
+        growth, workers = size - self._body, self.workers
         if size > workers.max_body * 9 // 10:
             message = "The body would take more memory than this service has for one body."
             needed = f"at most {workers.max_body * 9 // 10} bytes; a smaller surface"
             raise TooLarge(Issue("too_much_memory", message, "", f"at least {size} bytes", needed))
         # Large bodies leave 1/10 of the memory to small ones.
         room = workers.max_body * (10 if size <= SMALL_BODY else 9) // 10
-        if more > 0 and not (
-            workers.body_bytes + more <= room and workers.has(more, is_small=True)
+        if growth > 0 and not (
+            workers.body_bytes + growth <= room and workers.has_room(growth, is_small=True)
         ):
             raise workers.refuse()
-        self._most = max(self._most, size)
+        self._peak = max(self._peak, size)
         self._body = size
-        workers.body_bytes += more
-        workers.hold(more)
+        workers.body_bytes += growth
+        workers.hold(growth)
 
     def shrink_body(self, size: int) -> None:
-        """Notes that the body is parsed and takes at most `size` bytes from now on."""
+        """Gives memory back once the body is parsed and takes at most `size` bytes.
+
+        Keeps the memory of a body of at most `SMALL_BODY` bytes: `finish_work` gives it back soon.
+        """
         if size < self._body and self._body > SMALL_BODY:
             self.hold_body(size)
 
     async def parse(self, call: Callable[[], Result], *, is_long: bool) -> Result:
-        """Returns `call()`: on the event loop, or in the parsing thread for long bodies."""
+        """Returns the result of `call()`: run on the event loop, or for long bodies in a thread."""
         if not is_long:
             await self.workers.take_turn()
             self._ran_inline = True
@@ -266,18 +288,25 @@ class Job:
     async def run(self, work: Work[Result], name: str) -> Result:
         """Returns the result of `work`: short work runs on the event loop, other work in a thread.
 
-        `name` is that of the work in the header `Server-Timing`. Raises `Busy`, `OutOfTime`,
-        `ClientDisconnect` or the error of the work.
+        Parameters
+        ----------
+        name : str
+            The name of the work in the header `Server-Timing`.
+
+        Raises
+        ------
+        Busy, OutOfTime, ClientDisconnect
+            Or the error of the work.
         """
         cost, workers = work.cost, self.workers
-        if cost.work <= INLINE_SECONDS and workers.has(cost.memory, is_small=True):
+        if cost.work <= INLINE_SECONDS and workers.has_room(cost.memory, is_small=True):
             self._memory += cost.memory
             workers.hold(cost.memory)
             if not self._ran_inline:
                 await workers.take_turn()
                 self._ran_inline = True
-            limited = Cancellation(time.monotonic() + MOST_INLINE_SECONDS)
-            with self.timing.step(name), suppress(OutOfTime), cancelled_by(limited):
+            time_limit = Cancellation(time.monotonic() + MOST_INLINE_SECONDS)
+            with self.timing.step(name), suppress(OutOfTime), cancelled_by(time_limit):
                 return work.run()
             self._memory -= cost.memory
             workers.hold(-cost.memory)
@@ -290,60 +319,64 @@ class Job:
                 return await self._in_thread(work.run, lambda: workers.release_thread(start))
 
     def finish_work(self, size: int) -> None:
-        """Returns all memory but the `size` bytes of the finished response."""
-        while self.until_ready:
-            self.until_ready.pop()()
-        held, kept = self._body + self._memory, min(size, self._memory)
-        self._most = max(self._most, held)
+        """Gives all memory back except the `size` bytes of the response, which is ready."""
+        while self.on_ready:
+            self.on_ready.pop()()
+        total, rest = self._body + self._memory, min(size, self._memory)
+        self._peak = max(self._peak, total)
         self.workers.body_bytes -= self._body
-        self._body, self._memory = 0, kept
-        if held > kept:
-            self.workers.hold(kept - held)
+        self._body, self._memory = 0, rest
+        if total > rest:
+            self.workers.hold(rest - total)
 
     def close(self) -> None:
         """Ends the job, and cancels its work in threads."""
         self.cancellation.cancel()
-        while callbacks := self.until_end or self.until_ready:
+        while callbacks := self.on_end or self.on_ready:
             callbacks.pop()()
         self._is_over = True
         self._end()
 
     @asynccontextmanager
     async def until_deadline(self) -> AsyncIterator[None]:
-        """Ends the `with` block at the request's deadline, or when its client goes away.
+        """Ends the `with` block at the request's deadline, or when its client disconnects.
 
-        Raises `OutOfTime` or `ClientDisconnect`.
+        Raises
+        ------
+        OutOfTime, ClientDisconnect
         """
         receive, self._receive = self._receive, None
-        if receive is None:  # a shared computation, or inside another such block
+        if (
+            receive is None
+        ):  # a shared computation, or a block inside another `until_deadline` block
             yield
             return
         if self._deadline == math.inf:
             self._deadline = current_time() + self.workers.request_timeout
             self.cancellation.deadline = time.monotonic() + self.workers.request_timeout
-        is_gone = False
+        has_disconnected = False
 
         async def watch() -> None:
-            nonlocal is_gone
+            nonlocal has_disconnected
             while (await receive())["type"] != "http.disconnect":
                 await asyncio.sleep(0)  # the rest of a body that the request does not need
-            is_gone = True
+            has_disconnected = True
             scope.cancel()
 
         with CancelScope(deadline=self._deadline) as scope:
-            watching = asyncio.create_task(watch())
+            watcher = asyncio.create_task(watch())
             try:
                 yield
             except Cancelled:
                 raise ClientDisconnect from None
             finally:
                 self._receive = receive
-                watching.cancel()
+                watcher.cancel()
         if scope.cancelled_caught:
-            raise ClientDisconnect if is_gone else OutOfTime
+            raise ClientDisconnect if has_disconnected else OutOfTime
 
     async def _in_thread(self, call: Callable[[], Result], release: Callable[[], None]) -> Result:
-        """Returns `call()`, run in a thread; `release` is called when the thread has ended."""
+        """Returns the result of `call()`, run in a thread; calls `release` at the thread's end."""
         run = to_thread.run_sync(_run_catching, call, limiter=self.workers.limiter)
         # The task inherits this context and hands it to the thread.
         with cancelled_by(self.cancellation):
@@ -353,7 +386,7 @@ class Job:
         def finish_task(task: asyncio.Task[Any]) -> None:
             self._running.discard(task)
             if not task.cancelled():
-                task.exception()  # retrieved, even if no request waits for it any more
+                task.exception()  # asyncio would log an error that no request has read
             release()
             if self._is_over:
                 self._end()
@@ -371,15 +404,15 @@ class Job:
         if not self._running:
             if self._body or self._memory:
                 self.finish_work(0)
-            if self._most >= TRIM_BYTES:
+            if self._peak >= TRIM_BYTES:
                 self.workers.trim()
 
 
 def _run_catching(call: Callable[[], Result]) -> tuple[Result | None, Exception | None]:
-    """Returns the result of `call` or its error; the error's frames keep no local variables.
+    """Returns the result of `call` or its error, after clearing the local variables of its frames.
 
-    An error that is handed between threads is part of a reference cycle: its frames would keep
-    arrays as large as a mesh until the garbage collector runs.
+    An error that passes from thread to thread is part of a reference cycle: otherwise its frames
+    would keep arrays as large as a mesh until the garbage collector runs.
     """
     try:
         return call(), None

@@ -1,4 +1,4 @@
-"""The command `surface`, one file a command.
+"""The program `surface`, one file for each command.
 
-Each command imports its slow modules itself, so that `--help` is fast.
+Each command imports slow modules inside its functions, so that `--help` is fast.
 """

@@ -32,7 +32,7 @@ def add(commands: Commands) -> None:
 
 
 class _Append(argparse.Action):
-    """Appends the flag's name and text to the list of operations."""
+    """Appends the flag's name and its text to the list of operations."""
 
     def __call__(
         self,
@@ -41,20 +41,20 @@ class _Append(argparse.Action):
         values: str | Sequence[Any] | None,
         option_string: str | None = None,
     ) -> None:
-        """Called for each flag, in their order: the operations run in this order."""
+        """Called for each flag of an operation, in the order of the command line."""
         del parser, option_string
         text = values if isinstance(values, str) else ""
-        namespace.operations = [*(namespace.operations or []), (self.metavar_name, text)]
+        namespace.operations = [*(namespace.operations or []), (self.flag_name, text)]
 
     @property
-    def metavar_name(self) -> str:
+    def flag_name(self) -> str:
         """The flag's name without its hyphens."""
         return self.option_strings[0].removeprefix("--")
 
 
 def _add_operations(convert: argparse.ArgumentParser) -> None:
-    """Adds the flags of operations, which replace the operations in the file."""
-    group = convert.add_argument_group("operations, applied in the order given")
+    """Adds the flags of operations; if any is used, they replace the operations in the file."""
+    group = convert.add_argument_group("operations, applied in the order of the flags")
     for flag, metavar, text in (
         ("elevate", "P,Q|N", "raise the degree"),
         ("split", "u=A,v=B|R,S,T", "cut at u, at v or at both; a triangle at a point"),
@@ -95,18 +95,18 @@ def _compute(document: Mapping[str, Any]) -> bytes:
     """Converts the surface in this process."""
     from service.pipeline.documents import plan_conversion
     from service.schemas.convert import ConvertRequest
-    from service.settings.environment import for_one_command
+    from service.settings.environment import command_settings
     from service.surface.convert.nets import SizeLimits
 
     request, limits = parse_request(ConvertRequest, document)
-    settings = for_one_command()
+    settings = command_settings()
     surface, operations = request.to_surface(), request.to_operations()
-    allowed = SizeLimits(settings.max_control_points, settings.max_degree)
-    return plan_conversion(surface, operations, allowed, limits).run()
+    size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
+    return plan_conversion(surface, operations, size_limits, limits).run()
 
 
 def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:
-    """One issue as a line that names the flag of the operation."""
+    """An issue as a line that names the flag of the operation that has the error."""
     _, first, number = (*issue.pointer.split("/"), "", "")[:3]
     if first == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(

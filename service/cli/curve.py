@@ -58,7 +58,7 @@ def _run(arguments: argparse.Namespace) -> int:
     source = read_request(arguments.source, "curve", "no such file")
     chosen = chosen_options(arguments, OPTIONS)
     if "resolution" in chosen or "tolerance" in chosen:
-        # Either of these two replaces both in the file.
+        # Each of these two replaces both in the file.
         source = {key: value for key, value in source.items() if key not in OPTIONS[:2]}
     return perform_document(
         arguments,
@@ -71,7 +71,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _compute(document: Mapping[str, Any], fmt: "CurveFormat") -> bytes:
-    """Computes the curve's file in this process."""
+    """Computes the file of the curve in this process."""
     from service.pipeline.curve import plan_curve
     from service.schemas.curves import CurveRequest
 

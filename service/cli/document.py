@@ -1,4 +1,4 @@
-"""Commands that turn one document into one file: in this process, or at a service (`--url`)."""
+"""Commands that make one file from one document: in this process, or at a service (`--url`)."""
 
 import argparse
 from collections.abc import Callable, Collection, Mapping
@@ -19,7 +19,7 @@ Request = TypeVar("Request", bound="BaseModel")
 
 
 def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[Request, Limits]":
-    """The request in a document and the limits of one command; sets up NumPy for this process.
+    """The request in a document, and the limits of this command; limits NumPy to one thread.
 
     Raises
     ------
@@ -28,12 +28,12 @@ def parse_request(model: type[Request], document: Mapping[str, Any]) -> "tuple[R
     InvalidSettings
     """
     from service.schemas.validation import validate_document
-    from service.settings.environment import for_one_command
+    from service.settings.environment import command_settings
     from service.settings.runtime import pin_blas
     from service.settings.values import document_limits, result_limits
 
     pin_blas()
-    settings = for_one_command()
+    settings = command_settings()
     request = validate_document(model, document, document_limits(settings))
     return request, result_limits(settings)
 
@@ -49,7 +49,7 @@ def perform_document(
     query: Mapping[str, str] = MappingProxyType({}),
     line: Callable[[Issue], str] | None = None,
 ) -> int:
-    """Writes what `compute` makes of a document, or the response to it at `--url`.
+    """Writes the result of `compute(document)`, or the response of the service at `--url`.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ def perform_document(
     query : Mapping
         Further parameters of the URL.
     line : callable, optional
-        Turns an error into a line; default: by `flags` and the flags of control points.
+        Returns the line of an issue; by default, a line that names the flag which set the field.
     """
-    named = dict.fromkeys(flags, "") | chosen_fields(arguments)
+    fields = dict.fromkeys(flags, "") | chosen_fields(arguments)
     return perform(
         arguments,
         lambda: compute(document),
         lambda remote: remote.remote_document(arguments.url, path, document, fmt, query),
-        line or (lambda issue: field_line(issue, named)),
+        line or (lambda issue: field_line(issue, fields)),
     )

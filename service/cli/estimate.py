@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from service.cli.document import parse_request, perform_document
-from service.cli.mesh import OPTIONS, add_options, overridden
+from service.cli.mesh import OPTIONS, add_options, drop_replaced
 from service.cli.nets import add_fields
 from service.cli.source import (
     Commands,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    """Adds the command and its flags, which are those of `surface mesh`."""
+    """Adds the command, with the flags of `surface mesh`."""
     text = "write the size of a mesh before it is computed: vertices, faces, bytes, limits"
     command = add_command(commands, "estimate", text)
     add_source(command, "options")
@@ -45,7 +45,7 @@ def _run(arguments: argparse.Namespace) -> int:
         formats = (find_format(arguments.format, FORMATS),)
     source = surface_document(surface_source(arguments))
     chosen = chosen_options(arguments, OPTIONS)
-    document = overridden(source, chosen) | values_from_text(chosen.items())
+    document = drop_replaced(source, chosen) | values_from_text(chosen.items())
     query = {} if arguments.format is None else {"format": str(arguments.format)}
     return perform_document(
         arguments,

@@ -6,7 +6,7 @@ from typing import Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import coordinates
+from service.cli.points import parse_numbers
 from service.cli.project import read_points
 from service.cli.refusals import Refused
 from service.cli.source import (
@@ -24,7 +24,7 @@ FIELDS = ("surface", "rays", "hits", "relative_thickness")
 
 def add(commands: Commands) -> None:
     """Adds the command and its flags; each overrides the file's field."""
-    text = "write where rays hit a surface, and miss none"
+    text = "write where rays hit a surface; no hit is missed"
     intersect = add_command(commands, "intersect", text)
     add_source(intersect, "rays")
     add_output(intersect, formats=False)
@@ -35,8 +35,10 @@ def add(commands: Commands) -> None:
         action="append",
         help="a ray from a point in a direction; may be repeated",
     )
-    group.add_argument("--rays", metavar="FILE", help="a .npy file of such rows, (m, 6)")
-    group.add_argument("--all", action="store_true", help="all hits of each ray, not the first")
+    group.add_argument("--rays", metavar="FILE", help="a .npy file with a ray in each row, (m, 6)")
+    group.add_argument(
+        "--all", action="store_true", help="all hits of each ray, not only the first"
+    )
     group.add_argument(
         "--relative-thickness",
         metavar="X",
@@ -53,18 +55,18 @@ def _run(arguments: argparse.Namespace) -> int:
     chosen: dict[str, Any] = {}
     rows: Any = None
     if arguments.ray is not None:
-        rows = [coordinates(text) for text in arguments.ray]
+        rows = [parse_numbers(text) for text in arguments.ray]
     elif arguments.rays is not None:
         rows = read_points(arguments.rays, "--rays").tolist()
     if rows is not None:
         if not all(isinstance(row, list) and len(row) == 6 for row in rows):
             raise Refused("a ray is six numbers: a point and a direction, X,Y,Z,DX,DY,DZ")
-        ends = [row[:3] for row in rows], [row[3:] for row in rows]
-        chosen["rays"] = dict(zip(("origins", "directions"), ends, strict=True))
+        columns = [row[:3] for row in rows], [row[3:] for row in rows]
+        chosen["rays"] = dict(zip(("origins", "directions"), columns, strict=True))
     if arguments.all:
         chosen["hits"] = "all"
     if arguments.relative_thickness is not None:
-        (chosen["relative_thickness"],) = coordinates(arguments.relative_thickness)
+        (chosen["relative_thickness"],) = parse_numbers(arguments.relative_thickness)
     return perform_document(arguments, "/v1/intersect", document | chosen, _compute, flags=chosen)
 
 

@@ -13,18 +13,18 @@ def add(commands: Commands) -> None:
         "key",
         help="make an API key",
         description="Prints a new key, for the client, and the line for SURFACE_API_KEYS or for "
-        "the file SURFACE_API_KEYS_FILE, which contains the key's hash. The key itself is stored "
-        "nowhere and cannot be printed again.",
+        "the file SURFACE_API_KEYS_FILE, with the hash of the key. The key itself is not stored: "
+        "it cannot be printed again.",
     )
     key.add_argument("name", metavar="NAME", help="name of the client, for logs")
     key.set_defaults(run=_run)
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    from service.api.guard.keys import NAMES, entry_line, is_name, new_key
+    from service.api.guard.keys import NAME_FORM, format_entry, is_key_name, make_key
 
-    if not is_name(arguments.name):
-        raise UsageError(f"NAME: needed {NAMES}")
-    key = new_key()
-    print_lines([f"key   {key}", f"line  {entry_line(arguments.name, key)}"])
+    if not is_key_name(arguments.name):
+        raise UsageError(f"NAME: needed {NAME_FORM}")
+    key = make_key()
+    print_lines([f"key   {key}", f"line  {format_entry(arguments.name, key)}"])
     return OK

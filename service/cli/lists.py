@@ -1,4 +1,4 @@
-"""`surface examples`, `formats` and `openapi`: print lists for people and for programs."""
+"""`surface examples`, `formats` and `openapi`: print lists, and the OpenAPI document."""
 
 import argparse
 
@@ -17,7 +17,7 @@ def add(commands: Commands) -> None:
     openapi.add_argument(
         "--all",
         action="store_true",
-        help="with all optional features; without this flag, as the environment's settings say",
+        help="with all optional features; otherwise with those that the settings switch on",
     )
     openapi.set_defaults(run=_openapi)
 

@@ -50,10 +50,10 @@ COMMANDS = (
     key,
     lists,
 )
-"""Modules of commands, in the order in which the help lists them."""
+"""Modules of the commands, in the order of the help."""
 
 INTERRUPTED = 128 + 2
-"""Exit code after Ctrl+C, as the shell expects it."""
+"""Exit code after Ctrl+C: 128 plus the number of the signal, as shells expect."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ from typing import Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import coordinates
+from service.cli.points import parse_numbers
 from service.cli.source import (
     Commands,
     add_command,
@@ -29,7 +29,7 @@ def add(commands: Commands) -> None:
     group.add_argument(
         "--weld-tolerance",
         metavar="X",
-        help="part of the diagonal within which borders are joined (1e-12)",
+        help="distance within which borders are joined, as a share of the diagonal (1e-12)",
     )
     add_fields(measure)
     measure.set_defaults(run=_run)
@@ -41,7 +41,7 @@ def _run(arguments: argparse.Namespace) -> int:
     chosen: dict[str, Any] = {}
     for name in ("tolerance", "weld_tolerance"):
         if (text := getattr(arguments, name)) is not None:
-            (chosen[name],) = coordinates(text)
+            (chosen[name],) = parse_numbers(text)
     return perform_document(arguments, "/v1/measure", document | chosen, _compute, flags=chosen)
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from service.encoders.format import Format
 
 _FLAGS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
-"""The options of a mesh, written by `make generated`: importing their models is slow."""
+"""The options of a mesh, in a file that `make generated` writes: to import their models is slow."""
 
 OPTIONS = tuple(flag["name"] for flag in _FLAGS)
 
@@ -33,7 +33,7 @@ ACCURACY = tuple(flag["name"] for flag in _FLAGS if flag["is_accuracy"])
 """Options that replace a resolution."""
 
 CAMERA_FIELDS = ("camera", "pixel_tolerance")
-"""Options that replace a resolution, and exist only in files."""
+"""Options that replace a resolution and have no flags: only files have them."""
 
 
 def add(commands: Commands) -> None:
@@ -59,19 +59,19 @@ def add_options(mesh: argparse.ArgumentParser) -> None:
             group.add_argument(flag, metavar=option["value"], help=option["text"])
 
 
-def overridden(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:
-    """The request, without the options that those of the command line replace.
+def drop_replaced(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:
+    """The request without the options that options of the command line replace.
 
-    A resolution and a tolerance replace each other, and so do `tolerance` and `relative_tolerance`.
+    A resolution and a tolerance replace each other; `tolerance` and `relative_tolerance`, too.
     """
-    gone: set[str] = set()
+    replaced: set[str] = set()
     if "resolution" in chosen:
-        gone |= {*ACCURACY, *CAMERA_FIELDS}
+        replaced |= {*ACCURACY, *CAMERA_FIELDS}
     elif any(name in chosen for name in ACCURACY):
-        gone.add("resolution")
+        replaced.add("resolution")
     if {"tolerance", "relative_tolerance"} & chosen.keys():
-        gone |= {"tolerance", "relative_tolerance"}
-    return {key: value for key, value in source.items() if key not in gone}
+        replaced |= {"tolerance", "relative_tolerance"}
+    return {key: value for key, value in source.items() if key not in replaced}
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -81,23 +81,23 @@ def _run(arguments: argparse.Namespace) -> int:
     source = find_stored_id(arguments) or surface_source(arguments)
     chosen = chosen_options(arguments, OPTIONS)
     if isinstance(source, dict):
-        source = overridden(source, chosen)
+        source = drop_replaced(source, chosen)
     return perform(
         arguments,
         lambda: _compute(source, chosen, fmt),
-        lambda remote: _remote(remote, arguments.url, source, chosen, fmt),
+        lambda remote: _request_mesh(remote, arguments.url, source, chosen, fmt),
         lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
     )
 
 
-def _remote(
+def _request_mesh(
     remote: ModuleType,
     url: str,
     source: str | dict[str, Any] | NetFile,
     chosen: Mapping[str, str],
     fmt: "Format",
 ) -> bytes:
-    """Asks a service for the file; sends a file of control points unchanged."""
+    """Gets the file from the service at `url`; sends a file of control points unchanged."""
     content: bytes
     if isinstance(source, NetFile):
         query, media_type = {**source.fields, **chosen}, source.decoder.media_type
@@ -114,7 +114,7 @@ def _compute(
     from service.pipeline.mesh import encode_options, render
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest
-    from service.settings.environment import for_one_command
+    from service.settings.environment import command_settings
     from service.settings.runtime import pin_blas
     from service.settings.values import result_limits
     from service.surface import Surface
@@ -122,7 +122,7 @@ def _compute(
 
     if isinstance(source, str):
         pin_blas()
-        limits = result_limits(for_one_command())
+        limits = result_limits(command_settings())
         surface: Surface = find(source).surface()
         options = options_from_text(chosen.items())
     else:

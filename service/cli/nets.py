@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from service.decoders.format import Decoder
 
 FIELDS = ("type", "degree", "knots", "up", "name")
-"""The fields of a surface that flags set, listed here because importing their module is slow."""
+"""The fields of a surface that have flags, listed here because to import their module is slow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,10 +27,10 @@ class NetFile:
     def document(self) -> dict[str, Any]:
         """The body of a request without options; raises `SurfaceError` if the file is invalid."""
         from service.schemas.surface_query import add_fields, surface_fields
-        from service.settings.environment import from_environment
+        from service.settings.environment import read_environment
 
-        most = from_environment().max_control_points
-        net = self.decoder.decode(self.content, self.fields.get("type"), most)
+        max_points = read_environment().max_control_points
+        net = self.decoder.decode(self.content, self.fields.get("type"), max_points)
         return {"surface": add_fields(net, surface_fields(self.fields))}
 
 
@@ -48,7 +48,7 @@ def add_fields(command: argparse.ArgumentParser) -> None:
 
 
 def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
-    """The fields that the flags set."""
+    """The texts of the fields that flags set, by name."""
     return {
         name: str(getattr(arguments, name))
         for name in FIELDS
@@ -57,7 +57,7 @@ def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
-    """The decoder of the source, by name or by suffix; None for JSON."""
+    """The decoder of the source, by `--input-format` or by its suffix; None for JSON."""
     from service.decoders.registry import BY_NAME, BY_SUFFIX
 
     name = arguments.input_format
@@ -68,14 +68,14 @@ def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
     return BY_NAME.get(name)
 
 
-def check_no_fields(arguments: argparse.Namespace) -> None:
-    """Refuses the flags for a JSON file or an example, which have these fields already."""
+def refuse_fields(arguments: argparse.Namespace) -> None:
+    """Raises `UsageError` for flags of fields: for JSON and examples, which have these fields."""
     for name in chosen_fields(arguments):
         raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
 
 
 def field_line(issue: Issue, chosen: Mapping[str, str]) -> str:
-    """One issue as a line that names the flag, if a flag set the field."""
+    """An issue as a line; if a flag set the field with the error, the line names that flag."""
     name = issue.pointer.removeprefix("/surface").partition("/")[2].partition("/")[0]
     if name in chosen and name in FIELDS:
         issue = replace(issue, pointer=f"/{name}")

@@ -1,6 +1,6 @@
 """Turns the flags of operations into the values that a JSON body would have.
 
-A malformed text stays a string, which the model then refuses.
+A malformed text stays a string, which the model of the request then refuses.
 """
 
 from collections.abc import Iterable
@@ -13,7 +13,12 @@ OPERATIONS_FLAG = "operations"
 
 
 def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str], list[Any]]:
-    """The operations of flags, given as (name, text), and the flag of each operation.
+    """The flag of each operation, and the operations.
+
+    Parameters
+    ----------
+    arguments : iterable of (str, str)
+        The name of each flag, and its text.
 
     Raises
     ------
@@ -23,26 +28,26 @@ def operations_from_text(arguments: Iterable[tuple[str, str]]) -> tuple[list[str
     flags: list[str] = []
     operations: list[Any] = []
     for name, text in arguments:
-        parsed = _parse_list(text) if name == OPERATIONS_FLAG else [_operation(name, text)]
+        parsed = _parse_list(text) if name == OPERATIONS_FLAG else [_parse_operation(name, text)]
         operations += parsed
         flags += [name] * len(parsed)
     return flags, operations
 
 
-def _operation(name: str, text: str) -> dict[str, object]:
+def _parse_operation(name: str, text: str) -> dict[str, object]:
     from service.schemas.query import number_from_text
 
     fields: dict[str, object] = {}
     match name:
         case "elevate":
-            degrees = _numbers(text, ",")
+            degrees = _parse_numbers(text, ",")
             fields = {"degree": degrees[0] if len(degrees) == 1 else degrees}
         case "split" if "=" in text:
-            fields = {key: number_from_text(value) for key, value in _pairs(name, text)}
+            fields = {key: number_from_text(value) for key, value in _parse_pairs(name, text)}
         case "split":
-            fields = {"at": _numbers(text, ",")}
+            fields = {"at": _parse_numbers(text, ",")}
         case "restrict":
-            fields = {key: _numbers(value, ":") for key, value in _pairs(name, text)}
+            fields = {key: _parse_numbers(value, ":") for key, value in _parse_pairs(name, text)}
         case "reverse":
             fields = {"direction": text}
         case "triangle":
@@ -50,14 +55,14 @@ def _operation(name: str, text: str) -> dict[str, object]:
     return {"op": name} | fields
 
 
-def _numbers(text: str, separator: str) -> list[int | float | str]:
+def _parse_numbers(text: str, separator: str) -> list[int | float | str]:
     from service.schemas.query import number_from_text
 
     return [number_from_text(part) for part in text.split(separator)]
 
 
-def _pairs(flag: str, text: str) -> list[tuple[str, str]]:
-    """Names and values of "u=…,v=…"; each name once."""
+def _parse_pairs(flag: str, text: str) -> list[tuple[str, str]]:
+    """Names and values of "u=…,v=…"; refuses a repeated name."""
     parts = [part.partition("=") for part in text.split(",")]
     names = {key for key, _, _ in parts}
     if len(names) < len(parts):

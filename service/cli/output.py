@@ -1,4 +1,4 @@
-"""Writes the output: a whole file or none, or standard output."""
+"""Writes the output to standard output, or to a file, as a whole or not at all."""
 
 import os
 import sys
@@ -14,7 +14,7 @@ def write(output: str, content: bytes) -> None:
     Raises
     ------
     OSError
-        With the name that the caller gave, not that of a temporary file.
+        With the name `output`, not that of a temporary file.
     """
     if output == "-":
         print_bytes(content)
@@ -26,7 +26,7 @@ def write(output: str, content: bytes) -> None:
 
 
 def _replace(target: Path, content: bytes) -> None:
-    """Writes a whole file or none: to a temporary file beside it, which is then renamed."""
+    """Writes a file as a whole or not at all: renames a temporary file when it is complete."""
     if target.exists() and not target.is_file():
         # A device or a pipe cannot be replaced.
         target.write_bytes(content)
@@ -41,16 +41,16 @@ def _replace(target: Path, content: bytes) -> None:
 
 
 def print_bytes(content: bytes) -> None:
-    """Writes to standard output; silent if the program that reads it has ended."""
+    """Writes to standard output; raises `Refused`, without a text, if no program reads it now."""
     if sys.stdout is None:
         raise Refused("standard output is closed")
     rest = memoryview(content)
     try:
-        while rest:  # with PYTHONUNBUFFERED a write may be partial, and only the next one fails
+        while rest:  # with PYTHONUNBUFFERED a write may be partial, and only the next write fails
             rest = rest[sys.stdout.buffer.write(rest) :]
         sys.stdout.buffer.flush()
     except OSError as error:
-        # Otherwise Python would write the rest of the buffer at exit, and fail again.
+        # At exit Python writes the rest of the buffer: to the null device, so that it succeeds.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):
             raise Refused from None

@@ -25,7 +25,7 @@ def add(commands: Commands) -> None:
     points = add_command(commands, "points", text)
     add_source(points, "places")
     add_output(points, formats=False)
-    group = points.add_argument_group("places; the first two flags may be repeated")
+    group = points.add_argument_group("places; --uv and --barycentric may be repeated")
     group.add_argument("--uv", metavar="U,V", action="append", help="parameters of a place")
     group.add_argument(
         "--barycentric", metavar="R,S,T", action="append", help="a place on a triangle"
@@ -40,7 +40,7 @@ def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     source = surface_source(arguments)
     flags = {name: getattr(arguments, name) for name in FLAGS}
-    chosen = {name: _value(text) for name, text in flags.items() if text is not None}
+    chosen = {name: _parse_value(text) for name, text in flags.items() if text is not None}
     if {"uv", "barycentric"} & chosen.keys() and isinstance(source, dict):
         # Places on the command line replace those in the file.
         source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
@@ -48,19 +48,19 @@ def _run(arguments: argparse.Namespace) -> int:
     return perform_document(arguments, "/v1/points", document, _compute, flags=chosen)
 
 
-def _value(text: str | list[str]) -> Any:
-    """The value of a flag as in a document; the model refuses malformed numbers."""
+def _parse_value(text: str | list[str]) -> Any:
+    """The value of a flag, as in a document; the model of the request refuses malformed numbers."""
     if isinstance(text, list):
-        return [coordinates(place) for place in text]
-    return _number(text)
+        return [parse_numbers(place) for place in text]
+    return _parse_number(text)
 
 
-def coordinates(text: str) -> list[int | float | str]:
-    """Comma-separated numbers; the model refuses malformed ones."""
-    return [_number(part) for part in text.split(",")]
+def parse_numbers(text: str) -> list[int | float | str]:
+    """Comma-separated numbers; a malformed number stays a string, which the model refuses."""
+    return [_parse_number(part) for part in text.split(",")]
 
 
-def _number(text: str) -> int | float | str:
+def _parse_number(text: str) -> int | float | str:
     for kind in (int, float):
         try:
             return kind(text)

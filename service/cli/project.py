@@ -7,7 +7,7 @@ from typing import Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import coordinates
+from service.cli.points import parse_numbers
 from service.cli.refusals import Refused
 from service.cli.source import (
     Commands,
@@ -47,23 +47,23 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     document = surface_document(surface_source(arguments))
-    inner = document["surface"]
-    if isinstance(inner, dict) and "curve" in inner and "type" not in inner:
-        document = inner  # a request with a curve instead of a surface
+    source = document["surface"]
+    if isinstance(source, dict) and "curve" in source and "type" not in source:
+        document = source  # a request with a curve instead of a surface
     chosen: dict[str, Any] = {}
     if arguments.point is not None:
-        chosen["points"] = [coordinates(text) for text in arguments.point]
+        chosen["points"] = [parse_numbers(text) for text in arguments.point]
     elif arguments.points is not None:
         chosen["points"] = read_points(arguments.points, "--points")
     if arguments.relative_tolerance is not None:
-        (chosen["relative_tolerance"],) = coordinates(arguments.relative_tolerance)
+        (chosen["relative_tolerance"],) = parse_numbers(arguments.relative_tolerance)
     if arguments.sign:
         chosen["sign"] = True
     return perform_document(arguments, "/v1/project", document | chosen, _compute, flags=chosen)
 
 
 def read_points(name: str, flag: str) -> Any:
-    """The array in a .npy file, which a flag names."""
+    """The array in a .npy file; an error names the flag."""
     from service.decoders.npy import read_array
 
     try:

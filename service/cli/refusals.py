@@ -1,4 +1,4 @@
-"""Errors of the command line: their lines and exit codes."""
+"""Errors of the command line: the lines that it prints for them, and its exit codes."""
 
 import sys
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ class Refused(Exception):
 
 
 def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -> str:
-    """One issue as a line; it names the flag, if a flag set the value."""
+    """An issue as a line; if a flag set the value with the error, the line names that flag."""
     name = first_part(issue.pointer)
     place = f"--{name.replace('_', '-')}" if name in chosen else issue.pointer
     facts = ", ".join(
@@ -40,5 +40,5 @@ def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -
 
 def print_error(line: str) -> None:
     """Writes a line to standard error."""
-    if sys.stderr is not None:  # if it is closed, `print` would write to standard output
+    if sys.stderr is not None:  # if it is None, `print` would write to standard output
         print(f"surface: {line}", file=sys.stderr)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import coordinates
+from service.cli.points import parse_numbers
 from service.cli.source import (
     Commands,
     add_command,
@@ -33,10 +33,15 @@ def add(commands: Commands) -> None:
     group = section.add_argument_group("planes")
     group.add_argument("--normal", metavar="X,Y,Z", help="normal of all planes (0,0,1)")
     group.add_argument(
-        "--offsets", metavar="D,D,…", help="their distances from zero, along the normal"
+        "--offsets",
+        metavar="D,D,…",
+        help="distances of the planes from the origin, along the normal",
     )
     group.add_argument(
-        "--point", metavar="X,Y,Z", action="append", help="or a point of a plane; may be repeated"
+        "--point",
+        metavar="X,Y,Z",
+        action="append",
+        help="instead of --offsets: a point of a plane; may be repeated",
     )
     group.add_argument("--tolerance", metavar="DISTANCE", help="largest deviation, in model units")
     group.add_argument(
@@ -56,21 +61,21 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.offsets is not None or arguments.point is not None or arguments.normal is not None:
         planes = dict(document.get("planes", {"normals": [[0, 0, 1]]}))
         if arguments.normal is not None:
-            planes["normals"] = [coordinates(arguments.normal)]
+            planes["normals"] = [parse_numbers(arguments.normal)]
         if arguments.offsets is not None:
-            planes["offsets"] = coordinates(arguments.offsets)
+            planes["offsets"] = parse_numbers(arguments.offsets)
             planes.pop("points", None)
         if arguments.point is not None:
-            planes["points"] = [coordinates(text) for text in arguments.point]
+            planes["points"] = [parse_numbers(text) for text in arguments.point]
             if arguments.offsets is None:
                 planes.pop("offsets", None)
         chosen["planes"] = planes
     for name in TOLERANCES:
         text = getattr(arguments, name)
         if text is not None:
-            # Either of the two replaces both in the file.
+            # Each of the two tolerances replaces both in the file.
             document = {key: value for key, value in document.items() if key not in TOLERANCES}
-            (chosen[name],) = coordinates(text)
+            (chosen[name],) = parse_numbers(text)
     return perform_document(
         arguments,
         "/v1/intersect",

@@ -28,15 +28,15 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.api.app import create_app
     from service.server.logs import start_logs
     from service.server.run import serve
-    from service.settings.environment import from_environment, with_flags
+    from service.settings.environment import apply_flags, read_environment
 
     texts = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in texts.items() if text is not None}
-    # Records wait until the settings say how to write a log line.
+    # Keep log records in memory until the settings say how to write them.
     early = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
     logging.getLogger().addHandler(early)
     try:
-        settings = with_flags(from_environment(), flags)
+        settings = apply_flags(read_environment(), flags)
         requests, others = start_logs(settings)
         early.setTarget(others)
     finally:
@@ -50,13 +50,13 @@ def _run(arguments: argparse.Namespace) -> int:
         serve(app, settings, app.state)
     except SystemExit:
         others.flush()
-        # uvicorn has logged why. Its exit code has another meaning for this program.
+        # uvicorn has logged the reason. Its exit code has another meaning in this program.
         place = f"{settings.host}, port {settings.port}"
         raise Refused(f"cannot serve at {place}; the lines above say why") from None
 
 
 def _warn_if_open(settings: Settings) -> None:
-    """Warns if every client that can connect may compute and store."""
+    """Warns if other machines can connect and the service needs no key."""
     is_private = settings.host == "localhost"
     with suppress(ValueError):
         is_private = ipaddress.ip_address(settings.host).is_loopback

@@ -1,4 +1,4 @@
-"""`surface sign`: signs a URL that any client may read, without asking a service."""
+"""`surface sign`: signs a URL, which any client may then read; does not need the service."""
 
 import argparse
 
@@ -13,7 +13,7 @@ def add(commands: Commands) -> None:
         "sign",
         help="sign a URL of a private surface",
         description="Signs with the first secret of SURFACE_SIGNING_KEYS and prints the URL, "
-        "which works at every service with that secret. It does not ask a service.",
+        "which is valid at every service with that secret. It sends no request to a service.",
         epilog=EXIT_CODES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -31,13 +31,13 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     import time
 
-    from service.api.guard.guard import signer_of
+    from service.api.guard.guard import build_signer
     from service.api.guard.signatures import build_signed_url
     from service.schemas.request import SignRequest
     from service.schemas.validation import validate_document
-    from service.settings.environment import from_environment
+    from service.settings.environment import read_environment
 
-    signer = signer_of(from_environment())
+    signer = build_signer(read_environment())
     if signer is None:
         raise UsageError("SURFACE_SIGNING_KEYS: got nothing, needed a secret to sign with")
     document: dict[str, object] = {"url": arguments.path}

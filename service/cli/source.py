@@ -1,4 +1,4 @@
-"""The parts that most commands share: a file or an example as input, a file as output."""
+"""Parts of most commands: a file or an example as input, a file as output."""
 
 import argparse
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from service.cli.nets import NetFile, check_no_fields, chosen_decoder, chosen_fields, field_line
+from service.cli.nets import NetFile, chosen_decoder, chosen_fields, field_line, refuse_fields
 from service.cli.output import write
 from service.cli.refusals import EXIT_CODES, OK, Refused, UsageError
 from service.errors import Issue, SurfaceError
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 AnyFormat = TypeVar("AnyFormat", bound="FileFormat")
 Commands = Any
-"""The type of `add_subparsers`' result, which has no public name."""
+"""The type of the result of `add_subparsers`, which has no public name in argparse."""
 
 _FILE_HELP = (
     "a JSON file (a surface, or a request with a surface and {}), a file of control points, the id "
@@ -37,7 +37,7 @@ def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentPa
 
 
 def add_source(command: argparse.ArgumentParser, others: str, more: str = "") -> None:
-    """Adds the source of the surface; `others`: the other fields of a request in a file."""
+    """Adds the source of the surface; `others`: what a request in a file has beside the surface."""
     command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(others) + more)
 
 
@@ -68,7 +68,7 @@ def perform(
         Gets the bytes from the service at `--url`. Takes the module `service.remote`, which is
         imported only if it is needed.
     line : callable
-        Turns an issue into a line.
+        Returns the line of an issue.
     """
     try:
         if arguments.url is None:
@@ -84,13 +84,13 @@ def perform(
 
 
 def check_output(arguments: argparse.Namespace) -> None:
-    """Refuses an empty output name."""
+    """Raises `UsageError` if the name of the output is empty."""
     if not arguments.output:
         raise UsageError("--output: empty; needed a file, or - for standard output")
 
 
 def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
-    """The format by name, or else by the output's suffix."""
+    """The format of the output, by `--format` or else by the suffix of the output."""
     by_suffix = {fmt.suffix: fmt for fmt in formats}
     check_output(arguments)
     if arguments.format is not None:
@@ -122,23 +122,31 @@ def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetF
     missing = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
     if decoder is not None:
         return NetFile(_read(source, "surface", missing), decoder, chosen_fields(arguments))
-    check_no_fields(arguments)
+    refuse_fields(arguments)
     return source if is_example else read_request(source, "surface", missing)
 
 
 def find_stored_id(arguments: argparse.Namespace) -> str | None:
-    """The source, if it may be the id of a surface stored at `--url`."""
+    """The source if it may be the id of a surface that is stored at `--url`; else None."""
     from service.storage.keys import is_id
 
     source = arguments.source
     if arguments.url is None or not is_id(source) or Path(source).exists():
         return None
-    check_no_fields(arguments)
+    refuse_fields(arguments)
     return str(source)
 
 
 def read_request(source: str, what: str, missing: str) -> dict[str, Any]:
-    """The request in a file; a bare surface or curve becomes a request without options."""
+    """The request in a file; a surface or curve alone becomes a request without options.
+
+    Parameters
+    ----------
+    what : str
+        "surface" or "curve": the field that a request must have.
+    missing : str
+        The text of the error if the file does not exist.
+    """
     from service.schemas.document import parse_document
 
     document = parse_document(_read(source, what, missing))
@@ -161,7 +169,7 @@ def _read(source: str, what: str, missing: str) -> bytes:
 
 
 def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
-    """The request in a file, or a request with an example."""
+    """The request in a file, or a request that has an example as its surface."""
     if isinstance(source, NetFile):
         try:
             return source.document()
@@ -175,12 +183,12 @@ def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
     from service.schemas.surfaces import definition
     from service.surface.examples import find
 
-    # As in a file: lists of numbers, not arrays.
+    # Through JSON, so that it has lists of numbers, as in a file, and not arrays.
     return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
 
 
 def chosen_options(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
-    """The options of the command line, as texts of a query."""
+    """The options that flags set, as texts of a query, by name."""
     chosen: dict[str, str] = {}
     for name in names:
         value = getattr(arguments, name)

@@ -13,7 +13,7 @@ def add(commands: Commands) -> None:
     """Adds the command and its flags."""
     store = add_command(commands, "store", "store a surface at a service and print its URLs")
     add_source(store, "no options")
-    store.add_argument("--url", required=True, help="the service that stores it")
+    store.add_argument("--url", required=True, help="URL of the service that stores it")
     add_fields(store)
     store.set_defaults(run=_run)
 

@@ -1,1 +1,1 @@
-"""The process that serves: connections, signals, its log."""
+"""The process of the service: its connections, signals and log."""

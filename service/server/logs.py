@@ -1,12 +1,12 @@
 """Writes the log: as text for people, or as one JSON object a line for programs.
 
-Lines about requests go to standard output; `service.api.observing.middleware` makes them. All other
-lines go to standard error through `logging`. For each of the two, a thread writes lines from a
-queue of bounded length: if a pipe is full or broken, the service drops and counts lines, and goes
-on.
+Lines about requests go to standard output; `service.api.observing.middleware` formats them. All
+other lines go to standard error through `logging`. For each of the two, a thread writes lines from
+a queue of bounded length: if a pipe is full or broken, the service drops lines, counts them, and
+continues.
 
-A record, or the text of an exception, may repeat what a client sent. Its length is bounded, and
-control characters are escaped, so that none can end the line or control a terminal.
+A log record, or the text of an exception, may repeat what a client sent. So its length is bounded,
+and control characters are escaped: they cannot end the line or control a terminal.
 """
 
 import logging
@@ -27,10 +27,11 @@ from service.api.observing.record import current_record
 from service.settings.values import Settings
 
 MAX_LINES, GATHER_SECONDS, FLUSH_SECONDS = 10_000, 0.05, 1.0
-"""Most lines in the queue; seconds over which lines are gathered; seconds for the last lines."""
+"""Most lines in the queue; seconds for which the thread collects lines before it writes them; most
+seconds to write the last lines."""
 
 MAX_MESSAGE, MAX_TEXT, MAX_FRAMES = 4000, 200, 50
-"""Most characters of a message, and of an exception's text; most frames of a traceback."""
+"""Most characters of a message and of an exception's text; most frames of a traceback."""
 
 _UNSAFE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -39,9 +40,9 @@ _UNSAFE = re.compile(
 
 
 def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
-    """Sends `logging` and warnings to standard error; returns access log and error log."""
+    """Sends `logging` and warnings to standard error; returns the access log and the error log."""
     requests, others = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
-    others.setFormatter(Records(settings.log_format))
+    others.setFormatter(RecordFormatter(settings.log_format))
     root = logging.getLogger()
     root.handlers[:] = [others]
     root.setLevel(settings.log_level.upper())
@@ -50,16 +51,16 @@ def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
 
 
 class Lines(QueueHandler):
-    """Writes lines to a file descriptor, in order, from a thread; counts those that it drops.
+    """Writes lines to a file descriptor, in order, from a thread; counts the lines that it drops.
 
-    The thread has no handler: one would hold its lock while it waits for a full pipe, and the end
-    of the process, which flushes all handlers, would wait for that lock.
+    The thread writes without a handler of `logging`. A handler would hold its lock while it waits
+    for a full pipe, and at its end the process, which flushes all handlers, would wait for it.
     """
 
-    def __init__(self, descriptor: int, waiting: int = MAX_LINES) -> None:
+    def __init__(self, descriptor: int, max_lines: int = MAX_LINES) -> None:
         self.lines: SimpleQueue[str | Event] = SimpleQueue()
         super().__init__(self.lines)
-        self.dropped, self._waiting, self._descriptor = 0, waiting, descriptor
+        self.dropped, self._max_lines, self._descriptor = 0, max_lines, descriptor
         Thread(target=self._write_all, name="log", daemon=True).start()
 
     def enqueue(self, record: logging.LogRecord) -> None:
@@ -68,36 +69,36 @@ class Lines(QueueHandler):
 
     def write(self, line: str) -> None:
         """Queues a line, which ends with a line feed; returns at once."""
-        if self.lines.qsize() < self._waiting:
+        if self.lines.qsize() < self._max_lines:
             self.lines.put(line)
         else:
             self.dropped += 1
 
     def flush(self) -> None:
         """Waits until the lines are written, for at most `FLUSH_SECONDS` seconds."""
-        self.lines.put(written := Event())
-        written.wait(FLUSH_SECONDS)
+        self.lines.put(all_written := Event())
+        all_written.wait(FLUSH_SECONDS)
 
     def _write_all(self) -> None:
         while True:
-            gathered = [self.lines.get()]
-            time.sleep(GATHER_SECONDS)  # to wake up less often leaves more time to requests
+            batch = [self.lines.get()]
+            time.sleep(GATHER_SECONDS)  # fewer writes leave more time to requests
             while not self.lines.empty():
-                gathered.append(self.lines.get())
-            text = "".join(line for line in gathered if isinstance(line, str))
+                batch.append(self.lines.get())
+            text = "".join(line for line in batch if isinstance(line, str))
             rest = text.encode("utf-8", "backslashreplace")
             try:
                 while rest:
                     rest = rest[os.write(self._descriptor, rest) :]
             except OSError:
                 self.dropped += rest.count(b"\n")
-            for event in gathered:
+            for event in batch:
                 if isinstance(event, Event):
                     event.set()
 
 
-class Records(logging.Formatter):
-    """`WARNING:  message` in uvicorn's form, an exception below it; or one JSON object."""
+class RecordFormatter(logging.Formatter):
+    """Formats a record as JSON, or as text in the form of uvicorn, with the exception below."""
 
     def __init__(self, form: Literal["text", "json"]) -> None:
         super().__init__()
@@ -126,20 +127,22 @@ class Records(logging.Formatter):
         return orjson.dumps(line).decode()
 
 
-def escape(text: str, most: int) -> str:
+def escape(text: str, max_length: int) -> str:
     """A text in one line, cut to a number of characters and then escaped."""
-    text = text if len(text) <= most else text[:most] + "…"
+    text = text if len(text) <= max_length else text[:max_length] + "…"
     return _UNSAFE.sub(lambda match: ascii(match[0])[1:-1], text)
 
 
 def format_trace(record: logging.LogRecord) -> list[str]:
-    """An exception and its causes: files, lines, names, and the first letters of their texts."""
+    """The traceback of a record's exception and of its causes, with shortened texts, as lines."""
     lines: list[str] = []
     error = record.exc_info[1] if record.exc_info else None
-    at = TracebackException.from_exception(error, limit=-MAX_FRAMES) if error is not None else None
-    while at is not None:
-        text = escape("".join(at.format_exception_only()).strip(), MAX_TEXT)
-        where = (f"  {frame.filename}:{frame.lineno} in {frame.name}" for frame in at.stack)
+    trace = (
+        TracebackException.from_exception(error, limit=-MAX_FRAMES) if error is not None else None
+    )
+    while trace is not None:
+        text = escape("".join(trace.format_exception_only()).strip(), MAX_TEXT)
+        where = (f"  {frame.filename}:{frame.lineno} in {frame.name}" for frame in trace.stack)
         lines = [*(escape(line, MAX_MESSAGE) for line in where), text, *lines]
-        at = at.__cause__ or (None if at.__suppress_context__ else at.__context__)
+        trace = trace.__cause__ or (None if trace.__suppress_context__ else trace.__context__)
     return lines

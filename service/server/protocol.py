@@ -16,12 +16,12 @@ from service.api.problems import Problem
 from service.errors import Issue
 from service.settings.values import Settings
 
-PIPELINED = 16
-"""Requests that may wait for the response to an earlier one on their connection."""
+MAX_PIPELINED = 16
+"""Most requests of a connection that wait for the response to an earlier request."""
 
 
-def refusal(problem: Problem, settings: Settings) -> Response:
-    """The response with a problem document, after which the connection is closed."""
+def build_refusal(problem: Problem, settings: Settings) -> Response:
+    """The response with a problem document, after which the server closes the connection."""
     needed = {
         problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
         problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
@@ -36,8 +36,8 @@ def refusal(problem: Problem, settings: Settings) -> Response:
     return Response(content, problem.status, headers, problems.MEDIA_TYPE)
 
 
-def with_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
-    """The application, which sends a problem if it fails, or if uvicorn cancels it at shutdown."""
+def add_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIApp:
+    """Wraps an application: sends a problem if it fails, or if uvicorn cancels it at shutdown."""
 
     async def respond(scope: Scope, receive: Receive, send: Send) -> None:
         try:
@@ -46,7 +46,7 @@ def with_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIA
             problem = problems.INTERNAL_ERROR if isinstance(error, Exception) else problems.DRAINING
             if scope["type"] == "http":
                 with suppress(RuntimeError):  # a response has begun
-                    await refusal(problem, settings)(scope, receive, send)
+                    await build_refusal(problem, settings)(scope, receive, send)
                     state.count_refusal(problem.code)
             if problem is problems.INTERNAL_ERROR:
                 raise  # for uvicorn's log
@@ -55,7 +55,7 @@ def with_failure_response(app: ASGIApp, settings: Settings, state: Any) -> ASGIA
 
 
 class Refused(Exception):
-    """Stops the parser: a problem, or too many waiting requests."""
+    """Stops the parser, because of a problem, or of too many requests that wait."""
 
     def __init__(self, problem: Problem = problems.MALFORMED_REQUEST) -> None:
         self.problem = problem
@@ -69,7 +69,7 @@ class BoundedProtocol(HttpToolsProtocol):
         self._settings, self._state = settings, state
         self._running: RequestResponseCycle | None = None
         self._head_due = self._response_due = inf  # on the clock of the event loop
-        self._unread = 0  # bytes since a head, a piece of a body or a message ended
+        self._unread = 0  # bytes since the last head, piece of a body, or message ended
         self._in_body = self._ignores_input = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -93,10 +93,10 @@ class BoundedProtocol(HttpToolsProtocol):
             self.parser.feed_data(data)
             if self._unread > self._settings.max_head_bytes:
                 self._refuse(problems.HEAD_TOO_LARGE)
-        except httptools.HttpParserUpgrade as offer:
-            again = without_offer(self) + data[offer.args[0] :]
+        except httptools.HttpParserUpgrade as upgrade:
+            head_and_rest = head_without_upgrade(self) + data[upgrade.args[0] :]
             self._unread, self.parser = 0, httptools.HttpRequestParser(self)
-            self.data_received(again)
+            self.data_received(head_and_rest)
         except httptools.HttpParserError as error:
             if not self._ignores_input:
                 self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))
@@ -105,14 +105,16 @@ class BoundedProtocol(HttpToolsProtocol):
             self._head_due = self.loop.time() + self._settings.head_timeout
 
     def on_headers_complete(self) -> None:
-        if len(self.pipeline) >= PIPELINED and not self._ignores_input:
+        if len(self.pipeline) >= MAX_PIPELINED and not self._ignores_input:
             self._ignores_input, self.cycle.keep_alive = True, False
             raise Refused
         check_head(self, self._settings.max_head_bytes)
         if not self.parser.should_upgrade():
-            self._unset_keepalive_if_required()  # its deadline also ends a refused body
+            # uvicorn calls this when data arrive. Here its timer also ends a connection whose input
+            # is ignored.
+            self._unset_keepalive_if_required()
             super().on_headers_complete()
-            self.headers = []  # to which uvicorn adds trailers; the request keeps its own
+            self.headers = []  # uvicorn adds trailers to this list; the request keeps the old list
             self.cycle.transport = self  # type: ignore[assignment]  # so that it ends by `close`
             self.cycle.keep_alive = self.cycle.keep_alive and self._state.ready
             self._in_body, self._unread, self._head_due = True, 0, inf
@@ -146,7 +148,11 @@ class BoundedProtocol(HttpToolsProtocol):
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
-        """Closes in two steps: if at once, the system would reset a client that still sends."""
+        """Closes the connection in two steps: first the direction to the client.
+
+        If the client still sends a body, the system would otherwise reset the connection, and the
+        client could lose the response.
+        """
         self._disconnect()
         self._ignores_input, self._head_due = True, inf
         is_crowded = len(self.connections) > self._settings.max_connections
@@ -158,7 +164,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self._response_due = self._send_deadline()
 
     def _refuse(self, problem: Problem) -> None:
-        """Responds with a problem, after the responses to earlier requests, and closes."""
+        """Responds with a problem, after the responses to earlier requests, and then closes."""
         self._state.count_refusal(problem.code)
         if self._in_body and self.pipeline:
             self.pipeline.popleft()
@@ -167,9 +173,9 @@ class BoundedProtocol(HttpToolsProtocol):
         elif self._in_body:
             self._disconnect()
             self.cycle = None  # type: ignore[assignment]
-        # uvicorn sends responses in order: this request, which the client did not send, gets the
-        # problem as its response.
-        self.app, self._ignores_input = refusal(problem, self._settings), True
+        # uvicorn sends responses in the order of requests. So the parser reads one more request,
+        # which the client did not send, and the response to it is the problem.
+        self.app, self._ignores_input = build_refusal(problem, self._settings), True
         self.parser = httptools.HttpRequestParser(self)
         self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
 
@@ -184,8 +190,8 @@ class BoundedProtocol(HttpToolsProtocol):
         return self.loop.time() + self._settings.send_timeout * mebibytes
 
 
-def check_head(connection: HttpToolsProtocol, most: int) -> None:
-    """Refuses a head that is too long or ambiguous, where httptools accepts it."""
+def check_head(connection: HttpToolsProtocol, max_bytes: int) -> None:
+    """Raises `Refused` for a head that is too long or ambiguous but that httptools accepts."""
     method, version = connection.parser.get_method(), connection.parser.get_http_version()
     size, hosts = len(connection.url), 0
     is_clear = method != b"CONNECT" and version in ("1.0", "1.1")
@@ -194,16 +200,17 @@ def check_head(connection: HttpToolsProtocol, most: int) -> None:
         hosts += name == b"host"
         if name == b"transfer-encoding":
             is_clear = is_clear and version == "1.1" and value.lower() == b"chunked"
-    if size > most:
+    if size > max_bytes:
         raise Refused(problems.HEAD_TOO_LARGE)
     if not is_clear or (hosts != 1 and (hosts or version == "1.1")):
         raise Refused(problems.MALFORMED_REQUEST)
 
 
-def without_offer(connection: HttpToolsProtocol) -> bytes:
-    """The last read head, without its offer of another protocol.
+def head_without_upgrade(connection: HttpToolsProtocol) -> bytes:
+    """The head that was read last, without its Upgrade header.
 
-    The service may ignore the offer (RFC 9110, section 7.8), but httptools would not read the body.
+    The service may ignore this header (RFC 9110, section 7.8), but with it httptools would not read
+    the body.
     """
     line = b" ".join((connection.parser.get_method(), connection.url, b"HTTP/1.1"))
     fields = (b": ".join(field) for field in connection.headers if field[0] != b"upgrade")

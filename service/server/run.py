@@ -1,9 +1,10 @@
-"""Runs uvicorn, and ends it without losing a request.
+"""Runs uvicorn, and stops it without losing a request.
 
-SIGTERM makes readiness fail; the service goes on serving for `SURFACE_DRAIN_DELAY`, so that a
-proxy can find another instance. Then it accepts no more connections and waits for the running
-requests, for `SURFACE_DRAIN_TIMEOUT`. SIGINT (Ctrl-C) has no such delay. Either way the exit code
-is 0. A second signal ends the process at once, with 128 and the signal's number.
+After a SIGTERM the service is not ready any more, but still serves requests for
+`SURFACE_DRAIN_DELAY`, so that a proxy can find another instance. Then it accepts no more
+connections, and waits at most `SURFACE_DRAIN_TIMEOUT` for the running requests. After a SIGINT
+(Ctrl-C) it does not wait for the delay. In both cases the exit code is 0. A second signal ends the
+process at once; the exit code is then 128 plus the number of the signal.
 """
 
 import asyncio
@@ -25,7 +26,7 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from service.api.observing.metrics import RequestCounters
-from service.server.protocol import BoundedProtocol, with_failure_response
+from service.server.protocol import BoundedProtocol, add_failure_response
 from service.settings.values import Settings
 
 if sys.platform != "win32":  # Windows has no such limit of open files
@@ -40,14 +41,14 @@ class Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, settings: Settings, state: Any) -> None:
         super().__init__(config)
         self._settings, self._state = settings, state
-        self._ends_at = 0.0
+        self._stop_time = 0.0
 
     def handle_exit(self, sig: int, _: FrameType | None) -> None:
-        """Handles a signal; uvicorn alone would raise it again at the end."""
+        """Handles a signal. Without this method uvicorn would raise the signal again at the end."""
         if self.should_exit:
             os._exit(128 + sig)
         delay = self._settings.drain_delay if sig == signal.SIGTERM else 0.0
-        self._ends_at = time.monotonic() + delay
+        self._stop_time = time.monotonic() + delay
         self._state.ready = False
         self.should_exit = True
         text = f"Stops because of {signal.Signals(sig).name}; serves requests for {delay:g} s more"
@@ -65,10 +66,10 @@ class Server(uvicorn.Server):
         for connection in list(self.server_state.connections):
             if isinstance(connection, BoundedProtocol):
                 connection.end_if_late(now)
-        return await super().on_tick(counter) and time.monotonic() >= self._ends_at
+        return await super().on_tick(counter) and time.monotonic() >= self._stop_time
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Waits for the running requests; those that uvicorn cancels still get a response."""
+        """Waits for the running requests; requests that uvicorn cancels still get a response."""
         self._state.ready = False
         await super().shutdown(sockets)
         if self.server_state.tasks:
@@ -76,15 +77,15 @@ class Server(uvicorn.Server):
 
 
 def notify(state: str) -> None:
-    """Notifies the supervisor as sd_notify(3) does, if there is one: `READY=1`, `STOPPING=1`."""
+    """Sends a state, `READY=1` or `STOPPING=1`, to the supervisor, if any, as sd_notify(3) does."""
     if address := os.environ.get("NOTIFY_SOCKET"):
         with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
-            sock.connect(re.sub("^@", "\0", address))  # a name outside of the file system
+            sock.connect(re.sub("^@", "\0", address))  # "@" means a name outside the file system
             sock.send(state.encode())
 
 
 def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
-    """The server of an application with this state; `other` are settings of uvicorn."""
+    """The server of an application with this state; `other`: further settings of uvicorn."""
     state = SimpleNamespace(ready=True) if state is None else state
     observed: RequestCounters | None = getattr(state, "observed", None)
     state.count_refusal = observed.count_refusal if observed else lambda _: None
@@ -103,7 +104,7 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
         "server_header": False,
         "proxy_headers": False,
     }
-    app = with_failure_response(app, settings, state)
+    app = add_failure_response(app, settings, state)
     server = Server(uvicorn.Config(app, **options | other), settings, state)
     state.connections = server.server_state.connections
     return server
@@ -112,7 +113,7 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
 def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
     """Serves requests until a signal, then ends the process with exit code 0.
 
-    (A return would make Python wait for threads that still compute.)
+    It does not return, because Python would then wait for threads that still compute.
 
     Raises
     ------
@@ -141,8 +142,8 @@ def raise_file_limit(needed: int) -> None:
     """Raises the limit of open files; warns if the system does not allow it."""
     if sys.platform != "win32":
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-        most = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
-        if soft != resource.RLIM_INFINITY and soft < most:
-            resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
-        if most < needed:
-            _log.warning("the service needs %d open files, and the system allows %d", needed, most)
+        new = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
+        if soft != resource.RLIM_INFINITY and soft < new:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (new, hard))
+        if new < needed:
+            _log.warning("the service needs %d open files, and the system allows %d", needed, new)

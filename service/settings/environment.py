@@ -1,6 +1,6 @@
 """Reads the settings: variables `SURFACE_…` of the environment, and flags of the command line.
 
-The service and the command line read them once, at the start.
+The service and the command line read the settings once, at the start.
 """
 
 import logging
@@ -20,47 +20,49 @@ from service.settings.listening import PREFIX
 from service.settings.values import Settings
 
 ALL_MEMORY = 1 << 45
-"""Bytes: more memory than any machine has."""
+"""A limit of memory that has no effect: more bytes than any machine has."""
 
 _log = logging.getLogger(__name__)
 
 _CLIENT_VARIABLES = frozenset({f"{PREFIX}KEY"})
-"""Variables that the command line reads as a client. A machine that serves may have them too."""
+"""Variables of the command line as a client. They may also be set where the service runs."""
 
 
 class _FromEnvironment(Settings, BaseSettings):
-    """Settings from arguments first, then from variables. `.env` files are left to the shell."""
+    """Settings from arguments, or else from environment variables; `.env` files are not read."""
 
     model_config = SettingsConfigDict(env_prefix=PREFIX)
 
 
-def from_environment() -> Settings:
-    """The settings, read from variables such as SURFACE_MAX_BODY_BYTES; others keep their defaults.
+def read_environment() -> Settings:
+    """The settings from variables such as SURFACE_MAX_BODY_BYTES, or else their defaults.
 
-    Lists are comma-separated. The log names each unknown variable, but the service still starts:
-    Kubernetes sets some of its own for a Service that is called "surface".
+    Lists are comma-separated. The log names each unknown variable `SURFACE_…`, but the service
+    starts: Kubernetes sets variables of this form for a Service with the name "surface".
 
     Raises
     ------
     InvalidSettings
         Names every invalid variable, its value and its valid values.
     """
-    known = {variable(name) for name in Settings.model_fields}
+    variables = {variable(name) for name in Settings.model_fields}
     for name in sorted(os.environ):
-        if name.startswith(PREFIX) and name not in known | _CLIENT_VARIABLES:
-            near = next(iter(get_close_matches(name, known, 1)), "docs/settings.md lists them all")
-            _log.warning("%s is not a setting of this service; perhaps: %s", name, near)
+        if name.startswith(PREFIX) and name not in variables | _CLIENT_VARIABLES:
+            suggestion = next(
+                iter(get_close_matches(name, variables, 1)), "docs/settings.md lists them all"
+            )
+            _log.warning("%s is not a setting of this service; perhaps: %s", name, suggestion)
     folder = {"store": str(user_data_path("surface-service", appauthor=False))}
     defaults: dict[str, Any] = {} if variable("store") in os.environ else folder
     texts = {name: os.environ.get(variable(name), "") for name in Settings.model_fields}
     try:
         settings = _FromEnvironment(**defaults)
     except ValidationError as error:
-        raise _error_of(error, texts, {name: variable(name) for name in texts}) from None
+        raise _settings_error(error, texts, {name: variable(name) for name in texts}) from None
     return Settings(**settings.model_dump())
 
 
-def for_one_command() -> Settings:
+def command_settings() -> Settings:
     """The settings of a command that computes in its own process.
 
     The command may use all memory of the machine, unless SURFACE_MEMORY_BYTES sets a limit.
@@ -69,14 +71,19 @@ def for_one_command() -> Settings:
     ------
     InvalidSettings
     """
-    settings = from_environment()
+    settings = read_environment()
     if variable("memory_bytes") in os.environ:
         return settings
     return settings.model_copy(update={"memory_bytes": ALL_MEMORY})
 
 
-def with_flags(settings: Settings, flags: Mapping[str, str]) -> Settings:
-    """The settings, some replaced by command-line flags; `flags` maps names such as "port".
+def apply_flags(settings: Settings, flags: Mapping[str, str]) -> Settings:
+    """The settings, some of them replaced by command-line flags.
+
+    Parameters
+    ----------
+    flags : Mapping
+        Texts by names of settings, such as "port".
 
     Raises
     ------
@@ -86,7 +93,7 @@ def with_flags(settings: Settings, flags: Mapping[str, str]) -> Settings:
     try:
         return Settings(**{**settings.model_dump(), **flags})
     except ValidationError as error:
-        raise _error_of(error, flags, {name: f"--{name}" for name in flags}) from None
+        raise _settings_error(error, flags, {name: f"--{name}" for name in flags}) from None
 
 
 def variable(name: str) -> str:
@@ -104,7 +111,7 @@ def describe_values(field: FieldInfo) -> str:
         return "true or false"
     if kind := _NUMBERS.get(ByteSize if ByteSize in field.metadata else field.annotation):
         least = _bound(field, "ge")
-        # A time may be short, but not 0.
+        # A time may be as short as you like, but not 0.
         begin = f"from {least}" if least is not None else "above 0"
         return f"{kind} {begin}{' ' if least is not None else ', '}to {_bound(field, 'le')}"
     if field.annotation is str:
@@ -114,17 +121,18 @@ def describe_values(field: FieldInfo) -> str:
 
 
 def _bound(field: FieldInfo, name: str) -> object:
+    """The least ("ge") or greatest ("le") value of a setting, or None."""
     return next((getattr(part, name) for part in field.metadata if hasattr(part, name)), None)
 
 
-def _error_of(
+def _settings_error(
     error: ValidationError, texts: Mapping[str, str], places: Mapping[str, str]
 ) -> InvalidSettings:
     """The error with one line for each invalid setting; it does not repeat secrets."""
     lines = []
     for name in dict.fromkeys(str(each["loc"][0]) for each in error.errors()):
         field = Settings.model_fields[name]
-        secret = "SecretStr" in str(field.annotation)
-        got = "something else" if secret else repr(texts[name]) if texts[name] else "nothing"
+        is_secret = "SecretStr" in str(field.annotation)
+        got = "something else" if is_secret else repr(texts[name]) if texts[name] else "nothing"
         lines.append(f"{places[name]}: got {got}, needed {describe_values(field)}.")
     return InvalidSettings("\n".join(lines))

@@ -15,11 +15,13 @@ HOST, PORT = "127.0.0.1", 8000
 """The default address."""
 
 _WILDCARDS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
-"""The loopback address at which a service can be reached that listens at all addresses."""
+"""For a host that means all addresses: the loopback address at which the service can be reached."""
 
 
-def listening_at(host: str | None, port: str | None) -> tuple[str, int]:
-    """Host and port of a service on this machine: the arguments, else SURFACE_HOST and _PORT.
+def find_address(host: str | None, port: str | None) -> tuple[str, int]:
+    """Host and port of the service on this machine, from the arguments or from the environment.
+
+    The variables are SURFACE_HOST and SURFACE_PORT; a wildcard host becomes the loopback address.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Set-up of the process: BLAS threads, the heap, the garbage collector, and its memory limit."""
+"""Set-up of the process: BLAS threads, the heap, the garbage collector, and the memory limit."""
 
 import ctypes
 import gc
@@ -14,13 +14,13 @@ from threadpoolctl import threadpool_limits
 from service.bases.cache import MESH_PLANS
 
 MIN_MEMORY = 1 << 24
-"""Bytes of memory without which the service can compute hardly any mesh."""
+"""Bytes of memory: with less, the service could hardly compute any mesh."""
 
 MAX_PLAN_BYTES = 256 << 20
-"""The most bytes of all plans of meshes, enough for 12 plans of 1,000,000 vertices."""
+"""The most bytes of all mesh plans, enough for 12 plans of 1,000,000 vertices."""
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
-"""Numbers of parameters in glibc's `malloc.h`."""
+"""Numbers of the parameters of `mallopt`, from glibc's `malloc.h`."""
 
 MMAP_BYTES, FREE_BYTES = 1 << 22, 1 << 26
 """Bytes. A block of `MMAP_BYTES` or more has pages of its own, which go back to the system when the
@@ -30,7 +30,7 @@ block is freed. The heap may keep `FREE_BYTES` free bytes at its end."""
 def pin_blas() -> None:
     """Keeps BLAS on one thread for the rest of the process.
 
-    The matrices of a surface are small: several threads would only wait for each other, and under
+    The matrices of a surface are small. Several threads would mostly wait for each other, and under
     load the slowest requests would take 20 times as long.
     """
     threadpool_limits(limits=1, user_api="blas")
@@ -55,12 +55,14 @@ def share_heap() -> None:
 
 
 def limit_plans(memory: int) -> None:
-    """Lets plans of meshes take 1/16 of `memory` (in bytes), and at most `MAX_PLAN_BYTES`."""
+    """Lets mesh plans take 1/16 of `memory` bytes, and at most `MAX_PLAN_BYTES`."""
     MESH_PLANS.capacity = min(memory // 16, MAX_PLAN_BYTES)
 
 
 def trim_heap() -> None:
-    """Gives free whole pages of the heap back to the system (blocks below `MMAP_BYTES`).
+    """Gives whole free pages of the heap back to the system.
+
+    The heap has the blocks below `MMAP_BYTES`; larger blocks go back at once.
 
     References
     ----------
@@ -73,15 +75,18 @@ def trim_heap() -> None:
 def collect_rarely() -> None:
     """Makes Python look for reference cycles less often.
 
-    By default it looks after every 700 new objects: a document of 3 MB then takes 2.5 times as
-    long to parse.
+    By default Python looks after every 700 new objects; to parse a document of 3 MB then takes 2.5
+    times as long.
     """
     gc.set_threshold(50_000, 20, 100)
 
 
 @contextmanager
 def pause_collection() -> Iterator[None]:
-    """Switches the garbage collector off: parsing a document makes no reference cycles."""
+    """Switches the garbage collector off in the `with` block.
+
+    For parsing a document, which makes no reference cycles.
+    """
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -113,16 +118,16 @@ def _limits(root: Path) -> Iterator[int]:
     for line in lines:
         _, controllers, path = line.split(":", 2)
         if not controllers:
-            place, name = groups, "memory.max"
+            folder, name = groups, "memory.max"
         elif "memory" in controllers.split(","):
-            place, name = groups / "memory", "memory.limit_in_bytes"
+            folder, name = groups / "memory", "memory.limit_in_bytes"
         else:
             continue
-        # Inside a container the path may be the host's; then the limit is at the top.
+        # Inside a container the path may be that of the host; then the limit is in the top folder.
         group_path = PurePosixPath(path.lstrip("/"))
         for group in (group_path, *group_path.parents):
             try:
-                text = (place / group / name).read_text(encoding="ascii")
+                text = (folder / group / name).read_text(encoding="ascii")
             except (OSError, UnicodeError):
                 continue
             if text.strip().isdigit():  # a group without a limit has "max"

@@ -16,11 +16,12 @@ from service.settings.runtime import MIN_MEMORY, half_of_memory
 from service.surface.checks import MAX_DEGREE
 
 REQUEST_SHARE = 11 / 16
-"""The part of the memory that one request may use beside its body; the rest is for other bodies."""
+"""The part of the memory that one request may work in, beside its body. `service.api.workers`
+divides the memory."""
 
 
 def _parts(value: object) -> object:
-    """The items of a comma-separated list."""
+    """The items of a comma-separated list; a value that is not a string is returned unchanged."""
     if not isinstance(value, str):
         return value
     return tuple(part.strip() for part in value.split(",") if part.strip())
@@ -34,7 +35,7 @@ Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(
 class Settings(BaseModel):
     """All settings; without arguments, the defaults.
 
-    Only `from_environment` reads the environment.
+    Only `read_environment` reads the environment.
     """
 
     model_config = ConfigDict(
@@ -43,7 +44,9 @@ class Settings(BaseModel):
 
     # Addresses
     host: str = Field(default=HOST, min_length=1, description="Address to listen at.")
-    port: int = Field(default=PORT, ge=0, le=65535, description="Port to listen at; 0 takes any.")
+    port: int = Field(
+        default=PORT, ge=0, le=65535, description="Port to listen at; 0 means any free port."
+    )
     trusted_proxies: Texts = Field(
         default=(),
         description="Addresses and networks of trusted proxies, such as `10.0.0.0/8`, or `unix` "
@@ -88,7 +91,7 @@ class Settings(BaseModel):
         default=DEFAULT_LIMITS.max_values,
         ge=1000,
         le=1 << 32,
-        description="Commas and opening brackets of a JSON body; a control point has 4.",
+        description="Commas and opening brackets of a JSON body; a control point takes 4.",
     )
     max_json_depth: int = Field(
         default=DEFAULT_LIMITS.max_depth,
@@ -139,7 +142,7 @@ class Settings(BaseModel):
         default=64,
         ge=0,
         le=100_000,
-        description="Requests that may wait for a thread or for memory; further ones are refused.",
+        description="Requests that may wait for a thread or for memory; the service refuses more.",
     )
     max_connections: int = Field(
         default=2048, ge=1, le=1_000_000, description="Open connections at the same time."
@@ -166,14 +169,15 @@ class Settings(BaseModel):
         default=75,
         gt=0,
         le=3600,
-        description="Time that a connection may be idle; set it longer than the proxy's.",
+        description="Time for which a connection may be idle; set a longer time than that of the "
+        "proxy.",
     )
     drain_delay: float = Field(
         default=0,
         ge=0,
         le=600,
-        description="Time after SIGTERM during which the service still serves all requests but "
-        "`/health/ready`: as long as the load balancer needs to notice.",
+        description="Time after SIGTERM for which the service still serves requests while "
+        "`/health/ready` returns 503: as long as the load balancer needs to notice.",
     )
     drain_timeout: float = Field(
         default=25,
@@ -202,8 +206,8 @@ class Settings(BaseModel):
     # Access
     api_keys: Texts = Field(
         default=(),
-        description="API keys, as `surface key` prints them: `name:hash`. Computing and storing "
-        "need one of them. Without keys, here or in a file, every client may do both.",
+        description="API keys, as `surface key` prints them: `name:hash`. To compute and to store, "
+        "clients then need a key. Without keys, here or in a file, every client may do both.",
     )
     api_keys_file: str = Field(
         default="",
@@ -216,8 +220,8 @@ class Settings(BaseModel):
     )
     signing_keys: Secrets = Field(
         default=(),
-        description="Secrets of 32 letters or more that sign URLs: the service signs with the "
-        "first and accepts all. Without a secret, URLs cannot be signed.",
+        description="Secrets that sign URLs, each of 32 characters or more: the service signs with "
+        "the first secret and accepts signatures of all. Without a secret, URLs cannot be signed.",
     )
     rate_limit: int = Field(
         default=0,

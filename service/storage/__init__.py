@@ -1,1 +1,1 @@
-"""Where surfaces are kept: whole objects under their hashes, in a folder or a bucket."""
+"""Stores surfaces as objects under their hashes, in a folder, in memory or in a bucket."""

@@ -24,13 +24,13 @@ BUCKETS = ("s3", "gs", "az")
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):")
 
-# A client waits for the response, so retries end early. (obstore's connection options stay unset:
-# if one is set, obstore ignores those of the environment.)
+# A client waits for the response, so retries end early. (The connection options of obstore stay
+# unset: if one option is set, obstore ignores all of them in the environment.)
 _RETRIES: "RetryConfig" = {"max_retries": 3, "retry_timeout": timedelta(seconds=30)}
 
 
 class InvalidStore(ValueError):
-    """The address names no store, or the store cannot be written to."""
+    """The address names no store, or the service cannot write to the store."""
 
 
 def open_store(address: str, quota: int) -> SurfaceStore:
@@ -40,8 +40,8 @@ def open_store(address: str, quota: int) -> SurfaceStore:
     ----------
     address : str
         A folder, or `file:///folder`, which is made if it does not exist; `memory://`, whose
-        content the process loses at its end; or a bucket, `s3://bucket/prefix`, with its region,
-        keys and endpoint in the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
+        content is lost at the end of the process; or a bucket, `s3://bucket/prefix`, whose region,
+        keys and endpoint are in the environment (AWS_REGION, AWS_ACCESS_KEY_ID, …).
     quota : int
         Bytes that all objects may take together; 0 sets no limit.
 
@@ -51,18 +51,19 @@ def open_store(address: str, quota: int) -> SurfaceStore:
     """
     scheme = _SCHEME.match(address)
     if scheme is None:
-        return SurfaceStore(_folder(Path(address)), quota)
+        return SurfaceStore(_open_folder(Path(address)), quota)
     name = scheme[1].lower()
     if name == "file":
-        return SurfaceStore(_folder(_path_of(address)), quota)
+        return SurfaceStore(_open_folder(_path_of(address)), quota)
     if name == "memory":
         if urlsplit(address)[1:] != ("", "", "", ""):
             raise InvalidStore(f"got {address!r}, needed memory:// alone.")
         return SurfaceStore(Bucket(MemoryStore()), quota)
     if name in BUCKETS:
-        return SurfaceStore(_bucket(address), quota)
-    known = ", ".join(f"{each}://" for each in ("file", "memory", *BUCKETS))
-    raise InvalidStore(f"got {address!r}, needed a folder, or an address that begins with {known}.")
+        return SurfaceStore(_open_bucket(address), quota)
+    schemes = ", ".join(f"{scheme}://" for scheme in ("file", "memory", *BUCKETS))
+    needed = f"a folder, or an address that begins with {schemes}"
+    raise InvalidStore(f"got {address!r}, needed {needed}.")
 
 
 def _path_of(address: str) -> Path:
@@ -74,8 +75,8 @@ def _path_of(address: str) -> Path:
     return Path(path)
 
 
-def _folder(path: Path) -> Folder:
-    """The backend of a folder, after a test file was written to it."""
+def _open_folder(path: Path) -> Folder:
+    """The backend of a folder; writes a test file to it first."""
     try:
         root = path.expanduser().absolute()
         for name in (SURFACES, STAGING):
@@ -83,7 +84,7 @@ def _folder(path: Path) -> Folder:
         with tempfile.TemporaryFile(dir=root / STAGING):
             pass
     except OSError as error:
-        # With a full disk the service still serves the stored surfaces.
+        # If only the disk is full, the service still serves the stored surfaces.
         if error.errno not in DISK_FULL or not (root / STAGING).is_dir():
             text = f"surfaces cannot be kept in the folder {str(path)!r}: {reason_of(error)}."
             raise InvalidStore(text) from None
@@ -92,7 +93,7 @@ def _folder(path: Path) -> Folder:
     return Folder(LocalStore(root), root, CapacityLimiter(1))
 
 
-def _bucket(address: str) -> Bucket:
+def _open_bucket(address: str) -> Bucket:
     """The backend of a bucket; the first use shows whether it can be reached."""
     try:
         return Bucket(from_url(address, retry_config=_RETRIES))

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from obstore.store import ObjectStore
 
 STAGING = "staging"
-"""Folder of files that are being written."""
+"""Name of the folder of files that are being written."""
 
-ABANDONED = 3600.0
-"""Seconds after which a file in `staging/` counts as left behind by a killed process."""
+ABANDONED_AFTER = 3600.0
+"""Seconds after which a file in `staging/` counts as unfinished, of a process that was killed."""
 
 
 @dataclass(frozen=True)
@@ -35,26 +35,26 @@ class Bucket:
         await obstore.put_async(self.objects, key, content, use_multipart=False)
 
     async def sweep(self) -> None:
-        """Removes files that killed processes left behind; does nothing for a bucket."""
+        """Removes unfinished files of killed processes; a bucket has none."""
 
     async def touch(self) -> None:
-        """Returns if the bucket responds: one listing of at most 256 prefixes."""
+        """Lists at most 256 prefixes; raises an error if the bucket does not respond."""
         await obstore.list_with_delimiter_async(self.objects, SURFACES)
 
 
 @dataclass(frozen=True)
 class Folder(Bucket):
-    """A folder. Every file below its `surfaces/` is complete and on the disk.
+    """A folder. Every file in its folder `surfaces/` is complete and on the disk.
 
-    To store an object, the service writes a file in `staging/`, forces it to the disk, renames it,
-    and forces the folders that name it to the disk. Whenever the process is killed or the power
-    fails, the name is missing or leads to the whole content. (obstore alone does not call fsync:
-    the system would decide when bytes reach the disk.)
+    To store an object, the service writes a file in `staging/`, forces it to the disk (fsync),
+    renames it, and forces the folders that have its name to the disk. If the process is killed or
+    the power fails at any moment, the object is complete or does not exist. (obstore alone does not
+    call fsync: the system would decide when bytes reach the disk.)
     """
 
     root: Path
     touch_limiter: CapacityLimiter
-    """Lets one thread at a time look at the folder: if the kernel blocks, only one thread hangs."""
+    """Lets one thread at a time look at the folder: if the file system blocks, one thread hangs."""
 
     async def write(self, key: str, content: bytes) -> None:
         """Stores an object or replaces it; once this returns, a crash does not lose it."""
@@ -77,14 +77,14 @@ class Folder(Bucket):
         await to_thread.run_sync(_sweep, self.root / STAGING)
 
     async def touch(self) -> None:
-        """Returns if the folder is there."""
+        """Looks at the folder; raises `OSError` if it does not exist."""
         await to_thread.run_sync(
             os.stat, self.root / SURFACES, abandon_on_cancel=True, limiter=self.touch_limiter
         )
 
 
 def make_folder(path: Path) -> None:
-    """Makes a folder and its missing parents, and forces their names to the disk."""
+    """Makes a folder and its missing parents, and forces them to the disk."""
     if not path.is_dir():
         make_folder(path.parent)
         path.mkdir(exist_ok=True)
@@ -92,13 +92,13 @@ def make_folder(path: Path) -> None:
 
 
 def _sync(*paths: Path) -> None:
-    """Forces files, or the names in folders, to the disk."""
+    """Forces the content of files, and the names in folders, to the disk."""
     for path in paths:
         file = os.open(path, os.O_RDONLY)
         try:
             os.fsync(file)
         except OSError as error:
-            # Some network file systems cannot do this for folders, and need not.
+            # Some network file systems do not support this for folders, and do not need it.
             if not path.is_dir() or error.errno not in (errno.EINVAL, errno.ENOTSUP):
                 raise
         finally:
@@ -111,9 +111,9 @@ def _remove(file: Path) -> None:
 
 
 def _sweep(staging: Path) -> None:
-    oldest = time.time() - ABANDONED
+    limit = time.time() - ABANDONED_AFTER
     with os.scandir(staging) as entries:
         for entry in entries:
             with suppress(FileNotFoundError):  # another process sweeps too
-                if entry.stat().st_mtime < oldest:
+                if entry.stat().st_mtime < limit:
                     os.unlink(entry)

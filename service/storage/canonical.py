@@ -3,25 +3,26 @@
     content = header, line feed, numbers
     id      = SHA-256 of the content, in hexadecimal
 
-The header is one line of JSON, in ASCII, its keys sorted, without blanks:
+The header is one line of JSON, in ASCII, with sorted keys and without spaces:
 
     {"arrays":[["float64",[2,2,3]]],"canonical":1,"surface":{"control_net":null,…}}
 
-`surface` is the definition as in a request; each null in it stands for an array, whose type and
-shape are the next in `arrays`. The numbers of these arrays follow the line feed, one array after
-the other, little-endian, 8 bytes each, the last axis fastest. The net of a triangle is one axis of
-(n+1)(n+2)/2 entries.
+`surface` is the definition as in a request, with null in place of each array. `arrays` has the
+types and shapes of these arrays, in the same order. Their numbers follow the line feed, one array
+after another, little-endian, 8 bytes each, the last axis fastest. The net of a triangle of degree n
+is one axis of (n+1)(n+2)/2 points.
 
-The content has the values of a surface after its checks: −0 is 0, one number for two directions is
-two numbers, keys of JSON objects are sorted, and defaults are written out. Two contents are equal
-if and only if these values are equal; then all meshes are equal too. A difference in one bit of one
-number gives another content, except for weights beyond 2^±64, of which only quotients are kept.
-Names are compared character by character: composed and decomposed letters are different.
+The content has the values that a surface has after its checks: −0 is 0, one number for both
+directions is two numbers, keys of JSON objects are sorted, and defaults are written out. Two
+contents are equal if and only if these values are equal; then all meshes are equal too. A
+difference in one bit of one number gives another content, except for weights outside of 2^-64 to
+2^64, which the checks multiply by a common power of two. Names are compared character by character:
+composed and decomposed Unicode characters are different.
 
-Ids are permanent. So, when you extend the language: fields that are in the header today stay there,
-in this form. `definition` leaves out a new field of a surface if the field has its default, and
-this default never changes; so every stored surface keeps its id. Another form of the content would
-be `"canonical": 2`, in addition to this one.
+Ids are permanent. If you add a field to a kind of surface, every stored surface must keep its id:
+so the present fields of the header stay there, in this form; `definition` leaves the new field out
+if it has its default; and this default never changes. Another form of the content would be
+`"canonical": 2`, and the service would still read this form.
 """
 
 import json
@@ -53,10 +54,10 @@ Arrays: TypeAlias = list[NDArray[Any]]
 def canonical_content(surface: Surface) -> bytes:
     """The canonical content of a surface; `restore_surface` reads it."""
     arrays: Arrays = []
-    tree = _without_arrays(definition(surface, flat=True), arrays)
-    described = [[array.dtype.name, array.shape] for array in arrays]
+    tree = _take_arrays(definition(surface, flat=True), arrays)
+    types_and_shapes = [[array.dtype.name, array.shape] for array in arrays]
     header = json.dumps(
-        {"arrays": described, "canonical": VERSION, "surface": tree},
+        {"arrays": types_and_shapes, "canonical": VERSION, "surface": tree},
         sort_keys=True,
         separators=(",", ":"),
         allow_nan=False,
@@ -71,18 +72,18 @@ def surface_id(content: bytes) -> str:
 
 
 def restore_surface(content: bytes, limits: DocumentLimits) -> Surface:
-    """The surface of a content, checked like a posted one.
+    """The surface with this canonical content, checked like a posted surface.
 
     Raises
     ------
     InvalidRequest
-        The surface exceeds the limits, which may have been larger before. Pointers are below
-        `/surface`.
+        The surface exceeds the limits, which may have been larger when it was stored. Pointers
+        begin with `/surface`.
     DamagedObject
         `content` is not the content of a surface.
     """
     try:
-        tree = _definition(content)
+        tree = _read_definition(content)
     except (ValueError, LookupError, TypeError, ArithmeticError, StopIteration, RecursionError):
         raise DamagedObject from None
     return validate_document(SurfaceRequest, {"surface": tree}, limits).to_surface()
@@ -113,30 +114,30 @@ def plan_content(surface: Surface) -> ContentWork:
     return ContentWork(surface, definition_cost(surface.stored_size(), DEFAULT_LIMITS))
 
 
-def _without_arrays(value: Any, arrays: Arrays) -> Any:
-    """The value with None for each array; appends the arrays to `arrays`, in the header's order."""
+def _take_arrays(value: Any, arrays: Arrays) -> Any:
+    """The value with None in place of each array; appends the arrays to `arrays`, in this order."""
     if isinstance(value, np.ndarray):
         arrays.append(value)
         return None
     if isinstance(value, Mapping):
-        return {key: _without_arrays(value[key], arrays) for key in sorted(value)}
+        return {key: _take_arrays(value[key], arrays) for key in sorted(value)}
     if isinstance(value, list | tuple):
-        return [_without_arrays(item, arrays) for item in value]
+        return [_take_arrays(item, arrays) for item in value]
     return value
 
 
-def _with_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
-    """The tree with the next array for each None."""
+def _insert_arrays(tree: Any, arrays: Iterator[NDArray[Any]]) -> Any:
+    """The tree with the next array in place of each None."""
     if tree is None:
         return next(arrays)
     if isinstance(tree, dict):
-        return {key: _with_arrays(item, arrays) for key, item in tree.items()}
+        return {key: _insert_arrays(item, arrays) for key, item in tree.items()}
     if isinstance(tree, list):
-        return [_with_arrays(item, arrays) for item in tree]
+        return [_insert_arrays(item, arrays) for item in tree]
     return tree
 
 
-def _definition(content: bytes) -> Any:
+def _read_definition(content: bytes) -> Any:
     """The surface's definition, as in a request; its arrays are views of `content`."""
     end = content.index(b"\n")
     header = json.loads(content[:end])
@@ -150,8 +151,8 @@ def _definition(content: bytes) -> Any:
         flat = np.frombuffer(content, _TYPES[name], prod(shape), start)
         arrays.append(flat.reshape(shape))
         start += flat.nbytes
-    left = iter(arrays)
-    tree = _with_arrays(header["surface"], left)
-    if start != len(content) or next(left, None) is not None:
+    unused = iter(arrays)
+    tree = _insert_arrays(header["surface"], unused)
+    if start != len(content) or next(unused, None) is not None:
         raise ValueError("more numbers than the header names")
     return tree

@@ -1,4 +1,4 @@
-"""Errors of obstore and the system: the log gets the full text, the client a short one."""
+"""Errors of obstore and the system: the log gets the full text, the client a short text."""
 
 import errno
 import logging
@@ -11,24 +11,24 @@ from obstore.exceptions import BaseError
 from service.errors import Issue, StoreFailed, StoreFull
 
 DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
-"""Error numbers of a disk that is full, or full for this user."""
+"""Error numbers of a full disk, and of an exceeded disk quota of the user."""
 
 _log = logging.getLogger(__name__)
 
 
 @contextmanager
 def translate_errors(action: str) -> Iterator[None]:
-    """Turns any error of a store into `StoreFull` or `StoreFailed`, and logs it.
+    """Logs any error of a store in the `with` block; raises `StoreFull` or `StoreFailed` for it.
 
     Parameters
     ----------
     action : str
-        The operation, for the log: "storing surfaces/ab/…".
+        The operation, for the log, such as "storing surfaces/ab/…".
     """
     try:
         yield
     except (BaseError, OSError, ValueError, TimeoutError) as error:
-        # obstore appends a dump of its own structures.
+        # obstore appends a description of its internal objects to the text.
         reason = str(error).partition("\n\nDebug source")[0]
         _log.error("%s failed: %s", action, reason or type(error).__name__)
         if is_disk_full(error):
@@ -44,7 +44,7 @@ def disk_full() -> StoreFull:
 def is_disk_full(error: Exception) -> bool:
     """Whether an error says that the disk is full.
 
-    obstore has no class for it: its messages end with the operating system's error number.
+    obstore has no class for this error: its messages end with the operating system's error number.
     """
     if isinstance(error, OSError) and error.errno is not None:
         return error.errno in DISK_FULL

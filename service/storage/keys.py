@@ -1,4 +1,4 @@
-"""Keys of stored objects: made from their hashes, never from names that a client chose."""
+"""Keys of stored objects, made from their hashes and never from names that a client chose."""
 
 import re
 
@@ -19,8 +19,8 @@ def key_of(id: str) -> str:
     Raises
     ------
     ValueError
-        `id` is not a SHA-256. This is the last check before a file system; callers that get names
-        from a request call `is_id` first.
+        `id` is not a SHA-256. This is the last check before a file is opened; callers that get ids
+        from a request must call `is_id` first.
     """
     if not is_id(id):
         raise ValueError("an id has 64 hexadecimal digits")

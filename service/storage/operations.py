@@ -1,4 +1,4 @@
-"""Counts a store's operations by kind and outcome, and the seconds they took."""
+"""Counts a store's operations by kind and outcome, and adds up their seconds."""
 
 import time
 from collections.abc import Iterator

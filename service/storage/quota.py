@@ -8,11 +8,13 @@ from contextlib import asynccontextmanager
 
 from service.errors import Issue, StoreFull, SurfaceError
 
-FRESH = 30.0
-"""Seconds for which a count is recent enough to refuse an object."""
+FRESH_SECONDS = 30.0
+"""The age of a count up to which the store may refuse an object; otherwise it counts again
+first."""
 
-STALE = 600.0
-"""Seconds after which a new count starts in the background; until it ends the old one is used."""
+STALE_SECONDS = 600.0
+"""The age of a count after which a new count starts in the background; until it ends, the old count
+is used."""
 
 _log = logging.getLogger(__name__)
 
@@ -20,10 +22,10 @@ _log = logging.getLogger(__name__)
 class Usage:
     """Counts the bytes in use under a quota.
 
-    A listing counts all objects once; after that, this process adds what it stores and subtracts
-    what it deletes. Changes by other processes appear at the next count: every 10 minutes, and
-    before a refusal. Between two counts all processes together may exceed the quota by what they
-    stored meanwhile.
+    A listing counts the bytes of all objects; after that, this process adds what it stores and
+    subtracts what it deletes. The next count, every 10 minutes and before a refusal, shows what
+    other processes have changed. Between two counts, all processes together may exceed the quota by
+    the bytes that they store in this time.
 
     Parameters
     ----------
@@ -44,7 +46,7 @@ class Usage:
         self._clock = clock
         self._used = 0
         self._reserved = 0
-        self._since = 0  # bytes added since the current count began
+        self._added = 0  # bytes added since the last count began
         self._counted_at: float | None = None
         self._counting: asyncio.Task[None] | None = None
 
@@ -54,9 +56,9 @@ class Usage:
         return None if self._counted_at is None else self._used
 
     async def recount(self) -> None:
-        """Counts again, or waits for the count that is running; does nothing without a quota."""
+        """Counts again, or waits for the running count; does nothing without a quota."""
         if self._quota:
-            await asyncio.shield(self._count_anew())
+            await asyncio.shield(self._start_count())
 
     @asynccontextmanager
     async def reserve(self, growth: int) -> AsyncIterator[None]:
@@ -65,10 +67,10 @@ class Usage:
         Raises
         ------
         StoreFull
-            Before the block is entered.
+            Before the block begins: there is no room.
         """
         await self._check_room(growth)
-        self._reserved += growth  # no other task has run since there was room
+        self._reserved += growth  # since the check for room, no other task has run
         try:
             yield
         finally:
@@ -78,23 +80,23 @@ class Usage:
     def add(self, growth: int) -> None:
         """Adds `growth` bytes to those in use; `growth` is negative after a deletion.
 
-        A running count may or may not include an object that is deleted meanwhile: its bytes may
-        count until the next count, so the total may be too high, but not too low.
+        A count that runs during a deletion may still include the deleted object. So until the next
+        count the total may be too high, but it is never too low.
         """
         self._used = max(0, self._used + growth)
-        self._since += max(0, growth)
+        self._added += max(0, growth)
 
     async def _check_room(self, growth: int) -> None:
         if not self._quota or not growth:
             return
         if self._counted_at is None:
             await self.recount()
-        if growth > self._left and growth <= self._quota and self._age > FRESH:
+        if growth > self._left and growth <= self._quota and self._age > FRESH_SECONDS:
             await self.recount()
         if growth > self._left:
             raise quota_exceeded(self._left, growth)
-        if self._age > STALE:
-            self._count_anew().add_done_callback(_log_failure)
+        if self._age > STALE_SECONDS:
+            self._start_count().add_done_callback(_log_failure)
 
     @property
     def _left(self) -> int:
@@ -104,22 +106,22 @@ class Usage:
     def _age(self) -> float:
         return float("inf") if self._counted_at is None else self._clock() - self._counted_at
 
-    def _count_anew(self) -> asyncio.Task[None]:
-        """The running count; one at a time."""
+    def _start_count(self) -> asyncio.Task[None]:
+        """The running count, or a new one if no count is running."""
         if self._counting is None or self._counting.done():
             self._counting = asyncio.create_task(self._count())
         return self._counting
 
     async def _count(self) -> None:
-        self._since = 0
-        began = self._clock()
-        listed = await self._list_bytes()
-        self._used = listed + self._since
-        self._counted_at = began
+        self._added = 0
+        start = self._clock()
+        listed_bytes = await self._list_bytes()
+        self._used = listed_bytes + self._added
+        self._counted_at = start
 
 
 def quota_exceeded(left: int, growth: int) -> StoreFull:
-    """The error if the quota has `left` free bytes, and a surface takes `growth` bytes."""
+    """The error for a surface of `growth` bytes if the quota has only `left` free bytes."""
     text = "The surface does not fit into the quota of the store."
     got, needed = f"{growth} bytes", f"at most {max(0, left)} bytes"
     return StoreFull(Issue("store_full", text, got=got, needed=needed))

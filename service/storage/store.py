@@ -18,32 +18,32 @@ from service.storage.keys import SURFACES, is_id, key_of
 from service.storage.operations import Operations
 from service.storage.quota import Usage
 
-AT_ONCE = 8
-"""Objects hashed, read or written at the same time: each takes memory and up to 2 threads."""
+MAX_CONCURRENT = 8
+"""Most objects that are hashed, read or written at once: each takes memory and up to 2 threads."""
 
-INLINE = 1 << 18
+INLINE_BYTES = 1 << 18
 """Most bytes of a content that the event loop hashes itself; a thread hashes larger contents."""
 
 DEADLINE = 1.0
-"""The longest time in seconds that a readiness check of a working store takes."""
+"""Seconds after which a readiness check counts as failed."""
 
-REMEMBERED = 5.0
-"""Seconds for which the result of a readiness check is kept."""
+CHECK_INTERVAL = 5.0
+"""Seconds for which the result of a readiness check stays valid."""
 
-ROUND = 3600.0
+MAINTENANCE_INTERVAL = 3600.0
 """Seconds between two runs of `maintain`."""
 
 _log = logging.getLogger(__name__)
 
 
 def _reserve_nothing(_size: int) -> None:
-    """The default of `get`: the caller needs no memory reserved."""
+    """Reserves no memory: the default of `SurfaceStore.get`."""
 
 
 class SurfaceStore:
     """Stores contents under their SHA-256.
 
-    Several processes may share one backend: they write the same bytes under the same name, so
+    Several processes may share one backend: under the same name they write the same bytes, so
     their order does not matter.
     """
 
@@ -52,7 +52,7 @@ class SurfaceStore:
         self.quota = quota
         self._backend = backend
         self._usage = Usage(quota, self._list_bytes)
-        self._limiter = CapacityLimiter(AT_ONCE)
+        self._limiter = CapacityLimiter(MAX_CONCURRENT)
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
         self._ready_lock = Lock()
         self._last_check: tuple[float, bool] | None = None
@@ -66,8 +66,8 @@ class SurfaceStore:
     async def put(self, id: str, content: bytes) -> bool:
         """Stores a content; returns False if it was stored already.
 
-        Once this returns, a crash does not lose the content. A damaged object is written again.
-        Content that is stored already needs no room in the quota, even if it is damaged.
+        Once this returns, a crash does not lose the content. A damaged object is written again. The
+        quota never refuses a content that is stored already, even if the object is damaged.
 
         Raises
         ------
@@ -93,7 +93,7 @@ class SurfaceStore:
                     return False
             elif before is not None:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, before, len(content))
-            # The count may or may not include the damaged object: repairing it is never refused.
+            # A count may include the damaged object or not; its repair is never refused.
             growth = len(content) if before is None else 0
             async with self._usage.reserve(growth), self._limiter:
                 with translate_errors(f"storing {key}"):
@@ -101,19 +101,19 @@ class SurfaceStore:
         return True
 
     async def get(self, id: str, reserve: Callable[[int], None] = _reserve_nothing) -> bytes:
-        """The content with this id; its hash has been checked.
+        """The content with this id; checks its hash.
 
         Parameters
         ----------
         reserve : Callable
-            Called with the number of bytes before they are read; an error that it raises ends
-            `get`.
+            Called with the number of bytes before they are read; if it raises an error, nothing is
+            read.
 
         Raises
         ------
         UnknownSurface
         DamagedObject, StoreFailed
-            The log says more.
+            The log has the details.
         """
         if not is_id(id):
             raise _build_unknown_error()
@@ -131,7 +131,7 @@ class SurfaceStore:
         return content
 
     async def has(self, id: str) -> bool:
-        """Whether an object has this id; does not read it."""
+        """Whether an object has this id; does not read the object."""
         if not is_id(id):
             return False
         with self.operations.count("has"):
@@ -160,9 +160,9 @@ class SurfaceStore:
         return True
 
     async def is_ready(self) -> bool:
-        """Whether the store answers: a cheap check with a deadline, made every 5 s at most."""
+        """Whether the store answers: a short check with a deadline, at most once in 5 s."""
         async with self._ready_lock:
-            if self._last_check is None or time.monotonic() - self._last_check[0] > REMEMBERED:
+            if self._last_check is None or time.monotonic() - self._last_check[0] > CHECK_INTERVAL:
                 self._last_check = (time.monotonic(), await self._check_backend())
                 if self._last_check[1]:
                     self._failing_since = None
@@ -178,17 +178,17 @@ class SurfaceStore:
     async def maintain(self) -> None:
         """Counts objects and removes unfinished files, now and every hour, until cancelled.
 
-        Errors are logged and do not end it.
+        It logs errors, and continues.
         """
         while True:
             with suppress(SurfaceError):
                 with translate_errors("sweeping"):
                     await self._backend.sweep()
                 await self._usage.recount()
-            await asyncio.sleep(ROUND)
+            await asyncio.sleep(MAINTENANCE_INTERVAL)
 
     def _lock(self, id: str) -> Lock:
-        """The lock for storing or deleting this id, so that only one of equal requests writes."""
+        """The lock for storing or deleting this id: of equal requests, only one writes."""
         return self._writing.setdefault(id, Lock())
 
     async def _check_backend(self) -> bool:
@@ -222,12 +222,12 @@ class SurfaceStore:
         total = 0
         with translate_errors("counting surfaces"):
             async for batch in obstore.list(self._backend.objects, SURFACES, chunk_size=1000):
-                total += sum(each["size"] for each in batch)
+                total += sum(item["size"] for item in batch)
         return total
 
 
 async def _hash(content: bytes) -> str:
-    if len(content) <= INLINE:
+    if len(content) <= INLINE_BYTES:
         return hashlib.sha256(content).hexdigest()
     return await to_thread.run_sync(lambda: hashlib.sha256(content).hexdigest())
 

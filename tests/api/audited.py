@@ -20,7 +20,7 @@ from pydantic import SecretStr
 from starlette.types import ASGIApp, Message
 
 from service.api.app import create_app
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from service.encoders.registry import BY_SUFFIX
 from service.settings.values import Settings
 
@@ -79,7 +79,7 @@ _BODIES: list[Any] = [
 ]
 """Functions that build the document of a request with a hostile name."""
 
-KEY = new_key()
+KEY = make_key()
 
 
 async def send_request(
@@ -153,7 +153,7 @@ def main(folder: Path) -> None:
     settings = Settings(
         store=str(folder / "store"),
         allow_delete=True,
-        api_keys=(entry_line("alice", KEY),),
+        api_keys=(format_entry("alice", KEY),),
         signing_keys=(SecretStr("0123456789abcdef" * 2),),
         trusted_proxies=("127.0.0.1",),
     )

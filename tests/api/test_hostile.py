@@ -5,7 +5,7 @@ from orjson import dumps
 from pydantic import SecretStr
 
 from service.api.app import create_app
-from service.api.guard.keys import entry_line
+from service.api.guard.keys import format_entry
 from service.errors import MAX_ISSUES
 from service.settings.values import Settings
 from tests.api.client import Client, start_client
@@ -62,7 +62,7 @@ def test_every_call_refuses_invalid_fields() -> None:
     """Calls and fields come from the OpenAPI document, so this also tests new calls and fields."""
     key = "sfk_" + "a1" * 32
     settings = Settings(
-        max_json_depth=16, api_keys=(entry_line("k", key),), signing_keys=(SecretStr("s" * 32),)
+        max_json_depth=16, api_keys=(format_entry("k", key),), signing_keys=(SecretStr("s" * 32),)
     )
     headers = JSON | {"Authorization": f"Bearer {key}"}
     app = create_app(settings)

@@ -243,7 +243,7 @@ async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None
 
 
 def build_entry(name: str, size: int) -> CachedResponse:
-    return CachedResponse(Subject(name, name, name, for_ever=True), bytes(size), ())
+    return CachedResponse(Subject(name, name, name, is_permanent=True), bytes(size), ())
 
 
 async def test_work_that_needs_memory_drops_cached_responses_that_are_not_being_sent() -> None:

@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from service.cli.main import main
-from service.settings.listening import listening_at
+from service.settings.listening import find_address
 from service.settings.values import Settings
 from tests.live import run_service
 from tests.programs import run_python
@@ -65,11 +65,11 @@ def test_the_health_check_connects_to_the_address_of_the_service(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The command reads the settings of the service; a wildcard becomes the loopback address."""
-    assert listening_at(None, None) == (Settings().host, Settings().port)
-    assert listening_at("10.1.2.3", "81") == ("10.1.2.3", 81)
+    assert find_address(None, None) == (Settings().host, Settings().port)
+    assert find_address("10.1.2.3", "81") == ("10.1.2.3", 81)
     monkeypatch.setenv("SURFACE_HOST", "::")
     monkeypatch.setenv("SURFACE_PORT", " 82 ")
-    assert listening_at(None, None) == ("::1", 82)
+    assert find_address(None, None) == ("::1", 82)
 
 
 def test_the_health_check_imports_no_slow_module() -> None:

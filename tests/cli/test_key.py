@@ -4,18 +4,18 @@ from collections.abc import Iterator
 
 import pytest
 
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from service.cli.main import main
 from service.settings.values import Settings
 from tests.live import run_service
 
-KEY = new_key()
+KEY = make_key()
 MESH = ["mesh", "saddle", "--resolution", "1", "-o", "-", "--format", "json"]
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    settings = Settings(api_keys=(entry_line("alice", KEY),), public_reads=False)
+    settings = Settings(api_keys=(format_entry("alice", KEY),), public_reads=False)
     with run_service(settings) as url:
         yield url
 

@@ -306,7 +306,7 @@ def test_an_interrupt_gives_exit_code_130(monkeypatch: pytest.MonkeyPatch) -> No
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("service.settings.environment.from_environment", interrupt)
+    monkeypatch.setattr("service.settings.environment.read_environment", interrupt)
     assert main(["serve"]) == 130
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from service.settings.environment import with_flags
+from service.settings.environment import apply_flags
 from service.settings.listening import PREFIX
 from service.settings.values import Settings
 
@@ -53,7 +53,7 @@ def build_settings(environment: Mapping[str, str]) -> Settings:
         if name.startswith(PREFIX)
     }
     assert texts.keys() <= Settings.model_fields.keys()
-    return with_flags(Settings(memory_bytes=MEMORY_LIMIT // 2), texts)
+    return apply_flags(Settings(memory_bytes=MEMORY_LIMIT // 2), texts)
 
 
 def check_limits(settings: Settings, memory_limit: int, stop_seconds: int) -> None:

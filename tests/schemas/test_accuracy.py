@@ -128,4 +128,4 @@ def test_options_of_the_file_that_conflict_with_flags_are_left_out(
     flags: dict[str, str], expected: set[str]
 ) -> None:
     document = {"surface": 1, "resolution": 2, "tolerance": 0.1, "camera": {}, "uvs": True}
-    assert set(command.overridden(document, flags)) == expected
+    assert set(command.drop_replaced(document, flags)) == expected

@@ -81,7 +81,7 @@ def test_requests_during_the_delay_get_the_last_response_of_their_connection() -
         assert not state.ready
         for response in (kept.get("/"), kept.get("/"), httpx.get(url)):
             assert (response.text, response.headers["connection"]) == ("quick", "close")
-        server._ends_at = 0.0  # the delay is over
+        server._stop_time = 0.0  # the delay is over
 
 
 def test_running_requests_are_answered_after_the_listener_is_closed() -> None:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from service.api.observing.record import NO_ROUTE, RequestRecord, current_record
-from service.server.logs import MAX_MESSAGE, MAX_TEXT, Lines, Records
+from service.server.logs import MAX_MESSAGE, MAX_TEXT, Lines, RecordFormatter
 from tests.programs import run_python
 
 HOSTILE = "a\nERROR:    forged\r\x1b[31m\x9b31m\u2028\u202e\x00\ud800"
@@ -33,7 +33,7 @@ def build_error_record() -> logging.LogRecord:
 
 
 def test_a_record_is_one_object_in_one_line() -> None:
-    line = Records("json").format(build_error_record())
+    line = RecordFormatter("json").format(build_error_record())
     assert line.isprintable()
     reported = json.loads(line)
     assert (reported["level"], reported["logger"], reported["message"]) == (
@@ -53,22 +53,22 @@ def test_a_record_is_one_object_in_one_line() -> None:
 
 def test_text_cannot_be_forged() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "%s", (HOSTILE * 1000,), None)
-    text = Records("text").format(record)
+    text = RecordFormatter("text").format(record)
     assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
     assert len(text) < 8 * MAX_MESSAGE
-    _, *below = Records("text").format(build_error_record()).split("\n")
+    _, *below = RecordFormatter("text").format(build_error_record()).split("\n")
     assert len(below) == 4
     assert all(line.startswith("    ") and line.isprintable() for line in below)
 
 
 def test_records_name_the_running_request() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "it", None, None)
-    assert "request_id" not in json.loads(Records("json").format(record))
+    assert "request_id" not in json.loads(RecordFormatter("json").format(record))
     token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
     try:
-        reported = json.loads(Records("json").format(record))
-        assert Records("text").format(record) == "WARNING:  it (id mine)"
+        reported = json.loads(RecordFormatter("json").format(record))
+        assert RecordFormatter("text").format(record) == "WARNING:  it (id mine)"
     finally:
         current_record.reset(token)
     ids = reported["request_id"], reported["trace_id"], reported["span_id"]
@@ -157,7 +157,7 @@ def test_lines_are_complete_and_in_order() -> None:
 
 def test_a_full_pipe_blocks_no_request() -> None:
     with open_pipe() as (read, write):
-        log = Lines(write, waiting=100)
+        log = Lines(write, max_lines=100)
         line = "x" * 1000 + "\n"
         for _ in range(500):
             log.write(line)

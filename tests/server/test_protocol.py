@@ -9,7 +9,7 @@ import httpx
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from service.server.protocol import PIPELINED
+from service.server.protocol import MAX_PIPELINED
 from tests.server.wire import Server, settle
 
 pytestmark = pytest.mark.anyio
@@ -216,10 +216,10 @@ async def test_requests_that_come_together_are_answered_in_their_order_up_to_a_n
     assert client.statuses == [200] * 6
     assert b"connection: close" not in client.wire.answer
     await client.send(b"".join(GET % i for i in range(6, 10_000)))
-    for _ in range(PIPELINED):
+    for _ in range(MAX_PIPELINED):
         await settle()
     seen = [scope["path"] for scope in echo.scopes]
-    assert seen == [f"/{i}" for i in range(6 + 1 + PIPELINED)]
+    assert seen == [f"/{i}" for i in range(6 + 1 + MAX_PIPELINED)]
     assert client.statuses == [200] * len(seen)
     assert client.wire.answer.count(b"connection: close") == 1
     assert client.wire.answer.rstrip().endswith(b"connection: close")

@@ -14,7 +14,7 @@ import httpx
 import obstore
 import pytest
 
-from service.api.observing.health import PATIENCE
+from service.api.observing.health import STORE_GRACE
 from service.errors import DamagedObject, StoreFailed, StoreFull, UnknownSurface
 from service.settings.values import Settings
 from service.storage.address import open_store
@@ -127,6 +127,6 @@ def test_service_outlives_its_store() -> None:
         ):
             assert (answer.status_code, answer.json()["code"]) == (503, "store_unavailable")
             assert url not in answer.text
-        time.sleep(PATIENCE)
+        time.sleep(STORE_GRACE)
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (503, "unavailable")

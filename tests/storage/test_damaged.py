@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from service.errors import DamagedObject
 from service.storage.keys import key_of
-from service.storage.store import INLINE, SurfaceStore
+from service.storage.store import INLINE_BYTES, SurfaceStore
 from tests.storage.backends import KINDS, compute_id, store_of
 
 pytestmark = pytest.mark.anyio
@@ -32,7 +32,7 @@ async def damage_object(store: SurfaceStore, content: bytes, instead: bytes) -> 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("damaged", DAMAGES.values(), ids=DAMAGES)
-@pytest.mark.parametrize("content", [CONTENT, b"x" * (INLINE + 1)], ids=["short", "long"])
+@pytest.mark.parametrize("content", [CONTENT, b"x" * (INLINE_BYTES + 1)], ids=["short", "long"])
 async def test_damaged_object(
     kind: str,
     damaged: Callable[[bytes], bytes],

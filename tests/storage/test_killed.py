@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.storage.backends import ABANDONED, STAGING
+from service.storage.backends import ABANDONED_AFTER, STAGING
 from tests.storage.backends import compute_id, find_file, list_files, store_of
 from tests.storage.storing import CONTENTS, generate_contents
 
@@ -74,7 +74,7 @@ async def test_files_of_killed_processes_are_not_objects_and_are_removed_after_a
 
     await store._backend.sweep()
     assert left.exists(), "another process may be writing it"
-    before = time.time() - ABANDONED - 1
+    before = time.time() - ABANDONED_AFTER - 1
     os.utime(left, (before, before))
     assert read_stored(tmp_path) == set()
     await store._backend.sweep()

@@ -7,7 +7,7 @@ import pytest
 
 from service.errors import StoreFailed, StoreFull
 from service.storage import quota as module
-from service.storage.quota import FRESH, STALE, Usage
+from service.storage.quota import FRESH_SECONDS, STALE_SECONDS, Usage
 from service.storage.store import SurfaceStore
 from tests.storage.backends import KINDS, compute_id, find_file, list_files, store_of
 
@@ -72,7 +72,7 @@ async def test_room_that_others_make_is_found(
         path.unlink()
     with pytest.raises(StoreFull):
         await put(store, TEN[2])  # the last count is recent
-    monkeypatch.setattr(module, "FRESH", -1)
+    monkeypatch.setattr(module, "FRESH_SECONDS", -1)
     assert await put(store, TEN[2])
 
 
@@ -112,13 +112,13 @@ async def test_counts_are_made_once_then_before_refusing_then_now_and_then() -> 
     await asyncio.gather(*(take(usage, 10) for _ in range(5)))
     assert place.counts == 1
     place.bytes = 20
-    place.now = FRESH + 1
+    place.now = FRESH_SECONDS + 1
     await take(usage, 80)  # 50 by our count, 20 by the listing
     assert place.counts == 2
     with pytest.raises(StoreFull):
         await take(usage, 1)
     assert place.counts == 2, "a full store is not listed for every request"
-    place.now += STALE + 1
+    place.now += STALE_SECONDS + 1
     with pytest.raises(StoreFull):
         await take(usage, 101)
     assert place.counts == 2, "what can never fit needs no listing"
@@ -134,7 +134,7 @@ async def test_an_old_count_is_used_while_a_new_one_fails() -> None:
     usage = place.usage(100)
     await take(usage, 10)
     place.broken = True
-    place.now = STALE + 1
+    place.now = STALE_SECONDS + 1
     await take(usage, 10)
     await run_tasks()
     assert place.counts == 2

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from service.errors import UnknownSurface
 from service.storage.keys import key_of
-from service.storage.store import INLINE, SurfaceStore
+from service.storage.store import INLINE_BYTES, SurfaceStore
 from tests.storage.backends import KINDS, compute_id, store_of
 
 pytestmark = pytest.mark.anyio
@@ -31,7 +31,7 @@ NAMES = [
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("size", [0, 1, INLINE + 1])
+@pytest.mark.parametrize("size", [0, 1, INLINE_BYTES + 1])
 async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Path) -> None:
     content = bytes(index % 251 for index in range(size))
     id = compute_id(content)

@@ -12,7 +12,7 @@ import pytest
 
 from service.api.cors import EXPOSED
 from service.api.openapi.document import build_full_settings
-from service.settings.environment import with_flags
+from service.settings.environment import apply_flags
 from service.settings.values import Settings
 from tests.live import run_service
 from tests.programs import find_node_package, find_program
@@ -173,7 +173,7 @@ def test_headers_are_those_that_scripts_may_read(server: str) -> None:
 def test_the_page_shows_how_to_name_origins() -> None:
     (command,) = re.findall(r"^SURFACE_CORS_ORIGINS=\S+", TEXT, re.MULTILINE)
     _, _, origins = command.partition("=")
-    allowed = with_flags(Settings(), {"cors_origins": origins}).cors_origins
+    allowed = apply_flags(Settings(), {"cors_origins": origins}).cors_origins
     assert allowed == tuple(origins.split(","))
     assert Settings().cors_origins == ("*",)
 

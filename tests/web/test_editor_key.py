@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, Request
 
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from service.settings.values import Settings
 from tests.live import run_service
 from tests.test_readme import run_shell
@@ -17,12 +17,12 @@ from tests.web.editor import READY, SADDLE, open_profile
 from tests.web.test_page_access import list_violations
 from tests.web.test_page_sharing import copy_text
 
-KEY = new_key()
+KEY = make_key()
 
 
 @pytest.fixture(scope="module")
 def private() -> Iterator[str]:
-    settings = Settings(api_keys=(entry_line("alice", KEY),), public_reads=False)
+    settings = Settings(api_keys=(format_entry("alice", KEY),), public_reads=False)
     with run_service(settings) as url:
         yield url
 
@@ -62,7 +62,7 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     enter_key(page, "password")
     assert page.is_visible("#access")
     assert len(requests) == before
-    enter_key(page, new_key())
+    enter_key(page, make_key())
     page.wait_for_selector("#access-why:has-text('does not know')")
     # A closed dialog does not open again by itself; the page says that a key is missing, and has a
     # button.

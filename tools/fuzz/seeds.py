@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from itertools import chain
 
-from service.api.guard.keys import entry_line
+from service.api.guard.keys import format_entry
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
@@ -104,7 +104,7 @@ def list_headers() -> Iterator[bytes]:
 
 def list_keys() -> Iterator[bytes]:
     """Files of API keys."""
-    line = entry_line("fuzzer", "sfk_" + "0" * 64).encode()
+    line = format_entry("fuzzer", "sfk_" + "0" * 64).encode()
     yield from (line, line + b"\n# old\n\n" + line.upper(), b"a:", b":" + b"0" * 64)
 
 

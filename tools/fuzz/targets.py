@@ -15,19 +15,19 @@ from starlette.types import Message, Receive, Scope, Send
 from uvicorn.server import ServerState
 
 from service.api.app import create_app
-from service.api.body import body_type
-from service.api.caching.cached_response import is_any, parse_tags
+from service.api.body import decoder_of_body
+from service.api.caching.cached_response import matches_all, parse_tags
 from service.api.guard.keys import (
     InvalidKeys,
-    bearer,
-    entry_line,
+    find_name,
+    format_entry,
     join_entries,
-    owner,
+    parse_bearer,
     parse_entries,
 )
 from service.api.guard.proxies import Proxies
 from service.api.guard.signatures import Signer
-from service.api.negotiation import check_codings, format_by_accept, format_by_name
+from service.api.negotiation import codings_by_header, format_by_accept, format_by_name
 from service.api.observing.record import caller_trace_id
 from service.decoders.registry import BY_NAME as DECODERS
 from service.decoders.registry import DECODERS as ALL_DECODERS
@@ -60,7 +60,7 @@ SETTINGS = Settings(
     memory_bytes=1 << 26,
     store_quota=1 << 22,
     trusted_proxies=("127.0.0.1",),
-    api_keys=(entry_line("fuzzer", KEY),),
+    api_keys=(format_entry("fuzzer", KEY),),
     signing_keys=(SecretStr(SECRET),),
     rate_limit=1_000_000,
     log_level="error",
@@ -123,17 +123,17 @@ def restore_content(content: bytes) -> None:
 def parse_headers(content: bytes) -> None:
     """Parses the value of each header that the service reads."""
     text = content.decode("latin-1")
-    is_any(content)
+    matches_all(content)
     parse_tags(content)
     caller_trace_id(content)
-    if owner(bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
+    if find_name(parse_bearer(content) or b"", _KEYS) and content.count(KEY.encode()) != 1:
         raise AssertionError("another text is accepted as the key")
     scope = {"client": ("10.0.0.1", 1), "headers": [(b"x-forwarded-for", content)]}
     _PROXIES.set_client(scope)
     calls: tuple[Callable[[], object], ...] = (
         lambda: format_by_accept(text, FORMATS),
-        lambda: check_codings(content),
-        lambda: body_type(text, ALL_DECODERS),
+        lambda: codings_by_header(content),
+        lambda: decoder_of_body(text, ALL_DECODERS),
     )
     for call in calls:
         try:
@@ -142,7 +142,7 @@ def parse_headers(content: bytes) -> None:
             continue
 
 
-_KEYS = parse_entries([entry_line("fuzzer", KEY)])
+_KEYS = parse_entries([format_entry("fuzzer", KEY)])
 _PROXIES = Proxies(["10.0.0.0/8", "fd00::/8"])
 
 

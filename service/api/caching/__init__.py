@@ -1,1 +1,1 @@
-"""Responses that the service keeps in memory: their names, their codings, and how they are sent."""
+"""Responses that the service keeps in memory: entity tags, codings, and the cache."""

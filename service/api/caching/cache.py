@@ -11,13 +11,13 @@ SHARE = 2
 """An entry with all its codings may take 1/SHARE of the cache."""
 
 ALIASES = 8
-"""URL spellings by which the cache finds an entry without parsing them again."""
+"""Spellings of its URL that each entry has at most: by these the cache finds it without parsing."""
 
 ALIAS_LETTERS = 1000
-"""Longer URLs are parsed each time."""
+"""Most characters of a spelling: longer URLs are parsed each time."""
 
 ALIAS_BYTES = 400
-"""Memory that Python needs for a spelling, beside its letters."""
+"""Bytes of memory that Python needs for a spelling, beside its characters."""
 
 
 @dataclass(slots=True)
@@ -30,17 +30,16 @@ class Counts:
 
 
 class ResponseCache:
-    """Entries by their canonical URLs, and by other spellings of these.
+    """Entries by their canonical URLs, and by other spellings of these URLs.
 
-    Everything counts against the bound: bytes, heads, and the spellings. A response is not dropped
-    while it is being sent to a slow client: it would still take memory, but the bound would not
-    count it.
+    Bodies, heads and spellings all count against the bound. The cache does not drop a response that
+    is being sent to a slow client: the response would still take memory, without being counted.
 
     Attributes
     ----------
     allowed : int
-        The present bound in bytes: lower while requests need the memory.
-    freed : Callable
+        The present bound in bytes: below `max_bytes` while requests need the memory.
+    on_sent : Callable
         Called when an entry is no longer being sent, so that the cache can drop it.
     """
 
@@ -48,13 +47,13 @@ class ResponseCache:
         self.max_bytes = max_bytes
         self.allowed = max_bytes
         self.bytes = 0
-        self.freed: Callable[[], None] = lambda: None
+        self.on_sent: Callable[[], None] = lambda: None
         self.counts = Counts()
         self.generation = 0
-        """Number of calls of `forget`: a response that was begun before the last call is not
-        kept."""
+        """Number of calls of `forget`. The cache does not keep a response whose computation began
+        before the last call."""
         self._entries: OrderedDict[str, CachedResponse] = OrderedDict()
-        self._known: dict[tuple[str, bytes], tuple[CachedResponse, bool]] = {}
+        self._by_spelling: dict[tuple[str, bytes], tuple[CachedResponse, bool]] = {}
         self._of_surface: dict[str, set[str]] = {}
         self._being_sent: dict[CachedResponse, int] = {}
 
@@ -62,14 +61,14 @@ class ResponseCache:
         return len(self._entries)
 
     def find(self, path: str, query: bytes) -> tuple[CachedResponse, bool] | None:
-        """The entry of a URL as written, and whether that URL names the engine."""
-        entry = self._known.get((path, query))
+        """The entry of a URL as the client wrote it, and whether the URL has `engine`; or None."""
+        entry = self._by_spelling.get((path, query))
         if entry is not None:
             self._entries.move_to_end(entry[0].subject.url)
         return entry
 
     def get(self, url: str) -> CachedResponse | None:
-        """The entry of a canonical URL."""
+        """The entry of a canonical URL, or None."""
         entry = self._entries.get(url)
         if entry is not None:
             self._entries.move_to_end(url)
@@ -80,13 +79,13 @@ class ResponseCache:
         return self._entries.get(entry.subject.url) is entry
 
     def put(self, entry: CachedResponse, generation: int) -> bool:
-        """Keeps an entry if there is room for it and nothing was forgotten since `generation`."""
+        """Keeps an entry if it fits and nothing was forgotten since `generation`; else False."""
         if generation != self.generation or entry.largest > self.max_bytes // SHARE:
             return False
         subject = entry.subject
         if subject.url in self._entries:
             self._drop(subject.url)
-        if not self._has_room(entry.size):
+        if not self._make_room(entry.size):
             return False
         self._entries[subject.url] = entry
         self._of_surface.setdefault(subject.surface, set()).add(subject.url)
@@ -94,72 +93,80 @@ class ResponseCache:
         return True
 
     def add(self, entry: CachedResponse, coding: Coding, body: bytes | None) -> Variant:
-        """Adds a coding to the entry; its bytes count if the cache keeps the entry."""
+        """Adds a body in a coding to the entry, if it fits; returns it as a variant.
+
+        If `body` is None, the variant is the uncompressed one. The bytes of the body count against
+        the bound if the cache keeps the entry.
+        """
         variant = entry.make_variant(coding, body)
         growth = 0 if body is None else len(body) + VARIANT_BYTES
         if not self.holds(entry):
             entry.add(variant, coding)
-        elif self._has_room(growth, entry):
+        elif self._make_room(growth, entry):
             entry.add(variant, coding)
             self.bytes += growth
         return variant
 
-    def alias(self, entry: CachedResponse, path: str, query: bytes, *, pinned: bool) -> None:
+    def alias(self, entry: CachedResponse, path: str, query: bytes, *, has_engine: bool) -> None:
         """Remembers a URL spelling of an entry that the cache keeps."""
         spelling = (path, query)
         letters = len(path) + len(query)
-        if letters > ALIAS_LETTERS or spelling in self._known or not self.holds(entry):
+        if letters > ALIAS_LETTERS or spelling in self._by_spelling or not self.holds(entry):
             return
         if len(entry.aliases) == ALIASES:
             self._drop_alias(entry, 0)
-        if not self._has_room(letters + ALIAS_BYTES, entry):
+        if not self._make_room(letters + ALIAS_BYTES, entry):
             return
         entry.aliases.append(spelling)
-        self._known[spelling] = (entry, pinned)
+        self._by_spelling[spelling] = (entry, has_engine)
         entry.size += letters + ALIAS_BYTES
         self.bytes += letters + ALIAS_BYTES
 
     def forget(self, surface: str) -> None:
-        """Drops all responses made from a surface; running computations will not be kept."""
+        """Drops all responses made from a surface, and will not keep those now being computed."""
         self.generation += 1
         for url in self._of_surface.get(surface, set()).copy():
             self._drop(url)
 
     @property
     def bytes_being_sent(self) -> int:
-        """Bytes of entries that are being sent: the cache cannot drop them now."""
+        """Bytes of the entries that are being sent, which the cache cannot drop now."""
         return sum(entry.size for entry in self._being_sent) if self._being_sent else 0
 
     def resize(self, room: int) -> None:
-        """Keeps at most `room` bytes, and at most `max_bytes`, beside entries being sent."""
+        """Sets the bound to `room` bytes, at most `max_bytes`, and drops entries beyond it."""
         self.allowed = min(self.max_bytes, room)
         if self._entries or self._being_sent:
-            self._has_room(0)
+            self._make_room(0)
 
     def begin(self, entry: CachedResponse) -> None:
         """Begins to send an entry: it stays in memory until `end`."""
         self._being_sent[entry] = self._being_sent.get(entry, 0) + 1
 
     def end(self, entry: CachedResponse) -> None:
-        """Ends sending it to one client."""
-        left = self._being_sent.pop(entry) - 1
-        if left:
-            self._being_sent[entry] = left
+        """Ends sending an entry to one client."""
+        senders = self._being_sent.pop(entry) - 1
+        if senders:
+            self._being_sent[entry] = senders
         else:
             if self.bytes > self.allowed:
-                self._has_room(0)
-            self.freed()
+                self._make_room(0)
+            self.on_sent()
 
-    def _has_room(self, size: int, keep: CachedResponse | None = None) -> bool:
-        """Drops old entries except `keep` until `size` bytes are free, if possible; else False."""
+    def _make_room(self, size: int, keep: CachedResponse | None = None) -> bool:
+        """Drops the oldest entries until `size` bytes are free; returns whether they are free.
+
+        Drops neither `keep` nor entries that are being sent.
+        """
         if size and self.bytes_being_sent + size > self.allowed:
             return False
-        gone = sum(e.size for e in self._being_sent if not self.holds(e)) if self._being_sent else 0
-        while self.bytes + gone + size > self.allowed:
-            unread = (
+        # Entries that are still being sent but no longer in the cache: `self.bytes` lacks them.
+        unlisted = sum(e.size for e in self._being_sent if not self.holds(e))
+        while self.bytes + unlisted + size > self.allowed:
+            droppable = (
                 e for e in self._entries.values() if e not in self._being_sent and e is not keep
             )
-            first = next(unread, None)
+            first = next(droppable, None)
             if first is None:
                 return False
             self.counts.evictions += 1
@@ -178,7 +185,7 @@ class ResponseCache:
 
     def _drop_alias(self, entry: CachedResponse, index: int) -> None:
         path, query = spelling = entry.aliases.pop(index)
-        del self._known[spelling]
+        del self._by_spelling[spelling]
         size = len(path) + len(query) + ALIAS_BYTES
         entry.size -= size
         self.bytes -= size

@@ -1,7 +1,7 @@
 """A mesh file in memory: its entity tags, its bytes in each coding, and its response heads.
 
-An entity tag names the bytes before they are computed (RFC 9110, section 8.8.3). Heads are made
-once and sent many times.
+The service knows the entity tag (RFC 9110, section 8.8.3) of a file before it computes the file. It
+makes the heads once, and sends them many times.
 """
 
 import re
@@ -13,14 +13,14 @@ from typing import TypeAlias, TypeVar
 
 from starlette.types import Message
 
-from service.api.caching.codings import CODINGS, MADE_BY, Coding
+from service.api.caching.codings import CODINGS, COMPRESSORS, Coding
 
 Choice = TypeVar("Choice")
 
 _TAG_BYTES = 16
-"""Bytes of the hash in a tag: in practice different responses never share one."""
+"""Bytes of the hash in a tag: in practice different responses never have the same tag."""
 
-_LISTED = re.compile(rb'(?:W/)?("[\x21\x23-\x7e\x80-\xff]*")')
+_TAG = re.compile(rb'(?:W/)?("[\x21\x23-\x7e\x80-\xff]*")')
 
 
 def entity_tag(content: str, coding: Coding) -> bytes:
@@ -31,7 +31,7 @@ def entity_tag(content: str, coding: Coding) -> bytes:
     content : str
         A name of the content: different bytes have different names.
     """
-    name = f"{content}\n{MADE_BY[coding]}".encode()
+    name = f"{content}\n{COMPRESSORS[coding]}".encode()
     digest = sha256(name).digest()[:_TAG_BYTES]
     return b'"' + urlsafe_b64encode(digest).rstrip(b"=") + b'"'
 
@@ -41,20 +41,28 @@ def parse_tags(header: bytes) -> frozenset[bytes]:
 
     This header compares tags weakly (section 13.1.2).
     """
-    return frozenset(_LISTED.findall(header))
+    return frozenset(_TAG.findall(header))
 
 
-def find_held(
+def find_match(
     condition: bytes | None, choices: Iterable[Choice], tag: Callable[[Choice], bytes]
 ) -> Choice | None:
-    """The first choice whose entity tag If-None-Match lists: the client has it already."""
+    """The first choice whose entity tag If-None-Match lists, as the client has it already; or None.
+
+    Parameters
+    ----------
+    condition : bytes or None
+        The If-None-Match header.
+    tag : callable
+        Returns the entity tag of a choice.
+    """
     if condition is None:
         return None
     tags = parse_tags(condition)
     return next((choice for choice in choices if tag(choice) in tags), None)
 
 
-def is_any(header: bytes) -> bool:
+def matches_all(header: bytes) -> bool:
     """Whether If-None-Match is `*`, which matches every response."""
     return header.strip() == b"*"
 
@@ -62,7 +70,7 @@ def is_any(header: bytes) -> bool:
 RawHeaders: TypeAlias = tuple[tuple[bytes, bytes], ...]
 
 FOR_EVER = "public, max-age=31536000, immutable"
-"""For URLs that always stand for the same bytes: they name a hash and the engine's version."""
+"""For URLs with a hash and the engine's version: they always stand for the same bytes."""
 
 FOR_AN_HOUR = "public, max-age=3600, must-revalidate"
 
@@ -70,12 +78,12 @@ HIT = b"cache;desc=hit"
 """`Server-Timing` of a cached response."""
 
 ENTRY_BYTES, VARIANT_BYTES = 3000, 4500
-"""Memory that Python needs for an entry and for each coding, beside the file's bytes."""
+"""Bytes of memory that Python needs for an entry and for each coding, beside the file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """The meaning of a URL, known before anything is computed.
+    """The mesh file that a URL names, described before it is computed.
 
     Attributes
     ----------
@@ -85,25 +93,27 @@ class Subject:
         The id in the URL.
     content : str
         A name of the bytes: different bytes have different names.
-    for_ever : bool
+    is_permanent : bool
         Whether the id is a hash, so that the canonical URL always stands for the same bytes.
     """
 
     url: str
     surface: str
     content: str
-    for_ever: bool
+    is_permanent: bool
 
     def tag(self, coding: Coding) -> bytes:
         """The entity tag of the file in a coding."""
         return entity_tag(self.content, coding)
 
-    def build_304_headers(self, coding: Coding, *, pinned: bool, timing: bytes = HIT) -> RawHeaders:
-        """The headers of a 304; `pinned`: the requested URL names the engine."""
-        lasting = FOR_EVER if self.for_ever and pinned else FOR_AN_HOUR
+    def build_304_headers(
+        self, coding: Coding, *, has_engine: bool, timing: bytes = HIT
+    ) -> RawHeaders:
+        """The headers of a 304; `has_engine`: whether the requested URL has `engine`."""
+        cache_control = FOR_EVER if self.is_permanent and has_engine else FOR_AN_HOUR
         return (
             (b"etag", self.tag(coding)),
-            (b"cache-control", lasting.encode()),
+            (b"cache-control", cache_control.encode()),
             (b"vary", b"Accept-Encoding"),
             (b"server-timing", timing),
             (b"x-content-type-options", b"nosniff"),
@@ -114,8 +124,8 @@ class Subject:
 class Variant:
     """The file in one coding, with the messages that send it (ASGI).
 
-    `whole` sends the body as the only message, `piece` as one of several. `full` is the head of a
-    200, `unchanged` that of a 304: each first for URLs without `engine=`, then for URLs with it.
+    `whole` sends the body as the only message, `piece` as one of several. `heads_200` and
+    `heads_304` are the heads of these responses: first for URLs without `engine`, then with it.
     """
 
     coding: Coding
@@ -123,8 +133,8 @@ class Variant:
     tag: bytes
     whole: Message
     piece: Message
-    full: tuple[Message, Message]
-    unchanged: tuple[Message, Message]
+    heads_200: tuple[Message, Message]
+    heads_304: tuple[Message, Message]
 
 
 class CachedResponse:
@@ -132,27 +142,28 @@ class CachedResponse:
 
     Parameters
     ----------
-    described : RawHeaders
+    common_headers : RawHeaders
         Headers that all codings of the file have.
     """
 
-    __slots__ = ("_described", "aliases", "plain", "size", "subject", "variants")
+    __slots__ = ("_common_headers", "aliases", "plain", "size", "subject", "variants")
 
-    def __init__(self, subject: Subject, plain: bytes, described: RawHeaders) -> None:
+    def __init__(self, subject: Subject, plain: bytes, common_headers: RawHeaders) -> None:
         self.subject = subject
         self.plain = plain
-        self._described = (*described, (b"link", f'<{subject.url}>; rel="canonical"'.encode()))
+        link = (b"link", f'<{subject.url}>; rel="canonical"'.encode())
+        self._common_headers = (*common_headers, link)
         self.variants: dict[Coding, Variant] = {}
         self.aliases: list[tuple[str, bytes]] = []
-        self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._described)
+        self.size = ENTRY_BYTES + sum(len(k) + len(v) for k, v in self._common_headers)
         self.add(self.make_variant("identity", plain), "identity")
 
-    def headers(self, variant: Variant, *, pinned: bool, timing: bytes) -> RawHeaders:
+    def headers(self, variant: Variant, *, has_engine: bool, timing: bytes) -> RawHeaders:
         """The headers of a 200 response with this variant."""
-        return self._full(variant.coding, len(variant.body), pinned, timing)
+        return self._headers_200(variant.coding, len(variant.body), has_engine, timing)
 
     def make_variant(self, coding: Coding, body: bytes | None) -> Variant:
-        """The file in a coding; if `body` is None, as compressing does not pay, the plain file."""
+        """The file in a coding; the uncompressed file if `body` is None (`codings.compress`)."""
         if body is None:
             return self.variants["identity"]
         return Variant(
@@ -161,14 +172,15 @@ class CachedResponse:
             self.subject.tag(coding),
             {"type": "http.response.body", "body": body},
             {"type": "http.response.body", "body": body, "more_body": True},
-            self._messages(200, [self._full(coding, len(body), p, HIT) for p in _PINNED]),
-            self._messages(
-                304, [self.subject.build_304_headers(coding, pinned=p) for p in _PINNED]
-            ),
+            _build_heads(200, lambda has: self._headers_200(coding, len(body), has, HIT)),
+            _build_heads(304, lambda has: self.subject.build_304_headers(coding, has_engine=has)),
         )
 
     def add(self, variant: Variant, coding: Coding) -> None:
-        """Keeps the variant for clients that prefer this coding."""
+        """Keeps the variant for clients that prefer this coding.
+
+        It is the uncompressed variant if compression in this coding saves too little.
+        """
         if variant.coding == coding:
             self.size += len(variant.body) + VARIANT_BYTES
         self.variants[coding] = variant
@@ -178,21 +190,24 @@ class CachedResponse:
         """Bytes that the response takes at most, once it has all codings."""
         return self.size + (len(CODINGS) - 1) * (len(self.plain) + VARIANT_BYTES)
 
-    def _full(self, coding: Coding, length: int, pinned: bool, timing: bytes) -> RawHeaders:
+    def _headers_200(
+        self, coding: Coding, length: int, has_engine: bool, timing: bytes
+    ) -> RawHeaders:
         coded = () if coding == "identity" else ((b"content-encoding", coding.encode()),)
         return (
-            *self._described,
+            *self._common_headers,
             *coded,
             (b"content-length", str(length).encode()),
-            *self.subject.build_304_headers(coding, pinned=pinned, timing=timing),
+            *self.subject.build_304_headers(coding, has_engine=has_engine, timing=timing),
         )
 
-    def _messages(self, status: int, headers: list[RawHeaders]) -> tuple[Message, Message]:
-        plain, pinned = (
-            {"type": "http.response.start", "status": status, "headers": header_list}
-            for header_list in headers
-        )
-        return plain, pinned
 
-
-_PINNED = (False, True)
+def _build_heads(
+    status: int, build_headers: Callable[[bool], RawHeaders]
+) -> tuple[Message, Message]:
+    """The heads of a response, for URLs without and with `engine`."""
+    without, with_engine = (
+        {"type": "http.response.start", "status": status, "headers": build_headers(has_engine)}
+        for has_engine in (False, True)
+    )
+    return without, with_engine

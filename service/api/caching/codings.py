@@ -1,7 +1,7 @@
 """Content codings: which one a client prefers (RFC 9110, section 12.5.3), and compressing to it.
 
-The entity tag is known before the bytes, so the same content must always give the same bytes.
-Compressors of different versions may differ; so the version is part of the tag.
+The service computes an entity tag before the bytes, so one tag must always mean the same bytes. As
+another version of a compressor may write other bytes, the version is part of the tag.
 """
 
 import re
@@ -14,16 +14,21 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
 MAX_ITEMS = 100
-"""Most items of a list that the service reads: more than any client sends."""
+"""Most items of an `Accept` or `Accept-Encoding` list that the service reads."""
 
 _QUALITY = re.compile(r"(?:0(?:\.\d{0,3})?|1(?:\.0{0,3})?)", re.ASCII)
 
 
-def quality_values(header: str) -> Iterator[tuple[str, float]]:
+def parse_quality_values(header: str) -> Iterator[tuple[str, float]]:
     """The items of a list in lower case with their quality values (RFC 9110, section 12.4.2).
 
-    A quality value is from 0 to 1, and 0 where it is malformed.
+    Quality values are from 0 to 1; a malformed one counts as 0.
     """
     for item in header.lower().split(",")[:MAX_ITEMS]:
         name, *parameters = (part.strip() for part in item.split(";"))
@@ -36,40 +41,35 @@ def quality_values(header: str) -> Iterator[tuple[str, float]]:
         yield name, quality
 
 
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
 Coding: TypeAlias = Literal["zstd", "gzip", "identity"]
 
 CODINGS: tuple[Coding, ...] = ("zstd", "gzip", "identity")
 """All codings, in the order in which the service prefers them if the client has no preference."""
 
 ZSTD_LEVEL, GZIP_LEVEL = 6, 4
-"""Higher levels take twice the time and save 1/10 of the bytes. Zstandard's window stays below the
-8 MB that browsers accept (RFC 9659)."""
+"""Levels of compression: higher levels take twice the time and save 1/10 of the bytes. The window
+of Zstandard stays below the 8 MB that browsers accept (RFC 9659)."""
 
 MIN_BYTES = 1400
 """Bodies that fit into one packet are not compressed: they would not arrive sooner."""
 
 WORTH = 0.95
-"""A coding is used if it shrinks a body to this part of its size or less."""
+"""A compressed body is used if it has at most this part of the bytes of the uncompressed body."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptedCodings:
-    """Codings that a client accepts, best first; `plain`: whether it accepts plain bodies."""
+    """Codings that a client accepts, best first; `has_plain`: whether it accepts plain bodies."""
 
     order: tuple[Coding, ...]
-    plain: bool
+    has_plain: bool
 
 
 def parse_accepted_codings(header: bytes | None) -> AcceptedCodings:
-    """The codings that an Accept-Encoding header allows; without a header, no compression."""
+    """The codings that an Accept-Encoding header allows; only `identity` without a header."""
     if header is None:
         return _PLAIN
-    return _parse_usual(header) if len(header) <= _USUAL else _parse_codings(header)
+    return _parse_cached(header) if len(header) <= _MAX_CACHED else _parse_codings(header)
 
 
 def _zstd(content: bytes) -> bytes:
@@ -90,7 +90,7 @@ COMPRESS: Mapping[Coding, Callable[[bytes], bytes]] = MappingProxyType(
     {"zstd": _zstd, "gzip": _gzip}
 )
 
-MADE_BY: Mapping[Coding, str] = MappingProxyType(
+COMPRESSORS: Mapping[Coding, str] = MappingProxyType(
     {
         "zstd": f"zstd {'.'.join(map(str, zstd.zstd_version_info))}, level {ZSTD_LEVEL}",
         "gzip": f"zlib {zlib.ZLIB_RUNTIME_VERSION}, level {GZIP_LEVEL}",
@@ -101,32 +101,32 @@ MADE_BY: Mapping[Coding, str] = MappingProxyType(
 
 
 def compress(coding: Coding, content: bytes) -> bytes | None:
-    """The compressed content; None where compressing does not pay."""
+    """The compressed content; None if it is hardly smaller (`WORTH`, `MIN_BYTES`)."""
     if len(content) < MIN_BYTES:
         return None
     body = COMPRESS[coding](content)
     return body if len(body) <= WORTH * len(content) else None
 
 
-_PLAIN = AcceptedCodings(("identity",), plain=True)
-_USUAL = 200
-"""Longer headers are parsed each time, so that no client fills the memory with them."""
+_PLAIN = AcceptedCodings(("identity",), has_plain=True)
+_MAX_CACHED = 200
+"""Most bytes of a header whose parsed form is cached, so that no client can fill the memory."""
 
 
 def _parse_codings(header: bytes) -> AcceptedCodings:
     by_name: dict[str, float] = {}
-    for item, weight in quality_values(header.decode("latin-1")):
+    for item, quality in parse_quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")
-        by_name[name] = max(weight, by_name.get(name, 0.0))
+        by_name[name] = max(quality, by_name.get(name, 0.0))
     others = by_name.get("*", 0.0)
-    weights = {coding: by_name.get(coding, others) for coding in CODINGS}
-    plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
+    qualities = {coding: by_name.get(coding, others) for coding in CODINGS}
+    has_plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
     # A client that lists codings prefers each of them to an uncompressed body.
-    least = min((w for w in weights.values() if w > 0), default=1.0)
-    if plain and "identity" not in by_name:
-        weights["identity"] = least
-    order = sorted((c for c in CODINGS if weights[c] > 0), key=lambda c: -weights[c])
-    return AcceptedCodings(tuple(order), plain)
+    least = min((quality for quality in qualities.values() if quality > 0), default=1.0)
+    if has_plain and "identity" not in by_name:
+        qualities["identity"] = least
+    order = sorted((c for c in CODINGS if qualities[c] > 0), key=lambda c: -qualities[c])
+    return AcceptedCodings(tuple(order), has_plain)
 
 
-_parse_usual = lru_cache(maxsize=256)(_parse_codings)
+_parse_cached = lru_cache(maxsize=256)(_parse_codings)

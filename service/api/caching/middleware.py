@@ -7,11 +7,11 @@ from operator import attrgetter
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cache import ResponseCache
-from service.api.caching.cached_response import CachedResponse, Variant, find_held, is_any
+from service.api.caching.cached_response import CachedResponse, Variant, find_match, matches_all
 from service.api.caching.codings import AcceptedCodings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.observing.record import record_of
-from service.api.responses import CHUNK, UNTRACKED, send_pieces
+from service.api.responses import CHUNK, MAX_BUFFERED, send_pieces
 
 _END: Message = {"type": "http.response.body", "body": b""}
 
@@ -20,8 +20,8 @@ _END: Message = {"type": "http.response.body", "body": b""}
 class CacheMiddleware:
     """Sends cached responses and answers preflight requests; passes on all other requests.
 
-    It looks a URL up as the client wrote it, without parsing, and the heads are ready: a hit takes
-    a few microseconds, most of them in the server.
+    The middleware looks a URL up as the client wrote it, without parsing, and the heads of cached
+    responses are ready. So a cached response takes a few microseconds, most of them in the server.
     """
 
     app: ASGIApp
@@ -34,25 +34,26 @@ class CacheMiddleware:
         if method in _METHODS:
             cached = self.cache.find(scope["path"], scope["query_string"])
             if cached is not None:
-                entry, pinned = cached
+                entry, has_engine = cached
                 coding = condition = None
                 for name, value in scope["headers"]:
                     if name == b"accept-encoding":
                         coding = value if coding is None else coding + b"," + value
                     elif name == b"if-none-match":
                         condition = value if condition is None else condition + b"," + value
-                chosen = _choose(entry, parse_accepted_codings(coding), condition)
+                chosen = _choose_variant(entry, parse_accepted_codings(coding), condition)
                 if chosen is not None:
                     self.cache.counts.hits += 1
                     record_of(scope).cache = "hit"
-                    variant, unchanged = chosen
-                    await send((variant.unchanged if unchanged else variant.full)[pinned])
-                    if unchanged or method == "HEAD":
+                    variant, is_unchanged = chosen
+                    heads = variant.heads_304 if is_unchanged else variant.heads_200
+                    await send(heads[has_engine])
+                    if is_unchanged or method == "HEAD":
                         await send(_END)
-                    elif len(variant.body) <= UNTRACKED:
+                    elif len(variant.body) <= MAX_BUFFERED:
                         await send(variant.whole)
                     else:
-                        await self._send_tracked(entry, variant, send)
+                        await self._send_long(entry, variant, send)
                     return
         elif method == "OPTIONS" and (start := self.origins.preflight(scope)) is not None:
             await send(start)
@@ -60,7 +61,7 @@ class CacheMiddleware:
             return
         await self.app(scope, receive, send)
 
-    async def _send_tracked(self, entry: CachedResponse, variant: Variant, send: Send) -> None:
+    async def _send_long(self, entry: CachedResponse, variant: Variant, send: Send) -> None:
         """Sends a long body; the entry stays in memory while a slow client receives it."""
         self.cache.begin(entry)
         try:
@@ -76,20 +77,20 @@ class CacheMiddleware:
 _METHODS = frozenset({"GET", "HEAD"})
 
 
-def _choose(
+def _choose_variant(
     entry: CachedResponse, accepted: AcceptedCodings, condition: bytes | None
 ) -> tuple[Variant, bool] | None:
-    """The variant to send, and whether the client has it already; None if it is not in memory."""
-    if not accepted.plain:
-        return None  # the client refuses plain bodies: compress even if it does not pay
-    held = find_held(condition, _ready(entry, accepted), _TAG)
-    if held is not None:
-        return held, True
+    """The variant to send, and whether the client has it already; None if it must be made."""
+    if not accepted.has_plain:
+        return None  # the client accepts only compressed bodies, even if they are not smaller
+    same = find_match(condition, _cached_variants(entry, accepted), _TAG)
+    if same is not None:
+        return same, True
     variant = entry.variants.get(accepted.order[0])
-    return None if variant is None else (variant, condition is not None and is_any(condition))
+    return None if variant is None else (variant, condition is not None and matches_all(condition))
 
 
-def _ready(entry: CachedResponse, accepted: AcceptedCodings) -> Iterator[Variant]:
+def _cached_variants(entry: CachedResponse, accepted: AcceptedCodings) -> Iterator[Variant]:
     """The variants in memory that the client accepts, best first."""
     return (entry.variants[coding] for coding in accepted.order if coding in entry.variants)
 

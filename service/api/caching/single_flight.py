@@ -1,4 +1,4 @@
-"""Single flight: one task computes, several requests wait for its result."""
+"""Single flight: equal requests at the same time wait for the result of one computation."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Hashable
@@ -26,11 +26,11 @@ class SingleFlight:
     """Running computations by key.
 
     Each computation ("flight") runs in a task of its own: if the first request is cancelled, the
-    others still get the result. When no request waits any more, the computation is cancelled. If
-    it fails, all waiting requests get its error, and the next request starts a new one.
+    other requests still get the result. When no request waits any more, the computation is
+    cancelled. If it fails, all waiting requests get its error, and the next request starts another.
 
-    The result stays in memory, where later requests share it, until the last request no longer
-    uses it. There are never more flights than requests.
+    The result stays in memory until the last request no longer uses it; until then, later requests
+    share it. So flights are never more than requests.
     """
 
     def __init__(self, workers: Workers) -> None:
@@ -43,7 +43,7 @@ class SingleFlight:
     async def join(
         self, key: Hashable, work: Callable[[Job], Awaitable[Result]], on_end: Callbacks
     ) -> Result:
-        """The result of the computation with this key; starts `work` if none is running.
+        """The result of the computation with this key; starts `work` if no such flight exists.
 
         Parameters
         ----------
@@ -61,7 +61,7 @@ class SingleFlight:
         try:
             return await asyncio.shield(task)
         finally:
-            del flight, task  # a traceback of their error refers to this frame
+            del flight, task  # the traceback of an error refers to this frame, and so to the result
 
     def _leave(self, flight: _Flight) -> None:
         """Counts one user less; the last one ends the flight."""

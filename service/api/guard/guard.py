@@ -1,7 +1,7 @@
-"""The guard: checks keys, signatures and rates before any other part sees the request.
+"""The guard: checks keys, signatures and rates of each request.
 
-It stands in front of the cache, so cached responses are guarded too. Without keys, secrets, rates
-and proxies in the settings, the application runs without a guard.
+It is in front of the cache and the routes, so it guards cached responses too. If the settings have
+no keys, secrets, rates and proxies, the application runs without a guard.
 """
 
 import time
@@ -13,18 +13,18 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
 from service.api.cors import is_preflight
-from service.api.guard.keys import InvalidKeys, KnownKeys, bearer, owner, parse_entries
+from service.api.guard.keys import InvalidKeys, KnownKeys, find_name, parse_bearer, parse_entries
 from service.api.guard.policy import (
     EXEMPT,
     Policy,
+    build_refusal,
     key_needed,
     key_unknown,
     private_headers,
     rate_limited,
-    refusal,
 )
 from service.api.guard.proxies import InvalidProxies, Proxies
-from service.api.guard.rates import Rates, caller
+from service.api.guard.rates import Rates, caller_name
 from service.api.guard.signatures import InvalidSecrets, Signer, is_signed
 from service.api.links import route_path
 from service.api.observing.record import record_of
@@ -32,7 +32,10 @@ from service.errors import InvalidSettings, SurfaceError
 from service.settings.values import Settings
 
 _HSTS = (b"strict-transport-security", b"max-age=31536000")
-"""One year (RFC 6797); sent only if a trusted proxy says that the client used https."""
+"""Tells browsers to use https for a year (RFC 6797).
+
+Sent only if a trusted proxy says that the client used https.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,25 +50,26 @@ class Checks:
 
 @dataclass(slots=True)
 class _GuardResult:
-    """The guard's result for a request, and its additions to the response.
+    """Additions of the guard to the response.
 
-    `added`: headers. `private`: whether shared caches must not keep the response. `left`: seconds
-    until the signature expires. `wait`: seconds until the client may try again.
+    `headers`: further headers. `is_private`: whether shared caches must not keep the response.
+    `seconds_left`: until the signature expires; None without a signature. `retry_after`: seconds
+    after which the client may try again.
     """
 
-    added: list[tuple[bytes, bytes]]
-    private: bool = False
-    left: int | None = None
-    wait: int = 0
+    headers: list[tuple[bytes, bytes]]
+    is_private: bool = False
+    seconds_left: int | None = None
+    retry_after: int = 0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Guard:
     """Passes allowed requests on; answers all others itself.
 
-    It sets the key's name in the request record (never the key); and in the scope the client's
-    address, `client`, and the query without its signature, so that the parts behind it see the URL
-    that was signed.
+    The guard sets the name of the key in the request record, never the key itself. In the scope it
+    sets the client's address, `client`, and the query without its signature: so the application
+    sees the URL that was signed.
     """
 
     app: ASGIApp
@@ -80,70 +84,76 @@ class Guard:
         result = _GuardResult([])
         app = self.app
         try:
-            self._admit(scope, result)
+            self._check_access(scope, result)
         except SurfaceError as error:
             record_of(scope).code = error.issues[0].code
-            app = refusal(error, result.wait)
+            app = build_refusal(error, result.retry_after)
 
-        async def sent(message: Message) -> None:
+        async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers: RawHeaders = tuple(message.get("headers", ()))
-                if result.private:
-                    headers = private_headers(headers, result.left)
-                message = {**message, "headers": [*headers, *result.added]}
+                if result.is_private:
+                    headers = private_headers(headers, result.seconds_left)
+                message = {**message, "headers": [*headers, *result.headers]}
             await send(message)
 
-        await app(scope, receive, sent if result.added or result.private else send)
+        has_additions = result.headers or result.is_private
+        await app(scope, receive, send_with_headers if has_additions else send)
 
-    def _admit(self, scope: Scope, result: _GuardResult) -> None:
+    def _check_access(self, scope: Scope, result: _GuardResult) -> None:
         """Returns if the request is allowed; otherwise raises the error for its response."""
         if self.checks.proxies is not None:
             self.checks.proxies.set_client(scope)
             if scope["scheme"] == "https":
-                result.added.append(_HSTS)
+                result.headers.append(_HSTS)
         if is_preflight(scope):
             return
         path = route_path(scope)
         need = self.policy.need(scope["method"], path)
-        sent, name = self._key(scope)
+        has_key, name = self._find_key(scope)
         if name is not None:
             record_of(scope).key = name
         if path not in EXEMPT or (need != "nothing" and name is None):
-            self._count(scope, name, result)
-        result.private = need == "key or signature"
+            self._count_request(scope, name, result)
+        result.is_private = need == "key or signature"
         signer = self.checks.signer
         if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
-            query, expires = signer.check(path, scope["query_string"], now)
+            query, expires = signer.verify(path, scope["query_string"], now)
             scope["query_string"] = query
-            result.left = int(expires - now)
+            result.seconds_left = int(expires - now)
         elif need != "nothing" and name is None:
-            raise key_unknown() if sent else key_needed(signature=result.private)
+            raise key_unknown() if has_key else key_needed(or_signature=result.is_private)
 
-    def _key(self, scope: Scope) -> tuple[bool, str | None]:
+    def _find_key(self, scope: Scope) -> tuple[bool, str | None]:
         """Whether the request has a key, and the name of that key if the service knows it."""
         keys = self.checks.keys
-        key = None if keys is None else bearer(_header(scope, b"authorization"))
+        key = None if keys is None else parse_bearer(_header(scope, b"authorization"))
         if keys is None or key is None:
             return False, None
-        return True, owner(key, keys())
+        return True, find_name(key, keys())
 
-    def _count(self, scope: Scope, name: str | None, result: _GuardResult) -> None:
-        """Counts a request for its key; without a valid key, for its address."""
+    def _count_request(self, scope: Scope, name: str | None, result: _GuardResult) -> None:
+        """Counts a request for its key, or without a valid key for its address.
+
+        Raises
+        ------
+        RateLimited
+        """
         rates = self.checks.rates
         if rates is None:
             return
         client = scope.get("client")
-        decision = rates.take(caller(name, client[0] if client else None))
-        result.added.extend(rates.headers(decision))
-        if not decision.allowed:
-            result.wait = decision.wait
-            raise rate_limited(rates.limit, decision.wait)
+        decision = rates.count(caller_name(name, client[0] if client else None))
+        result.headers.extend(rates.headers(decision))
+        if not decision.is_allowed:
+            result.retry_after = decision.retry_after
+            raise rate_limited(rates.limit, decision.retry_after)
 
 
 def _header(scope: Scope, name: bytes) -> bytes | None:
     """The value of a header; None if it is missing or repeated."""
-    values = [value for each, value in scope["headers"] if each == name]
+    values = [value for header, value in scope["headers"] if header == name]
     return values[0] if len(values) == 1 else None
 
 
@@ -157,10 +167,10 @@ def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:
     """
     policy = Policy(settings)
     checks = Checks(
-        keys=_keys(settings) if policy.has_keys else None,
-        signer=signer_of(settings),
+        keys=_build_keys(settings) if policy.has_keys else None,
+        signer=build_signer(settings),
         rates=Rates(settings.rate_limit) if settings.rate_limit else None,
-        proxies=_proxies(settings),
+        proxies=_build_proxies(settings),
     )
     if settings.metrics == "key" and not policy.has_keys:
         raise InvalidSettings(
@@ -176,22 +186,28 @@ def build_guard(app: ASGIApp, settings: Settings) -> ASGIApp:
     return Guard(app, policy, checks)
 
 
-def signer_of(settings: Settings) -> Signer | None:
-    """The signer of URLs, or None without secrets; raises `InvalidSettings` for weak ones."""
+def build_signer(settings: Settings) -> Signer | None:
+    """The signer of URLs; None if the settings have no secrets.
+
+    Raises
+    ------
+    InvalidSettings
+        A secret is too short, or listed twice.
+    """
     if not settings.signing_keys:
         return None
     with _name_setting("SURFACE_SIGNING_KEYS"):
         return Signer([secret.get_secret_value() for secret in settings.signing_keys])
 
 
-def _keys(settings: Settings) -> KnownKeys:
+def _build_keys(settings: Settings) -> KnownKeys:
     with _name_setting("SURFACE_API_KEYS"):
         listed = parse_entries(settings.api_keys)
     with _name_setting("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
         return KnownKeys(listed, settings.api_keys_file)
 
 
-def _proxies(settings: Settings) -> Proxies | None:
+def _build_proxies(settings: Settings) -> Proxies | None:
     if not settings.trusted_proxies:
         return None
     with _name_setting("SURFACE_TRUSTED_PROXIES"):

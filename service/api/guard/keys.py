@@ -1,9 +1,9 @@
-"""API keys: makes them, reads their list, and finds a key's name.
+"""API keys: makes keys, reads the list of their hashes, and finds the name of a key.
 
 A key is 256 random bits. The service knows only its SHA-256, so a copy of the settings or of a
-backup lets no client in. Passwords need a slow hash because they can be guessed; one of 2²⁵⁶ keys
+backup gives no access. Passwords need a slow hash because they can be guessed; one of 2²⁵⁶ keys
 cannot be guessed, even if the hash is fast. The service accepts only texts in the form of its keys:
-so the hash of a password in the settings does not make that password a key.
+so a password whose hash an operator puts into the settings is not accepted as a key.
 """
 
 import logging
@@ -24,17 +24,18 @@ PREFIX = "sfk_"
 
 KEY_BYTES = 32
 
-MOST = 1000
-"""The most keys of a service: each key that a client sends is compared with all of them."""
+MAX_KEYS = 1000
+"""The most keys of a service, which compares each key that a client sends with all of them."""
 
 _KEY = re.compile(rb"sfk_[0-9a-f]{64}")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _HASH = re.compile(r"[0-9a-f]{64}")
 
-NAMES = "1 to 64 letters, digits, `.`, `_` or `-`, the first a letter or a digit"
+NAME_FORM = "1 to 64 letters, digits, `.`, `_` or `-`, the first a letter or a digit"
 """Valid names of keys, in words."""
 
-FORM = "name:hash, as `surface key NAME` prints it"
+ENTRY_FORM = "name:hash, as `surface key NAME` prints it"
+"""Valid entries of the list of keys, in words."""
 
 
 class InvalidKeys(ValueError):
@@ -49,17 +50,17 @@ class KeyEntry:
     digest: bytes
 
 
-def new_key() -> str:
+def make_key() -> str:
     """A new random key."""
     return PREFIX + secrets.token_hex(KEY_BYTES)
 
 
-def is_name(text: str) -> bool:
+def is_key_name(text: str) -> bool:
     """Whether a text is a valid name of a key."""
     return _NAME.fullmatch(text) is not None
 
 
-def entry_line(name: str, key: str) -> str:
+def format_entry(name: str, key: str) -> str:
     """The line `name:hash` of a key, for the settings."""
     return f"{name}:{sha256(key.encode()).hexdigest()}"
 
@@ -75,11 +76,12 @@ def parse_entries(lines: Iterable[str]) -> tuple[KeyEntry, ...]:
     keys: list[KeyEntry] = []
     for number, line in enumerate(lines, 1):
         name, _, digest = line.partition(":")
-        if not is_name(name):
-            raise InvalidKeys(f"key {number} has no valid name: {NAMES}; needed {FORM}.")
+        if not is_key_name(name):
+            raise InvalidKeys(f"key {number} has no valid name: {NAME_FORM}; needed {ENTRY_FORM}.")
         if not _HASH.fullmatch(digest.lower()):
             raise InvalidKeys(
-                f"key {number} has no hash, 64 hexadecimal digits, after its name; needed {FORM}."
+                f"key {number} has no hash, 64 hexadecimal digits, after its name; needed "
+                f"{ENTRY_FORM}."
             )
         keys.append(KeyEntry(name, bytes.fromhex(digest)))
     return tuple(keys)
@@ -90,15 +92,15 @@ def join_entries(*lists: tuple[KeyEntry, ...]) -> tuple[KeyEntry, ...]:
     joined = tuple(chain(*lists))
     if len({entry.digest for entry in joined}) < len(joined):
         raise InvalidKeys("one key is listed twice; needed each key once.")
-    if len(joined) > MOST:
-        raise InvalidKeys(f"{len(joined)} keys are too many; needed at most {MOST}.")
+    if len(joined) > MAX_KEYS:
+        raise InvalidKeys(f"{len(joined)} keys are too many; needed at most {MAX_KEYS}.")
     return joined
 
 
-def owner(key: bytes, entries: Sequence[KeyEntry]) -> str | None:
+def find_name(key: bytes, entries: Sequence[KeyEntry]) -> str | None:
     """The name of a key; None if the service does not know it.
 
-    Compares the key with all known ones, in constant time: the response time reveals nothing.
+    Compares the key with all entries, in constant time, so that the response time reveals nothing.
     """
     if not _KEY.fullmatch(key):
         return None
@@ -110,10 +112,10 @@ def owner(key: bytes, entries: Sequence[KeyEntry]) -> str | None:
     return matching
 
 
-def bearer(header: bytes | None) -> bytes | None:
+def parse_bearer(header: bytes | None) -> bytes | None:
     """The key of an Authorization header, or None (RFC 6750, section 2.1).
 
-    Other schemes may be those of a proxy on the way; the service ignores them.
+    The service ignores other schemes: they may be for a proxy between the client and the service.
     """
     scheme, _, rest = (header or b"").partition(b" ")
     return rest.strip() if scheme.lower() == b"bearer" else None
@@ -121,25 +123,27 @@ def bearer(header: bytes | None) -> bytes | None:
 
 _log = logging.getLogger(__name__)
 
-SECONDS_BETWEEN = 1.0
-"""Seconds between two checks of the file; only requests with a key check it."""
+CHECK_INTERVAL = 1.0
+"""Seconds between two checks whether the file has changed; requests with a key start them."""
 
 MAX_BYTES = 1 << 20
+"""The most bytes of the file: 1000 keys take at most 130 kB, the rest is for comments."""
 
-_Mark: TypeAlias = tuple[int, int, int]
+_FileState: TypeAlias = tuple[int, int, int]
+"""Time of the last change, size and inode of a file."""
 
 
 class KnownKeys:
     """The keys of the settings and of the file, which is read again when it changes.
 
-    If the file is invalid when the service starts, it does not start. If a later version of the
-    file is invalid, the service logs that and keeps the keys that it knew: so an operator who saves
-    half a file locks no client out.
+    If the file is invalid at the start, the service does not start. If a later version of the file
+    is invalid, the service logs an error and keeps the keys that it knew: so clients keep access
+    when an operator saves an incomplete file.
 
     Raises
     ------
     InvalidKeys
-        At the start.
+        By the constructor only.
     """
 
     def __init__(
@@ -151,8 +155,8 @@ class KnownKeys:
         self._listed = listed
         self._file = Path(file) if file else None
         self._clock = clock
-        self._next = clock() + SECONDS_BETWEEN
-        self._seen: _Mark | None = None
+        self._next_check = clock() + CHECK_INTERVAL
+        self._state: _FileState | None = None
         self._known: tuple[KeyEntry, ...] = ()
         if self._file is None:
             self._known = join_entries(self._listed)
@@ -161,10 +165,10 @@ class KnownKeys:
 
     def __call__(self) -> Sequence[KeyEntry]:
         """The present keys."""
-        if self._file is not None and (now := self._clock()) >= self._next:
-            self._next = now + SECONDS_BETWEEN
+        if self._file is not None and (now := self._clock()) >= self._next_check:
+            self._next_check = now + CHECK_INTERVAL
             try:
-                if _mark(self._file) != self._seen:
+                if _file_state(self._file) != self._state:
                     self._read(self._file)
                     _log.info("the file of keys was read again: %d keys", len(self._known))
             except InvalidKeys as error:
@@ -173,7 +177,7 @@ class KnownKeys:
 
     def _read(self, file: Path) -> None:
         # Remember the state first: an invalid file is logged once, and read again when it changes.
-        self._seen = _mark(file)
+        self._state = _file_state(file)
         try:
             with file.open("rb") as opened:
                 content = opened.read(MAX_BYTES + 1)
@@ -188,8 +192,8 @@ class KnownKeys:
         self._known = join_entries(self._listed, parse_entries(of_file))
 
 
-def _mark(file: Path) -> _Mark | None:
-    """Time, size and inode of a file, to notice a change; None if the file does not exist."""
+def _file_state(file: Path) -> _FileState | None:
+    """The state of a file, by which a change is noticed; None if the file does not exist."""
     try:
         status = os.stat(file)
     except OSError:

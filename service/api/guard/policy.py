@@ -1,4 +1,4 @@
-"""Access rules by method and path; refusals; and headers of private responses."""
+"""Access rules by method and path; responses of the guard; and headers of private responses."""
 
 from collections.abc import Iterable, Mapping
 from typing import Literal, TypeAlias
@@ -19,7 +19,7 @@ READING = frozenset({"GET", "HEAD", "OPTIONS"})
 METRICS = "/metrics"
 
 EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
-"""Paths that monitoring asks for: not counted against a rate limit."""
+"""Paths for monitoring: requests for them do not count against a rate limit."""
 
 FORMATS = "/v1/formats"
 
@@ -41,16 +41,16 @@ class Policy:
     def __init__(self, settings: Settings) -> None:
         self.has_keys = needs_keys(settings)
         self._private = not settings.public_reads
-        self._metrics = settings.metrics == "key"
+        self._metrics_need_key = settings.metrics == "key"
 
     def need(self, method: str, path: str) -> Need:
-        """A key, a signature, or nothing: the need of a request before the service answers it."""
+        """The need of a request with this method and path: a key, a signature or nothing."""
         if method not in READING:
-            # 405 and 404 need no key: paths that can only be read, and TRACE.
+            # No key for requests whose response is 404 or 405 in any case.
             is_guarded = path.startswith("/v1/") and path != FORMATS and method != "TRACE"
             return "key" if self.has_keys and is_guarded else "nothing"
-        # `startswith`: routes also match a path with a line feed after it.
-        if path.startswith(METRICS) and self._metrics:
+        # `startswith`, because a route also matches its path with a line feed at the end.
+        if path.startswith(METRICS) and self._metrics_need_key:
             return "key"
         if self._private and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"
@@ -62,9 +62,9 @@ REALM = 'Bearer realm="surface"'
 _NEEDED = "Authorization: Bearer, and a key"
 
 
-def key_needed(*, signature: bool = False) -> KeyNeeded:
-    """The error of a request without a key; `signature`: a signed URL is also accepted."""
-    needed = f"{_NEEDED}; or a signed URL" if signature else _NEEDED
+def key_needed(*, or_signature: bool = False) -> KeyNeeded:
+    """The error of a request without a key; `or_signature`: a signed URL is accepted too."""
+    needed = f"{_NEEDED}; or a signed URL" if or_signature else _NEEDED
     message = "This call needs a key."
     return KeyNeeded(Issue("key_needed", message, "/Authorization", "no key", needed))
 
@@ -82,12 +82,13 @@ def rate_limited(limit: int, seconds: int) -> RateLimited:
     return RateLimited(Issue("rate_limited", message, "", got, needed))
 
 
-def refusal(error: SurfaceError, wait: int = 0) -> Response:
+def build_refusal(error: SurfaceError, retry_after: int = 0) -> Response:
     """The response to a request that the guard does not pass on.
 
-    401 says how to authenticate (RFC 6750), 429 after how many seconds to try again.
+    A 401 says how to authenticate (RFC 6750), a 429 after how many seconds the client may try
+    again (`retry_after`).
     """
-    headers: Mapping[str, str] = {"Retry-After": str(wait)} if wait else {}
+    headers: Mapping[str, str] = {"Retry-After": str(retry_after)} if retry_after else {}
     if isinstance(error, KeyNeeded):
         headers = {"WWW-Authenticate": REALM}
     elif isinstance(error, KeyUnknown):
@@ -98,7 +99,7 @@ def refusal(error: SurfaceError, wait: int = 0) -> Response:
 HOUR = 3600
 
 _REVALIDATED = b"private, no-cache"
-"""For clients with a key: a browser caches the response, and revalidates it each time."""
+"""For requests with a key: a browser caches the response, and revalidates it each time."""
 
 
 def private_headers(headers: Iterable[tuple[bytes, bytes]], seconds_left: int | None) -> RawHeaders:
@@ -110,7 +111,9 @@ def private_headers(headers: Iterable[tuple[bytes, bytes]], seconds_left: int | 
         Seconds until the URL's signature expires; None if the client sent a key.
     """
     changed = [
-        (name, _control(value, seconds_left)) if name.lower() == b"cache-control" else (name, value)
+        (name, _make_private(value, seconds_left))
+        if name.lower() == b"cache-control"
+        else (name, value)
         for name, value in headers
     ]
     if not any(name.lower() == b"cache-control" for name, _ in changed):
@@ -118,7 +121,7 @@ def private_headers(headers: Iterable[tuple[bytes, bytes]], seconds_left: int | 
     return (*changed, (b"vary", b"Authorization"))
 
 
-def _control(public: bytes, seconds_left: int | None) -> bytes:
+def _make_private(public: bytes, seconds_left: int | None) -> bytes:
     if b"no-store" in public:
         return public
     if seconds_left is None:

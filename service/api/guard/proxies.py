@@ -15,16 +15,16 @@ from starlette.types import Scope
 Address: TypeAlias = IPv4Address | IPv6Address
 
 UNIX = "unix"
-"""Stands for a client of a Unix socket, which has no IP address."""
+"""The item of the setting for clients of a Unix socket, which have no IP address."""
 
 MOST_HOPS = 32
 """Most proxies in a chain that the service follows."""
 
-LONGEST = 64
+MAX_ADDRESS_BYTES = 64
 """Longest text of an address, in bytes: IPv6 with a zone and a port is shorter."""
 
-REMEMBERED = 4096
-"""Addresses whose parsed form is cached: most requests come from a recent client."""
+CACHED_ADDRESSES = 4096
+"""Number of addresses whose parsed form is cached: most requests come from a recent client."""
 
 _SCHEMES = {b"http": "http", b"https": "https"}
 
@@ -37,7 +37,7 @@ class Proxies:
     """The trusted proxies; raises `InvalidProxies` for an invalid address or network."""
 
     def __init__(self, trusted: Sequence[str]) -> None:
-        self._unix = UNIX in trusted
+        self._trusts_unix = UNIX in trusted
         try:
             self._networks = tuple(ip_network(text) for text in trusted if text != UNIX)
         except ValueError:
@@ -49,18 +49,18 @@ class Proxies:
     def set_client(self, scope: Scope) -> None:
         """Sets the scope's client and scheme as the trusted proxies report them."""
         client = scope.get("client")
-        peer = address_in(client[0].encode()) if client else None
-        if not self._trusts(peer):
+        peer = parse_address(client[0].encode()) if client else None
+        if not self._is_trusted(peer):
             return
         forwarded = [value for name, value in scope["headers"] if name == b"x-forwarded-for"]
-        # From the right; hops beyond MOST_HOPS stay joined, so they are not an address.
+        # Split from the right. Hops beyond MOST_HOPS stay in one item, which is then no address.
         hops = b",".join(forwarded).rsplit(b",", MOST_HOPS)
         for hop in reversed(hops):
-            address = address_in(hop)
+            address = parse_address(hop)
             if address is None:
-                break  # not an address: the proxy that reports it is the nearest known peer
+                break  # no address: `peer`, the proxy that sent this item, counts as the client
             peer = address
-            if not self._trusts(peer):
+            if not self._is_trusted(peer):
                 break
         if peer is not None:
             scope["client"] = (str(peer), 0)
@@ -69,21 +69,21 @@ class Proxies:
             nearest = schemes[-1].rpartition(b",")[2].strip().lower()
             scope["scheme"] = _SCHEMES.get(nearest, scope["scheme"])
 
-    def _trusts(self, peer: Address | None) -> bool:
-        return self._unix if peer is None else _within(peer, self._networks)
+    def _is_trusted(self, peer: Address | None) -> bool:
+        return self._trusts_unix if peer is None else _is_within(peer, self._networks)
 
 
-def address_in(text: bytes) -> Address | None:
+def parse_address(text: bytes) -> Address | None:
     """The IP address in one item of the header, without its port; None if it has no address.
 
-    An IPv4 address in IPv6 form becomes IPv4. The zone of an address is any text that only the
-    writing machine understands; it is left out.
+    An IPv4 address in IPv6 form becomes IPv4. The zone of an IPv6 address is left out: it has a
+    meaning only on the machine that wrote it.
     """
     word = text.strip()
-    return _address(word) if len(word) <= LONGEST else None
+    return _address(word) if len(word) <= MAX_ADDRESS_BYTES else None
 
 
-@lru_cache(REMEMBERED)
+@lru_cache(CACHED_ADDRESSES)
 def _address(word: bytes) -> Address | None:
     if word.startswith(b"["):
         word = word[1:].partition(b"]")[0]
@@ -98,6 +98,6 @@ def _address(word: bytes) -> Address | None:
     return address
 
 
-@lru_cache(REMEMBERED)
-def _within(address: Address, networks: tuple[IPv4Network | IPv6Network, ...]) -> bool:
+@lru_cache(CACHED_ADDRESSES)
+def _is_within(address: Address, networks: tuple[IPv4Network | IPv6Network, ...]) -> bool:
     return any(address in network for network in networks)

@@ -1,9 +1,10 @@
 """Rate limits: how many requests a minute each caller may make.
 
-The method is the "generic cell rate algorithm", a token bucket that is kept as one number: the time
-at which the bucket will be full again. With a limit of n requests a minute, each request moves this
-time 60/n seconds further. A request that would move it more than 60 seconds beyond now is refused.
-So a caller may make n requests at once, and then one request every 60/n seconds.
+The method is the "generic cell rate algorithm": a token bucket, stored as one number for each
+caller, the time at which the bucket will be full again. With a limit of n requests a minute, each
+request moves this time 60/n seconds further. A request is refused if it would move the time to more
+than 60 seconds from now. So a caller may make n requests at once, and then one request every 60/n
+seconds.
 """
 
 import time
@@ -19,8 +20,8 @@ from service.api.caching.cached_response import RawHeaders
 WINDOW = 60
 """Seconds over which the limit applies."""
 
-MOST = 20_000
-"""The most callers that are counted; the oldest are forgotten. A flood of addresses takes 5 MB."""
+MAX_CALLERS = 20_000
+"""The most callers that are counted, in 5 MB; beyond it, the least recent ones are forgotten."""
 
 _POLICY = "requests"
 
@@ -31,19 +32,19 @@ class RateDecision:
 
     Attributes
     ----------
-    allowed : bool
+    is_allowed : bool
     remaining : int
         Requests that the caller may make at once.
     reset : int
         Seconds until the caller may make all requests of a minute at once.
-    wait : int
-        Seconds until the next request is allowed; 0 if this one is.
+    retry_after : int
+        Seconds until the next request is allowed; 0 if this request is.
     """
 
-    allowed: bool
+    is_allowed: bool
     remaining: int
     reset: int
-    wait: int
+    retry_after: int
 
 
 class Rates:
@@ -59,26 +60,26 @@ class Rates:
         self.limit = limit
         self._interval = WINDOW / limit
         self._clock = clock
-        self._full: OrderedDict[str, float] = OrderedDict()
+        self._full_at: OrderedDict[str, float] = OrderedDict()
         self._policy = (b"ratelimit-policy", f'"{_POLICY}";q={limit};w={WINDOW}'.encode())
 
     def __len__(self) -> int:
-        return len(self._full)
+        return len(self._full_at)
 
-    def take(self, name: str) -> RateDecision:
-        """Counts one request. A refused request does not count."""
+    def count(self, name: str) -> RateDecision:
+        """Counts a request of a caller, or refuses it; a refused request does not count."""
         now = self._clock()
-        full = max(self._full.get(name, now), now)
+        full = max(self._full_at.get(name, now), now)
         after = full + self._interval
         # Rounding: the sum of n intervals may be slightly more than 60 seconds.
-        over = after - now - WINDOW - self._interval * 1e-3
-        if over > 0:
-            self._full.move_to_end(name)
-            return RateDecision(False, 0, ceil(full - now), ceil(over))
-        self._full[name] = after
-        self._full.move_to_end(name)
-        if len(self._full) > MOST:
-            self._full.popitem(last=False)
+        excess = after - now - WINDOW - self._interval * 1e-3
+        if excess > 0:
+            self._full_at.move_to_end(name)
+            return RateDecision(False, 0, ceil(full - now), ceil(excess))
+        self._full_at[name] = after
+        self._full_at.move_to_end(name)
+        if len(self._full_at) > MAX_CALLERS:
+            self._full_at.popitem(last=False)
         remaining = int((WINDOW - (after - now)) / self._interval + 1e-3)
         return RateDecision(True, remaining, ceil(after - now), 0)
 
@@ -88,17 +89,17 @@ class Rates:
         return (self._policy, (b"ratelimit", now.encode()))
 
 
-def caller(key: str | None, client: str | None) -> str:
-    """The name under which requests are counted together: a key, else an address.
+def caller_name(key: str | None, client: str | None) -> str:
+    """The name under which requests are counted together: that of the key, or else the address.
 
-    A client with one IPv6 address usually has 2⁶⁴ of them, so these count by their /64 network.
+    A client with IPv6 usually has 2⁶⁴ addresses, so these count together, by their /64 network.
     """
     return f"key {key}" if key is not None else _network(client)
 
 
 @lru_cache(4096)
 def _network(client: str | None) -> str:
-    """The name under which requests from an address are counted: the address or its network."""
+    """The name under which requests from an address are counted: an IPv4 address, or a network."""
     try:
         address = ip_address(client or "")
     except ValueError:

@@ -30,7 +30,7 @@ PATHS = "/v1/surfaces/{id} or /v1/surfaces/{id}/mesh.{suffix}"
 _PATH = re.compile(
     r"/v1/surfaces/[0-9a-z-]{1,64}(?:/mesh\.(?:" + "|".join(fmt.suffix for fmt in FORMATS) + "))?"
 )
-_MOMENT = re.compile("[0-9]{1,12}")
+_TIME = re.compile("[0-9]{1,12}")
 _PREFIX = "surface-service 1\nread\n"
 """Names the purpose: a signature made with this secret for another purpose is not valid here."""
 
@@ -42,7 +42,13 @@ class InvalidSecrets(ValueError):
 
 
 class Signer:
-    """Signs with the first secret, accepts all; raises `InvalidSecrets` for weak secrets."""
+    """Signs with the first secret, and accepts signatures of all secrets.
+
+    Raises
+    ------
+    InvalidSecrets
+        A secret is too short, or listed twice.
+    """
 
     def __init__(self, secrets: Sequence[str]) -> None:
         if any(len(secret) < MIN_SECRET for secret in secrets):
@@ -54,14 +60,14 @@ class Signer:
         self._secrets = [secret.encode() for secret in secrets]
 
     def sign(self, path: str, query: str, expires: int) -> str:
-        """The query with its signature, for the same path.
+        """The query with `expires` and the signature added; for this path only.
 
         Raises
         ------
         ValueError
             The path is not that of a surface or a mesh, or the query is signed already.
         """
-        pairs = _pairs(query)
+        pairs = _parse_pairs(query)
         if not is_signable(path) or any(name in (EXPIRES, SIGNATURE) for name, _ in pairs):
             raise ValueError("this cannot be signed")
         pairs.append((EXPIRES, str(expires)))
@@ -70,10 +76,10 @@ class Signer:
             ([query] if query else []) + [f"{EXPIRES}={expires}", f"{SIGNATURE}={signature}"]
         )
 
-    def check(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
+    def verify(self, path: str, query: bytes, now: float) -> tuple[bytes, int]:
         """The query as the client wrote it, without the signature, and its expiry in Unix time.
 
-        Tries every secret in constant time, so that the time reveals nothing of the signature.
+        Tries all secrets, each in constant time, so that the time reveals nothing of the signature.
 
         Raises
         ------
@@ -81,24 +87,24 @@ class Signer:
         """
         try:
             text = query.decode("ascii")
-            pairs = _pairs(text)
+            pairs = _parse_pairs(text)
         except ValueError:
-            raise _invalid() from None
-        moments = [value for name, value in pairs if name == EXPIRES]
+            raise _build_invalid_error() from None
+        times = [value for name, value in pairs if name == EXPIRES]
         signatures = [value for name, value in pairs if name == SIGNATURE]
-        if len(moments) != 1 or len(signatures) != 1 or not is_signable(path):
-            raise _invalid()
+        if len(times) != 1 or len(signatures) != 1 or not is_signable(path):
+            raise _build_invalid_error()
         rest = [(name, value) for name, value in pairs if name != SIGNATURE]
         signature = signatures[0].encode()
-        right = [
-            hmac.compare_digest(_signature(s, path, rest).encode(), signature)
-            for s in self._secrets
+        matches = [
+            hmac.compare_digest(_signature(secret, path, rest).encode(), signature)
+            for secret in self._secrets
         ]
-        if not any(right) or not _MOMENT.fullmatch(moments[0]):
-            raise _invalid()
-        if int(moments[0]) <= now:
+        if not any(matches) or not _TIME.fullmatch(times[0]):
+            raise _build_invalid_error()
+        if int(times[0]) <= now:
             raise _build_expired_error()
-        return _strip_signature(text).encode(), int(moments[0])
+        return _strip_signature(text).encode(), int(times[0])
 
 
 def is_signable(path: str) -> bool:
@@ -111,7 +117,7 @@ def is_signed(path: str, query: bytes) -> bool:
     return b"signature=" in query and path.startswith("/v1/surfaces/")
 
 
-def _pairs(query: str) -> _Pairs:
+def _parse_pairs(query: str) -> _Pairs:
     """The query's parameters; raises ValueError for invalid UTF-8 or too many parameters."""
     return parse_qsl(query, keep_blank_values=True, errors="strict", max_num_fields=MAX_PARAMETERS)
 
@@ -125,13 +131,14 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
 def _strip_signature(query: str) -> str:
     """The query without the parameters that signing added; the rest unchanged."""
     signature_fields = (EXPIRES, SIGNATURE)
-    parts = (part for part in query.split("&"))
     return "&".join(
-        part for part in parts if unquote_plus(part.partition("=")[0]) not in signature_fields
+        part
+        for part in query.split("&")
+        if unquote_plus(part.partition("=")[0]) not in signature_fields
     )
 
 
-def _invalid() -> SignatureInvalid:
+def _build_invalid_error() -> SignatureInvalid:
     message = "The signature does not belong to this URL."
     needed = "the whole URL, as it was signed"
     issue = Issue("signature_invalid", message, f"/{SIGNATURE}", "another signature", needed)
@@ -149,7 +156,7 @@ def build_signed_url(
 ) -> tuple[str, int]:
     """The URL with its signature, and its expiry in Unix time.
 
-    Does not look the surface up: a client learns whether it exists when it reads the URL.
+    Does not check that the surface exists: a client learns this when it reads the URL.
 
     Parameters
     ----------
@@ -163,11 +170,11 @@ def build_signed_url(
     """
     expires = int(now) + request.seconds if request.seconds is not None else request.expires
     if expires is None:
-        raise ValueError("a request without an end was not validated")
+        raise ValueError("the request has neither `seconds` nor `expires`: it was not validated")
     if not now < expires <= now + MAX_SECONDS:
         message = "A URL can be signed for at most seven days."
         needed = f"1 to {MAX_SECONDS} seconds from now"
-        got = "a moment in the past" if expires <= now else "a moment too far away"
+        got = "a time in the past" if expires <= now else "a time too far in the future"
         raise InvalidRequest(Issue("out_of_range", message, f"/{EXPIRES}", got, needed))
     url = request.url
     path, _, query = url.partition("?")

@@ -7,27 +7,29 @@ from service.api.models.points import Point
 
 
 class RayHits(ResponseModel):
-    """Hits in columns, float64: `reached` and `counts` have a row per ray, the others one per hit.
+    """Hits in columns, float64.
+
+    `reached` and `counts` have a row for each ray; the other columns have a row for each hit.
 
     Hits are sorted by ray, and for each ray by t.
     """
 
     reached: list[bool]
-    """For each ray, whether its first hit, or all of its hits, are listed. False if the limit of
-    work was reached, for example because the surface is a line along the ray; or if the ray begins
-    so far away that rounding is larger than the thickness."""
+    """For each ray, whether its first hit is listed; with `hits` "all", whether each of its hits
+    is. False if the search reached its limit of work, for example because the surface is a line
+    along the ray; or if the ray begins so far away that rounding is larger than the thickness."""
     counts: list[Count]
     """For each ray, the number of its hits in this response."""
     ray: list[Count]
     """The index of the ray."""
     t: list[Length]
-    """The hit is at origin + t · direction, with the direction of the request. For a segment, this
-    is its beginning."""
+    """The hit is at origin + t · direction, with the direction of the request. For a hit that is a
+    segment, its beginning."""
     t_bounds: list[Pair]
-    """Intervals [low, high] of t that contain all common points of ray and surface that this hit
-    represents. Proved, rounding included. For a segment within the surface, the segment."""
+    """Intervals [low, high] of t. Proved, rounding included: they contain all common points of the
+    ray and the surface at this hit. For a segment within the surface, its ends."""
     positions: list[Point]
-    """The points of the surface, closer to the ray than the thickness."""
+    """The points of the surface. They are closer to the ray than the thickness."""
     patch: list[Count] | Missing = None
     """The index of the patch, in the order of the request; where several patches meet, one of them.
     In a group, the Bézier patches of each member follow those of the member before. Left out for

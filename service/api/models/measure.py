@@ -13,9 +13,9 @@ class Interval(ResponseModel):
     value: float
     """An approximation, near the middle of the interval."""
     low: float
-    """The exact value is not less."""
+    """The exact value is not less than this."""
     high: float
-    """The exact value is not greater."""
+    """The exact value is not greater than this."""
 
 
 class EdgePlace(ResponseModel):
@@ -37,19 +37,19 @@ class FaultyEdge(EdgePlace):
     """A side that is a reason why the surface encloses no volume."""
 
     open: bool
-    """True if no other side shares the edge. False if the sides on the edge do not cancel in pairs
-    of opposite directions: a patch has the wrong orientation, or more than two patches meet."""
+    """True if no other side shares the edge. False if the sides on the edge are not pairs of
+    opposite directions: a patch has the wrong orientation, or more than two patches meet."""
 
 
 class Boundary(ResponseModel):
-    """An open border: edges one after another, with the surface on their left."""
+    """An open border: a chain of edges, with the surface on their left."""
 
     length: Interval
     """Its length."""
     edges: Annotated[int, Field(ge=1)]
     """Number of its edges."""
     closed: bool
-    """Whether it returns to where it begins."""
+    """Whether the border ends where it begins."""
     first_edge: EdgePlace
     """Its first edge."""
 
@@ -89,7 +89,7 @@ class SurfaceMeasures(ResponseModel):
     open_edges: Count
     """Number of sides that share their edge with no other side."""
     inconsistent_edges: Count
-    """Number of sides on other edges whose directions do not cancel."""
+    """Number of sides on shared edges whose sides are not pairs of opposite directions."""
     faulty_edges: list[FaultyEdge]
     """The first 100 of the open and the inconsistent sides."""
     parts: list[PartMeasures]
@@ -100,5 +100,5 @@ class SurfaceMeasures(ResponseModel):
     rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed
     `tolerance` can be reached, such as a volume of zero."""
     moved: Length
-    """The largest distance by which control points were moved so that borders meet; the
-    intervals include the effect."""
+    """The largest distance by which control points were moved so that borders meet. The intervals
+    include the effect of this."""

@@ -1,7 +1,7 @@
-"""Responses about meshes, as JSON, and the base of all models of responses.
+"""Responses about meshes, as JSON, and the base class of all models of responses.
 
-The schemas of the OpenAPI document are made from these models. Routes write long responses from
-arrays, without the models; tests validate the responses against them.
+FastAPI makes the schemas of the OpenAPI document from these models. Routes write long responses
+directly from arrays; tests validate these responses against the models.
 """
 
 from typing import Annotated, Any, Literal, TypeAlias
@@ -30,8 +30,8 @@ def schema_of_row(item: dict[str, Any], length: int) -> WithJsonSchema:
 
 def _sizes(phrase: str) -> WithJsonSchema:
     """The schema of an object with a number of bytes for each format."""
-    each = {f.name: _ROW | {"description": f"{phrase} {f.name}."} for f in FORMATS}
-    return WithJsonSchema({"type": "object", "properties": each, "additionalProperties": False})
+    sizes = {f.name: _ROW | {"description": f"{phrase} {f.name}."} for f in FORMATS}
+    return WithJsonSchema({"type": "object", "properties": sizes, "additionalProperties": False})
 
 
 class ResponseModel(BaseModel):
@@ -41,7 +41,7 @@ class ResponseModel(BaseModel):
 
 
 Missing: TypeAlias = SkipJsonSchema[None]
-"""The value of a field that may be left out, but is never null."""
+"""The type of the default of a field that may be left out; the field is never null."""
 
 Count: TypeAlias = Annotated[int, Field(ge=0)]
 Length: TypeAlias = Annotated[float, Field(ge=0)]
@@ -79,7 +79,7 @@ class PartReport(ResponseModel):
     name: str
     """Name of the part; of a group, of the member."""
     deviation_bound: Length | Missing = None
-    """The bound of the part, as in the report; left out for tubes and ribbons."""
+    """The `deviation_bound` of the part alone; left out for tubes and ribbons."""
 
 
 class MeshReport(ResponseModel):
@@ -104,16 +104,16 @@ class MeshReport(ResponseModel):
     """Whether the surface closes along u: its curves at the least and the greatest u are the same.
     This and the next three fields are left out for several patches without a common domain."""
     closed_v: bool | Missing = None
-    """Whether it closes along v."""
+    """Whether the surface closes along v: its curves at the least and greatest v are the same."""
     continuity_u: Continuity | Missing = None
     """If the surface closes along u, its continuity there: C1 for equal partials du, G1 for equal
     tangent planes, else C0."""
     continuity_v: Continuity | Missing = None
     """If the surface closes along v, its continuity there: as `continuity_u`, with dv."""
     deviation_bound: Length | Missing = None
-    """Proved, in model units: no point of the surface is further than this from the faces as they
-    are written, their rounding included. Never above the tolerance of the request; left out if
-    there are no faces of a parametric surface."""
+    """Proved, in model units: no point of the surface is further than this from the faces, with the
+    coordinates that the file has after rounding. Never above the tolerance of the request. Left out
+    if the mesh has no faces, or only those of tubes and ribbons."""
     mesh_deviation_bound: Length | Missing = None
     """With `two_sided`; proved: no point of the faces is further than this from the surface."""
     normal_angle: Length | Missing = None
@@ -122,37 +122,38 @@ class MeshReport(ResponseModel):
     curvature: CurvatureRange | Missing = None
     """With `curvatures`: the least and greatest curvatures at the vertices."""
     merged_knots: Count | Missing = None
-    """Number of knots that differed from the knot before by rounding alone and were made equal to
-    it; left out if there are none."""
+    """Number of knots that differed from the knot before only by rounding, and were made equal to
+    that knot; left out if it is 0."""
     moved: Length | Missing = None
     """The largest distance, in model units, by which a point of the surface was moved to join
-    control points (`weld_tolerance`). All bounds include it; left out if nothing moved."""
+    control points (`weld_tolerance`). All bounds include this distance; left out if it is 0."""
     parts: list[PartReport] | Missing = None
-    """The bound of every part by itself, in the order of the parts."""
+    """The bound of each part, in the order of the parts."""
     engine: int
-    """Version of the numbers."""
+    """Version of the numbers. It changes when the service computes other numbers for the same
+    request."""
 
 
 class MeshPart(ResponseModel):
-    """A named run of faces."""
+    """A named part of the surface, and its range of faces."""
 
     name: str
     """Name of the part."""
     faces: Run
-    """First face, and the one after the last."""
+    """Index of the first face, and index after the last face."""
     color: Rgba | Missing = None
     """Base colour [r, g, b, a], sRGB, if the part has one."""
 
 
 class MeshLines(ResponseModel):
-    """An overlay."""
+    """Lines beside the faces: an overlay of the request."""
 
     name: str
     """Name of the overlay."""
     vertices: list[Vector]
     """Positions of the overlay."""
     segments: list[Segment]
-    """Pairs of rows of its `vertices`."""
+    """Each line segment as a pair of indices of these `vertices`."""
 
 
 class Mesh(ResponseModel):
@@ -162,14 +163,15 @@ class Mesh(ResponseModel):
     """Positions [x, y, z]; a welded vertex is one row. Float64, with the fewest digits that give
     the same number."""
     faces: list[Corners]
-    """Rows of `vertices` for each corner of each face, counter-clockwise seen from the normal's
-    tip; part by part, the quads of a part before its triangles."""
+    """For each corner of each face an index of `vertices`, counter-clockwise seen from the normal's
+    tip. Faces are sorted by part; the quads of a part are before its triangles."""
     normals: list[Vector] | Missing = None
     """Unit normals, float32; left out if `normals` is false. Row k belongs to row k of `vertices`,
     unless the mesh has `attribute_faces`."""
     uvs: list[Pair] | Missing = None
-    """Texture coordinates of the surface, or if it has none and `uvs` is true, parameters (u, v);
-    float64, so that the surface has the same point at them. Row k belongs to row k of `normals`."""
+    """Texture coordinates of the surface; if it has none and `uvs` is true, its parameters (u, v).
+    Float64, exact enough to evaluate the surface at the vertex again. Row k belongs to row k of
+    `normals`."""
     colors: list[Annotated[list[float], Field(min_length=3, max_length=4)]] | Missing = None
     """Colours of the surface, if it has any: sRGB, or sRGB and opacity, from 0 to 1; float32. Row k
     belongs to row k of `normals`."""
@@ -179,11 +181,11 @@ class Mesh(ResponseModel):
     ) = None
     """Values of the surface's attributes by name, float64. Row k belongs to row k of `normals`."""
     attribute_faces: list[Corners] | Missing = None
-    """If a position has several normals, colours or other values, as at a crease: in the shape of
-    `faces`, the rows of `normals`, `uvs`, `colors` and `attributes` for each corner of each
-    face."""
+    """If a position has several normals, colours or other values, as at a crease: for each corner
+    of each face, in the shape of `faces`, an index of `normals`, `uvs`, `colors` and
+    `attributes`."""
     parts: list[MeshPart]
-    """Named runs [first, last) of `faces`."""
+    """The parts, each with its range of `faces`."""
     lines: list[MeshLines] | Missing = None
     """The overlays of the request, if any."""
     report: MeshReport
@@ -201,9 +203,9 @@ class Refusal(ResponseModel):
     detail: str
     """Text of the error, for people."""
     got: str
-    """The input, described and not repeated."""
+    """A description of the input, which does not repeat it."""
     needed: str
-    """A valid input, described."""
+    """A description of valid input."""
 
 
 class Estimate(ResponseModel):
@@ -225,13 +227,14 @@ class Estimate(ResponseModel):
     exact_bytes: list[FormatName]
     """The formats whose number of bytes is exact."""
     memory: Annotated[dict[str, int], _sizes("Bytes of memory for the mesh as")]
-    """Bytes of memory that making the response takes at most, by format. The service refuses
-    more than it has for one request (`too_much_memory`); a large request may have to wait."""
+    """The most memory that the work takes, in bytes, by format. The service refuses a request that
+    needs more memory than one request may take (`too_much_memory`); a large request may have to
+    wait."""
     accepted: bool
     """Whether `POST /v1/mesh` would return a mesh for this body in one of the formats."""
     certain: bool
-    """Whether an accepted mesh cannot be refused later. With a tolerance this is true if the bounds
-    above are within all limits. Otherwise, and with a budget, the mesh may prove too large, or the
-    tolerance too small, when it is made."""
+    """Whether it is certain that an accepted mesh is not refused. With a tolerance this is true if
+    the bounds above are within all limits. If they are not, or with a budget, the computation may
+    show that the mesh is too large, or the tolerance too small."""
     refused: list[Refusal]
     """The reasons for refusals, by format."""

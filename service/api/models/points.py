@@ -25,10 +25,10 @@ class Points(ResponseModel):
     dv: list[VectorOrNull] | Missing = None
     """First partials along v."""
     normals: list[Vector] | Missing = None
-    """Unit normals along du × dv; where that vanishes, their limits from inside the surface."""
+    """Unit normals along du × dv; where du × dv vanishes, their limits from inside the surface."""
     degenerate: list[bool] | Missing = None
-    """Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, taken along
-    the line that leads straight inwards."""
+    """Whether du × dv vanishes, as at a pole: normals and curvatures there are limits, along the
+    line in the domain that leads straight inwards."""
     duu: list[VectorOrNull] | Missing = None
     """Second partials along u."""
     duv: list[VectorOrNull] | Missing = None
@@ -66,16 +66,17 @@ class CurveReport(ResponseModel):
     length: float
     """Length of the curve itself, to about 12 digits."""
     closed: bool
-    """Whether it ends where it begins; the last point is then the first."""
+    """Whether the curve ends where it begins; its last point is then equal to the first."""
     deviation_bound: Length
-    """In model units, proved: no point of the curve is further than this from the written lines."""
+    """Proved, in model units: no point of the curve is further than this from the lines, with the
+    coordinates that the file has after rounding."""
     bounds: CurveBounds
     engine: int
     """Version of the numbers."""
 
 
 class Curve(ResponseModel):
-    """A sampled curve as JSON: columns of float64, row k of each for point k."""
+    """A sampled curve as JSON: columns of float64; row k of each column belongs to point k."""
 
     points: list[Point]
     """Points with as many coordinates as the control points have."""

@@ -15,11 +15,11 @@ class ClosestPoints(ResponseModel):
     """Intervals [low, high] that contain the exact least distance to the surface or curve. Proved,
     rounding included."""
     reached: list[bool]
-    """Whether the interval meets `relative_tolerance`. It is wider if too many places are almost
-    equally near, as for the centre of a sphere."""
+    """Whether the interval of distance meets `relative_tolerance`. The interval is wider if too
+    many places are almost equally near, as for the centre of a sphere."""
     tied: list[bool]
-    """Whether another place, more than about 1/1000 of the diagonal away from this one, may be
-    equally near: within 1/16 of the tolerance, or within the interval if that is wider."""
+    """Whether another place, more than about 1/1000 of the diagonal away from this place, may be
+    equally near: within 1/16 of the tolerance, or within the interval if the interval is wider."""
     patch: list[Count] | Missing = None
     """For a surface: the index of the patch, in the order of the request; where several patches
     meet, the first of them. In a group, the Bézier patches of each member follow those of the
@@ -32,11 +32,11 @@ class ClosestPoints(ResponseModel):
     on_boundary: list[bool] | Missing = None
     """For a surface: whether the closest point is on an edge of only one patch."""
     signs: list[float | None] | Missing = None
-    """For a surface, with `sign`: -1 inside, 1 outside, so that sign times distance is the signed
-    distance. A point is inside if the winding number of the surface about it is not 0, for any
-    direction of the normals; proved. Null if it is not known: on the surface or very close to it;
-    after the limit of work, which some 10,000 points close to the surface may reach; and for all
-    points if the surface is open or inconsistently oriented."""
+    """For a surface, with `sign`; proved: -1 inside, 1 outside, so that sign times distance is the
+    signed distance. A point is inside if the winding number of the surface about the point is not
+    0; the direction of the normals does not matter. Null if the sign is unknown: on the surface or
+    very close to it; after the limit of work, which some 10,000 points close to the surface may
+    reach; and for all points if the surface is open or inconsistently oriented."""
     parameters: list[float] | Missing = None
     """For a curve: parameters in its domain."""
     tangents: list[Point] | Missing = None

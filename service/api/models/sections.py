@@ -10,7 +10,7 @@ class SectionLine(ResponseModel):
     """A polyline of a section."""
 
     closed: bool
-    """Whether it is closed; its last point is then its first."""
+    """Whether the polyline is closed; its last point is then equal to its first."""
     points: list[Vector]
     """Points of the surface and of the plane, in model units. Seen from the tip of the plane's
     normal, the normals of the surface point to the right of the polyline."""
@@ -22,18 +22,18 @@ class Section(ResponseModel):
     normal: Vector
     """Unit normal of the plane."""
     offset: float
-    """Distance of the plane from zero, along the normal."""
+    """Signed distance of the plane from the origin, along the normal."""
     x_axis: Vector
     """Unit vector along x in the coordinates of the plane, which the SVG format uses."""
     y_axis: Vector
-    """Unit vector along y in these coordinates: x × y is the normal."""
+    """Unit vector along y in the coordinates of the plane: x × y is the normal."""
     polylines: list[SectionLine]
     """The polylines; empty where the plane does not cut the surface."""
     touching: list[Vector]
     """Points where the surface touches the plane, or is closer to it than rounding can resolve."""
     coplanar: list[Count]
-    """Numbers of patches that lie in the plane, in the order of the request; the polylines are
-    their border."""
+    """Indices of the patches that lie in the plane, in the order of the request; their border is
+    part of the polylines."""
 
 
 class SectionReport(ResponseModel):
@@ -44,9 +44,9 @@ class SectionReport(ResponseModel):
     polylines: Count
     """Number of polylines."""
     points: Count
-    """Number of their points."""
+    """Number of points of all polylines."""
     deviation_bound: Length
-    """In model units, proved: no point of a section is further than this from its polylines."""
+    """Proved, in model units: no point of a section is further than this from its polylines."""
     engine: int
     """Version of the numbers."""
 

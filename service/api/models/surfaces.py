@@ -43,9 +43,9 @@ class Issue(ResponseModel):
     detail: str
     """Text of the error, for people."""
     got: str | Missing = None
-    """The input, described and not repeated."""
+    """A description of the input, which does not repeat it."""
     needed: str | Missing = None
-    """A valid input, described."""
+    """A description of valid input."""
 
 
 class Problem(ResponseModel):
@@ -90,8 +90,8 @@ class SurfaceSummary(ResponseModel):
     patches: Count
     """Number of Bézier patches; tubes and ribbons have none."""
     degree: Run
-    """Highest degree [p, q] of its patches; a triangle counts as [n, n], a tube or ribbon as the
-    degree of its curve and 0."""
+    """Highest degrees [p, q] of its patches. For a triangle of degree n, [n, n]; for a tube or a
+    ribbon, the degree of its curve, and 0."""
     links: SurfaceLinks
 
 
@@ -103,7 +103,7 @@ class SurfaceList(ResponseModel):
 
 
 class SurfaceDocument(ResponseModel):
-    """A surface without options: a body for the other calls, to which options may be added."""
+    """A surface without options. Clients may add options, and send it to the other calls."""
 
     surface: SurfaceDefinition
     """The definition, in the form of a request."""
@@ -113,8 +113,8 @@ class StoredLinks(SurfaceLinks):
     """URLs, without the host."""
 
     mesh: UrlsBySuffix
-    """URL of the mesh by suffix, in this version of the numbers: clients may cache it for ever. Add
-    options in front of `engine`."""
+    """URL of the mesh by suffix, in this version of the numbers: clients may cache the mesh for
+    ever. Add options before `engine`."""
 
 
 class StoredSurface(ResponseModel):
@@ -158,16 +158,16 @@ class Format(ResponseModel):
     precision: Literal["float32", "float64"]
     """Precision of positions."""
     quantize: bool
-    """Whether it takes `quantize`."""
+    """Whether it supports `quantize`."""
     compression: list[Compression]
-    """The kinds of `compression` that it takes here, beside `none`."""
+    """The kinds of `compression` that this service supports for it, beside `none`."""
 
 
 class FormatList(ResponseModel):
     """The formats of meshes."""
 
     formats: list[Format]
-    """One entry a format."""
+    """The formats, one entry each."""
 
 
 class Health(ResponseModel):
@@ -176,10 +176,11 @@ class Health(ResponseModel):
     status: Literal["live", "ready", "unready", "draining"]
     """State of the service."""
     computing: State | Missing = None
-    """Whether the self-test computes the right mesh."""
+    """Whether the self-test computed the right mesh."""
     store: State | Missing = None
     """Whether the store works."""
     version: str | Missing = None
     """Version of the service."""
     engine: int | Missing = None
-    """Version of the numbers."""
+    """Version of the numbers. It changes when the service computes other numbers for the same
+    request."""

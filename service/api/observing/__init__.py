@@ -1,1 +1,1 @@
-"""Telemetry: request records, the access log, metrics, traces and health."""
+"""Telemetry: request records, the access log, metrics and traces; and health checks."""

@@ -1,7 +1,7 @@
-"""Health checks: the process runs, and it is ready for requests.
+"""Health checks: whether the process runs, and whether it is ready for requests.
 
-Ready means that the engine computes a tiny mesh correctly, that the store responds, and that the
-service is not about to stop. Instances that share a store are all unready when it fails:
+The service is ready if the engine computes a tiny mesh correctly, the store responds, and the
+service is not about to stop. If a store fails, all instances that share it become unready:
 `docs/observability.md` says what operators do then.
 """
 
@@ -21,27 +21,30 @@ from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
 from service.surface.bezier import BezierSurface
 
-INTERVAL = 5.0
-"""Seconds for which the result of a self-test is used."""
+TEST_INTERVAL = 5.0
+"""Seconds for which the result of a self-test stays valid."""
 
-PATIENCE = 5.0
-"""Seconds for which a store may fail: two checks must fail, so one slow check does not count."""
+STORE_GRACE = 5.0
+"""Seconds for which a store may fail while the service stays ready. Checks are 5 s apart, so the
+service becomes unready only if two of them fail: one slow check is not enough."""
 
 DEADLINE = 2.0
 """Seconds that a caller waits for a self-test."""
 
-SILENCE = 30.0
-"""Seconds after which an engine that does not answer counts as stuck. Until then it counts as busy
-and ready: if it were taken away, its requests would make the next instance just as busy."""
+STUCK_AFTER = 30.0
+"""Seconds after which an engine that does not answer counts as stuck. Until then it counts as busy,
+and the service as ready: if a proxy sent its requests to another instance, that instance would
+become just as busy."""
 
 _log = logging.getLogger(__name__)
 
 
-def computes_rightly() -> bool:
+def computes_correctly() -> bool:
     """Whether the engine meshes a known surface correctly.
 
-    A square of nine control points, the middle one 4 above the others: at 2 × 2 divisions all
-    coordinates are binary fractions, and the vertex in the middle lies 4 · ½ · ½ = 1 above.
+    The control net is a square of 3 × 3 points, and the point in the middle is 4 above the others.
+    At 2 × 2 divisions all coordinates are binary fractions, so they are exact, and the vertex in
+    the middle is 4 · ½ · ½ = 1 above the others.
     """
     net = np.zeros((3, 3, 3))
     net[..., 0], net[..., 1] = np.mgrid[:3, :3]
@@ -59,23 +62,23 @@ def computes_rightly() -> bool:
 
 
 class SelfTest:
-    """Makes a mesh with known numbers when a caller asks, at most once in 5 s.
+    """Computes a mesh and compares it with known numbers, at most once in 5 s.
 
-    It has a thread of its own: with all other threads computing, the service is busy but healthy.
+    The test runs in a thread of its own: it passes even while all other threads compute.
     """
 
-    def __init__(self, test: Callable[[], bool] = computes_rightly) -> None:
+    def __init__(self, test: Callable[[], bool] = computes_correctly) -> None:
         self._test = test
         self._lock = Lock()
         self._limiter = CapacityLimiter(1)
         self._last_run = self._last_success = -math.inf
         self.last = True
-        """The last result; true until the first."""
+        """The result of the last test; true until the first test has ended."""
 
     async def passes(self) -> bool:
         """The result of a test that is at most 5 s old."""
         async with self._lock:
-            if time.monotonic() - self._last_run > INTERVAL:
+            if time.monotonic() - self._last_run > TEST_INTERVAL:
                 self._last_run = time.monotonic()
                 self.last = await self._run()
             return self.last
@@ -86,7 +89,7 @@ class SelfTest:
             passed = await asyncio.wait_for(work, DEADLINE)
         except TimeoutError:
             _log.warning("the engine has not answered the self-test within %g s", DEADLINE)
-            return time.monotonic() - self._last_success <= SILENCE
+            return time.monotonic() - self._last_success <= STUCK_AFTER
         except Exception as error:
             _log.error("the self-test failed with an error", exc_info=error)
             return False
@@ -97,5 +100,5 @@ class SelfTest:
 
 
 def is_ready(state: State) -> bool:
-    """Whether the service is ready, by the last results."""
-    return bool(state.ready and state.self_test.last and state.store.seconds_failing <= PATIENCE)
+    """Whether the service is ready, by the last results of its checks."""
+    return bool(state.ready and state.self_test.last and state.store.seconds_failing <= STORE_GRACE)

@@ -1,6 +1,7 @@
 """GET /metrics: counters and gauges of the service, for Prometheus.
 
-Events are counted as they happen; the state of other parts is read at each scrape.
+`RequestCounters` counts events when they happen; `StateCollector` reads the state of other parts
+when Prometheus asks (at each scrape).
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -39,7 +40,7 @@ from service.bases.cache import MESH_PLANS
 from service.engine.mesh.report import ENGINE, MeshReport
 from service.storage.store import SurfaceStore
 
-TEXT, OPEN = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST
+TEXT, OPENMETRICS = exposition.CONTENT_TYPE_PLAIN_0_0_4, openmetrics.CONTENT_TYPE_LATEST
 """Media types: Prometheus's text format, and OpenMetrics."""
 
 BUCKETS = (
@@ -48,16 +49,16 @@ BUCKETS = (
 )
 """Upper ends of the histogram's buckets, in seconds."""
 
-# Without this each counter has a second series, which no panel and no alert reads.
+# Otherwise each counter has a second series, `…_created`, which no panel and no alert reads.
 disable_created_metrics()  # type: ignore[no-untyped-call]
 
 
 class RequestCounters:
     """Counters of one application's requests, in a registry of their own.
 
-    `dropped` returns the number of log lines that could not be written; the log sets it. Values
-    that only the event loop changes are integers without locks: `sent` bytes by format, `refusals`
-    by code.
+    `dropped` returns the number of log lines that could not be written; the log sets this function.
+    `sent` are bytes by format, `refusals` errors by code: only the event loop changes these
+    numbers, so they need no lock.
     """
 
     def __init__(self) -> None:
@@ -78,8 +79,8 @@ class RequestCounters:
         self.refusals: dict[str, int] = {}
         self.vertices = self.triangles = 0
         about = "Time of evaluation, by formulation, without encoding."
-        named = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
-        self._engine_seconds = cache(named.labels)
+        seconds = Counter("surface_engine_seconds", about, ("formulation",), registry=registry)
+        self._engine_seconds = cache(seconds.labels)
 
     def count(self, record: RequestRecord, seconds: float) -> None:
         """Counts a request that has ended."""
@@ -95,7 +96,7 @@ class RequestCounters:
         self.refusals[code] = self.refusals.get(code, 0) + 1
 
     def count_mesh(self, report: MeshReport | None) -> None:
-        """Counts a computed mesh; exact patches have no report and do not count."""
+        """Counts a computed mesh; a file of exact patches has no report and does not count."""
         if report is not None:
             self.vertices += report.vertices
             self.triangles += report.triangles
@@ -120,7 +121,7 @@ async def metrics(request: Request) -> Response:
     registry: CollectorRegistry = request.app.state.observed.registry
     if accepts_open_metrics(request.headers.get("accept", "")):
         generate_latest: Callable[..., bytes] = openmetrics.generate_latest
-        body, media_type = generate_latest(registry, version="1.0.0"), OPEN
+        body, media_type = generate_latest(registry, version="1.0.0"), OPENMETRICS
     else:
         body, media_type = exposition.generate_latest(registry), TEXT
     headers = {"Cache-Control": "no-store", "Vary": "Accept", "Content-Type": media_type}
@@ -128,7 +129,7 @@ async def metrics(request: Request) -> Response:
 
 
 def accepts_open_metrics(accept: str) -> bool:
-    """Whether a client accepts OpenMetrics; such clients prefer it."""
+    """Whether a client accepts OpenMetrics; clients that accept it prefer it."""
     types = (part.split(";")[0].strip().lower() for part in accept.split(","))
     return "application/openmetrics-text" in types
 
@@ -186,14 +187,14 @@ def _workers(workers: Workers) -> Iterator[Metric]:
 def _store(store: SurfaceStore) -> Iterator[Metric]:
     about = "Whether the store answered the last check."
     yield _gauge("store_answering", about, not store.seconds_failing)
-    took = SummaryMetricFamily(
+    operations = SummaryMetricFamily(
         "surface_store_operation_seconds",
         "Time of store operations, by their outcome.",
         labels=("operation", "outcome"),
     )
     for labels, total in store.operations.totals.items():
-        took.add_metric(labels, total.count, total.seconds)
-    yield took
+        operations.add_metric(labels, total.count, total.seconds)
+    yield operations
     yield _gauge("store_bytes", "Bytes of stored surfaces at the last count.", store.used)
     yield _gauge("store_quota_bytes", "Most bytes of stored surfaces; 0: no limit.", store.quota)
 

@@ -2,8 +2,8 @@
 
 It also adds headers to every response: the request's id, and CORS.
 
-`logging` would take ten times as long for access log lines, so they are written here;
-`service.server.logs` writes all others, in the same form.
+This module formats the lines of the access log itself, because `logging` would take ten times as
+long; `service.server.logs` writes all other lines in the same form.
 """
 
 import logging
@@ -43,11 +43,11 @@ _log = logging.getLogger(__name__)
 Write: TypeAlias = Callable[[str], None]
 """Writes a line, which ends with a line feed."""
 
-FAILED = 500
-"""Statuses from here on are errors of the service, and are logged as errors."""
+SERVER_ERROR = 500
+"""Statuses of at least this are errors of the service, and are logged as errors."""
 
 PROBES = frozenset({"/health/live", "/health/ready", "/metrics"})
-"""Routes that monitoring asks every few seconds: logged only at the level `debug`."""
+"""Routes that monitoring requests every few seconds: logged only at the level `debug`."""
 
 
 def timestamp(seconds: float) -> str:
@@ -61,7 +61,7 @@ def _to_second(seconds: int) -> str:
 
 
 class AccessLog:
-    """Writes the access log, in the form and from the level that the settings name."""
+    """Writes the access log in the form, and from the level on, that the settings name."""
 
     def __init__(self, settings: Settings, write: Write | None) -> None:
         self._write = write if settings.access_log else None
@@ -70,18 +70,18 @@ class AccessLog:
 
     def add(self, record: RequestRecord, end: float, seconds: float) -> None:
         """Writes the line of a request that ended at `end`, in seconds since 1970."""
-        is_wanted = (
-            record.status >= FAILED
+        is_logged = (
+            record.status >= SERVER_ERROR
             or self._level == "debug"
             or (self._level == "info" and record.label.route not in PROBES)
         )
-        if is_wanted and self._write is not None:
+        if is_logged and self._write is not None:
             self._write(self._line(record, end, seconds))
 
 
 def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
-    """The line in uvicorn's form, with bytes and time; for an error also its code and id."""
-    level = "ERROR:   " if record.status >= FAILED else "INFO:    "
+    """The line in uvicorn's form, with bytes and time; for an error also its code and the id."""
+    level = "ERROR:   " if record.status >= SERVER_ERROR else "INFO:    "
     request = f'{record.client} - "{record.method} {record.label.path}" {record.status}'
     key, id = record.key and f"key {record.key}", record.code and f"id {record.id}"
     more = ", ".join(filter(None, (record.cache, record.code, key, id)))
@@ -90,10 +90,10 @@ def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
 
 
 def json_line(record: RequestRecord, end: float, seconds: float) -> str:
-    """The line as one JSON object, without unknown values."""
+    """The line as one JSON object; leaves out fields without a value."""
     line: dict[str, Any] = {
         "time": timestamp(end),
-        "level": "error" if record.status >= FAILED else "info",
+        "level": "error" if record.status >= SERVER_ERROR else "info",
         "event": "request",
         "request_id": record.id,
         "trace_id": record.trace_id,
@@ -119,8 +119,8 @@ def json_line(record: RequestRecord, end: float, seconds: float) -> str:
 def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "RequestMiddleware":
     """Puts the middleware around `inner`, and sets the state that it and the metrics need.
 
-    `write` writes the access log; without it the service writes no access log. Spans are made, and
-    OpenTelemetry's SDK is imported, only with the setting `tracing`.
+    `write` writes the access log; if it is None, the service writes none. Only with the setting
+    `tracing` does the service make spans and import OpenTelemetry's SDK.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
     state = app.state
     state.observed = RequestCounters()
     state.self_test = SelfTest()
-    state.connections = ()  # the server replaces it by its own set
+    state.connections = ()  # `service.server.run` replaces this by the server's set
     register_state(state.observed.registry, state)
     state.tracing = None
     if state.settings.tracing:

@@ -1,7 +1,8 @@
 """The request record: what the service knows about a request and its response.
 
-The middleware makes one for each request; other parts get it by `record_of` and set its fields. It
-holds a label instead of the path, so that metrics, spans and logs never contain clients' texts.
+The middleware makes a record for each request; other parts get it from `record_of` and set its
+fields. It has a label instead of the path, so that metrics, spans and logs never contain a text
+that a client chose.
 """
 
 import random
@@ -26,9 +27,10 @@ KEY = "surface.record"
 """Name of the record in an ASGI scope."""
 
 UNMATCHED = "unmatched"
-"""The route of all paths that no route matches."""
+"""The route in the label of paths that no route matches."""
 
 LONGEST_CACHED_PATH = 200
+"""Most characters of a path whose label is cached."""
 
 ID_HEADER = "X-Request-Id"
 
@@ -42,8 +44,8 @@ _random = random.Random()
 class RouteLabel(NamedTuple):
     """The route of a path; `surface` and `format` are empty if the path names none.
 
-    `path` is the template `route` in which the id of an example or of a stored surface, and the
-    suffix of a format, are filled in.
+    `route` is a template such as `/v1/surfaces/{id}`; in `path`, the id of an example or of a
+    stored surface, and the suffix of a format, replace the names in braces.
     """
 
     route: str
@@ -89,9 +91,10 @@ def _fill(template: str, id: str = "", suffix: str = "", **_: str) -> RouteLabel
 class RequestRecord:
     """One request and its response. Unknown texts are empty.
 
-    `id` is the client's, or else `trace_id`. `status` is 0 until the response has begun; `sent` are
-    the bytes of its body so far; `code` is that of a problem; `cache` is "hit" or "miss" for URLs
-    that the cache may hold; `steps` are name, start by `time.perf_counter`, and seconds.
+    `id` is the id that the client sent, or else `trace_id`. `status` is 0 until the response has
+    begun. `sent` is the number of bytes of its body so far. `code` is that of the problem, if the
+    response is one. `cache` is "hit" or "miss" for URLs whose responses the service caches. `steps`
+    has for each step its name, its start by `time.perf_counter`, and its seconds.
     """
 
     method: str
@@ -110,7 +113,7 @@ class RequestRecord:
 
 
 current_record: ContextVar[RequestRecord | None] = ContextVar("request record", default=None)
-"""The record of the running request, in its task and threads; log lines take their ids from it."""
+"""The record of the running request, in its task and threads; log lines have its ids."""
 
 
 def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
@@ -159,7 +162,7 @@ class Timing:
     mark : str
         Text before the steps, such as `cache;desc=miss`; it has no time.
     before : Timing
-        Steps that come first.
+        Earlier steps, which come first.
     """
 
     def __init__(self, mark: str = "", before: "Timing | None" = None) -> None:

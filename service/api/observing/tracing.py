@@ -1,7 +1,8 @@
 """Spans of requests, made by OpenTelemetry's ASGI middleware: the extra `telemetry`.
 
-OpenTelemetry's own variables `OTEL_…` say where spans go, and how many. Sending them is the only
-request that the service makes to another host; no client has an influence on it.
+OpenTelemetry's own variables `OTEL_…` say where the service sends spans, and how many of them. Only
+for this, and for a store in a bucket, does the service make requests to other hosts; clients have
+no influence on them.
 """
 
 import asyncio
@@ -48,14 +49,14 @@ def build_exporting_provider() -> TracerProvider:
 
 
 class Tracing:
-    """Middleware behind `RequestMiddleware`: a span for each request, children for its steps.
+    """Middleware behind `RequestMiddleware`: a span for each request, child spans for its steps.
 
-    The library gets a scope with the record's label as path, without a query, and only with the
-    headers of Trace Context: no other text of a client gets into a span.
+    The library gets a scope in which the path is the record's label, the query is missing, and only
+    the headers of Trace Context are left: no other text of a client gets into a span.
     """
 
     def __init__(self, app: ASGIApp, provider: TracerProvider) -> None:
-        # Without it the library names attributes as before version 1.23 of the conventions.
+        # Otherwise the library names attributes as before version 1.23 of the conventions.
         os.environ.setdefault("OTEL_SEMCONV_STABILITY_OPT_IN", "http")
         self.app = app
         self._provider = provider
@@ -77,7 +78,7 @@ class Tracing:
         async def send_described(message: Message) -> None:
             await send(message)
             if message["type"] == "http.response.body" and not message.get("more_body"):
-                _describe(get_current_span(), scope)  # before the library ends it
+                _describe(get_current_span(), scope)  # before the library ends the span
 
         visible_scope = {name: scope[name] for name in ("type", "scheme", "http_version", "server")}
         visible_scope["method"] = "_OTHER" if record.method == "other" else record.method
@@ -90,7 +91,7 @@ class Tracing:
         span, scope = get_current_span(), visible_scope["scope"]
         record, context = record_of(scope), span.get_span_context()
         trace_id = format_trace_id(context.trace_id)
-        if record.id == record.trace_id:  # the client gave none
+        if record.id == record.trace_id:  # the client sent no id
             record.id = trace_id
         record.trace_id, record.span_id = trace_id, format_span_id(context.span_id)
         try:
@@ -110,8 +111,8 @@ class Tracing:
             self._tracer.start_span(name, parent, start_time=at).end(at + int(seconds * 1e9))
 
     async def close(self) -> None:
-        """Sends the last spans; gives up after 3 s without a response of the collector."""
-        # Not a thread of the pool: the process would wait for it.
+        """Sends the last spans, and waits at most 3 s for the collector."""
+        # Not a thread of the pool: at its end the process would wait for that thread.
         thread = Thread(target=self._provider.shutdown, name="last spans", daemon=True)
         thread.start()
         end = time.monotonic() + SHUTDOWN_TIMEOUT

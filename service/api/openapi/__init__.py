@@ -1,1 +1,1 @@
-"""The OpenAPI document: every call, every media type, every error, with computed examples."""
+"""The OpenAPI document: all calls, media types and errors, with computed examples."""

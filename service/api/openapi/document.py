@@ -1,7 +1,7 @@
 """Builds the OpenAPI document of a service, for its settings.
 
-FastAPI makes it from the routes that are switched on. This module adds the responses and headers of
-the middleware, which the routes do not declare, and computed examples.
+FastAPI makes the document from the routes that the settings switch on. This module adds computed
+examples, and the responses and headers of the middleware, which the routes do not declare.
 """
 
 from collections.abc import Sequence, Set
@@ -11,7 +11,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import SecretStr
 
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from service.api.guard.policy import EXEMPT, Policy
 from service.api.guard.signatures import MIN_SECRET
 from service.api.models.surfaces import Problem
@@ -23,7 +23,7 @@ from service.api.openapi.responses import error, header
 from service.settings.values import Settings
 
 DESCRIPTION = Path(__file__).with_name("description.md").read_text(encoding="utf-8").strip()
-"""The text for all operations, with the list of error codes, which a test keeps complete."""
+"""The text about all operations. It lists all error codes, which a test checks."""
 
 _TAGS = {
     "meshes": "Surfaces to meshes.",
@@ -73,13 +73,13 @@ _ID: Json = {
 _RATE_REFERENCES: Json = {name: {"$ref": f"#/components/headers/{name}"} for name in _RATES}
 _ID_REFERENCE: Json = {ID_HEADER: {"$ref": "#/components/headers/RequestId"}}
 _LIMITED = frozenset({"Busy", "TooManyRequests"})
-"""Error responses only of operations that count against a rate limit."""
+"""Names of the error responses that only operations with a rate limit have."""
 
 
 def build_full_settings() -> Settings:
-    """Settings that switch everything on."""
+    """Settings that switch on all optional features."""
     return Settings(
-        api_keys=(entry_line("all", new_key()),),
+        api_keys=(format_entry("all", make_key()),),
         signing_keys=(SecretStr("-" * MIN_SECRET),),
         public_reads=False,
         allow_delete=True,
@@ -118,7 +118,7 @@ def describe(app: FastAPI, settings: Settings) -> Json:
 
 
 def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> None:
-    """Adds the key that an operation needs, and the responses of the guard."""
+    """Adds to an operation the key that it needs, and the responses of the guard."""
     policy = Policy(settings)
     need = policy.need(method.upper(), path)
     responses = operation["responses"]
@@ -140,7 +140,7 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
 def _finish_response(response: Json, operation: str, operations: Set[str]) -> Json:
     """A response with examples, the id header, and only links to operations that exist."""
     if "$ref" in response:
-        # FastAPI adds a description, which would hide that of the component.
+        # FastAPI adds a description of its own, which would replace that of the component.
         return {"$ref": response["$ref"]}
     content = response.get("content", {})
     if operation in EXAMPLE_RESPONSES and "application/json" in content:

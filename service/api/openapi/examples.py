@@ -1,7 +1,7 @@
 """Examples of JSON responses, computed from the examples of requests.
 
-A route's module calls `show_responses` beside the route. Nothing is computed until the
-document is made.
+A route's module calls `show_responses` beside the route. The examples are computed when the
+document is built, not before.
 """
 
 from collections.abc import Callable
@@ -23,14 +23,14 @@ EXAMPLE_RESPONSES: dict[str, Callable[[], Json]] = {}
 def show_responses(
     operation: str, examples: Json, model: type[Model], respond: Callable[[Model], bytes]
 ) -> None:
-    """Shows the responses to these examples of requests in the OpenAPI document.
+    """Adds the responses to these examples of requests to the OpenAPI document.
 
     Parameters
     ----------
     operation : str
         Id of the operation.
     examples : dict
-        By name: a summary and the value of a request's body.
+        For each name a summary and the value of a request's body.
     model : type
         The model of the body.
     respond : callable

@@ -30,7 +30,7 @@ REQUESTS: Mapping[str, Json] = MappingProxyType(
 )
 """Long examples of bodies, by operation: a summary and a value for each name.
 
-Short ones stand beside their routes.
+Short examples are beside their routes.
 """
 
 _HASH = {"type": "string", "pattern": "^[0-9a-f]{64}$"}
@@ -110,8 +110,8 @@ def format_parameter(
 def option_parameters() -> list[Json]:
     """The options of a mesh and `engine` as query parameters; lists are comma-separated.
 
-    Their examples stand in their schemas: pages for trying calls fill in all examples of parameters
-    at once, and some options exclude each other.
+    Their examples are in their schemas, not in the parameters: Swagger UI fills in all examples of
+    parameters at once, and some options exclude each other.
     """
     return [
         _parameter("query", name, schema.pop("description"), schema, **_style(name))
@@ -125,7 +125,7 @@ def _style(name: str) -> Json:
 
 
 def json_body(examples: Json, *parameters: Json) -> Json:
-    """A JSON body with its examples, and parameters, as `openapi_extra` takes them."""
+    """A JSON body with its examples, and parameters: the argument `openapi_extra` of a route."""
     body = {"content": {"application/json": {"examples": examples}}}
     return {"requestBody": body, "parameters": list(parameters)}
 
@@ -133,7 +133,7 @@ def json_body(examples: Json, *parameters: Json) -> Json:
 def array_body(
     examples: Json, model: type[BaseModel], array: str, about: str, *parameters: Json
 ) -> Json:
-    """A document as JSON, or one array of it with the other fields in the query.
+    """A body that is a document as JSON, or one array of it, with the other fields in the query.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def array_body(
     surface = _parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
     simple = ("number", "boolean", "string")
     beside = [
-        _beside_a_file(_parameter("query", name, schema.pop("description"), schema))
+        _file_option(_parameter("query", name, schema.pop("description"), schema))
         for name, schema in model.model_json_schema()["properties"].items()
         if schema.get("type") in simple
     ]
@@ -160,7 +160,9 @@ def array_body(
 
 
 def surface_body(examples: Json, *parameters: Json, has_options: bool = True) -> Json:
-    """A surface as JSON, or as a file with its fields in the query, as `openapi_extra` takes it.
+    """A body that is a surface as JSON, or a file of it with its other fields in the query.
+
+    In the form of the argument `openapi_extra` of a route.
 
     Parameters
     ----------
@@ -173,16 +175,17 @@ def surface_body(examples: Json, *parameters: Json, has_options: bool = True) ->
     """
     extra = json_body(examples)
     extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in DECODERS}
-    beside = [_beside_a_file(option) for option in option_parameters()] if has_options else []
+    beside = [_file_option(option) for option in option_parameters()] if has_options else []
     # `engine` is a parameter too, but only of meshes by URL.
     beside = [option for option in beside if option["name"] in MeshOptionFields.model_fields]
     return extra | {"parameters": [*parameters, *_field_parameters(), *beside]}
 
 
-def _beside_a_file(option: Json) -> Json:
-    """An option with its default in the description.
+def _file_option(option: Json) -> Json:
+    """The parameter of an option for a body that is a file, with its default in the description.
 
-    Pages for trying calls fill in defaults of parameters; with a JSON body these must stay empty.
+    Swagger UI would fill in a default of the schema, but with a JSON body the parameter must stay
+    empty.
     """
     schema = dict(option["schema"])
     default = schema.pop("default", None)

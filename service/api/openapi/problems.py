@@ -1,4 +1,4 @@
-"""The error responses of the OpenAPI document, with examples from the code that raises them."""
+"""The error responses of the OpenAPI document; their examples are raised by the service's code."""
 
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
@@ -6,11 +6,11 @@ from typing import TypeAlias
 import numpy as np
 
 from service.api import problems
-from service.api.body import body_too_large, body_too_slow, body_type
+from service.api.body import body_too_large, body_too_slow, decoder_of_body
 from service.api.guard.policy import REALM, key_needed, key_unknown, rate_limited
 from service.api.guard.signatures import MIN_SECRET, Signer
 from service.api.negotiation import (
-    check_codings,
+    codings_by_header,
     format_by_accept,
     format_by_name,
     format_by_suffix,
@@ -61,7 +61,7 @@ _KNOTS = (
     b'[1, 1, 0]]], "degree": 1, "knots": [[0, 0, 1, 1], [0, 1, 0.5, 1]]}}'
 )
 _FOLDED = BezierSurface(np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]))
-_FEW = Limits(max_multiplications=100_000_000)
+_SMALL_LIMITS = Limits(max_multiplications=100_000_000)
 _MESH, _UNTIL = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
@@ -86,8 +86,8 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         },
         "KeyNeeded": {"none": key_needed(), "unknown": key_unknown()},
         "SignatureInvalid": {
-            "changed": lambda: signer.check("/v1/surfaces/saddle", signed, 0),
-            "expired": lambda: signer.check(_MESH, signed, _UNTIL),
+            "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, 0),
+            "expired": lambda: signer.verify(_MESH, signed, _UNTIL),
         },
         "TooManyRequests": limited,
         "NotFound": {"no such path": problems.NOT_FOUND},
@@ -97,11 +97,11 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         },
         "MethodNotAllowed": {"method": problems.METHOD_NOT_ALLOWED},
         "NotAcceptable": {"pictures": lambda: format_by_accept("image/png", FORMATS)},
-        "CodingNotAcceptable": {"coding": lambda: check_codings(b"br, identity;q=0")},
+        "CodingNotAcceptable": {"coding": lambda: codings_by_header(b"br, identity;q=0")},
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
         "BodyTooSlow": {"stalled": body_too_slow(0, settings)},
         "BodyTooLarge": {"body": body_too_large(settings, is_json=True)},
-        "UnsupportedMediaType": {"form": lambda: body_type("text/plain", DECODERS)},
+        "UnsupportedMediaType": {"form": lambda: decoder_of_body("text/plain", DECODERS)},
         "InvalidRequest": {
             "net": _post(_RAGGED),
             "options": _post(b'{"resolution": 0, "faces": null, "colour": 1}'),
@@ -111,7 +111,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "points": lambda: plan_points(find("saddle").surface(), _OUTSIDE).run(),
             "knots": _post(_KNOTS),
             "parameters": lambda: plan_points(find("trefoil-tube").surface(), _PLACE).run(),
-            "intervals": lambda: plan_measure(_FOLDED, MeasureQuery(1e-11), _FEW).run(),
+            "intervals": lambda: plan_measure(_FOLDED, MeasureQuery(1e-11), _SMALL_LIMITS).run(),
             "conversion": lambda: plan_conversion(
                 find("sphere").surface(), (Split(u=0.5),), SizeLimits()
             ).run(),

@@ -118,7 +118,7 @@ _LINKS = {
 
 
 def links(where: str, *names: str) -> Json:
-    """Links to operations on a surface; `where`: the runtime expression of its id."""
+    """Links to operations on a surface; `where`: the OpenAPI runtime expression for its id."""
     return {
         name: {"operationId": id, "description": text, "parameters": {"id": where}}
         for name, (id, text) in _LINKS.items()
@@ -127,7 +127,7 @@ def links(where: str, *names: str) -> Json:
 
 
 def success(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **more: Any) -> Json:
-    """The 200 response with these headers; `formats`: formats other than JSON that it may have."""
+    """The 200 response with these headers; `formats`: the formats that it may have beside JSON."""
     content = {f.media_type: {"schema": _file_schema(f)} for f in formats if f.name != "json"}
     return {"headers": headers, "content": content} | more
 

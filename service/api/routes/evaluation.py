@@ -31,13 +31,13 @@ _POINTS, _CONVERSIONS, _CURVES = (
 )
 
 
-def _only(examples: Json, name: str) -> Json:
+def _select_example(examples: Json, name: str) -> Json:
     return {name: examples[name]}
 
 
 show_responses(
     "queryPoints",
-    _only(_POINTS, "patch"),
+    _select_example(_POINTS, "patch"),
     PointsRequest,
     lambda body: plan_points(body.to_surface(), body.to_query()).run(),
 )
@@ -49,7 +49,7 @@ show_responses(
 )
 show_responses(
     "createCurve",
-    _only(_CURVES, "quarter"),
+    _select_example(_CURVES, "quarter"),
     CurveRequest,
     lambda body: plan_curve(body.to_curve(), body.curve_options(), CURVES_BY_NAME["json"]).run(),
 )
@@ -72,9 +72,9 @@ curves = APIRouter(route_class=CurveRoute)
 async def query_points(body: PointsRequest, context: ContextDep) -> Response:
     """Evaluates the surface at the given parameters, in float64, and returns columns.
 
-    Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are by the
-    surface's own parameters; at a knot they are the limits from the right. Tubes, ribbons and
-    groups have no parameters (`not_parametric`).
+    Row k of each column belongs to row k of `uv` or `barycentric`. Partial derivatives are with
+    respect to the surface's own parameters; at a knot they are the limits from the right. Tubes,
+    ribbons and groups have no parameters (`not_parametric`).
     """
     services, job, *_ = context
     work = plan_points(body.to_surface(), body.to_query(), services.limits)
@@ -99,9 +99,9 @@ async def convert_surface(body: ConvertRequest, context: ContextDep) -> Response
     """
     services, job, *_ = context
     settings = services.settings
-    allowed = SizeLimits(settings.max_control_points, settings.max_degree)
+    size_limits = SizeLimits(settings.max_control_points, settings.max_degree)
     operations = body.to_operations()
-    work = plan_conversion(body.to_surface(), operations, allowed, services.limits)
+    work = plan_conversion(body.to_surface(), operations, size_limits, services.limits)
     return bytes_response(await job.run(work, "convert"), job)
 
 
@@ -123,7 +123,7 @@ async def create_curve(body: CurveRequest, context: ContextDep) -> Response:
     """Samples the curve.
 
     The response is in the format that `format` names or `Accept` prefers; JSON without either. In
-    glTF, OOGL and OBJ a plane curve lies at z = 0.
+    glTF, OOGL and OBJ a plane curve has z = 0.
     """
     services, job, _, fmt = context
     work = plan_curve(body.to_curve(), body.curve_options(), fmt, services.limits)

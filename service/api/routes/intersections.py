@@ -24,18 +24,18 @@ from service.schemas.intersect import IntersectRequest
 class IntersectRoute(ArrayRoute):
     """A route whose response is in a format for sections; hits of rays are JSON.
 
-    A file holds rays, x, y, z, dx, dy, dz in each row.
+    A file has a ray in each row: its origin x, y, z and its direction dx, dy, dz.
     """
 
     formats, array = SECTION_FORMATS, "rays"
 
     def read(self, body: bytes) -> dict[str, Any]:
-        """Origins and directions.
+        """The fields of `rays`, origins and directions, from the bytes of a file.
 
         Raises
         ------
         InvalidRequest
-            `wrong_dimension`, and as `read_array`.
+            A row does not have 6 numbers, or the file is invalid (`read_array`).
         """
         rays = read_array(body)
         if rays.ndim != 2 or rays.shape[1] != 6:
@@ -54,7 +54,7 @@ _SHEET = [
 ]
 _HITS: Json = {
     "first": {
-        "summary": "The first hits of two rays from above, one of which passes the patch by",
+        "summary": "The first hits of two rays from above; the second ray misses the patch",
         "value": {
             "surface": {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]},
             "rays": {"origins": [[0.5, 0.5, 2], [2, 0.5, 2]], "directions": [[0, 0, -1]]},
@@ -69,7 +69,7 @@ _HITS: Json = {
         },
     },
     "sections": {
-        "summary": "Sections of a sheet by two planes; where the second cuts it are three lines",
+        "summary": "Sections of a sheet by two planes; the second plane cuts it in three lines",
         "value": {
             "surface": {"control_net": _SHEET},
             "planes": {"normals": [[0, 0, 1]], "offsets": [2, 0.5]},
@@ -109,13 +109,14 @@ show_responses("intersectSurface", _HITS, IntersectRequest, _run_intersect)
 async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Response:
     """Looks for the hits of rays, or for the sections by planes, of the whole surface.
 
-    **Rays.** Every point of the surface on a ray that is `reached` has its t in the `t_bounds` of a
-    hit; every hit is nearer to its ray than the thickness. Hits on an edge or a corner that patches
-    share count once.
+    **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
+    `t_bounds` of a hit. Each hit is nearer to its ray than the thickness. Hits on an edge or a
+    corner that patches share count once.
 
-    **Planes.** A section is a set of polylines within a tolerance of it. Even its smallest part is
-    found. Polylines are closed where the surface is closed. The response is in the format that
-    `format` names or `Accept` prefers; JSON without either.
+    **Planes.** A section is returned as polylines, which are within a tolerance of the exact
+    section and contain all of its parts, however small. Polylines are closed where the surface is
+    closed. The response is in the format that `format` names or `Accept` prefers; JSON without
+    either.
 
     Many rays are sent faster as a NumPy file with a point and a direction in each row. The query
     then names a stored or built-in surface, and has the other fields.

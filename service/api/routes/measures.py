@@ -14,7 +14,7 @@ from service.schemas.measure import MeasureRequest
 
 measures = APIRouter(route_class=BodyRoute)
 
-_MEASURED: Json = {
+_EXAMPLES: Json = {
     "brick": {
         "summary": "A brick: its volume, its centroid and its faces",
         "value": {
@@ -41,7 +41,7 @@ _MEASURED: Json = {
 }  # fmt: skip
 show_responses(
     "measureSurface",
-    _MEASURED,
+    _EXAMPLES,
     MeasureRequest,
     lambda body: plan_measure(body.to_surface(), body.to_query()).run(),
 )
@@ -55,15 +55,15 @@ show_responses(
     response_model=SurfaceMeasures,
     response_description="The measures.",
     responses={200: success(), **POST_ERRORS},
-    openapi_extra=json_body(_MEASURED),
+    openapi_extra=json_body(_EXAMPLES),
 )
 async def measure_surface(body: MeasureRequest, context: ContextDep) -> Response:
     """Measures a surface: every number has an interval that provably contains the exact value.
 
-    A surface has a volume if all of its edges meet and its patches are oriented consistently;
+    A surface has a volume if it has no open edge and its patches are oriented consistently;
     otherwise `faulty_edges` lists the reasons. A `tolerance` that takes more work than one request
-    may have is refused (`too_costly`), and the refusal names the tolerance that can be reached for
-    each quantity. Tubes and ribbons are not measured (`not_parametric`).
+    may take is refused (`too_costly`); the error names the tolerance that can be reached for each
+    quantity. Tubes and ribbons are not measured (`not_parametric`).
     """
     services, job, *_ = context
     work = plan_measure(body.to_surface(), body.to_query(), services.limits)

@@ -40,8 +40,9 @@ _SMALL_MESHES: Json = {
 _MESHES = REQUESTS["createMesh"]
 
 
-def _vary_mesh_example(name: str, summary: str, **changed: Any) -> Json:
-    return {"summary": summary, "value": _MESHES[name]["value"] | changed}
+def _vary_mesh_example(name: str, summary: str, **changes: Any) -> Json:
+    """An example of a mesh request with another summary and some other fields."""
+    return {"summary": summary, "value": _MESHES[name]["value"] | changes}
 
 
 _ESTIMATES: Json = {
@@ -76,7 +77,7 @@ class MeshRoute(BodyRoute):
 
 
 class EstimateRoute(MeshRoute):
-    """A route with the bodies of `MeshRoute`, but JSON responses; only the query names a format."""
+    """A route with the bodies and formats of `MeshRoute`, whose response is always JSON."""
 
     accepts_any = False
 
@@ -127,11 +128,11 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     """Reads the body of `POST /v1/mesh` and returns how large the mesh would be.
 
     The response has the numbers of vertices and faces, the bytes in each format, and whether
-    `POST /v1/mesh` would refuse the request. This takes a small part of the time of the mesh. An
-    invalid body is an error here too.
+    `POST /v1/mesh` would refuse the request. An estimate takes a small part of the time of the
+    mesh. An invalid body is an error here too.
     """
-    services, job, _, named = context
-    formats: Sequence[Format] = FORMATS if named is None else (named,)
+    services, job, _, fmt = context
+    formats: Sequence[Format] = FORMATS if fmt is None else (fmt,)
     options, encode = body.mesh_options(), encode_options(body)
     work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
     result = await job.run(work, "estimate")

@@ -1,4 +1,4 @@
-"""Route for meshes by URL, which browsers and caches on the way may keep."""
+"""Route for meshes by URL, which browsers, and caches between them and the service, may keep."""
 
 from functools import partial
 from typing import NamedTuple
@@ -6,7 +6,13 @@ from urllib.parse import parse_qsl
 
 from fastapi import APIRouter, Request, Response
 
-from service.api.caching.cached_response import CachedResponse, Subject, Variant, find_held, is_any
+from service.api.caching.cached_response import (
+    CachedResponse,
+    Subject,
+    Variant,
+    find_match,
+    matches_all,
+)
 from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compress
 from service.api.errors import EngineGone
 from service.api.links import mesh_url
@@ -54,11 +60,11 @@ class ComputedResponse(NamedTuple):
 
 
 class Compression(NamedTuple):
-    """The work of compressing a body; `forced`: the client accepts only this coding."""
+    """The work of compressing a body; `is_forced`: the client accepts no uncompressed body."""
 
     body: bytes
     coding: Coding
-    forced: bool
+    is_forced: bool
 
     @property
     def cost(self) -> Cost:
@@ -66,8 +72,8 @@ class Compression(NamedTuple):
         return compression_cost(len(self.body))
 
     def run(self) -> bytes | None:
-        """The compressed body; None where compressing does not pay."""
-        if self.forced:
+        """The compressed body; None if it is hardly smaller, unless the client needs it."""
+        if self.is_forced:
             return COMPRESS[self.coding](self.body)
         return compress(self.coding, self.body)
 
@@ -97,62 +103,66 @@ async def get_surface_mesh(
 ) -> Response:
     """Returns a mesh by URL, for browsers and for caches between them and this service.
 
-    A URL is a pure function of its parts: every service with the same version of the numbers
-    returns the same mesh. Other processors and libraries may round the last digit of a number
-    differently; then the entity tag differs too. `Link` names the canonical form of the URL:
+    The mesh depends only on the parts of the URL: every service with the same version of the
+    numbers returns the same mesh. Other processors and libraries may round the last digit of a
+    number differently; then the entity tag differs too. `Link` names the canonical form of the URL:
     options in a fixed order, without defaults, `engine` at the end. Under that URL, caches may keep
-    the mesh of a surface whose id is a hash for ever, and others for an hour; after that, `ETag`
-    shows whether they changed.
+    the mesh of a surface whose id is a hash for ever. They may keep other meshes for an hour; after
+    that, `ETag` shows whether the mesh has changed.
 
-    Equal requests at the same time are computed once. The service keeps responses in memory,
+    The service computes equal requests at the same time once, and keeps responses in memory,
     compressed ones too.
     """
     services, job, *_ = context
     fmt = format_by_suffix(suffix)
     fields = parse_mesh_query(request.query_params.multi_items())
     check_engine(fields.engine)
-    pinned = fields.engine is not None
+    has_engine = fields.engine is not None
     accepted, condition = codings_of(request), condition_of(request)
     query = canonical_query(fields, fmt.ignored)
     content = content_id(id)
     subject = Subject(
         url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
-        # All that the bytes depend on: the surface, the options, and the encoder's version.
+        # The bytes depend only on the surface, the options, and the version of the encoder.
         content=f"{content} {fmt.suffix} {query} {describe_writer(fields.compression)}",
-        for_ever=id == content,
+        is_permanent=id == content,
     )
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
-    unchanged = find_held(condition, accepted.order, subject.tag)
+    unchanged_coding = find_match(condition, accepted.order, subject.tag)
     async with job.until_deadline():
-        if unchanged is not None and (entry is not None or await exists(services.store, id)):
-            return FileResponse(b"", subject.build_304_headers(unchanged, pinned=pinned), 304)
+        if unchanged_coding is not None and (entry is not None or await exists(services.store, id)):
+            return FileResponse(
+                b"", subject.build_304_headers(unchanged_coding, has_engine=has_engine), 304
+            )
         if entry is not None:
             cache.counts.hits += 1
             record.cache = "hit"
             timing = Timing("cache;desc=hit")
             cache.begin(entry)
-            job.until_end.append(partial(cache.end, entry))
+            job.on_end.append(partial(cache.end, entry))
         else:
             cache.counts.misses += 1
             record.cache = "miss"
             counters: RequestCounters = request.app.state.observed
-            make = partial(_make, services, counters, MeshTarget(subject, fmt, query))
-            built = await services.flights.join(
-                (subject.url, cache.generation), make, job.until_end
+            compute = partial(_compute, services, counters, MeshTarget(subject, fmt, query))
+            computed = await services.flights.join(
+                (subject.url, cache.generation), compute, job.on_end
             )
-            entry, timing = built.entry, Timing("cache;desc=miss", built.timing)
+            entry, timing = computed.entry, Timing("cache;desc=miss", computed.timing)
         variant = await _choose_variant(services, job, entry, accepted, timing)
-    cache.alias(entry, request.scope["path"], request.scope["query_string"], pinned=pinned)
-    if condition is not None and is_any(condition):
-        return FileResponse(b"", subject.build_304_headers(variant.coding, pinned=pinned), 304)
-    headers = entry.headers(variant, pinned=pinned, timing=str(timing).encode())
+    cache.alias(entry, request.scope["path"], request.scope["query_string"], has_engine=has_engine)
+    if condition is not None and matches_all(condition):
+        return FileResponse(
+            b"", subject.build_304_headers(variant.coding, has_engine=has_engine), 304
+        )
+    headers = entry.headers(variant, has_engine=has_engine, timing=str(timing).encode())
     return FileResponse(variant.body, headers)
 
 
 def check_engine(engine: int | None) -> None:
-    """Refuses a version of the numbers other than this service's.
+    """Refuses every version of the numbers (`engine`) except that of this service.
 
     Raises
     ------
@@ -165,10 +175,10 @@ def check_engine(engine: int | None) -> None:
         raise EngineGone(Issue("engine_gone", message, "/engine", got, needed))
 
 
-async def _make(
+async def _compute(
     services: Services, counters: RequestCounters, target: MeshTarget, job: Job
 ) -> ComputedResponse:
-    """Computes the response from the canonical query, and puts it into the cache if it fits."""
+    """Computes the mesh of the canonical query, and puts the response into the cache if it fits."""
     subject, fmt, query = target
     cache = services.cache
     generation = cache.generation
@@ -180,13 +190,13 @@ async def _make(
     mesh_file = await job.run(work, "mesh")
     job.finish_work(len(mesh_file.content))
     counters.count_mesh(mesh_file.report)
-    saved = disposition("inline", mesh_file.name if stored.is_hash else stored.id, fmt)
-    described = (
+    file_name = disposition("inline", mesh_file.name if stored.is_hash else stored.id, fmt)
+    headers = (
         (b"content-type", fmt.media_type.encode()),
-        (b"content-disposition", saved.encode()),
+        (b"content-disposition", file_name.encode()),
         *report_headers(mesh_file.report),
     )
-    entry = CachedResponse(subject, bytes(mesh_file.content), described)
+    entry = CachedResponse(subject, bytes(mesh_file.content), headers)
     cache.put(entry, generation)
     return ComputedResponse(entry, job.timing)
 
@@ -194,19 +204,19 @@ async def _make(
 async def _choose_variant(
     services: Services, job: Job, entry: CachedResponse, accepted: AcceptedCodings, timing: Timing
 ) -> Variant:
-    """The response in the coding that the client prefers.
+    """The response in the coding that the client prefers, compressed now if necessary.
 
-    A response is sent uncompressed if it is not in the cache, or if compressing would have to wait
-    for memory, because meanwhile the request would hold memory that others wait for.
+    Not compressed, if the client allows it, if the response is not in the cache, or if compression
+    would have to wait for memory: while this request waits, it holds memory that others wait for.
     """
     cache, workers = services.cache, services.workers
     coding = accepted.order[0]
     variant = entry.variants.get(coding)
-    if variant is not None and (accepted.plain or variant.coding == coding):
+    if variant is not None and (accepted.has_plain or variant.coding == coding):
         return variant
-    work = Compression(entry.plain, coding, forced=not accepted.plain)
-    has_room = cache.holds(entry) and not workers.waiting and workers.has(work.cost.memory)
-    if accepted.plain and not has_room:
+    work = Compression(entry.plain, coding, is_forced=not accepted.has_plain)
+    has_room = cache.holds(entry) and not workers.waiting and workers.has_room(work.cost.memory)
+    if accepted.has_plain and not has_room:
         return entry.variants["identity"]
 
     async def compress(job: Job) -> Variant:
@@ -214,6 +224,6 @@ async def _choose_variant(
         job.finish_work(0 if body is None else len(body))
         return cache.add(entry, coding, body)
 
-    key = (entry.subject.url, cache.generation, coding, accepted.plain)
+    key = (entry.subject.url, cache.generation, coding, accepted.has_plain)
     with timing.step("compress"):
-        return await services.flights.join(key, compress, job.until_end)
+        return await services.flights.join(key, compress, job.on_end)

@@ -91,7 +91,7 @@ health = APIRouter()
     responses={500: error("InternalError")},
 )
 async def get_health(request: Request) -> Response:
-    """The state and versions of the service and of its numbers."""
+    """The state of the service, its version, and the version of its numbers (`engine`)."""
     state = "ready" if request.app.state.ready else "draining"
     return json_response({"status": state, "version": __version__, "engine": ENGINE})
 
@@ -122,8 +122,8 @@ async def get_liveness() -> Response:
 async def get_readiness(request: Request) -> Response:
     """Whether the service is ready for new requests.
 
-    Ready means that a self-test (a tiny mesh, at most once in 5 s) gave the right numbers, that the
-    store has responded in the last seconds, and that the service is not about to stop.
+    The service is ready if a self-test (a tiny mesh, at most once in 5 s) gave the right numbers,
+    the store has responded in the last seconds, and the service is not about to stop.
     """
     state = request.app.state
     if not state.ready:
@@ -162,8 +162,8 @@ metrics.get(
     operation_id="getMetrics",
     tags=["operations"],
     summary="Metrics of the service, for Prometheus",
-    description="In the text format of Prometheus, or as OpenMetrics where `Accept` names it. "
-    "The operator decides whether it exists, and whether it needs a key.",
+    description="In the text format of Prometheus, or as OpenMetrics if `Accept` names it. "
+    "The operator decides whether this call exists, and whether it needs a key.",
     response_class=PlainTextResponse,
     response_description="All metrics.",
     responses={200: _METRICS, 422: error("InvalidQuery"), 500: error("InternalError")},

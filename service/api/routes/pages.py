@@ -22,13 +22,13 @@ from service.decoders.registry import BY_NAME, BY_SUFFIX
 
 API = Path(__file__).parents[1]
 PAGE, DOCS = API / "page", API / "docs"
-"""Our own files: the editor with its style and modules, and the page of Swagger UI."""
+"""Folders of the pages in this repository: the editor, and the page that shows Swagger UI."""
 
 THUMBNAILS = PAGE / "examples"
 """A small picture of each example, drawn by `make picture`."""
 
 STATIC = API / "static"
-"""Scripts of other projects, installed by `make web` and by the image build."""
+"""Folder of scripts of other projects, which `make web` and the build of the image install."""
 
 THREE = "three/three.js"
 SWAGGER = ("swagger-ui/swagger-ui-bundle.js", "swagger-ui/swagger-ui.css")
@@ -39,14 +39,14 @@ _MEDIA_TYPES = MappingProxyType(
 
 
 def _headers(extra: str) -> dict[str, str]:
-    """Headers of a page, with its own directives in the content security policy."""
+    """Headers of a page; `extra`: further directives of its content security policy."""
     always = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     policy = f"default-src 'none'; script-src 'self'; connect-src 'self'; {extra}; {always}"
     return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
 
 
 _EDITOR_HEADERS = _headers("style-src 'self'; img-src 'self' data: blob:")
-# Swagger UI sets styles on its elements.
+# Swagger UI sets styles on its elements, which needs `unsafe-inline`.
 _DOCS_HEADERS = _headers("style-src 'self' 'unsafe-inline'; img-src 'self' data:")
 
 pages = APIRouter(include_in_schema=False)
@@ -54,7 +54,7 @@ pages = APIRouter(include_in_schema=False)
 
 @pages.get("/")
 async def editor(request: Request, context: ContextDep) -> Response:
-    """The editor, or a page that says how to install it. The editor reads the query itself."""
+    """The editor, or a page that says how to install it. The query is for the editor's scripts."""
     if not (STATIC / THREE).is_file():
         return _build_missing_page(
             "The editor draws with three.js, which is not installed.",
@@ -125,7 +125,7 @@ def _by_name(folder: str, paths: Sequence[Path]) -> dict[str, StaticFile]:
 def _editor_page() -> bytes:
     """`index.html`, with the lists of modules and of file suffixes filled in."""
     names = {path.name for path in PAGE.glob("*.js")} - {"main.js"} | {Path(THREE).name}
-    # Teapot files often have the suffix `.txt`.
+    # Files of the teapot often have the suffix `.txt`.
     media_types = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
     media_types["txt"] = BY_NAME["teapot"].media_type
     suffixes = [".json", *(f".{suffix}" for suffix in media_types)]

@@ -69,10 +69,10 @@ show_responses(
     openapi_extra=array_body(_CLOSEST, ProjectRequest, "points", "(m, 3)"),
 )
 async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
-    """Looks for the closest points, and proves how near the surface can be.
+    """Looks for the closest points, and proves an interval that contains each distance.
 
-    Row k of each column belongs to point k. The search subdivides the whole surface, so it does not
-    depend on a starting point and misses no minimum. Tubes and ribbons have no closest points
+    Row k of each column belongs to point k. The search subdivides the whole surface: it needs no
+    starting point, and misses no minimum. Tubes and ribbons have no closest points
     (`not_parametric`).
 
     Many points are sent faster as a NumPy file. The query then names a stored or built-in surface,

@@ -1,4 +1,4 @@
-"""Routes for surfaces: storing them under the hash of their content, reading, and signed URLs."""
+"""Routes that store surfaces under the hash of their content, read, delete, list and sign them."""
 
 import time
 from functools import cache
@@ -8,7 +8,7 @@ import orjson
 from fastapi import APIRouter, HTTPException, Request, Response
 
 from service.api.body import BodyRoute
-from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, is_any, parse_tags
+from service.api.caching.cached_response import FOR_AN_HOUR, FOR_EVER, matches_all, parse_tags
 from service.api.guard.signatures import MIN_SECRET, Signer, build_signed_url
 from service.api.links import mesh_links, mesh_url_path, surface_url
 from service.api.models.surfaces import SignedAddress, StoredSurface, SurfaceDocument, SurfaceList
@@ -108,10 +108,10 @@ async def store_surface(body: SurfaceRequest, context: ContextDep) -> Response:
     """Stores the surface under the SHA-256 of its content, which becomes its id.
 
     The status is 201 for a new surface, 200 for one that was stored already. All ways to write the
-    same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`, −0) and
-    explicit defaults make no difference; any other number does. A file of control points is the
-    same surface as in JSON, with its other fields in the query. `links` names the URLs of its
-    meshes, which clients may cache for ever.
+    same surface have one id: the order of keys, the form of numbers (`1`, `1.0`, `1e0`; 0 and −0)
+    and explicit defaults make no difference; another value of a number makes another surface. A
+    file of control points, with the other fields in the query, is the same surface as in JSON.
+    `links` has the URLs of the meshes, which clients may cache for ever.
     """
     services, job, request, _ = context
     id, content = await job.run(plan_content(body.to_surface()), "content")
@@ -142,7 +142,7 @@ async def list_surfaces(request: Request) -> Response:
     """Lists the built-in surfaces, with the URLs of their meshes."""
     refuse_parameters(request.query_params)
     root = request.scope.get("root_path", "")
-    return json_response({"surfaces": [_summary(e, root) for e in EXAMPLES.values()]})
+    return json_response({"surfaces": [_build_summary(e, root) for e in EXAMPLES.values()]})
 
 
 @reading.get(
@@ -166,7 +166,7 @@ async def list_surfaces(request: Request) -> Response:
 async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> Response:
     """Returns the definition of a built-in or a stored surface: a body for the other calls.
 
-    If the id is a hash, it never changes; its `ETag` is the hash of the content, in quotes.
+    The definition under a hash never changes. The `ETag` is the hash of the content, in quotes.
     """
     services, job, *_ = context
     refuse_parameters(request.query_params)
@@ -174,8 +174,8 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
     headers = {"ETag": tag, "Cache-Control": FOR_AN_HOUR if id in EXAMPLES else FOR_EVER}
     async with job.until_deadline():
         condition = condition_of(request) or b""
-        is_held = is_any(condition) or tag.encode() in parse_tags(condition)
-        if is_held and await exists(services.store, id):
+        is_unchanged = matches_all(condition) or tag.encode() in parse_tags(condition)
+        if is_unchanged and await exists(services.store, id):
             return Response(status_code=304, headers=HEADERS | headers)
         with job.timing.step("surface"):
             stored = await surface_of(services, job, id)
@@ -201,8 +201,9 @@ async def get_surface(id: SurfaceId, request: Request, context: ContextDep) -> R
 async def delete_surface(id: StoredId, request: Request, context: ContextDep) -> Response:
     """Removes a stored surface, if the service allows it (`SURFACE_ALLOW_DELETE`).
 
-    Built-in surfaces cannot be removed (405). Caches may still have its meshes: the service cannot
-    take back a URL that caches may keep for ever. Storing the surface again gives it the same id.
+    Built-in surfaces cannot be removed (405). Caches that may keep a mesh of the surface for ever
+    still have it: the service cannot delete it there. A surface that is stored again has the same
+    id.
     """
     refuse_parameters(request.query_params)
     if id in EXAMPLES:
@@ -214,9 +215,9 @@ async def delete_surface(id: StoredId, request: Request, context: ContextDep) ->
     return Response(status_code=204, headers=HEADERS)
 
 
-def _summary(example: Example, root: str) -> dict[str, Any]:
+def _build_summary(example: Example, root: str) -> dict[str, Any]:
     return {
-        **_facts(example),
+        **_describe_example(example),
         "links": {
             "self": surface_url(root, example.id),
             "mesh": {f.suffix: mesh_url_path(root, example.id, f.suffix) for f in FORMATS},
@@ -225,7 +226,7 @@ def _summary(example: Example, root: str) -> dict[str, Any]:
 
 
 @cache
-def _facts(example: Example) -> dict[str, Any]:
+def _describe_example(example: Example) -> dict[str, Any]:
     surface = example.surface()
     model = surface.lower()
     return {
@@ -239,13 +240,13 @@ def _facts(example: Example) -> dict[str, Any]:
 
 
 def _degree(model: Model) -> list[int]:
-    """The highest degree of the patches along u and along v; of a sweep, its curve's and 0."""
+    """The highest degrees of the patches, along u and v; for a sweep, that of its curve, and 0."""
     degrees = [(0, 0)]
-    for each in model.models if isinstance(model, GroupModel) else (model,):
-        if isinstance(each, SweepModel):
-            degrees.append((each.pieces.degree, 0))
+    for part in model.models if isinstance(model, GroupModel) else (model,):
+        if isinstance(part, SweepModel):
+            degrees.append((part.pieces.degree, 0))
             continue
-        sides = [batch.side_degrees for batch in each.batches]
+        sides = [batch.side_degrees for batch in part.batches]
         degrees += [(side[2], side[0]) for side in sides]
     u, v = zip(*degrees, strict=True)
     return [max(u), max(v)]
@@ -265,9 +266,10 @@ async def sign_url(body: SignRequest, context: ContextDep) -> Response:
     """Makes a URL that any client may read without a key until it expires.
 
     It is for services whose surfaces and meshes are not public (`SURFACE_PUBLIC_READS=false`): for
-    a viewer on a page, for example. The signature holds for one path and its parameters, in any
-    order, for `GET` and `HEAD`. The service does not look the surface up. It signs only its own
-    URLs, for seven days at most; without `SURFACE_SIGNING_KEYS` this call does not exist.
+    example, for a viewer on a page. The signature is valid for one path and its parameters, in any
+    order, for `GET` and `HEAD`. The service does not check that the surface exists. It signs only
+    URLs of its own surfaces and meshes, for at most seven days. Without `SURFACE_SIGNING_KEYS` this
+    call does not exist.
     """
     assert context.services.signer is not None
     root = context.request.scope.get("root_path", "")

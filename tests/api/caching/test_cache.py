@@ -15,10 +15,10 @@ MAX_BYTES = 200_000
 
 
 def build_entry(
-    name: str, size: int = 100, surface: str = "saddle", *, for_ever: bool = False
+    name: str, size: int = 100, surface: str = "saddle", *, is_permanent: bool = False
 ) -> CachedResponse:
     """A cached response with `size` bytes, under a URL that contains `name`."""
-    subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, for_ever)
+    subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, is_permanent)
     content = size.to_bytes(4) * (size // 4) + b"x" * (size % 4)
     return CachedResponse(subject, content, ((b"content-type", b"model/gltf-binary"),))
 
@@ -39,7 +39,7 @@ def test_the_least_recently_used_response_is_dropped_first() -> None:
     for each in entries[:3]:
         assert cache.put(each, cache.generation)
     cache.get(entries[0].subject.url)
-    cache.alias(entries[1], "/1", b"", pinned=False)
+    cache.alias(entries[1], "/1", b"", has_engine=False)
     number = 3
     while not cache.counts.evictions:
         assert cache.find("/1", b"") == (entries[1], False)
@@ -65,7 +65,7 @@ def test_a_new_response_of_the_same_url_replaces_the_old_one() -> None:
     cache = ResponseCache(MAX_BYTES)
     old, new = build_entry("a", 50), build_entry("a", 60)
     cache.put(old, cache.generation)
-    cache.alias(old, "/a", b"", pinned=True)
+    cache.alias(old, "/a", b"", has_engine=True)
     cache.put(new, cache.generation)
     assert cache.find("/a", b"") is None
     assert (len(cache), cache.bytes) == (1, new.size)
@@ -91,13 +91,13 @@ def test_the_number_of_cached_spellings_is_limited() -> None:
     entry = build_entry("a")
     cache.put(entry, cache.generation)
     for number in range(3 * ALIASES):
-        cache.alias(entry, "/a", str(number).encode(), pinned=number % 2 == 0)
+        cache.alias(entry, "/a", str(number).encode(), has_engine=number % 2 == 0)
     entries = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
     assert entries[: 2 * ALIASES] == [None] * 2 * ALIASES
     assert entries[2 * ALIASES :] == [(entry, number % 2 == 0) for number in range(ALIASES)]
-    cache.alias(entry, "/a", b"x" * 10_000, pinned=False)
+    cache.alias(entry, "/a", b"x" * 10_000, has_engine=False)
     assert cache.find("/a", b"x" * 10_000) is None
-    cache.alias(build_entry("b"), "/b", b"", pinned=False)
+    cache.alias(build_entry("b"), "/b", b"", has_engine=False)
     assert cache.find("/b", b"") is None, "this response is not in the cache"
     assert cache.bytes == entry.size
 
@@ -112,7 +112,7 @@ def test_meshes_of_a_deleted_surface_are_dropped() -> None:
     generation = cache.generation
     for each in entries:
         cache.put(each, generation)
-    cache.alias(entries[0], "/a", b"", pinned=False)
+    cache.alias(entries[0], "/a", b"", has_engine=False)
     cache.forget("one")
     assert [cache.holds(each) for each in entries] == [False, False, True]
     assert cache.find("/a", b"") is None
@@ -123,13 +123,15 @@ def test_meshes_of_a_deleted_surface_are_dropped() -> None:
 
 
 def test_only_stored_surfaces_with_an_engine_may_be_cached_for_ever() -> None:
-    for for_ever in (False, True):
-        variant = build_entry("a", for_ever=for_ever).variants["identity"]
-        for pinned in (False, True):
-            for message in (variant.full[pinned], variant.unchanged[pinned]):
+    for is_permanent in (False, True):
+        variant = build_entry("a", is_permanent=is_permanent).variants["identity"]
+        for has_engine in (False, True):
+            for message in (variant.heads_200[has_engine], variant.heads_304[has_engine]):
                 cache_control = dict(message["headers"])[b"cache-control"]
-                assert (b"immutable" in cache_control) == (for_ever and pinned)
-                assert (b"max-age=3600, must-revalidate" in cache_control) != (for_ever and pinned)
+                assert (b"immutable" in cache_control) == (is_permanent and has_engine)
+                assert (b"max-age=3600, must-revalidate" in cache_control) != (
+                    is_permanent and has_engine
+                )
 
 
 @pytest.mark.parametrize("size", [10, 5000])
@@ -145,7 +147,7 @@ def test_counted_bytes_are_at_least_the_memory_used(size: int) -> None:
             cache.add(entry, "gzip", bytes(size // 2 + 1))
             for spelling in range(ALIASES):
                 query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
-                cache.alias(entry, f"/v1/surfaces/{number:064x}/mesh.glb", query, pinned=True)
+                cache.alias(entry, f"/v1/surfaces/{number:064x}/mesh.glb", query, has_engine=True)
         used = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
@@ -182,10 +184,10 @@ class CacheMachine(RuleBasedStateMachine):
             self.cache.add(entry, coding, bytes(size) if size % 3 else None)
 
     @precondition(lambda self: self.entries)
-    @rule(data=st.data(), query=st.binary(max_size=1200), pinned=st.booleans())
-    def add_alias(self, data: st.DataObject, query: bytes, pinned: bool) -> None:
+    @rule(data=st.data(), query=st.binary(max_size=1200), has_engine=st.booleans())
+    def add_alias(self, data: st.DataObject, query: bytes, has_engine: bool) -> None:
         entry = data.draw(st.sampled_from(self.entries))
-        self.cache.alias(entry, entry.subject.surface, query, pinned=pinned)
+        self.cache.alias(entry, entry.subject.surface, query, has_engine=has_engine)
         result = self.cache.find(entry.subject.surface, query)
         assert result is None or self.cache.holds(result[0])
 

@@ -11,7 +11,7 @@ from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.middleware import CacheMiddleware
 from service.api.cors import Origins
 from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
-from service.api.responses import CHUNK, UNTRACKED
+from service.api.responses import CHUNK, MAX_BUFFERED
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
 
@@ -30,7 +30,7 @@ def send_request(
     entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert cache.put(entry, cache.generation)
     cache.add(entry, "gzip", b"packed")
-    cache.alias(entry, PATH, QUERY, pinned=True)
+    cache.alias(entry, PATH, QUERY, has_engine=True)
     record = RequestRecord(method, NO_ROUTE, "1", "1", "1")
     request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
 
@@ -75,7 +75,7 @@ def test_a_long_body_is_sent_in_pieces() -> None:
 
 
 def test_a_short_body_is_one_message_and_a_longer_one_two() -> None:
-    for size, count in ((UNTRACKED, 1), (UNTRACKED + 1, 2), (CHUNK, 2)):
+    for size, count in ((MAX_BUFFERED, 1), (MAX_BUFFERED + 1, 2), (CHUNK, 2)):
         (_, *pieces), _ = send_request(bytes(size))
         assert [bool(piece.get("more_body")) for piece in pieces] == [True] * (count - 1) + [False]
         assert sum(len(piece["body"]) for piece in pieces) == size

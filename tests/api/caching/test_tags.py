@@ -5,8 +5,8 @@ import re
 import pytest
 
 from service.api.caching import cached_response as module
-from service.api.caching.cached_response import entity_tag, is_any, parse_tags
-from service.api.caching.codings import CODINGS, MADE_BY
+from service.api.caching.cached_response import entity_tag, matches_all, parse_tags
+from service.api.caching.codings import CODINGS, COMPRESSORS
 
 
 def test_a_tag_depends_on_the_content_and_on_the_coding() -> None:
@@ -19,8 +19,8 @@ def test_a_tag_depends_on_the_content_and_on_the_coding() -> None:
 
 def test_another_version_of_the_compressor_has_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
     before = {coding: entity_tag("a", coding) for coding in CODINGS}
-    made_by = {**MADE_BY, "gzip": "zlib 9.9.9"}
-    monkeypatch.setattr(module, "MADE_BY", made_by)
+    made_by = {**COMPRESSORS, "gzip": "zlib 9.9.9"}
+    monkeypatch.setattr(module, "COMPRESSORS", made_by)
     changed = {coding for coding in CODINGS if entity_tag("a", coding) != before[coding]}
     assert changed == {"gzip"}
 
@@ -44,7 +44,7 @@ def test_the_tags_of_a_header_are_parsed(header: bytes, tags: set[bytes]) -> Non
 
 
 def test_a_star_matches_every_response() -> None:
-    assert is_any(b"*")
-    assert is_any(b" * ")
-    assert not is_any(b'"*"')
-    assert not is_any(b'*, "a"')
+    assert matches_all(b"*")
+    assert matches_all(b" * ")
+    assert not matches_all(b'"*"')
+    assert not matches_all(b'*, "a"')

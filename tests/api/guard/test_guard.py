@@ -9,7 +9,7 @@ from starlette.types import Message, Receive, Scope, Send
 
 from service.api.app import create_app
 from service.api.caching.middleware import CacheMiddleware
-from service.api.guard.keys import entry_line
+from service.api.guard.keys import format_entry
 from service.api.observing.middleware import RequestMiddleware
 from service.api.observing.record import record_of
 from service.errors import InvalidSettings
@@ -17,7 +17,7 @@ from service.settings.values import Settings
 from tests.api.client import Client, start_client
 
 KEY, OTHER = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
-SETTINGS = Settings(api_keys=(entry_line("bob", "sfk_" + "c3" * 32), entry_line("alice", KEY)))
+SETTINGS = Settings(api_keys=(format_entry("bob", "sfk_" + "c3" * 32), format_entry("alice", KEY)))
 KEY_HEADER = {"Authorization": f"Bearer {KEY}"}
 NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
@@ -109,15 +109,15 @@ def test_reads_by_url_need_no_key(client: Client, path: str) -> None:
 
 def test_without_keys_the_application_runs_without_a_guard() -> None:
     app = create_app(Settings())
-    assert isinstance(app.front, RequestMiddleware)
-    assert isinstance(app.front.app, CacheMiddleware)
+    assert isinstance(app.outermost, RequestMiddleware)
+    assert isinstance(app.outermost.app, CacheMiddleware)
     with start_client(app) as client:
         assert client.post("/v1/mesh", NET).status_code == 200
 
 
 def test_keys_may_be_in_a_file(tmp_path: Path) -> None:
     file = tmp_path / "keys"
-    file.write_text(entry_line("alice", KEY), encoding="utf-8")
+    file.write_text(format_entry("alice", KEY), encoding="utf-8")
     with start_client(create_app(Settings(api_keys_file=str(file)))) as client:
         assert client.post("/v1/mesh", NET).status_code == 401
         assert client.post("/v1/mesh", NET, KEY_HEADER).status_code == 200
@@ -154,13 +154,13 @@ def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client
 def test_the_request_record_has_the_name_of_the_key() -> None:
     app = create_app(SETTINGS)
     scopes: list[Scope] = []
-    front = app.front
+    front = app.outermost
 
     async def record_scope(scope: Scope, receive: Receive, send: Send) -> None:
         scopes.append(scope)
         await front(scope, receive, send)
 
-    app.front = record_scope
+    app.outermost = record_scope
     with start_client(app) as client:
         client.post("/v1/mesh", NET, KEY_HEADER)
         client.get(MESH, KEY_HEADER)

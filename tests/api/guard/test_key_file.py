@@ -12,11 +12,11 @@ from service.api.guard.keys import (
     InvalidKeys,
     KeyEntry,
     KnownKeys,
-    entry_line,
+    format_entry,
     parse_entries,
 )
 
-ALICE, BOB, CAROL = (entry_line(name, name) for name in ("alice", "bob", "carol"))
+ALICE, BOB, CAROL = (format_entry(name, name) for name in ("alice", "bob", "carol"))
 
 
 class Clock:

@@ -5,42 +5,49 @@ import re
 import pytest
 
 from service.api.guard import keys
-from service.api.guard.keys import InvalidKeys, bearer, entry_line, new_key, owner, parse_entries
+from service.api.guard.keys import (
+    InvalidKeys,
+    find_name,
+    format_entry,
+    make_key,
+    parse_bearer,
+    parse_entries,
+)
 from tests.programs import run_python
 
-OLD, NEW = new_key(), new_key()
+OLD, NEW = make_key(), make_key()
 ENTRIES = parse_entries(
-    [entry_line("alice", OLD), entry_line("alice", NEW), entry_line("bob", new_key())]
+    [format_entry("alice", OLD), format_entry("alice", NEW), format_entry("bob", make_key())]
 )
 
 
 def test_a_key_is_256_random_bits() -> None:
     assert re.fullmatch("sfk_[0-9a-f]{64}", NEW)
-    assert len({new_key() for _ in range(100)}) == 100
+    assert len({make_key() for _ in range(100)}) == 100
 
 
 def test_the_entry_of_a_key_has_its_hash_and_not_the_key() -> None:
-    line = entry_line("alice", NEW)
+    line = format_entry("alice", NEW)
     assert line.startswith("alice:")
     assert NEW.removeprefix(keys.PREFIX) not in line
 
 
 def test_a_name_may_have_an_old_and_a_new_key() -> None:
-    assert owner(OLD.encode(), ENTRIES) == owner(NEW.encode(), ENTRIES) == "alice"
-    assert owner(new_key().encode(), ENTRIES) is None
-    assert owner(NEW.encode(), ()) is None
+    assert find_name(OLD.encode(), ENTRIES) == find_name(NEW.encode(), ENTRIES) == "alice"
+    assert find_name(make_key().encode(), ENTRIES) is None
+    assert find_name(NEW.encode(), ()) is None
 
 
 def test_texts_that_differ_in_one_character_are_not_the_key() -> None:
     for index in range(len(NEW)):
         other = NEW[:index] + ("0" if NEW[index] != "0" else "1") + NEW[index + 1 :]
-        assert owner(other.encode(), ENTRIES) is None
+        assert find_name(other.encode(), ENTRIES) is None
     for other in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
-        assert owner(other.encode(), ENTRIES) is None
+        assert find_name(other.encode(), ENTRIES) is None
 
 
 def test_a_password_whose_hash_is_listed_is_not_a_key() -> None:
-    assert owner(b"password", parse_entries([entry_line("eve", "password")])) is None
+    assert find_name(b"password", parse_entries([format_entry("eve", "password")])) is None
 
 
 def test_a_key_is_compared_with_all_entries(
@@ -54,9 +61,9 @@ def test_a_key_is_compared_with_all_entries(
         return digest == other
 
     monkeypatch.setattr(keys, "compare_digest", record_and_compare)
-    for key in (OLD, NEW, new_key()):
+    for key in (OLD, NEW, make_key()):
         compared.clear()
-        owner(key.encode(), ENTRIES)
+        find_name(key.encode(), ENTRIES)
         assert compared == [entry.digest for entry in ENTRIES]
 
 
@@ -65,7 +72,7 @@ def test_a_key_is_compared_with_all_entries(
 )
 def test_invalid_entries_are_named_by_their_number_and_not_repeated(line: str) -> None:
     with pytest.raises(InvalidKeys, match="key 2 ") as error:
-        parse_entries([entry_line("bob", NEW), line])
+        parse_entries([format_entry("bob", NEW), line])
     assert "alice" not in str(error.value)
     assert "0000" not in str(error.value)
 
@@ -79,9 +86,9 @@ def test_a_key_in_place_of_its_hash_is_refused_and_not_repeated() -> None:
 def test_repeated_keys_and_too_many_keys_are_refused() -> None:
     with pytest.raises(InvalidKeys, match="twice"):
         keys.join_entries(
-            parse_entries([entry_line("alice", NEW)]), parse_entries([entry_line("bob", NEW)])
+            parse_entries([format_entry("alice", NEW)]), parse_entries([format_entry("bob", NEW)])
         )
-    many = parse_entries([entry_line("alice", str(i)) for i in range(keys.MOST + 1)])
+    many = parse_entries([format_entry("alice", str(i)) for i in range(keys.MAX_KEYS + 1)])
     with pytest.raises(InvalidKeys, match="too many"):
         keys.join_entries(many)
 
@@ -99,12 +106,12 @@ def test_repeated_keys_and_too_many_keys_are_refused() -> None:
     ],
 )
 def test_keys_are_bearer_tokens(header: bytes | None, key: bytes | None) -> None:
-    assert bearer(header) == key
+    assert parse_bearer(header) == key
 
 
 def test_the_command_prints_a_key_and_its_entry() -> None:
     printed = run_python("-m", "service", "key", "alice").stdout
     (_, key), (_, entry) = (line.split() for line in printed.splitlines())
-    assert owner(key.encode(), parse_entries([entry])) == "alice"
+    assert find_name(key.encode(), parse_entries([entry])) == "alice"
     process = run_python("-m", "service", "key", "a b", check=False)
     assert (process.returncode, process.stdout) == (2, "")

@@ -8,15 +8,15 @@ import pytest
 from pydantic import SecretStr
 
 from service.api.app import create_app
-from service.api.guard.keys import entry_line, new_key
+from service.api.guard.keys import format_entry, make_key
 from service.api.guard.signatures import Signer
 from service.settings.values import Settings
 from tests.api.client import Client, start_client
 
-KEY, SECRET = new_key(), "0123456789abcdef" * 2
+KEY, SECRET = make_key(), "0123456789abcdef" * 2
 KEY_HEADER = {"Authorization": f"Bearer {KEY}"}
 SETTINGS = Settings(
-    api_keys=(entry_line("alice", KEY),), public_reads=False, signing_keys=(SecretStr(SECRET),)
+    api_keys=(format_entry("alice", KEY),), public_reads=False, signing_keys=(SecretStr(SECRET),)
 )
 NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
-from service.api.guard.proxies import InvalidProxies, Proxies, address_in
+from service.api.guard.proxies import InvalidProxies, Proxies, parse_address
 from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import start_client
@@ -111,7 +111,7 @@ def test_the_scheme_is_that_of_the_nearest_proxy(lines: list[str], scheme: str) 
 
 @pytest.mark.parametrize("text", ["", "1.2.3", "1.2.3.4.5", "fe80::1%", "[", "[]", ":80", "a:b"])
 def test_texts_that_are_not_addresses_are_ignored(text: str) -> None:
-    assert address_in(text.encode()) is None
+    assert parse_address(text.encode()) is None
 
 
 @pytest.mark.parametrize("trusted", [["proxy.local"], ["10.0.0.1/8"], ["*"], ["10.0.0.0/33"]])

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from service.api.app import create_app
 from service.api.guard import rates
-from service.api.guard.keys import entry_line, new_key
-from service.api.guard.rates import Rates, caller
+from service.api.guard.keys import format_entry, make_key
+from service.api.guard.rates import Rates, caller_name
 from service.settings.values import Settings
 from tests.api.client import start_client
 
-KEY = new_key()
+KEY = make_key()
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
 
 
@@ -31,15 +31,20 @@ class Clock:
 def test_a_caller_may_send_a_minutes_requests_at_once_and_then_one_each_second() -> None:
     clock = Clock()
     limiter = Rates(60, clock)
-    assert [limiter.take("a").remaining for _ in range(60)] == list(range(59, -1, -1))
-    refusal = limiter.take("a")
-    assert (refusal.allowed, refusal.remaining, refusal.reset, refusal.wait) == (False, 0, 60, 1)
-    assert limiter.take("b").allowed
-    clock.now += refusal.wait
-    assert limiter.take("a").allowed
-    assert not limiter.take("a").allowed
+    assert [limiter.count("a").remaining for _ in range(60)] == list(range(59, -1, -1))
+    refusal = limiter.count("a")
+    assert (refusal.is_allowed, refusal.remaining, refusal.reset, refusal.retry_after) == (
+        False,
+        0,
+        60,
+        1,
+    )
+    assert limiter.count("b").is_allowed
+    clock.now += refusal.retry_after
+    assert limiter.count("a").is_allowed
+    assert not limiter.count("a").is_allowed
     clock.now += 60
-    assert limiter.take("a").remaining == 59
+    assert limiter.count("a").remaining == 59
 
 
 @given(
@@ -53,26 +58,26 @@ def test_no_more_than_twice_the_limit_passes_in_any_minute(limit: int, pauses: l
     allowed_times: list[float] = []
     for pause in pauses:
         clock.now += pause
-        rate = limiter.take("a")
-        assert rate.allowed is (rate.wait == 0)
+        rate = limiter.count("a")
+        assert rate.is_allowed is (rate.retry_after == 0)
         assert 0 <= rate.remaining < limit
         assert 0 < rate.reset <= 60
-        if not rate.allowed:
-            clock.now += rate.wait
-            assert limiter.take("a").allowed
+        if not rate.is_allowed:
+            clock.now += rate.retry_after
+            assert limiter.count("a").is_allowed
         allowed_times.append(clock.now)
     for end in allowed_times:
         assert sum(end - 60 < time <= end for time in allowed_times) <= 2 * limit
 
 
 def test_the_number_of_remembered_callers_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rates, "MOST", 100)
+    monkeypatch.setattr(rates, "MAX_CALLERS", 100)
     limiter = Rates(2)
     for i in range(1000):
-        limiter.take(f"10.0.{i >> 8}.{i & 255}")
-        limiter.take("frequent")
+        limiter.count(f"10.0.{i >> 8}.{i & 255}")
+        limiter.count("frequent")
     assert len(limiter) == 100
-    assert not limiter.take("frequent").allowed
+    assert not limiter.count("frequent").is_allowed
 
 
 @pytest.mark.parametrize(
@@ -91,7 +96,7 @@ def test_the_number_of_remembered_callers_is_limited(monkeypatch: pytest.MonkeyP
 def test_requests_are_counted_by_key_or_by_address(
     key: str | None, client: str | None, expected: str
 ) -> None:
-    assert caller(key, client) == expected
+    assert caller_name(key, client) == expected
 
 
 def read_rate(response: httpx.Response) -> tuple[int, int]:
@@ -134,10 +139,10 @@ def test_health_checks_and_preflights_are_not_counted() -> None:
 
 
 def test_each_key_has_its_own_rate_and_invalid_keys_count_for_the_address() -> None:
-    keys = (entry_line("alice", KEY), entry_line("alice", new_key()))
+    keys = (format_entry("alice", KEY), format_entry("alice", make_key()))
     with start_client(create_app(Settings(rate_limit=4, api_keys=keys))) as client:
         for status in (401, 401, 401, 401, 429, 429):
-            invalid = {"Authorization": f"Bearer {new_key()}"}
+            invalid = {"Authorization": f"Bearer {make_key()}"}
             assert client.post("/v1/mesh", {}, invalid).status_code == status
         assert client.get(MESH).status_code == 429
         valid = {"Authorization": f"Bearer {KEY}"}
@@ -145,5 +150,5 @@ def test_each_key_has_its_own_rate_and_invalid_keys_count_for_the_address() -> N
 
 
 def test_without_a_limit_responses_have_no_rate_headers() -> None:
-    with start_client(create_app(Settings(api_keys=(entry_line("alice", KEY),)))) as client:
+    with start_client(create_app(Settings(api_keys=(format_entry("alice", KEY),)))) as client:
         assert "ratelimit" not in client.get(MESH).headers

@@ -33,14 +33,14 @@ def sign_pairs(
 
 def verify(query: str, path: str = PATH, now: float = NOW, signer: Signer = SIGNER) -> bytes:
     """The query without `expires` and `signature`; raises if the signature is invalid."""
-    rest, expires = signer.check(path, query.encode(), now)
+    rest, expires = signer.verify(path, query.encode(), now)
     assert expires == END
     return rest
 
 
 def assert_refused(query: str, path: str = PATH, signer: Signer = SIGNER) -> None:
     with pytest.raises(SignatureInvalid):
-        signer.check(path, query.encode(), NOW)
+        signer.verify(path, query.encode(), NOW)
 
 
 @few
@@ -110,7 +110,7 @@ def test_a_signature_is_valid_until_it_expires() -> None:
     assert verify(query, now=END - 0.001) == b""
     for now in (END, END + 1):
         with pytest.raises(SignatureExpired):
-            SIGNER.check(PATH, query.encode(), now)
+            SIGNER.verify(PATH, query.encode(), now)
     assert_refused(query.replace(str(END), str(END + 1)))
 
 
@@ -144,7 +144,7 @@ def test_an_expiry_that_is_not_digits_is_refused_even_if_it_is_signed() -> None:
 def test_queries_that_are_not_text_are_refused() -> None:
     for query in (b"signature=\xff", b"%ff=1&expires=1&signature=a"):
         with pytest.raises(SignatureInvalid):
-            SIGNER.check(PATH, query, NOW)
+            SIGNER.verify(PATH, query, NOW)
 
 
 def test_signatures_of_an_old_secret_are_valid_during_rotation() -> None:

@@ -10,7 +10,7 @@ import pytest
 from service import __version__
 from service.api.app import create_app
 from service.api.observing import health
-from service.api.observing.health import SelfTest, computes_rightly
+from service.api.observing.health import SelfTest, computes_correctly
 from service.bases import bernstein
 from service.engine.evaluation import at_once, grid_products
 from service.engine.mesh.report import ENGINE
@@ -44,14 +44,14 @@ def test_a_draining_service_is_alive_and_not_ready() -> None:
 def test_a_store_that_fails_for_long_makes_the_service_unready(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(store_module, "REMEMBERED", -1.0)
+    monkeypatch.setattr(store_module, "CHECK_INTERVAL", -1.0)
     root = tmp_path / "store"
     with start_client(create_app(Settings(store=str(root)))) as client:
         assert client.get("/health/ready").status_code == 200
         shutil.rmtree(root)
         response = client.get("/health/ready")
         assert (response.status_code, response.json()["store"]) == (200, "unavailable")
-        monkeypatch.setattr(health, "PATIENCE", 0.0)
+        monkeypatch.setattr(health, "STORE_GRACE", 0.0)
         response = client.get("/health/ready")
         assert response.status_code == 503
         expected = {"status": "unready", "computing": "ready", "store": "unavailable"}
@@ -62,11 +62,11 @@ def test_a_store_that_fails_for_long_makes_the_service_unready(
 
 
 def test_a_wrong_number_makes_the_service_unready(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert computes_rightly()
+    assert computes_correctly()
     sample = bernstein.sample_partials_basis
     monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
     monkeypatch.setattr(grid_products, "sample_partials_basis", lambda *args: sample(*args) * 1.001)
-    assert not computes_rightly()
+    assert not computes_correctly()
     with start_client(create_app(Settings())) as client:
         response = client.get("/health/ready")
     assert (response.status_code, response.json()["computing"]) == (503, "unavailable")
@@ -86,7 +86,7 @@ async def test_the_self_test_computes_once_in_5_s_for_all_callers() -> None:
 
 async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "DEADLINE", 0.05)
-    monkeypatch.setattr(health, "INTERVAL", -1.0)
+    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)
     may_end = threading.Event()
 
     def raise_error() -> bool:
@@ -102,7 +102,7 @@ async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.M
 async def test_a_slow_engine_is_ready_until_the_last_success_is_long_ago(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(health, "INTERVAL", -1.0)
+    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)
     may_end = threading.Event()
     hangs = iter((False, True, True))
 
@@ -113,6 +113,6 @@ async def test_a_slow_engine_is_ready_until_the_last_success_is_long_ago(
     assert await self_test.passes()
     monkeypatch.setattr(health, "DEADLINE", 0.05)
     assert await self_test.passes()
-    monkeypatch.setattr(health, "SILENCE", 0.0)
+    monkeypatch.setattr(health, "STUCK_AFTER", 0.0)
     assert not await self_test.passes()
     may_end.set()

@@ -21,7 +21,7 @@ TRACE, SPAN = "0af7651916cd43dd8448eb211c80319c", "b7ad6b7169203331"
 
 @pytest.fixture(scope="module")
 def labels() -> RouteLabels:
-    middleware = create_app().front
+    middleware = create_app().outermost
     assert isinstance(middleware, RequestMiddleware)
     return middleware.labels
 

@@ -40,8 +40,8 @@ def client(spans: InMemorySpanExporter) -> Iterator[Client]:
     provider = TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(SimpleSpanProcessor(spans))
     app = create_app(Settings())
-    assert isinstance(app.front, RequestMiddleware)
-    app.front.app = Tracing(app.front.app, provider)
+    assert isinstance(app.outermost, RequestMiddleware)
+    app.outermost.app = Tracing(app.outermost.app, provider)
     with start_client(app) as client:
         yield client
 
