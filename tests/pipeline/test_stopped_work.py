@@ -33,11 +33,11 @@ class CountingCancellation(Cancellation):
         self.count = 0
         self._last = last
 
-    def check(self) -> None:
+    def raise_if_over(self) -> None:
         self.count += 1
         if self.count > self._last:
             self.cancel()
-        super().check()
+        super().raise_if_over()
 
 
 def plan_example(kind: str) -> MeshWork:

@@ -164,8 +164,8 @@ def check_signature(content: bytes) -> None:
         pass
     else:
         if text.isascii():
-            _SIGNER.check(_PATH, text.encode(), 1_900_000_000)
-    _SIGNER.check(_PATH, content, 1_900_000_000)
+            _SIGNER.verify(_PATH, text.encode(), 1_900_000_000)
+    _SIGNER.verify(_PATH, content, 1_900_000_000)
     raise AssertionError("the service accepted an invalid signature")
 
 
