@@ -157,10 +157,10 @@ def _count_distinct(vertices: Ints) -> Ints:
 
 def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
     """The number of distinct positions: those inside patches, those inside edges, and corners."""
-    inner_cells = sum(len(group.patches) * group.shape.inner for group in groups)
+    inner_samples = sum(len(group.patches) * group.shape.inner for group in groups)
     lines = np.zeros(len(layout.divisions), dtype=bool)
     lines[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
-    return inner_cells + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
+    return inner_samples + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
 
 
 def _count_used_positions(

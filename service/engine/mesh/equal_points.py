@@ -33,7 +33,7 @@ PROJECTION_ROUNDING = 2.0**-49
 """The rounding error of the projections of two points to a direction, relative to the largest
 coordinate."""
 
-COARSER = 4.0
+WEIGHT_FACTOR = 4.0
 """The factor from the tolerance of points to the tolerance of weights. Both points and weights
 change across a narrow patch, weights sometimes faster; its long sides are one edge only if points
 and weights count as equal."""
@@ -82,9 +82,9 @@ class EqualPoints:
     def fits(self, points: FloatArray, reach: float) -> bool:
         """Whether `points` (N, 3) have these equal points, and unequal points are not near.
 
-        Two points are near if their distance is at most `reach`. The result is False if it is
-        uncertain. Two leaders are further apart than `reach` if
-        their projections to one direction are.
+        Two points are near if their distance is at most `reach`. The result is False if this is
+        uncertain: two leaders are certainly not near if their projections to one direction are
+        further apart than `reach`.
         """
         equal = points.take(self.number, axis=0) == points
         if np.count_nonzero(equal) < equal.size:
@@ -106,7 +106,8 @@ def has_near_points(points: FloatArray, reach: float) -> bool:
 def find_possible_neighbours(points: FloatArray, reach: float) -> Ints:
     """Numbers (n,) of the points (N, 3) that may be within `reach` of another point.
 
-    All others are certainly further than `reach` from every point: their projections are.
+    All other points are certainly further than `reach` from every point, because their projections
+    are.
     """
     projection = _project(points)
     order = projection.argsort()
@@ -158,13 +159,13 @@ def find_weight_tolerance(model: PatchModel, tolerance: float) -> float:
     """The largest difference of logarithms of weights that count as one; 0 if the tolerance is 0.
 
     If the logarithms of weights change by at most h, no point of a patch moves further than h / 2
-    times the diagonal of its box. So in the largest patch, no point moves further than `COARSER` /
-    2 times the weld distance.
+    times the diagonal of its box. So in the largest patch, no point moves further than
+    `WEIGHT_FACTOR` / 2 times the weld distance.
     """
     if not tolerance:
         return 0.0
     extent = model.largest_patch
-    return COARSER * find_weld_distance(model, tolerance) / extent if extent else tolerance
+    return WEIGHT_FACTOR * find_weld_distance(model, tolerance) / extent if extent else tolerance
 
 
 def find_knot_ratio(model: PatchModel) -> float:

@@ -134,17 +134,17 @@ def test_framed_patches_have_the_values_of_their_neighbours(
         np.testing.assert_allclose(row, [float(x) for x in expected], atol=1e-10)
 
 
-def build_strip(left: Array, expected: Array) -> PatchModel:
+def build_strip(left: Array, right: Array) -> PatchModel:
     """Two flat patches side by side; the arguments are the nets of their attribute."""
-    return build_attribute_model([SQUARE, translate(SQUARE, 1.0)], [left, expected])
+    return build_attribute_model([SQUARE, translate(SQUARE, 1.0)], [left, right])
 
 
 @pytest.mark.parametrize("normals", [True, False])
 def test_samples_weld_only_if_their_values_are_equal(normals: bool) -> None:
     """On the seam, the values of both patches agree at one of five samples."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
-    expected = np.array([[[5.0], [9]], [[0], [0]]])
-    mesh = build_mesh(build_strip(left, expected), resolution=(4, 4), normals=normals)
+    right = np.array([[[5.0], [9]], [[0], [0]]])
+    mesh = build_mesh(build_strip(left, right), resolution=(4, 4), normals=normals)
     # The values agree at v = 0 only.
     assert len(mesh.positions) == 2 * 25 - 1
     assert mesh.report.vertices == 2 * 25 - 5
@@ -156,8 +156,8 @@ def test_samples_weld_only_if_their_values_are_equal(normals: bool) -> None:
 def test_values_that_differ_by_rounding_weld(off: float, welded: bool) -> None:
     """The largest difference for welding is a share of the range of the values."""
     left = np.array([[[0.0], [0]], [[1], [1]]])
-    expected = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
-    mesh = build_mesh(build_strip(left, expected), resolution=(1, 1))
+    right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
+    mesh = build_mesh(build_strip(left, right), resolution=(1, 1))
     assert len(mesh.positions) == (6 if welded else 8)
 
 
@@ -165,10 +165,10 @@ def test_samples_at_a_crease_have_equal_values_bit_for_bit() -> None:
     """Each place has two normals, but one value of the attribute."""
     random = np.random.default_rng(4)
     edge = random.random((6, 1))
-    left, expected = random.random((6, 6, 1)), random.random((6, 6, 1))
-    left[-1], expected[0] = edge, edge + 1e-9
+    left, right = random.random((6, 6, 1)), random.random((6, 6, 1))
+    left[-1], right[0] = edge, edge + 1e-9
     wall = np.array([[[1.0, 0, 0], [1, 1, 0]], [[1, 0, 1], [1, 1, 1]]])
-    mesh = build_mesh(build_attribute_model([SQUARE, wall], [left, expected]), resolution=(8, 8))
+    mesh = build_mesh(build_attribute_model([SQUARE, wall], [left, right]), resolution=(8, 8))
     assert mesh.welds is not None
     assert len(mesh.positions) == 2 * 81
     rows = find_attribute(mesh, "a")

@@ -189,10 +189,10 @@ def test_curves_of_different_sizes_are_not_joined() -> None:
     model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger)])
     assert (3, 2) not in list_edges(find_seams(model.batches))
     arch = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
-    raised_loop = elevate_exactly((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
+    near_arch = elevate_exactly((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
     huge = elevate_exactly((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
     model = build_model(
-        [np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, raised_loop, huge)]
+        [np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, near_arch, huge)]
     )
     assert [line for line in list_edges(find_seams(model.batches)) if line[0] > 1] == [
         (2, 1), (2, 1), (3, 1), (3, 1), (4, 1), (4, 1),

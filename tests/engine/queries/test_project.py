@@ -265,11 +265,11 @@ def test_points_very_far_from_a_tiny_surface_have_finite_distances(
     net = to_patches(find(surface).surface().lower()).batches[0]
     tiny = BezierSurface(net.points[0].reshape(*net.points.shape[1:]) * size)
     columns = project_on_surface(to_patches(tiny.lower()), ProjectQuery(points, sign=True))
-    true = np.linalg.norm(points, axis=1)
+    expected = np.linalg.norm(points, axis=1)
     low, high = columns["distance_bounds"].T
-    assert np.all((low <= true) & (true <= high))
-    assert np.all(high - low <= 1e-14 * true)
-    np.testing.assert_allclose(columns["distances"], true, 1e-15)
+    assert np.all((low <= expected) & (expected <= high))
+    assert np.all(high - low <= 1e-14 * expected)
+    np.testing.assert_allclose(columns["distances"], expected, 1e-15)
     assert np.all(np.abs(columns["positions"]) <= 4 * size)
 
 

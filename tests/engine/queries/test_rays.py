@@ -45,12 +45,12 @@ def find_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float)
     is_included = np.zeros(len(ray), bool)
     low, high = hits["t_bounds"].T
     for k in np.unique(hits["ray"]).tolist():
-        of_ray, true = hits["ray"] == k, np.flatnonzero(ray == k)
-        near = np.broadcast_to(slack, ray.shape)[true][:, np.newaxis]
-        inside = (low[of_ray] - near <= t[true][:, np.newaxis]) & (
-            t[true][:, np.newaxis] <= high[of_ray] + near
+        of_ray, t_rows = hits["ray"] == k, np.flatnonzero(ray == k)
+        near = np.broadcast_to(slack, ray.shape)[t_rows][:, np.newaxis]
+        is_inside = (low[of_ray] - near <= t[t_rows][:, np.newaxis]) & (
+            t[t_rows][:, np.newaxis] <= high[of_ray] + near
         )
-        is_included[true] = inside.any(axis=1)
+        is_included[t_rows] = is_inside.any(axis=1)
     return ~is_included
 
 
@@ -86,8 +86,8 @@ def test_the_numbers_of_hits_agree_with_an_exhaustive_search(name: str) -> None:
     ray, t, error = find_crossings(build_sheets(model), origins, directions, 8_000)
     slack = error + 1e-12 * model.diagonal / np.linalg.norm(directions, axis=1)[ray]
     assert not find_missed(result, ray, t, slack).any()
-    each = [len(np.unique(np.round(t[ray == k], 9))) for k in range(len(origins))]
-    assert result["counts"].tolist() == each
+    counts = [len(np.unique(np.round(t[ray == k], 9))) for k in range(len(origins))]
+    assert result["counts"].tolist() == counts
 
 
 def test_rays_that_graze_a_sphere_have_the_right_hits() -> None:
@@ -102,8 +102,8 @@ def test_rays_that_graze_a_sphere_have_the_right_hits() -> None:
     assert result["reached"].all()
     assert result["counts"].tolist() == np.where(depth > 0, 2, 0).tolist()
     half = np.sqrt(1 - (1 - depth[depth > 0]) ** 2)
-    true = np.stack([(3 - half) / 2, (3 + half) / 2], axis=1).ravel()
-    assert (np.abs(result["t"] - true) < 1e-8).all()
+    expected_t = np.stack([(3 - half) / 2, (3 + half) / 2], axis=1).ravel()
+    assert (np.abs(result["t"] - expected_t) < 1e-8).all()
     assert result["entering"] == [True, False] * 200
     np.testing.assert_allclose(result["normals"], result["positions"], atol=1e-9)
     exact = find_hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
@@ -117,8 +117,10 @@ def test_hits_of_a_torus_agree_with_roots_of_50_digits() -> None:
     origins = rng.normal(size=(40, 3)) * 3
     result = find_hits(find("torus").surface(), origins, inner - origins)
     for k, (o, d) in enumerate(zip(origins, inner - origins, strict=True)):
-        true = torus_roots(o, d, 1.0, 0.4)
-        np.testing.assert_allclose(result["t"][result["ray"] == k], true, rtol=1e-11, atol=1e-11)
+        expected_t = torus_roots(o, d, 1.0, 0.4)
+        np.testing.assert_allclose(
+            result["t"][result["ray"] == k], expected_t, rtol=1e-11, atol=1e-11
+        )
 
 
 GRAZING: list[

@@ -54,10 +54,9 @@ def compute_solid_angles(triangles: Array, points: Array) -> Array:
         a, b, c = (triangles - x).transpose(1, 0, 2)
         la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
         volume = (a * np.cross(b, c)).sum(axis=1)
-        remaining_patches = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
-        total[k] = np.arctan2(volume, remaining_patches + (c * a).sum(axis=1) * lb).sum() / (
-            2 * np.pi
-        )
+        denominator = la * lb * lc + (a * b).sum(axis=1) * lc + (b * c).sum(axis=1) * la
+        denominator += (c * a).sum(axis=1) * lb
+        total[k] = np.arctan2(volume, denominator).sum() / (2 * np.pi)
     return total
 
 

@@ -81,7 +81,8 @@ def _measure_distance(points: Array, others: Array) -> Array:
     return np.asarray(distances.min(axis=0, initial=np.inf))
 
 
-TANGENT_ANGLE = asin(TUBE_RADIUS)
+TILT = asin(TUBE_RADIUS)
+"""The angle at which a plane through the centre of the torus touches it twice."""
 DIRECTION = cos(0.3), sin(0.3)
 
 
@@ -91,15 +92,15 @@ DIRECTION = cos(0.3), sin(0.3)
         ((0, 0, 1), 0.1, (2, 0, 0)),  # two circles
         ((1, 0.3, 0), 0, (2, 0, 0)),
         (
-            (sin(TANGENT_ANGLE), 0, cos(TANGENT_ANGLE)),
+            (sin(TILT), 0, cos(TILT)),
             0,
             (2, 0, 0),
         ),  # the two Villarceau circles, which cross twice
         (
             (
-                sin(TANGENT_ANGLE) * DIRECTION[0],
-                sin(TANGENT_ANGLE) * DIRECTION[1],
-                cos(TANGENT_ANGLE),
+                sin(TILT) * DIRECTION[0],
+                sin(TILT) * DIRECTION[1],
+                cos(TILT),
             ),
             0,
             (2, 0, 0),
@@ -135,7 +136,7 @@ def test_sections_of_a_torus_have_the_right_topology(
 
 def test_villarceau_circles_have_radius_1() -> None:
     (section,) = cut(
-        lower_patches(torus(1.0, TUBE_RADIUS)), (sin(TANGENT_ANGLE), 0, cos(TANGENT_ANGLE)), 0, 1e-5
+        lower_patches(torus(1.0, TUBE_RADIUS)), (sin(TILT), 0, cos(TILT)), 0, 1e-5
     ).sections
     for line in section.polylines:
         middle = np.array([0, TUBE_RADIUS, 0]) * np.sign(line.points[:-1, 1].mean())
