@@ -60,7 +60,7 @@ def find_lines(model: PatchModel, cuts: Cuts) -> Lines:
 
 
 def cut(model: PatchModel, lines: Lines) -> PatchModel:
-    """The model with its surfaces cut along lines; its parts and its domains stay the same."""
+    """The model with its surfaces cut along lines; parts and parameters of points stay the same."""
     surfaces = surfaces_of(model)
     starts = run_starts(lines.surface)
     stops = np.append(starts[1:], len(lines.at))
