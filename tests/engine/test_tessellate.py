@@ -110,8 +110,8 @@ def test_grids_list_the_vertex_of_each_sample(
     check_sound(mesh)
     (grid,) = mesh.grids
     assert grid.shape == (1, resolution[0] + 1, resolution[1] + 1)
-    truth = exact.positions(net, weights, resolution)
-    np.testing.assert_allclose(mesh.positions[grid[0]], truth, atol=1e-13)
+    expected = exact.positions(net, weights, resolution)
+    np.testing.assert_allclose(mesh.positions[grid[0]], expected, atol=1e-13)
     assert mesh.uvs is not None
     u, v = (np.arange(r + 1) / r for r in resolution)
     np.testing.assert_array_equal(
@@ -166,16 +166,16 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
     (batch,) = model.batches
     moved = TensorPatches(batch.points + offset, batch.weights)
     far = PatchModel("far", (moved,), model.parts)
-    mesh, truth = build_mesh(far, single=True), build_mesh(far)
+    mesh, double = build_mesh(far, single=True), build_mesh(far)
     assert np.abs(mesh.origin).min() > 0
-    assert truth.origin.tolist() == [0, 0, 0]
-    extent = np.ptp(truth.positions, axis=0).max()
+    assert double.origin.tolist() == [0, 0, 0]
+    extent = np.ptp(double.positions, axis=0).max()
     assert np.abs(mesh.positions).max() <= extent
-    error = np.abs(mesh.positions.astype(float) + mesh.origin - truth.positions)
+    error = np.abs(mesh.positions.astype(float) + mesh.origin - double.positions)
     assert error.max() < 2e-7 * extent
     assert mesh.normals is not None
-    assert truth.normals is not None
-    assert np.abs(mesh.normals - truth.normals).max() < 1e-6
+    assert double.normals is not None
+    assert np.abs(mesh.normals - double.normals).max() < 1e-6
     check_sound(mesh)
 
 
@@ -194,11 +194,11 @@ def test_the_same_request_gives_the_same_bytes() -> None:
     ]
     # A mesh of another shape in between changes the contents of caches and work arrays.
     build_mesh("torus", resolution=(33, 2))
-    again = [
+    second_digests = [
         compute_digest(build_mesh("cone", uvs=True)),
         compute_digest(build_mesh("utah-teapot", single=True)),
     ]
-    assert digests == again
+    assert digests == second_digests
 
 
 def test_a_surface_with_uvs_stays_watertight() -> None:

@@ -50,8 +50,8 @@ class LimitCurvatures:
                 raise ValueError("Jets of order 2 have curvatures.")
             values[0, block] = jets.curvatures.gaussian
             values[1, block] = jets.curvatures.mean
-            near = find_near_poles(patches, places[0], np.stack(places[1:], axis=1))
-            count = int((near | jets.degenerate).sum())
+            is_near_pole = find_near_poles(patches, places[0], np.stack(places[1:], axis=1))
+            count = int((is_near_pole | jets.degenerate).sum())
             self.refuse_if_too_costly(count, patches)
             self.spent += count * count_limit_multiplications(patches)
         return values

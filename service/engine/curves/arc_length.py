@@ -142,7 +142,7 @@ class Speeds:
             basis = bernstein(self.degree, t.ravel()).reshape(*shape, -1)
             w = np.einsum("mki,mi->mk", basis, self.weights[piece])[..., None]
             slope = np.einsum("mki,mi->mk", lower_basis, self.weight_steps[piece])[..., None]
-            place = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
-            first = (first - place * slope) / w
+            point = np.einsum("mki,mid->mkd", basis, self.weighted[piece]) / w
+            first = (first - point * slope) / w
         speed: FloatArray = np.sqrt(np.einsum("mkd,mkd->mk", first, first)) * self.unit
         return speed

@@ -87,8 +87,8 @@ def halve_chords(
         ):
             first, second = halve(nets[rows])
             where = np.concatenate([t[rows], t[rows] + step])
-            both = np.concatenate([piece[rows], piece[rows]])
-            stack.append((both, where, depth + 1, np.concatenate([first, second])))
+            half_pieces = np.concatenate([piece[rows], piece[rows]])
+            stack.append((half_pieces, where, depth + 1, np.concatenate([first, second])))
     places = np.concatenate(begins)
     places = places[np.lexsort((places[:, 1], places[:, 0]))]
     return CurveSamples(places[:, 0].astype(np.intp), places[:, 1])
@@ -163,8 +163,12 @@ def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> Float
     Each level computes convex combinations, so it adds only a few rounding errors.
     """
     after = _cut(nets, begin, keep_end=True)
-    rest = 1.0 - begin
-    share = np.where(rest > 0, (end - begin) / np.where(rest > 0, rest, 1.0), 0.0)
+    remaining_length = 1.0 - begin
+    share = np.where(
+        remaining_length > 0,
+        (end - begin) / np.where(remaining_length > 0, remaining_length, 1.0),
+        0.0,
+    )
     return _cut(after, share, keep_end=False)
 
 

@@ -98,8 +98,8 @@ def _evaluate_triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype:
     lengths = divisions - number
     values = _add_differences(curves, np.maximum(lengths, 1), dtype)
     row = np.repeat(np.arange(len(number)), lengths + 1)
-    place = np.concatenate([np.arange(length + 1) for length in lengths.tolist()])
-    return np.moveaxis(values[place, :, :, row], 0, -1)
+    column = np.concatenate([np.arange(length + 1) for length in lengths.tolist()])
+    return np.moveaxis(values[column, :, :, row], 0, -1)
 
 
 def evaluate_curves(points: FloatArray, divisions: int) -> FloatArray:

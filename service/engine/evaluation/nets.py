@@ -90,9 +90,9 @@ class DerivativeNets:
         dv = evaluate_at(self.dv, which, along_u[0], along_v[1])
         if self.rational:
             point = evaluate_at(self.point, which, along_u[0], along_v[0])
-            place = point[:, :3] / point[:, 3:]
-            du = du[:, :3] - place * du[:, 3:]
-            dv = dv[:, :3] - place * dv[:, 3:]
+            position = point[:, :3] / point[:, 3:]
+            du = du[:, :3] - position * du[:, 3:]
+            dv = dv[:, :3] - position * dv[:, 3:]
         return du, dv
 
     def partial_net(self, i: int, j: int) -> FloatArray | None:
@@ -165,9 +165,9 @@ def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.in
     has_many = counts > step
     for begin, count in zip(first[has_many].tolist(), counts[has_many].tolist(), strict=True):
         yield order[begin : begin + count]
-    rest = order[~np.repeat(has_many, counts)]
-    for begin in range(0, len(rest), step):
-        yield rest[begin : begin + step]
+    remaining = order[~np.repeat(has_many, counts)]
+    for begin in range(0, len(remaining), step):
+        yield remaining[begin : begin + step]
 
 
 def evaluate_along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:

@@ -120,9 +120,9 @@ def _find_regular_normals(
     if local.weights is not None:
         basis = triangle_basis.triangle_bernstein(local.degree, places)
         point = _combine(basis, nets, which)
-        place = point[:, :3] / point[:, 3:]
-        ds = ds[:, :3] - place * ds[:, 3:]
-        dt = dt[:, :3] - place * dt[:, 3:]
+        position = point[:, :3] / point[:, 3:]
+        ds = ds[:, :3] - position * ds[:, 3:]
+        dt = dt[:, :3] - position * dt[:, 3:]
     vectors = cross(ds, dt)
     length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
     longest_s, longest_t = (_longest_vectors(net)[which] for net in along)

@@ -186,10 +186,10 @@ def _compare_borders(first: _Border, last: _Border) -> Continuity | None:
         )
         distance = max(distance, float(np.linalg.norm(a - b, axis=-1).max()))
         normal, is_plane = _find_normals(a, t, longest)
-        other, is_other_plane = _find_normals(b, t, longest)
+        other_normal, is_other_plane = _find_normals(b, t, longest)
         have_planes = is_plane & is_other_plane
         plane_count += int(have_planes.sum())
-        differs = np.linalg.norm(normal - other, axis=-1) > SAME_PLANE
+        differs = np.linalg.norm(normal - other_normal, axis=-1) > SAME_PLANE
         is_smooth = (
             is_smooth
             and not (differs & have_planes).any()

@@ -106,14 +106,14 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     is_near = np.vecdot(step, step) <= chord_length(angle) ** 2
     if np.count_nonzero(is_near) == len(is_near):
         return None
-    rest = np.flatnonzero(~is_near)
-    slot = places.slot[rest]
+    far_rows = np.flatnonzero(~is_near)
+    slot = places.slot[far_rows]
     first = np.empty(len(places.leaders), np.intp)
     # In reverse order, the first member of each slot is written last, and stays.
-    first[slot[::-1]] = np.arange(len(rest))[::-1]
-    group = find_leaders(first[slot], sample_normals[rest], chord_length(angle))
+    first[slot[::-1]] = np.arange(len(far_rows))[::-1]
+    group = find_leaders(first[slot], sample_normals[far_rows], chord_length(angle))
     leader = places.first.copy()
-    leader[rest] = places.members[rest[group]]
+    leader[far_rows] = places.members[far_rows[group]]
     return Sharing(leader, hash_arrays(is_near, group))
 
 

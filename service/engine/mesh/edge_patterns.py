@@ -178,20 +178,20 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     edges: list[Ints] = []
     sides_by_degree: list[tuple[Ints, Ints]] = []
     for degree in sorted(places):
-        place, side_rows = np.concatenate(places[degree]), np.concatenate(rows[degree])
-        order = np.argsort(place)
-        place, side_rows = place[order], side_rows[order]
+        side_numbers, side_rows = np.concatenate(places[degree]), np.concatenate(rows[degree])
+        order = np.argsort(side_numbers)
+        side_numbers, side_rows = side_numbers[order], side_rows[order]
         points = numbers[side_rows]
-        collapsed[place] = (points == points[:, :1]).all(axis=1)
+        collapsed[side_numbers] = (points == points[:, :1]).all(axis=1)
         canonical, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
         leader, number = find_first_rows(canonical[..., 0])
         first = sum(map(len, edges))
         ids.append(np.arange(first, first + len(leader)))
-        edge[place] = first + number
-        backward[place] = is_reversed ^ is_reversed[leader[number]]
+        edge[side_numbers] = first + number
+        backward[side_numbers] = is_reversed ^ is_reversed[leader[number]]
         edges.append(side_rows[leader])
         sides_by_degree.append(
-            (np.where(backward[place, None], side_rows[:, ::-1], side_rows), number)
+            (np.where(backward[side_numbers, None], side_rows[:, ::-1], side_rows), number)
         )
     corner_points = np.concatenate(corners)
     first_at_corner, corner = find_first_rows(

@@ -33,11 +33,11 @@ class EdgeCurves:
 
     def take(self, is_chosen: Bools) -> "EdgeCurves":
         """The edges with a number k for which `is_chosen[k]` is true."""
-        chosen = is_chosen[self.ids]
-        if chosen.all():
+        is_taken = is_chosen[self.ids]
+        if is_taken.all():
             return self
-        weights = None if self.weights is None else self.weights[chosen]
-        return EdgeCurves(self.ids[chosen], self.points[chosen], weights)
+        weights = None if self.weights is None else self.weights[is_taken]
+        return EdgeCurves(self.ids[is_taken], self.points[is_taken], weights)
 
 
 METHODS: Mapping[Method, Callable[[FloatArray, int], FloatArray]] = MappingProxyType(
@@ -73,12 +73,14 @@ def sample_edges(
     """
     parts = []
     for group in curves:
-        chosen = group if is_chosen is None else group.take(is_chosen)
+        chosen_edges = group if is_chosen is None else group.take(is_chosen)
         if method == "matrix":
-            parts.append(_sample_by_matrix(chosen.points, chosen.weights, divisions))
+            parts.append(_sample_by_matrix(chosen_edges.points, chosen_edges.weights, divisions))
         else:
             parts.append(
-                _sample_by_method(METHODS[method], chosen.points, chosen.weights, divisions)
+                _sample_by_method(
+                    METHODS[method], chosen_edges.points, chosen_edges.weights, divisions
+                )
             )
     return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 

@@ -67,9 +67,11 @@ def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
 
 def _triangle_pattern(degree: int) -> Ints:
     """Segments (L, 2) of one triangular net: along its rows, then from row to row."""
-    left = np.delete(np.arange(triangle.count_points(degree)), triangle.side_rows(degree)[1])
-    above = degree + 1 + np.arange(len(left))
-    lines = [(left, left + 1), (left, above), (left + 1, above)]
+    first_corner = np.delete(
+        np.arange(triangle.count_points(degree)), triangle.side_rows(degree)[1]
+    )
+    above = degree + 1 + np.arange(len(first_corner))
+    lines = [(first_corner, first_corner + 1), (first_corner, above), (first_corner + 1, above)]
     return np.concatenate([np.stack(ends, axis=1) for ends in lines])
 
 

@@ -155,11 +155,13 @@ def _build_triangle_rows(shape: TriangleShape) -> IndexArray:
     """Triangles (m,j) (m,j+1) (m+1,j) and (m,j+1) (m+1,j+1) (m+1,j), shape (T, 3)."""
     divisions = shape.divisions
     ends = triangle.side_rows(divisions)[1]
-    left = np.delete(np.arange(triangle.count_points(divisions)), ends).astype(np.uint32)
-    above = np.uint32(divisions + 1) + np.arange(len(left), dtype=np.uint32)
+    first_corner = np.delete(np.arange(triangle.count_points(divisions)), ends).astype(np.uint32)
+    above = np.uint32(divisions + 1) + np.arange(len(first_corner), dtype=np.uint32)
     one = np.uint32(1)
-    pairs = np.stack([left, left + one, above, left + one, above + one, above], axis=1)
-    is_used = np.ones((len(left), 2), dtype=bool)
+    pairs = np.stack(
+        [first_corner, first_corner + one, above, first_corner + one, above + one, above], axis=1
+    )
+    is_used = np.ones((len(first_corner), 2), dtype=bool)
     # No reversed triangle follows the last upright triangle of a row.
     is_used[triangle.side_rows(divisions - 1)[1], 1] = False
     triangles = pairs.reshape(-1, 3)[is_used.ravel()]

@@ -112,19 +112,19 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     for sides in _sides_by_degree(batches):
         checkpoint()
         points, weights, is_reversed = _direct_sides(sides)
-        place = sides.place
+        side_numbers = sides.place
         if weights is not None:
             # If the weights of an edge differ by rounding, the edge gets the least of them, so that
             # the order of the patches does not matter.
             order = np.lexsort(weights.T)
-            place, is_reversed = place[order], is_reversed[order]
+            side_numbers, is_reversed = side_numbers[order], is_reversed[order]
             points, weights = points[order], weights[order]
         distinct, number = unique_rows(points.reshape(len(points), -1))
         if weights is not None:
             leader = find_leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
-        edge[place] = number + edge_count
-        backward[place] = is_reversed
+        edge[side_numbers] = number + edge_count
+        backward[side_numbers] = is_reversed
         ids = np.arange(edge_count, edge_count + len(distinct))
         curves.append(
             EdgeCurves(ids, points[distinct], None if weights is None else weights[distinct])

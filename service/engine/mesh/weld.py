@@ -110,12 +110,14 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
     is_shown = np.zeros_like(used)
     is_shown[welding.welds[used]] = True
     used |= ~is_shown[welding.welds]
-    kept = np.flatnonzero(used)
+    kept_vertices = np.flatnonzero(used)
     number = np.cumsum(used) - 1
     first = np.zeros_like(number)
-    first[welding.welds[kept[::-1]]] = number[kept[::-1]]
+    first[welding.welds[kept_vertices[::-1]]] = number[kept_vertices[::-1]]
     vertex = np.where(used, number, first[welding.welds])
-    return Welding(vertex[welding.vertex], welding.samples[kept], first[welding.welds[kept]])
+    return Welding(
+        vertex[welding.vertex], welding.samples[kept_vertices], first[welding.welds[kept_vertices]]
+    )
 
 
 def find_shared_positions(welding: Welding | None) -> IndexArray | None:

@@ -95,9 +95,9 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
         first += batch.count
         p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
         factor = 2 if batch.weights is None else 3
-        patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
-        place = 3 * (factor * p + 1) * (factor * q + 1)
-        total += len(np.unique(index)) * patch + len(rows) * place
+        cost_of_patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
+        cost_of_place = 3 * (factor * p + 1) * (factor * q + 1)
+        total += len(np.unique(index)) * cost_of_patch + len(rows) * cost_of_place
         if order == 2:
             is_near = find_near_poles(batch, index, places.local[rows])
             total += int(is_near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))

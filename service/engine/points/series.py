@@ -94,11 +94,13 @@ class Series:
         Both are NaN if the series has no term of that order. The error includes the absolute value
         of the last term, as an estimate of the truncated terms, unless the sum has only this term.
         """
-        place = np.arange(self.terms.shape[-1]) - order[..., np.newaxis]
-        powers = np.where(place >= 0, np.asarray(s)[..., np.newaxis] ** np.maximum(place, 0), 0.0)
+        exponent = np.arange(self.terms.shape[-1]) - order[..., np.newaxis]
+        powers = np.where(
+            exponent >= 0, np.asarray(s)[..., np.newaxis] ** np.maximum(exponent, 0), 0.0
+        )
         is_beyond = order >= self.terms.shape[-1]
         value = np.where(is_beyond, np.nan, (self.terms * powers).sum(axis=-1))
-        truncation = np.where(place > 0, np.abs(self.terms * powers), 0.0)[..., -1]
+        truncation = np.where(exponent > 0, np.abs(self.terms * powers), 0.0)[..., -1]
         error = (self.errors * powers).sum(axis=-1) + truncation
         return value, np.where(is_beyond, np.nan, error)
 
@@ -139,7 +141,7 @@ def cross(a: Series, b: Series) -> Series:
 def _multiply_series(a: FloatArray, b: FloatArray) -> FloatArray:
     """The terms Σ_i a_i b_{k−i}, by a product with the matrix of all b_{k−i}."""
     count = a.shape[-1]
-    place = np.subtract.outer(np.arange(count), np.arange(count))
-    spread = np.where(place >= 0, b[..., np.maximum(place, 0)], 0.0)
+    exponent = np.subtract.outer(np.arange(count), np.arange(count))
+    spread = np.where(exponent >= 0, b[..., np.maximum(exponent, 0)], 0.0)
     product: FloatArray = np.einsum("...i,...ki->...k", a, spread)
     return product

@@ -49,8 +49,8 @@ def bound_single_error(low: FloatArray, high: FloatArray, origin: FloatArray) ->
     The error is half a unit in the last place of each coordinate, |x| 2^-24. The subtraction and
     the addition of the origin are in float64, with errors of at most |x| 2^-53 each.
     """
-    near = np.maximum(np.abs(low - origin), np.abs(high - origin))
-    coordinate_errors = near * float(FLOAT32.eps) / 2 + float(FLOAT32.smallest_subnormal)
+    largest_offset = np.maximum(np.abs(low - origin), np.abs(high - origin))
+    coordinate_errors = largest_offset * float(FLOAT32.eps) / 2 + float(FLOAT32.smallest_subnormal)
     if origin.any():
         coordinate_errors = (
             coordinate_errors + (np.maximum(np.abs(low), np.abs(high)) + np.abs(origin)) * 2.0**-52

@@ -141,13 +141,13 @@ def test_chunks_of_many_patches_have_no_effect() -> None:
     """Compares some of 1000 patches with their evaluation alone."""
     rng = np.random.default_rng(3)
     points = build_smooth_patch((2, 2), weighted=False).points + rng.uniform(-1, 1, (1000, 1, 1, 3))
-    together = evaluate(TensorPatches(points), (6, 6))
-    assert together.normals is not None
+    all_patches = evaluate(TensorPatches(points), (6, 6))
+    assert all_patches.normals is not None
     for k in (0, 1, 333, 999):
-        alone = evaluate(TensorPatches(points[k : k + 1]), (6, 6))
-        assert alone.normals is not None
-        assert np.abs(together.positions[k] - alone.positions[0]).max() < 1e-14
-        assert np.abs(together.normals[k] - alone.normals[0]).max() < 1e-13
+        single_patch = evaluate(TensorPatches(points[k : k + 1]), (6, 6))
+        assert single_patch.normals is not None
+        assert np.abs(all_patches.positions[k] - single_patch.positions[0]).max() < 1e-14
+        assert np.abs(all_patches.normals[k] - single_patch.normals[0]).max() < 1e-13
 
 
 @given(weighted_nets(), resolutions)
@@ -222,9 +222,9 @@ def test_normals_in_float32_are_right_to_1e_6(
     for formulation in list_formulations(patches):
         moved = TensorPatches(points, patches.weights)
         double = evaluate(moved, (13, 9), formulation=formulation)
-        one = evaluate(moved, (13, 9), dtype=np.float32, formulation=formulation)
-        assert _get_normals(one).dtype == np.float32
-        assert np.abs(_get_normals(one) - _get_normals(double)).max() < 1e-6
+        single = evaluate(moved, (13, 9), dtype=np.float32, formulation=formulation)
+        assert _get_normals(single).dtype == np.float32
+        assert np.abs(_get_normals(single) - _get_normals(double)).max() < 1e-6
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -254,9 +254,9 @@ def test_a_small_patch_beside_a_large_one_keeps_its_normals(
     large = build_smooth_patch((2, 2), weighted)
     small = large.points * ratio
     weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
-    both = TensorPatches(np.concatenate([large.points, small]), weights)
-    for formulation in list_formulations(both):
-        normals = _get_normals(evaluate(both, (6, 5), dtype=dtype, formulation=formulation))
+    both_patches = TensorPatches(np.concatenate([large.points, small]), weights)
+    for formulation in list_formulations(both_patches):
+        normals = _get_normals(evaluate(both_patches, (6, 5), dtype=dtype, formulation=formulation))
         allowed = 1e-6 if dtype == np.float32 else 1e-9
         assert np.abs(normals[1] - normals[0]).max() < allowed
 
@@ -265,11 +265,11 @@ def test_inputs_stay_unchanged_and_results_share_no_memory() -> None:
     """Two calls return different arrays."""
     patches = build_smooth_patch((3, 3), weighted=True)
     before = patches.points.copy()
-    one, two = (evaluate(patches, (20, 20)) for _ in range(2))
+    result, second_result = (evaluate(patches, (20, 20)) for _ in range(2))
     np.testing.assert_array_equal(patches.points, before)
-    for first in (one.positions, _get_normals(one)):
-        for second in (two.positions, _get_normals(two)):
-            assert not np.shares_memory(first, second)
+    for array in (result.positions, _get_normals(result)):
+        for other_array in (second_result.positions, _get_normals(second_result)):
+            assert not np.shares_memory(array, other_array)
 
 
 def test_results_have_equal_bits_in_all_threads() -> None:
@@ -282,9 +282,9 @@ def test_results_have_equal_bits_in_all_threads() -> None:
         result = evaluate(patches, (30, 17), dtype=np.float32)
         return result.positions.tobytes() + _get_normals(result).tobytes()
 
-    alone = [compute_bytes(patches) for patches in batches]
+    expected = [compute_bytes(patches) for patches in batches]
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(compute_bytes, batches * 8)) == alone * 8
+        assert list(pool.map(compute_bytes, batches * 8)) == expected * 8
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])

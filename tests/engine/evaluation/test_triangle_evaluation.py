@@ -171,10 +171,10 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
         exact.normalize(exact.cross(exact.curve_point(cone, t), exact.curve_point(slope, t)))
         for t in exact.list_parameters(6)
     ]
-    turned = build_batch(
+    transformed = build_batch(
         triangles.apply_symmetry(net, symmetry), triangles.apply_symmetry(weights, symmetry)
     )
-    result = evaluate(turned if rational else TrianglePatches(turned.points), (6, 6))
+    result = evaluate(transformed if rational else TrianglePatches(transformed.points), (6, 6))
     assert result.normals is not None
     assert result.poles == 7
     is_collapsed = triangles.apply_symmetry(

@@ -123,12 +123,12 @@ def test_the_parameters_of_each_vertex_give_its_position(options: dict[str, Any]
     assert mesh.uvs is not None
     for part, sheet in zip(mesh.parts, build_sheets(surface), strict=True):
         used = np.unique(mesh.triangles[slice(*part.triangles)])
-        apart = (
+        differences = (
             sheet.at(sheet.inside(mesh.uvs[used].astype(float)))
             + sheet.origin
             - mesh.positions[used]
         )
-        assert np.abs(apart).max() < 1e-12
+        assert np.abs(differences).max() < 1e-12
 
 
 def test_surfaces_with_different_knots_close_around_a_torus() -> None:
@@ -151,11 +151,13 @@ def test_surfaces_with_different_knots_close_around_a_torus() -> None:
 def test_surfaces_that_only_touch_are_not_cut() -> None:
     """A surface is cut only where borders are one curve; with tolerance 0 it is not cut."""
     nets = build_tee(0.5)
-    bent = nets[1].copy()
-    bent[0, 1] += 0.01
-    apart = translate(nets[2], 5.0)
-    for some, tolerance in (([nets[0], bent, apart], 1e-12), (nets, 0.0)):
-        surface = PatchSurface(np.array(some).reshape(-1, 3), np.arange(48).reshape(3, 4, 4))
+    changed_net = nets[1].copy()
+    changed_net[0, 1] += 0.01
+    far_net = translate(nets[2], 5.0)
+    for nets_of_surface, tolerance in (([nets[0], changed_net, far_net], 1e-12), (nets, 0.0)):
+        surface = PatchSurface(
+            np.array(nets_of_surface).reshape(-1, 3), np.arange(48).reshape(3, 4, 4)
+        )
         model = surface.lower()
         assert join(model, tolerance)[0].patch_count == 3
 

@@ -95,21 +95,21 @@ def build_hull() -> GroupSurface:
 def test_a_mirrored_member_keeps_its_parameters_and_normals() -> None:
     """After joining, both halves have the uvs, normals and positions of separate meshes."""
     joined = build_scene(build_hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True))
-    apart = build(
+    separate = build(
         build_hull().lower(), MeshOptions(RESOLUTION[:1] * 2, uvs=True, weld_tolerance=0.0)
     )
-    assert joined.report.boundary_edges < apart.report.boundary_edges
+    assert joined.report.boundary_edges < separate.report.boundary_edges
     mesh = joined.meshes[joined.nodes[1].model]
     assert mesh.normals is not None
     assert mesh.uvs is not None
-    assert apart.normals is not None
-    assert apart.uvs is not None
-    half = len(apart.positions) // 2
+    assert separate.normals is not None
+    assert separate.uvs is not None
+    half = len(separate.positions) // 2
     joined_rows, separate_rows = (
         np.concatenate(rows, axis=1)
-        for rows in ((mesh.positions, mesh.uvs), (apart.positions[half:], apart.uvs[half:]))
+        for rows in ((mesh.positions, mesh.uvs), (separate.positions[half:], separate.uvs[half:]))
     )
-    for expected, normal in zip(separate_rows, apart.normals[half:], strict=True):
+    for expected, normal in zip(separate_rows, separate.normals[half:], strict=True):
         differences = np.abs(joined_rows - expected).max(axis=1)
         assert differences.min() < 1e-12
         if expected[1]:  # normals at the keel are means of both halves
@@ -118,12 +118,15 @@ def test_a_mirrored_member_keeps_its_parameters_and_normals() -> None:
 
 def test_copies_that_do_not_meet_share_one_mesh() -> None:
     group = build_hull()
-    apart = replace(
+    stretched_group = replace(
         group, members=(group.members[0], replace(group.members[0], matrix=np.diag([1.0, 1, 2, 1])))
     )
     far = np.eye(4)
     far[1, 3] = -20
-    for members in (apart.members[:1], (group.members[0], replace(group.members[0], matrix=far))):
+    for members in (
+        stretched_group.members[:1],
+        (group.members[0], replace(group.members[0], matrix=far)),
+    ):
         assert len(build_scene(replace(group, members=members).lower(), MeshOptions()).meshes) == 1
 
 

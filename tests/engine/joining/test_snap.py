@@ -90,10 +90,12 @@ def test_equal_points_keep_their_bits_and_others_move_little() -> None:
     assert join(exact, 1e-12)[0] is exact
     model = build_model(add_noise(build_cube(), 1e-13))
     options: dict[str, Any] = {"resolution": (3, 3), "weld": False}
-    together = build_mesh(model, **options)
-    alone = [build_mesh(build_model([net]), **options).positions for net in model.batches[0].points]
-    apart = np.linalg.norm(together.positions - np.concatenate(alone), axis=1)
-    assert 0 < apart.max() <= together.report.moved + 1e-16
+    joined_mesh = build_mesh(model, **options)
+    separate_positions = [
+        build_mesh(build_model([net]), **options).positions for net in model.batches[0].points
+    ]
+    distances = np.linalg.norm(joined_mesh.positions - np.concatenate(separate_positions), axis=1)
+    assert 0 < distances.max() <= joined_mesh.report.moved + 1e-16
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 1e-13, 1e-7])

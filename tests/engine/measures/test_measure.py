@@ -99,11 +99,11 @@ def test_measures_of_ellipsoids_are_right(
 ) -> None:
     c, b, a = sorted(axes)
     a, b = max(a, b + 1e-3, c + 2e-3), max(b, c + 1e-3)
-    turn, _ = np.linalg.qr(RNG(seed).normal(size=(3, 3)))
-    turn *= np.linalg.det(turn) * (-1 if mirrored else 1)
-    place = RNG(seed).uniform(-9, 9, 3)
+    rotation, _ = np.linalg.qr(RNG(seed).normal(size=(3, 3)))
+    rotation *= np.linalg.det(rotation) * (-1 if mirrored else 1)
+    centre = RNG(seed).uniform(-9, 9, 3)
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = turn * [a, b, c], place
+    matrix[:3, :3], matrix[:3, 3] = rotation * [a, b, c], centre
     ellipsoid = GroupSurface((Member(find("octahedral-sphere").surface(), matrix=matrix),))
     # Long ellipsoids need more cells than the other surfaces.
     result = measure_surface(ellipsoid, budget=1 << 20)
@@ -112,7 +112,7 @@ def test_measures_of_ellipsoids_are_right(
     assert contains(result.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
     assert result.centroid is not None
     assert all(
-        contains(x, at, 1e-14) for x, at in zip(result.centroid, place.tolist(), strict=True)
+        contains(x, at, 1e-14) for x, at in zip(result.centroid, centre.tolist(), strict=True)
     )
 
 
@@ -163,8 +163,9 @@ def test_the_flux_of_polynomial_patches_is_exact_up_to_rounding(degree: tuple[in
 
 def test_volumes_of_closed_splines_are_right() -> None:
     angle = 2 * pi * np.arange(3) / 3
-    turn = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)[:, np.newaxis]
-    net = turn * (2 + np.sin(angle))[:, np.newaxis] + np.cos(angle)[:, np.newaxis] * [0.0, 0, 1]
+    directions = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)[:, np.newaxis]
+    heights = np.cos(angle)[:, np.newaxis] * [0.0, 0, 1]
+    net = directions * (2 + np.sin(angle))[:, np.newaxis] + heights
     net += RNG(3).uniform(-0.2, 0.2, net.shape)
     surface = BsplineSurface(net, (2, 2), ("periodic", "periodic"))
     result = measure_surface(surface)

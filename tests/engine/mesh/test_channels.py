@@ -179,10 +179,10 @@ def test_channels_do_not_change_positions_and_report() -> None:
     """The values differ at every seam, so vertices repeat positions."""
     surface = build_model(split_quarters(np.random.default_rng(3).random((4, 4, 3))))
     (batch,) = surface.batches
-    apart = np.arange(4.0)[:, None, None, None] + np.zeros((4, 1, 1, 1))
+    different_values = np.arange(4.0)[:, None, None, None] + np.zeros((4, 1, 1, 1))
     changed = PatchModel(
         "model",
-        (TensorPatches(batch.points, None, (Channel("a", "attribute", apart),)),),
+        (TensorPatches(batch.points, None, (Channel("a", "attribute", different_values),)),),
         surface.parts,
     )
     plain, mesh = (build_mesh(m, resolution=(6, 6)) for m in (surface, changed))

@@ -205,8 +205,8 @@ def test_the_report_has_the_continuity_of_each_seam() -> None:
         report = report_object(build_mesh(model, resolution=(2, 2)).report, ())
         return {key: report[key] for key in report if key.startswith(("clos", "cont"))}
 
-    both = BsplineSurface(build_ring(), knots=("periodic", "periodic"))
-    assert read_report(both.lower()) == {
+    torus = BsplineSurface(build_ring(), knots=("periodic", "periodic"))
+    assert read_report(torus.lower()) == {
         "closed_u": True,
         "closed_v": True,
         "continuity_u": "C1",

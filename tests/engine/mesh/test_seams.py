@@ -140,8 +140,8 @@ def test_a_shared_edge_takes_the_larger_number_of_divisions() -> None:
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     # Along the edge x = 1, v varies in the first square (5 divisions), and u in the second square
     # (2 divisions).
-    other = apply_symmetry(translate(plane, 1), 5)
-    mesh = build_mesh([plane, other], resolution=(2, 5))
+    second_square = apply_symmetry(translate(plane, 1), 5)
+    mesh = build_mesh([plane, second_square], resolution=(2, 5))
     check_sound(mesh)
     check_winding(mesh)
     on_edge = mesh.positions[mesh.positions[:, 0] == 1]
@@ -211,11 +211,11 @@ def test_a_rational_edge_with_equal_weights_welds_to_a_polynomial_edge() -> None
     """The patches are in two batches."""
     net = np.array([[[0.0, 0, 0], [0, 1, 2], [0, 2, 0]], [[1, 0, 0], [1, 1, 1], [1, 2, 0]]])
     weights = np.array([[1.0, 2, 1], [0.7, 0.7, 0.7]])
-    other = translate(net, 1)
-    other[0] = net[-1]
+    polynomial_net = translate(net, 1)
+    polynomial_net[0] = net[-1]
     model = PatchModel(
         "mixed",
-        (TensorPatches(net[None], weights[None]), TensorPatches(other[None])),
+        (TensorPatches(net[None], weights[None]), TensorPatches(polynomial_net[None])),
         (Part("mixed", 0, 2),),
     )
     mesh = build_mesh(model, resolution=(3, 6))
@@ -321,14 +321,14 @@ def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
     front = np.stack([*np.meshgrid([0.0, 1, 2], [0.0, 1, 2], indexing="ij"), np.zeros((3, 3))], -1)
     back = front.copy()
     front[1, 1, 2], back[1, 1, 2] = 1, -1
-    for other in (back.swapaxes(0, 1), back[::-1, ::-1].swapaxes(0, 1), back[::-1]):
-        mesh = build_mesh([front, other], resolution=divisions, faces=faces)
+    for parametrized_back in (back.swapaxes(0, 1), back[::-1, ::-1].swapaxes(0, 1), back[::-1]):
+        mesh = build_mesh([front, parametrized_back], resolution=divisions, faces=faces)
         check_winding(mesh)
         check_sound(mesh)
         assert mesh.report.watertight
         assert find_topology(mesh).euler == 2
         result = measure_surface_to_mesh(
-            [build_bezier_sheet(net) for net in (front, other)],
+            [build_bezier_sheet(net) for net in (front, parametrized_back)],
             mesh.positions[to_triangles(mesh)],
             100,
         )

@@ -48,12 +48,12 @@ def test_patches_of_a_domain_are_numbered_with_v_fastest() -> None:
 def test_partials_are_derivatives_by_the_parameters_of_the_surface() -> None:
     """Compares with the chain rule for the whole net over [0, 1]², u = −1 + 5 t and v = 2 + s."""
     net, model = build_pieces()
-    whole = build_model([net])
+    whole_net = build_model([net])
     t, s = np.array([0.1, 0.3, 0.55, 1.0]), np.array([0.0, 0.25, 1.0, 0.5])
     uv = np.stack([-1 + 5 * t, 2 + s], axis=1)
     result = evaluate_points(model, locate(model, PointsQuery(uv, None, 0)), 2)
     expected = evaluate_points(
-        whole, locate(whole, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2
+        whole_net, locate(whole_net, PointsQuery(np.stack([t, s], axis=1), None, 0)), 2
     )
     for name, factor in (("positions", 1), ("du", 5), ("dv", 1), ("duu", 25), ("duv", 5)):
         np.testing.assert_allclose(result[name] * factor, expected[name], atol=1e-9, err_msg=name)

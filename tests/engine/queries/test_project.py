@@ -51,8 +51,10 @@ def scatter_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
     near, far = (
         RNG(seed).uniform(low - by * reach, high + by * reach, (count // 3, 3)) for by in (0.3, 4)
     )
-    on = np.concatenate([s.at(s.samples(100)) + s.origin for s in build_sheets(surface)])
-    return np.concatenate([near, far, RNG(seed).permutation(on)[: count - len(near) - len(far)]])
+    on_surface = np.concatenate([s.at(s.samples(100)) + s.origin for s in build_sheets(surface)])
+    return np.concatenate(
+        [near, far, RNG(seed).permutation(on_surface)[: count - len(near) - len(far)]]
+    )
 
 
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
@@ -66,8 +68,8 @@ def test_an_exhaustive_search_finds_no_point_nearer_than_the_interval(name: str)
     assert columns["reached"].all()
     assert (low <= columns["distances"]).all()
     assert (columns["distances"] <= high).all()
-    away = np.linalg.norm(columns["positions"] - points, axis=1)
-    np.testing.assert_allclose(away, columns["distances"], rtol=1e-12, atol=8 * slack)
+    distances = np.linalg.norm(columns["positions"] - points, axis=1)
+    np.testing.assert_allclose(distances, columns["distances"], rtol=1e-12, atol=8 * slack)
 
 
 @pytest.mark.parametrize(
@@ -81,9 +83,11 @@ def test_distances_of_quadrics_agree_with_formulas(
     columns = project(find(name).surface(), points)
     differences, normals = distance(columns["positions"])
     np.testing.assert_allclose(differences, 0, atol=1e-14)
-    truth = distance(points)[0]
+    expected_distance = distance(points)[0]
     low, high = columns["distance_bounds"].T
-    assert ((low <= np.abs(truth) + 1e-15) & (np.abs(truth) - 1e-15 <= high)).all()
+    assert (
+        (low <= np.abs(expected_distance) + 1e-15) & (np.abs(expected_distance) - 1e-15 <= high)
+    ).all()
     np.testing.assert_allclose(columns["normals"], normals, atol=1e-7)
     assert not columns["tied"].any()
     assert not columns["on_boundary"].any()
@@ -127,8 +131,8 @@ def test_intervals_are_wider_but_right_if_the_budget_ends(
     monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
     columns = project(find("sphere").surface(), points)
     low, high = columns["distance_bounds"].T
-    truth = np.abs(quadrics.sphere(points)[0])
-    assert ((low <= truth + 1e-15) & (truth - 1e-15 <= high)).all()
+    expected_distance = np.abs(quadrics.sphere(points)[0])
+    assert ((low <= expected_distance + 1e-15) & (expected_distance - 1e-15 <= high)).all()
     assert not columns["reached"][:100].any()
     assert columns["reached"][100:].mean() > 0.95  # only the points with the most pairs end early
     second_bounds = project(find("sphere").surface(), points)["distance_bounds"]
@@ -143,9 +147,11 @@ def test_cells_are_not_halved_if_rounding_limits_the_interval(
     points = RNG(4).normal(size=(40, 3)) * away
     monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
     low, high = project(find("sphere").surface(), points, tolerance)["distance_bounds"].T
-    truth = np.abs(quadrics.sphere(points)[0])
-    assert ((low <= truth * (1 + 1e-15)) & (truth * (1 - 1e-15) <= high)).all()
-    assert (high - low <= np.maximum(1e-11, 1e-14 * truth)).all()
+    expected_distance = np.abs(quadrics.sphere(points)[0])
+    assert (
+        (low <= expected_distance * (1 + 1e-15)) & (expected_distance * (1 - 1e-15) <= high)
+    ).all()
+    assert (high - low <= np.maximum(1e-11, 1e-14 * expected_distance)).all()
 
 
 def test_the_distance_of_a_surface_that_is_one_point_is_right() -> None:
@@ -187,8 +193,8 @@ def test_parameters_give_the_positions_of_closest_points() -> None:
     assert isinstance(surface, BsplineSurface)
     (sheet,) = build_sheets(surface)
     columns = project(surface, scatter_points(surface, 90))
-    at = sheet.at(columns["uv"]) + sheet.origin
-    np.testing.assert_allclose(at, columns["positions"], atol=1e-13)
+    positions = sheet.at(columns["uv"]) + sheet.origin
+    np.testing.assert_allclose(positions, columns["positions"], atol=1e-13)
 
 
 def test_intervals_for_very_far_points_are_finite() -> None:
@@ -215,8 +221,8 @@ def test_closest_points_of_curves_agree_with_fine_samples(dimension: int, ration
     for k, net in enumerate(curve.points):
         piece_weights = np.ones(4) if curve.weights is None else curve.weights[k]
         line = (shares * piece_weights) @ net / (shares @ piece_weights)[:, np.newaxis]
-        away = np.linalg.norm(points[:, np.newaxis] - line, axis=2)
-        best = np.minimum(best, away.min(axis=1))
+        distances = np.linalg.norm(points[:, np.newaxis] - line, axis=2)
+        best = np.minimum(best, distances.min(axis=1))
     low, high = columns["distance_bounds"].T
     assert columns["reached"].all()
     assert (low <= best).all()

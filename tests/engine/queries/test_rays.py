@@ -177,8 +177,8 @@ def test_rays_that_touch_or_follow_a_surface_have_the_right_kinds(
 
 
 def test_a_hit_on_a_shared_edge_counts_once() -> None:
-    other = ROOF * [-1, 1, 1] + [2, 0, 0]
-    vertices = np.concatenate([ROOF.reshape(-1, 3), other.reshape(-1, 3)])
+    second_half = ROOF * [-1, 1, 1] + [2, 0, 0]
+    vertices = np.concatenate([ROOF.reshape(-1, 3), second_half.reshape(-1, 3)])
     roof = PatchSurface(vertices, np.array([[[0, 1], [2, 3]], [[6, 7], [4, 5]]]))
     result = find_hits(
         roof,

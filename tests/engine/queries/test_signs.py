@@ -82,11 +82,11 @@ def build_model(name: str) -> PatchModel:
     if name == "a hollow ball":
         return add_patches(turn_inside_out(ball, 0.5))
     if name == "two balls that overlap, one mirrored":
-        place = np.diag([1, 1, -0.7, 1.0])
-        place[0, 3] = 1
+        placement = np.diag([1, 1, -0.7, 1.0])
+        placement[0, 3] = 1
         sphere = find("sphere").surface()
         assert not isinstance(sphere, GroupSurface)
-        group = GroupSurface((Member(sphere), Member(sphere, matrix=place)))
+        group = GroupSurface((Member(sphere), Member(sphere, matrix=placement)))
         return to_patches(group.lower())
     return to_patches(find(name).surface().lower())
 

@@ -58,19 +58,19 @@ def test_a_flattened_copy_is_the_placed_mesh(
     surface = find(example).surface()
     mesh = build(build_group(Member(surface, matrix=matrix), up=surface.up), options)
     check_sound(mesh)
-    alone = build_mesh(example, resolution=(3, 4), faces=faces, weld=weld)
+    unplaced = build_mesh(example, resolution=(3, 4), faces=faces, weld=weld)
     linear, shift = matrix[:3, :3], matrix[:3, 3]
-    np.testing.assert_allclose(mesh.positions, alone.positions @ linear.T + shift, atol=1e-13)
-    assert alone.normals is not None
+    np.testing.assert_allclose(mesh.positions, unplaced.positions @ linear.T + shift, atol=1e-13)
+    assert unplaced.normals is not None
     assert mesh.normals is not None
-    expected = alone.normals @ np.linalg.inv(linear)
+    expected = unplaced.normals @ np.linalg.inv(linear)
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)
     np.testing.assert_allclose(mesh.normals, expected, atol=1e-12)
     # Faces stay counter-clockwise about the normals.
-    areas = compute_area_vectors(alone) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
+    areas = compute_area_vectors(unplaced) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
     np.testing.assert_allclose(compute_area_vectors(mesh), areas, atol=1e-11)
-    if alone.report.watertight:
-        required = abs(np.linalg.det(linear)) * compute_volume(alone)
+    if unplaced.report.watertight:
+        required = abs(np.linalg.det(linear)) * compute_volume(unplaced)
         assert compute_volume(mesh) == pytest.approx(required, rel=1e-12)
 
 
@@ -135,15 +135,15 @@ def test_copies_are_not_welded_to_each_other() -> None:
 
 def test_a_mesh_with_a_framed_member_has_no_grids() -> None:
     """The strips of a framed patch are not a grid."""
-    turned = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
+    square = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
     table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
     uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))
     options = MeshOptions(resolution=(2, 5))
-    alone = build(build_group(Member(BezierSurface(turned))), options)
-    both = build(build_group(Member(BezierSurface(turned)), Member(uneven)), options)
-    assert len(alone.grids) == 1
-    assert both.grids == ()
-    check_sound(both)
+    single_mesh = build(build_group(Member(BezierSurface(square))), options)
+    group_mesh = build(build_group(Member(BezierSurface(square)), Member(uneven)), options)
+    assert len(single_mesh.grids) == 1
+    assert group_mesh.grids == ()
+    check_sound(group_mesh)
 
 
 @given(placements())
