@@ -19,7 +19,8 @@ error:
    net over the triangle is within ε of its host. (A host beside the triangle has a vertex in common
    with it.) The cut is in the direction in which the surface bends more, with a bonus for the
    longer direction. As a leaf becomes short in one direction, it stops bending in it, and is cut in
-   the other. So lengths in both directions go to 0.
+   the other. So lengths in both directions go to 0. (A cut to vertices of the leaves beside it
+   may be in the other direction, but only while the leaf is not much longer in this one.)
 2. The strip over a segment of the border, as it becomes flat, has nets that contract into the hull
    of the segment's own net, which is within 0.95 ε of the segment (by `divide_border`),
    and the segment is a side of the strip's own base triangle, so the strip passes.
@@ -33,7 +34,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.bases.row_batches import row_runs
+from service.bases.row_batches import expand_runs, row_runs
 from service.engine.adaptive.borders.border import Border
 from service.engine.adaptive.cutting.cells import Cells, Leaves, Task, build_whole_cells
 from service.engine.adaptive.cutting.planes import maximize_heights
@@ -53,6 +54,9 @@ CHUNK = 1 << 15
 
 PLAIN = 4
 """Number of corners of a leaf that is two triangles."""
+
+LONG = 8.0
+"""A leaf this many times as long in one direction is cut in it, wherever it has vertices."""
 
 FLATTER = 2
 """Number of halvings of the height of a strip that fails."""
@@ -217,11 +221,38 @@ def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
         np.maximum.at(extent[0], leaf, np.abs(samples.u[end] - samples.u[begin]))
         np.maximum.at(extent[1], leaf, np.abs(samples.v[end] - samples.v[begin]))
         fails[leaf], along_v[leaf] = True, (extent[1] > extent[0])[leaf]
+    # The direction of the cut matters for these leaves.
+    is_free = ~fails
     failing = triangles.is_alive & ~passed & is_hosted
     leaf = triangles.leaf[failing]
     fails[leaf[leaf >= 0]] = True
     cut = (fails & draft.polygons.is_present).nonzero()[0]
-    return cut, along_v[cut], np.unique(triangles.segment[failing & (triangles.leaf < 0)])
+    along_v = np.where(is_free[cut], _prefer_vertices(draft, cut, along_v[cut]), along_v[cut])
+    strips = np.unique(triangles.segment[failing & (triangles.leaf < 0)])
+    return cut, along_v, strips
+
+
+def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
+    """Whether to cut leaves across v: where more ends of that cut are vertices already.
+
+    Such a cut adds fewer vertices to the leaves beside it. Without this choice the leaves of a ring
+    of equal leaves fail one after another, each because the leaf beside it was cut. A leaf that is
+    `LONG` times as long in the other direction is not cut so.
+    """
+    polygons, samples = draft.polygons, draft.samples
+    leaf, place = expand_runs(polygons.size[cut], polygons.first[cut])
+    assert polygons.leaves is not None
+    leaves, corner = polygons.leaves.take(cut), polygons.polygon[place]
+    u0, u1, v0, v1 = leaves.box[:, leaf]
+    u, v = samples.u[corner], samples.v[corner]
+    at_u = (2 * u == u0 + u1) & ((v == v0) | (v == v1))
+    at_v = (2 * v == v0 + v1) & ((u == u0) | (u == u1))
+    more = np.bincount(leaf, at_v, len(cut)) - np.bincount(leaf, at_u, len(cut))
+    long_u, long_v = np.sqrt(leaves.form[0]), np.sqrt(leaves.form[2])
+    across_v = (more > 0) & (LONG * long_v >= long_u)
+    across_u = (more < 0) & (LONG * long_u >= long_v)
+    chosen: Bools = across_v | (along_v & ~across_u)
+    return chosen
 
 
 def refine_bounds(draft: Draft, rows: Ints) -> FloatArray:
