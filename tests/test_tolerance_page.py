@@ -9,7 +9,7 @@ import pytest
 
 from service.api.openapi.document import DESCRIPTION
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.extent import FAR
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh

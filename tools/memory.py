@@ -17,7 +17,7 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions, OverlayName
 from service.errors import SurfaceError
 from service.pipeline.cost import lowering_memory

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from math import pi, radians
 from typing import Literal, TypeAlias
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.errors import InvalidRequest, Issue
 from service.surface.checks import MAX_COORDINATE
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from service.encoders.format import MeshSize
 from service.encoders.pieces import Content
-from service.engine.adaptive.limits import Attempt, Effort, search_tolerances
+from service.engine.accuracy import Accuracy
+from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
-from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.adaptive.triangulation import Storage
 from service.engine.mesh.mesh_value import Mesh
@@ -18,6 +18,7 @@ from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene
 from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.measuring import Measured
+from service.pipeline.budget_search import Attempt, search_tolerances
 from service.pipeline.checks import check_bytes, check_vertices
 from service.pipeline.cost import (
     EFFORT_FACTOR,

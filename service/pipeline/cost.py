@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from service.bases import triangle
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.curvatures.ranges import NAMES as CURVATURES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions

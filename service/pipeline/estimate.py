@@ -8,8 +8,8 @@ import numpy as np
 
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.encoders.registry import FORMATS
+from service.engine.accuracy import Accuracy
 from service.engine.adaptive.size_bound import MostTriangles, bound_triangles
-from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import (
     build_goal,
     build_model_goals,

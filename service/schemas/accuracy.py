@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Field
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.errors import Issue
 from service.schemas.arrays import NumberGrid
 from service.schemas.fields import StrictModel

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from service.api.caching.codings import COMPRESS
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.examples import find

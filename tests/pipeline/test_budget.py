@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from service.encoders.registry import FORMATS
+from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
-from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.pipeline.adaptive import AdaptiveMesher, search_budget

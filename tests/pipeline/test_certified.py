@@ -11,7 +11,7 @@ import trimesh
 
 from service.encoders.format import EncodeOptions, Format, OoglForm
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.scene import Scene, place_points, scene_parts

@@ -11,7 +11,7 @@ import trimesh
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf import meshopt
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, UnsupportedByFormat

@@ -9,7 +9,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError
 from service.pipeline.estimate import Estimate, estimate_object, plan_estimate

@@ -6,7 +6,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME, FORMATS
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import Layout
 from service.engine.options import MeshOptions

@@ -5,7 +5,7 @@ import pytest
 from service.cancellation import Cancellation, Cancelled, cancelled_by
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import MeshWork, plan_mesh
 from service.surface.examples import find

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from service.cli import mesh as command
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.errors import InvalidRequest
 from service.schemas import accuracy
 from service.schemas.accuracy import MAX_COUNT, MAX_PIXELS

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from service.bases import knots as knot
 from service.bases.bernstein import bernstein
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.errors import InvalidRequest, Issue
 from service.surface import bspline
 from service.surface.batches import TensorPatches

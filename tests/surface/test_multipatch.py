@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.engine.points.evaluate import evaluate_points

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.build import build
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest, Issue

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.mesh.closure import Closure, find_closure
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find

@@ -29,7 +29,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.bounds.second_derivatives import bound_second_derivatives, count_blocks
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh

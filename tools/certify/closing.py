@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.mesh.equal_points import find_knot_ratio
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render

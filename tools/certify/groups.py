@@ -11,7 +11,7 @@ from math import tan
 import numpy as np
 
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.group import GroupSurface, Member

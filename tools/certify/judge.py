@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from tests.oracles.deviation import measure_mesh_to_surface, measure_surface_to_mesh

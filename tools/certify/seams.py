@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import render
 from service.surface.lowered import PatchModel

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import FloatArray
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.bounds.goal import Goal, View, build_tolerance_error
 from service.engine.scenes.placing import bound_placing_error, scalings
 from service.surface.lowered import GroupModel, PatchModel

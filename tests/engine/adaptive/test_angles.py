@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher
 from service.engine.adaptive.size_bound import estimate_least_triangles
-from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.tolerances import build_goal
 from service.engine.adaptive.triangulation import Storage
 from service.engine.build import build_scene

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from service.bases.arrays import RealArray
+from service.engine.accuracy import Accuracy
 from service.engine.adaptive.assemble import assemble, draw_overlays
 from service.engine.adaptive.samples import find_samples
-from service.engine.adaptive.tolerance_spec import Accuracy
 from service.engine.adaptive.triangulation import Storage
 from service.engine.bounds.faces import SPAN
 from service.engine.mesh.closure import find_closure

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.size_bound import count_goal_divisions
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.engine.bounds.goal import Goal, View
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
+from service.engine.wires.goal_divisions import count_goal_divisions
 from service.engine.wires.isocurves import sample_divided_isocurves, sample_isocurves
 from service.errors import TooLarge
 from service.pipeline.limits import Limits

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.adaptive.tolerance_spec import Accuracy, Camera
+from service.engine.accuracy import Accuracy, Camera
 from service.engine.adaptive.tolerances import (
     NEAR,
     build_goal,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.adaptive.triangulation import Triangulation, drop_flat_triangles
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import build_mesh

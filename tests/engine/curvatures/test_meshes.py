@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.build import build
 from service.engine.curvatures import limit_curvature
 from service.engine.curvatures.ranges import NAMES

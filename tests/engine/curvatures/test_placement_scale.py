@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.build import build, build_scene
 from service.engine.curvatures.placement_scale import add_stretches
 from service.engine.curvatures.ranges import NAMES

@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.joining import join as joining
 from service.engine.joining.cutting import Lines, cut
 from service.engine.joining.join import join

@@ -8,7 +8,7 @@ import pytest
 
 from service.bases.polynomials import split
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.build import build, build_scene
 from service.engine.options import MeshOptions
 from service.errors import TooLarge

@@ -8,7 +8,7 @@ import pytest
 
 from service.bases.polynomials import elevate
 from service.encoders.registry import BY_NAME
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.joining.join import join
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from service.bases.triangle_polynomials import elevate
-from service.engine.adaptive.tolerance_spec import Accuracy
+from service.engine.accuracy import Accuracy
 from service.engine.mesh.counts import count_mesh
 from service.engine.options import MeshOptions
 from service.surface.lowered import Part, PatchModel

@@ -6,7 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.engine.adaptive.limits import CLOSE, MAX_ATTEMPTS, SPENT, Attempt, search_tolerances
+from service.pipeline.budget_search import (
+    CLOSE,
+    MAX_ATTEMPTS,
+    SPENT,
+    Attempt,
+    search_tolerances,
+)
 
 LEAST = 1e-300
 

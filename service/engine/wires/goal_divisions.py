@@ -1,0 +1,105 @@
+"""The divisions of isoparametric curves that a goal needs.
+
+Curves are divided evenly, finely enough for the goal. A chord over an interval of length h is
+within h² max |C″| / 8 of its curve, parameter by parameter. The second derivatives of all curves of
+a patch along u are within M_uu of the patch, and so along v
+(`service.engine.bounds.second_derivatives`); those of its sides are those of the edges' own nets.
+The curves of a triangular patch are parallel to its sides, so bounds for small triangles hold for
+their edges.
+
+For angles, a Bézier curve turns by no more than its control polygon, so the number of its pieces is
+the turn of the polygon divided by the angle. As for meshes, the angle is a goal, not a proved
+bound.
+"""
+
+import numpy as np
+
+from service.bases.arrays import FloatArray, Ints
+from service.engine.bounds.goal import Goal
+from service.engine.bounds.second_derivatives import (
+    bound_second_derivatives,
+    bound_triangle_deviations,
+    count_blocks,
+)
+from service.engine.mesh.edges import EdgeCurves
+from service.engine.mesh.seams import Seams
+from service.engine.options import MAX_RESOLUTION
+from service.engine.wires.isocurves import Divisions
+from service.surface.batches import Patches, TensorPatches, TrianglePatches
+from service.surface.lowered import PatchModel
+
+SHARE = 0.75
+"""Share of the tolerance for chords; the rest is for the rounding of points."""
+
+MOST_PIECES = 1 << 12
+"""Most divisions for angles: at a cusp no number of divisions is enough."""
+
+BLOCKS = 8
+"""Number of parts of each direction whose second derivatives are bounded one by one."""
+
+
+def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
+    """Numbers of divisions of all isoparametric curves."""
+    edges = np.ones(len(seams.users), dtype=np.intp)
+    for group in seams.curves:
+        edges[group.ids] = _divide_edges(group, goal)
+    across = [_divide_batch(batch, goal) for batch in model.batches]
+    along_u, along_v = (np.concatenate([both[axis] for both in across]) for axis in (0, 1))
+    return Divisions(edges, along_u, along_v)
+
+
+def _divide_edges(group: EdgeCurves, goal: Goal) -> Ints:
+    """Numbers of divisions of edges (E,), taken as patches of degree 0 in the other direction."""
+    weights = None if group.weights is None else group.weights[:, :, None]
+    return _divide_batch(TensorPatches(group.points[:, :, None], weights), goal)[0]
+
+
+def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
+    """Numbers of divisions along u and along v of the patches of a batch, (P,) each."""
+    points = batch.points.reshape(batch.count, -1, 3)
+    allowed = SHARE * goal.find_allowed(
+        goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
+    )
+    if isinstance(batch, TrianglePatches):
+        bound = bound_triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
+        pieces = _count_pieces(8 * bound, allowed)
+        if goal.angle < np.inf:
+            square = batch.to_tensor().points
+            turns = np.maximum(_measure_turns(square), _measure_turns(square.swapaxes(1, 2)))
+            pieces = np.maximum(pieces, _count_pieces_by_angle(turns, goal))
+        return pieces, pieces
+    p, q = batch.degree
+    blocks = count_blocks(BLOCKS, max(p, 1)), count_blocks(BLOCKS, max(q, 1))
+    bends = bound_second_derivatives(batch, (BLOCKS, BLOCKS), blocks)
+    divisions = []
+    for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
+        pieces = _count_pieces(bend.max(axis=(0, 1)), allowed)
+        if goal.angle < np.inf:
+            pieces = np.maximum(pieces, _count_pieces_by_angle(_measure_turns(points), goal))
+        divisions.append(pieces)
+    return divisions[0], divisions[1]
+
+
+def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
+    """The least R with bend / (8 R²) within what is allowed, at most `MAX_RESOLUTION`."""
+    with np.errstate(over="ignore", divide="ignore"):
+        pieces = np.ceil(np.sqrt(bend / allowed / 8))
+    return np.clip(pieces, 1, MAX_RESOLUTION).astype(np.intp)
+
+
+def _count_pieces_by_angle(turns: FloatArray, goal: Goal) -> Ints:
+    """Numbers of pieces of curves with these turns, at most `MOST_PIECES`."""
+    return np.clip(np.ceil(turns / goal.angle), 1, MOST_PIECES).astype(np.intp)
+
+
+def _measure_turns(points: FloatArray) -> FloatArray:
+    """Largest turns, in radians, of control polygons along the second axis of (P, n+1, m, 3)."""
+    legs = np.diff(points, axis=1)
+    length = np.sqrt(np.square(legs).sum(axis=-1))
+    one, two = legs[:, :-1], legs[:, 1:]
+    cosine = (one * two).sum(axis=-1)
+    cosine /= np.maximum(length[:, :-1] * length[:, 1:], np.finfo(float).tiny)
+    still = (length[:, :-1] == 0) | (length[:, 1:] == 0)
+    angle = np.where(still, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))
+    turns: FloatArray = angle.sum(axis=1).max(axis=1, initial=0.0)
+    return turns
