@@ -1,1 +1,1 @@
-"""Tests of the process that serves."""
+"""Tests of `service.server`: the process that serves, its connections and its log."""

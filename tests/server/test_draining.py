@@ -1,4 +1,4 @@
-"""The end of the service: signals, running requests, exit codes."""
+"""Draining: how the server ends after a signal, with its running requests and exit codes."""
 
 import asyncio
 import signal
@@ -22,30 +22,33 @@ from service.server.run import Server, make_server
 from service.settings.values import Settings
 from tools.processes import free_port
 
-LONG = 60.0
+LONG = 60.0  # seconds; a test that waits so long fails
 
 
-class Slow:
-    """An application that responds to `/` at once, and to `/slow` when the test allows it."""
+class SlowApp:
+    """An application that responds to `/` at once, and to `/slow` after `may_end` is set."""
 
     def __init__(self) -> None:
-        self.begun = threading.Event()
+        self.has_begun = threading.Event()
         self.may_end = threading.Event()
-        self.app = Starlette(routes=[Route("/", self.quick), Route("/slow", self.slow)])
+        routes = [Route("/", self.respond_quickly), Route("/slow", self.respond_slowly)]
+        self.app = Starlette(routes=routes)
 
-    async def quick(self, _: Request) -> Response:
+    async def respond_quickly(self, _: Request) -> Response:
         return PlainTextResponse("quick")
 
-    async def slow(self, _: Request) -> Response:
-        self.begun.set()
+    async def respond_slowly(self, _: Request) -> Response:
+        self.has_begun.set()
         await asyncio.to_thread(self.may_end.wait, LONG)
         return PlainTextResponse("slow")
 
 
 @contextmanager
-def run_server(slow: Slow, settings: Settings, state: object) -> Iterator[tuple[Server, str]]:
-    """A server in a thread, and its address."""
-    server = make_server(slow.app, settings, state)
+def run_server(
+    slow_app: SlowApp, settings: Settings, state: object
+) -> Iterator[tuple[Server, str]]:
+    """A server that runs in a thread until the block ends, and its URL."""
+    server = make_server(slow_app.app, settings, state)
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]
     thread = threading.Thread(target=server.run, args=([listener],))
@@ -53,14 +56,14 @@ def run_server(slow: Slow, settings: Settings, state: object) -> Iterator[tuple[
     try:
         yield server, f"http://127.0.0.1:{port}"
     finally:
-        slow.may_end.set()
+        slow_app.may_end.set()
         server.should_exit = True
         thread.join(LONG)
     assert not thread.is_alive()
 
 
 def is_refused(url: str) -> bool:
-    """Whether no process listens there."""
+    """True if no process listens at the port of this URL."""
     try:
         socket.create_connection(("127.0.0.1", int(httpx.URL(url).port or 0))).close()
     except OSError:
@@ -69,55 +72,58 @@ def is_refused(url: str) -> bool:
     return False
 
 
-def test_requests_during_the_delay_get_the_last_response_of_their_connection() -> None:
-    slow, state = Slow(), SimpleNamespace(ready=True)
+def test_responses_during_the_drain_delay_close_their_connection() -> None:
+    slow_app, state = SlowApp(), SimpleNamespace(ready=True)
     with (
-        run_server(slow, Settings(drain_delay=LONG), state) as (server, url),
-        httpx.Client(base_url=url) as kept,
+        run_server(slow_app, Settings(drain_delay=LONG), state) as (server, url),
+        httpx.Client(base_url=url) as client,
     ):
-        assert "connection" not in kept.get("/").headers
+        assert "connection" not in client.get("/").headers
         assert state.ready
         server.handle_exit(signal.SIGTERM, None)
         assert not state.ready
-        for response in (kept.get("/"), kept.get("/"), httpx.get(url)):
+        for response in (client.get("/"), client.get("/"), httpx.get(url)):
             assert (response.text, response.headers["connection"]) == ("quick", "close")
         server._stop_time = 0.0  # the delay is over
 
 
-def test_running_requests_are_answered_after_the_listener_is_closed() -> None:
-    slow, answers = Slow(), []
-    with run_server(slow, Settings(drain_timeout=LONG), None) as (server, url):
-        asking = threading.Thread(target=lambda: answers.append(httpx.get(f"{url}/slow")))
-        asking.start()
-        assert slow.begun.wait(LONG)
+def test_running_requests_get_responses_after_the_listener_is_closed() -> None:
+    slow_app, responses = SlowApp(), []
+    with run_server(slow_app, Settings(drain_timeout=LONG), None) as (server, url):
+        thread = threading.Thread(target=lambda: responses.append(httpx.get(f"{url}/slow")))
+        thread.start()
+        assert slow_app.has_begun.wait(LONG)
         with httpx.Client(base_url=url) as idle:
             idle.get("/")
             server.handle_exit(signal.SIGINT, None)
             while not is_refused(url):
                 pass
-            # The idle connection is closed, too.
+            # The server closes the idle connection too.
             assert is_refused(url)
             with pytest.raises(httpx.TransportError):
                 idle.get("/")
-        assert answers == []
-        slow.may_end.set()
-        asking.join(LONG)
-    assert [(response.text, response.headers["connection"]) for response in answers] == [
+        assert responses == []
+        slow_app.may_end.set()
+        thread.join(LONG)
+    assert [(response.text, response.headers["connection"]) for response in responses] == [
         ("slow", "close")
     ]
 
 
-def test_half_a_request_and_a_client_that_was_refused_are_not_waited_for() -> None:
-    slow = Slow()
-    with run_server(slow, Settings(drain_timeout=LONG), None) as (server, url):
+def test_the_end_does_not_wait_for_incomplete_requests_and_refused_clients() -> None:
+    slow_app = SlowApp()
+    with run_server(slow_app, Settings(drain_timeout=LONG), None) as (server, url):
         address = ("127.0.0.1", int(url.rsplit(":", 1)[1]))
-        with socket.create_connection(address) as half, socket.create_connection(address) as other:
-            half.sendall(b"GET / HT")
-            other.sendall(b"nonsense")
-            assert other.recv(12) == b"HTTP/1.1 400"
+        with (
+            socket.create_connection(address) as incomplete,
+            socket.create_connection(address) as refused,
+        ):
+            incomplete.sendall(b"GET / HT")
+            refused.sendall(b"nonsense")
+            assert refused.recv(12) == b"HTTP/1.1 400"
             server.handle_exit(signal.SIGINT, None)
             with suppress(ConnectionResetError):
-                assert half.recv(1) == b""
+                assert incomplete.recv(1) == b""
 
 
 PROGRAM = """
@@ -147,32 +153,32 @@ serve(app, settings, SimpleNamespace(ready=True))
 
 @contextmanager
 def start_process(delay: float) -> Iterator[tuple[subprocess.Popen[bytes], int]]:
-    """A process that serves an application with one URL that never responds."""
+    """A process that runs PROGRAM with this drain delay, and its port; `/stuck` never responds."""
     port = free_port()
     command = [sys.executable, "-c", PROGRAM, str(port), str(delay)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as started:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as process:
         try:
             while is_refused(f"http://127.0.0.1:{port}/"):
-                assert started.poll() is None
-            yield started, port
+                assert process.poll() is None
+            yield process, port
         finally:
-            started.kill()
+            process.kill()
 
 
-def test_endless_work_is_cut_off_and_the_exit_code_is_0() -> None:
+def test_work_without_end_is_cancelled_and_the_exit_code_is_0() -> None:
     with (
-        start_process(0) as (started, port),
-        socket.create_connection(("127.0.0.1", port)) as asking,
+        start_process(0) as (process, port),
+        socket.create_connection(("127.0.0.1", port)) as client,
     ):
-        asking.sendall(b"GET /stuck HTTP/1.1\r\nHost: x\r\n\r\n")
-        assert started.stdout is not None
-        seen = b""
-        while b"stuck\n" not in seen:
-            seen += started.stdout.readline()
-        started.send_signal(signal.SIGTERM)
-        assert started.wait(LONG) == 0
-        log = started.stdout.read().decode()
-        response = asking.recv(4000)
+        client.sendall(b"GET /stuck HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert process.stdout is not None
+        output = b""
+        while b"stuck\n" not in output:
+            output += process.stdout.readline()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(LONG) == 0
+        log = process.stdout.read().decode()
+        response = client.recv(4000)
     assert response.startswith(b"HTTP/1.1 503 ")
     assert b'"code":"draining"' in response
     assert b"\r\nretry-after: 1\r\n" in response
@@ -182,10 +188,10 @@ def test_endless_work_is_cut_off_and_the_exit_code_is_0() -> None:
 
 
 def test_a_second_signal_ends_the_process_at_once() -> None:
-    with start_process(600) as (started, port):
-        started.send_signal(signal.SIGTERM)
+    with start_process(600) as (process, port):
+        process.send_signal(signal.SIGTERM)
         with httpx.Client(verify=False) as client:
             while client.get(f"http://127.0.0.1:{port}/").headers.get("connection") != "close":
                 pass
-        started.send_signal(signal.SIGINT)
-        assert started.wait(LONG) == 128 + signal.SIGINT
+        process.send_signal(signal.SIGINT)
+        assert process.wait(LONG) == 128 + signal.SIGINT

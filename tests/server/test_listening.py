@@ -1,4 +1,4 @@
-"""Limits that the process asks of the system, and messages to its supervisor."""
+"""At its start the server raises the limit of open files, notifies systemd, and warns."""
 
 import resource
 import socket
@@ -11,7 +11,7 @@ from service.server.run import notify, raise_file_limit
 from service.settings.values import Settings
 
 
-def test_a_supervisor_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_systemd_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = str(tmp_path / "notify")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
         sock.bind(path)
@@ -20,44 +20,50 @@ def test_a_supervisor_is_notified(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert sock.recv(100) == b"READY=1"
 
 
-def test_a_supervisor_that_is_away_is_no_reason_to_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_supervisor_that_does_not_listen_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NOTIFY_SOCKET", "@surface-service-test-closed")
     notify("READY=1")
 
 
-class Limit:
-    """The system's limit of open files."""
+class FileLimit:
+    """Stands in for the system's limit of open files; -1 means no limit.
 
-    def __init__(self, soft: int, hard: int, most: int) -> None:
-        self.now, self.hard, self.most = soft, hard, most
+    The system accepts at most `maximum`, which may be less than the hard limit (as on macOS).
+    """
 
-    def get(self, _: int) -> tuple[int, int]:
-        return self.now, self.hard
+    def __init__(self, soft: int, hard: int, maximum: int) -> None:
+        self.soft, self.hard, self.maximum = soft, hard, maximum
 
-    def set(self, _: int, limits: tuple[int, int]) -> None:
-        if limits[0] == -1 or limits[0] > self.most:
+    def getrlimit(self, _: int) -> tuple[int, int]:
+        return self.soft, self.hard
+
+    def setrlimit(self, _: int, limits: tuple[int, int]) -> None:
+        if limits[0] == -1 or limits[0] > self.maximum:
             raise ValueError
-        self.now = limits[0]
+        self.soft = limits[0]
 
 
 @pytest.mark.parametrize(
-    ("limit", "becomes"),
+    ("limit", "expected"),
     [
-        (Limit(256, 4096, 4096), 1000),
-        (Limit(256, -1, 10240), 1000),  # macOS
-        (Limit(256, 512, 512), 512),
-        (Limit(5000, 5000, 5000), 5000),
-        (Limit(-1, -1, 0), -1),
+        (FileLimit(256, 4096, 4096), 1000),
+        (FileLimit(256, -1, 10240), 1000),  # macOS
+        (FileLimit(256, 512, 512), 512),
+        (FileLimit(5000, 5000, 5000), 5000),
+        (FileLimit(-1, -1, 0), -1),
     ],
 )
-def test_file_descriptors(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, limit: Limit, becomes: int
+def test_the_soft_limit_of_open_files_is_raised(
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    limit: FileLimit,
+    expected: int,
 ) -> None:
-    monkeypatch.setattr(resource, "getrlimit", limit.get)
-    monkeypatch.setattr(resource, "setrlimit", limit.set)
+    monkeypatch.setattr(resource, "getrlimit", limit.getrlimit)
+    monkeypatch.setattr(resource, "setrlimit", limit.setrlimit)
     raise_file_limit(1000)
-    assert limit.now == becomes
-    assert ("the system allows 512" in caplog.text) is (becomes == 512)
+    assert limit.soft == expected
+    assert ("the system allows 512" in caplog.text) is (expected == 512)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +76,7 @@ def test_file_descriptors(
         (Settings(host="0.0.0.0", api_keys_file="keys"), False),
     ],
 )
-def test_a_service_that_is_open_to_all_warns(
+def test_a_service_on_all_addresses_without_keys_warns(
     caplog: pytest.LogCaptureFixture, settings: Settings, is_warned: bool
 ) -> None:
     _warn_if_open(settings)

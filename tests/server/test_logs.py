@@ -1,5 +1,4 @@
-"""The log of the process: its form, complete lines, and no effect of a broken pipe on the
-service."""
+"""The log of the process: its format and its lines; a full or broken pipe blocks no request."""
 
 import json
 import logging
@@ -32,46 +31,46 @@ def build_error_record() -> logging.LogRecord:
         )
 
 
-def test_a_record_is_one_object_in_one_line() -> None:
+def test_a_json_record_is_one_line_with_the_traceback() -> None:
     line = RecordFormatter("json").format(build_error_record())
     assert line.isprintable()
-    reported = json.loads(line)
-    assert (reported["level"], reported["logger"], reported["message"]) == (
+    fields = json.loads(line)
+    assert (fields["level"], fields["logger"], fields["message"]) == (
         "error",
         "service.x",
         "it failed",
     )
-    assert reported["event"] == "log"
-    assert reported["exception"] == "RuntimeError"
-    first, *frames, last = reported["traceback"].split("\n")
+    assert fields["event"] == "log"
+    assert fields["exception"] == "RuntimeError"
+    first, *frames, last = fields["traceback"].split("\n")
     assert "in build_error_record" in first
     assert any(frame.startswith("KeyError: ") for frame in frames)
     assert last == "RuntimeError: the second"
     assert all(len(frame) < MAX_TEXT + 200 for frame in frames)
-    assert "\x1b" not in reported["traceback"]
+    assert "\x1b" not in fields["traceback"]
 
 
-def test_text_cannot_be_forged() -> None:
+def test_texts_of_clients_cannot_break_lines_of_the_log() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "%s", (HOSTILE * 1000,), None)
     text = RecordFormatter("text").format(record)
     assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
     assert len(text) < 8 * MAX_MESSAGE
-    _, *below = RecordFormatter("text").format(build_error_record()).split("\n")
-    assert len(below) == 4
-    assert all(line.startswith("    ") and line.isprintable() for line in below)
+    _, *traceback = RecordFormatter("text").format(build_error_record()).split("\n")
+    assert len(traceback) == 4
+    assert all(line.startswith("    ") and line.isprintable() for line in traceback)
 
 
-def test_records_name_the_running_request() -> None:
+def test_records_have_the_ids_of_the_running_request() -> None:
     record = logging.LogRecord("x", logging.WARNING, "x.py", 1, "it", None, None)
     assert "request_id" not in json.loads(RecordFormatter("json").format(record))
     token = current_record.set(RequestRecord("GET", NO_ROUTE, "mine", "1" * 32, "2" * 16))
     try:
-        reported = json.loads(RecordFormatter("json").format(record))
+        fields = json.loads(RecordFormatter("json").format(record))
         assert RecordFormatter("text").format(record) == "WARNING:  it (id mine)"
     finally:
         current_record.reset(token)
-    ids = reported["request_id"], reported["trace_id"], reported["span_id"]
+    ids = fields["request_id"], fields["trace_id"], fields["span_id"]
     assert ids == ("mine", "1" * 32, "2" * 16)
 
 
@@ -90,31 +89,31 @@ warnings.warn("a warning", stacklevel=1)
 """
 
 
-def test_all_messages_go_to_one_stream() -> None:
-    done = run_python("-c", PROGRAM, "json")
-    assert done.stdout == "a request\n"
-    reported = [json.loads(line)["message"] for line in done.stderr.splitlines()]
-    assert reported[:2] == ["Started here", "it failed"]
-    assert "a warning" in reported[2]
-    assert len(reported) == 3
+def test_log_messages_and_warnings_go_to_standard_error() -> None:
+    process = run_python("-c", PROGRAM, "json")
+    assert process.stdout == "a request\n"
+    messages = [json.loads(line)["message"] for line in process.stderr.splitlines()]
+    assert messages[:2] == ["Started here", "it failed"]
+    assert "a warning" in messages[2]
+    assert len(messages) == 3
 
 
-def test_messages_before_the_log_is_set_up_have_its_form() -> None:
-    """A port in use has another exit code than a service that does not respond."""
+def test_messages_before_the_log_is_set_up_have_its_format() -> None:
+    """The port is in use, so the process ends with exit code 1 and an error."""
     settings = {"SURFACE_LOG_FORMAT": "json", "SURFACE_NOTHING": "1"}
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = str(listener.getsockname()[1])
         command = ("-m", "service", "serve", "--port", port)
-        done = run_python(*command, env=os.environ | settings, check=False)
-    assert done.returncode == 1
-    *lines, refusal = done.stderr.splitlines()
-    reported = [json.loads(line)["message"] for line in lines]
-    assert reported[0].startswith("SURFACE_NOTHING is not a setting of")
-    assert "Address already in use" in reported[-1]
-    assert refusal.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
+        process = run_python(*command, env=os.environ | settings, check=False)
+    assert process.returncode == 1
+    *lines, error = process.stderr.splitlines()
+    messages = [json.loads(line)["message"] for line in lines]
+    assert messages[0].startswith("SURFACE_NOTHING is not a setting of")
+    assert "Address already in use" in messages[-1]
+    assert error.startswith(f"surface: cannot serve at 127.0.0.1, port {port}")
 
 
-def test_the_process_ends_though_its_log_is_not_read() -> None:
+def test_the_process_ends_even_if_its_log_is_not_read() -> None:
     program = """
 from service.server.logs import start_logs
 from service.settings.values import Settings
@@ -127,6 +126,7 @@ for _ in range(5000): requests.write("x" * 1000 + "\\n")
 
 @contextmanager
 def open_pipe() -> Iterator[tuple[int, int]]:
+    """File descriptors of a new pipe, to read and to write."""
     ends = os.pipe()
     try:
         yield ends
@@ -137,9 +137,10 @@ def open_pipe() -> Iterator[tuple[int, int]]:
 
 
 def is_written(log: Lines, seconds: float = 10) -> bool:
-    written = threading.Event()
-    log.lines.put(written)
-    return written.wait(seconds)
+    """True if all lines so far are written within this time."""
+    all_written = threading.Event()
+    log.lines.put(all_written)
+    return all_written.wait(seconds)
 
 
 def test_lines_are_complete_and_in_order() -> None:
@@ -155,7 +156,7 @@ def test_lines_are_complete_and_in_order() -> None:
     assert log.dropped == 0
 
 
-def test_a_full_pipe_blocks_no_request() -> None:
+def test_a_full_pipe_blocks_no_writer() -> None:
     with open_pipe() as (read, write):
         log = Lines(write, max_lines=100)
         line = "x" * 1000 + "\n"
@@ -163,23 +164,23 @@ def test_a_full_pipe_blocks_no_request() -> None:
             log.write(line)
         assert log.dropped > 0
         assert not is_written(log, 0.2)
-        done = threading.Event()
+        may_end = threading.Event()
 
         def drain() -> None:
-            while not done.is_set():
+            while not may_end.is_set():
                 if len(os.read(read, 1 << 16)) == 0:
                     break
 
         reader = threading.Thread(target=drain, daemon=True)
         reader.start()
         assert is_written(log)
-        done.set()
+        may_end.set()
         log.write("end\n")
         assert is_written(log)
         reader.join(10)
 
 
-def test_a_reader_that_has_gone_is_no_error() -> None:
+def test_a_closed_pipe_is_no_error() -> None:
     with open_pipe() as (read, write):
         os.close(read)
         log = Lines(write)
@@ -187,7 +188,7 @@ def test_a_reader_that_has_gone_is_no_error() -> None:
         log.write("b\n")
         assert is_written(log)
     assert log.dropped == 2
-    nowhere = Lines(-1)
-    nowhere.write("a\n")
-    assert is_written(nowhere)
-    assert nowhere.dropped == 1
+    without_file = Lines(-1)
+    without_file.write("a\n")
+    assert is_written(without_file)
+    assert without_file.dropped == 1

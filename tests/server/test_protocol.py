@@ -1,4 +1,4 @@
-"""Requests that the server reads, and those that it refuses before the application sees them."""
+"""The HTTP protocol: requests that the server reads, refuses, or answers in order."""
 
 import asyncio
 import gc
@@ -22,12 +22,15 @@ GET = b"GET /%d HTTP/1.1\r\n" + HOST + b"\r\n"
 
 
 class Echo:
-    """Responds with the body of the request; stores scopes and bodies."""
+    """An application that responds with the body of the request.
+
+    It records scopes and bodies, and counts requests whose body did not end.
+    """
 
     def __init__(self) -> None:
         self.scopes: list[Scope] = []
         self.bodies: list[bytes] = []
-        self.gone = 0
+        self.incomplete = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         self.scopes.append(scope)
@@ -38,13 +41,14 @@ class Echo:
                 break
             message = await receive()
         else:
-            self.gone += 1
+            self.incomplete += 1
             return
         self.bodies.append(body)
         await send_response(send, body)
 
 
 async def send_response(send: Send, body: bytes) -> None:
+    """Sends a response with status 200 and this body."""
     length = (b"content-length", b"%d" % len(body))
     await send({"type": "http.response.start", "status": 200, "headers": [length]})
     await send({"type": "http.response.body", "body": body})
@@ -55,15 +59,15 @@ async def respond_without_reading(_scope: Scope, _receive: Receive, send: Send) 
     await send_response(send, b"no")
 
 
-class Later:
-    """Responds after the test has set `may`."""
+class DelayedApp:
+    """An application that responds after the test has set `may_respond`."""
 
     def __init__(self) -> None:
-        self.may = asyncio.Event()
+        self.may_respond = asyncio.Event()
         self.received: list[Message] = []
 
     async def __call__(self, _scope: Scope, receive: Receive, send: Send) -> None:
-        await self.may.wait()
+        await self.may_respond.wait()
         self.received.append(await receive())
         await send_response(send, b"late")
 
@@ -86,20 +90,20 @@ class Later:
 async def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -> None:
     server = Server(Echo())
     client = server.connect()
-    done = 0
+    sent_bytes = 0
     data = start
     while not client.wire.ended:
         await client.send(data)
-        done += len(data)
-        assert done <= 2 * MAX_HEAD + len(start) + len(piece)
+        sent_bytes += len(data)
+        assert sent_bytes <= 2 * MAX_HEAD + len(start) + len(piece)
         data = piece
-    assert done > MAX_HEAD
+    assert sent_bytes > MAX_HEAD
     assert client.problem["status"] == 431
     assert client.problem["errors"][0]["code"] == "head_too_large"
     assert server.refused == ["head_too_large"]
 
 
-async def test_a_body_is_of_any_length_and_its_chunks_as_well() -> None:
+async def test_a_body_may_have_any_number_of_chunks() -> None:
     echo = Echo()
     client = Server(echo).connect()
     await client.send(CHUNKED + b"\r\n")
@@ -111,23 +115,24 @@ async def test_a_body_is_of_any_length_and_its_chunks_as_well() -> None:
 
 AMBIGUOUS = {
     "two framings": CHUNKED + b"Content-Length: 3\r\n\r\n0\r\n\r\n",
-    "the other way round": FIRST + b"Content-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n",
+    "two framings in the other order": FIRST
+    + b"Content-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n",
     "two lengths": FIRST + b"Content-Length: 3\r\nContent-Length: 3\r\n\r\nabc",
     "a list of lengths": FIRST + b"Content-Length: 3, 3\r\n\r\nabc",
     "a signed length": FIRST + b"Content-Length: +3\r\n\r\nabc",
-    "an endless length": FIRST + b"Content-Length: 99999999999999999999999\r\n\r\n",
-    "coded twice": FIRST + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n",
+    "a length of 23 digits": FIRST + b"Content-Length: 99999999999999999999999\r\n\r\n",
+    "two codings in one header": FIRST + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n",
     "not chunked": FIRST + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
-    "two codings": CHUNKED + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
+    "two codings in two headers": CHUNKED + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
     "chunks in 1.0": b"POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
     "a space before the colon": FIRST + b"Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n",
     "a folded line": FIRST + b"X: a\r\n b\r\n\r\n",
     "a bare CR": FIRST + b"X: a\rb\r\n\r\n",
     "bare LF": b"GET / HTTP/1.1\nHost: x\n\n",
     "NUL": FIRST + b"X: a\0b\r\n\r\n",
-    "a strange chunk": CHUNKED + b"\r\n0x3\r\nabc\r\n0\r\n\r\n",
-    "an endless chunk": CHUNKED + b"\r\nfffffffffffffffff\r\nabc\r\n",
-    "a longer chunk than said": CHUNKED + b"\r\n3\r\nabcd\r\n0\r\n\r\n",
+    "a hexadecimal prefix in a chunk": CHUNKED + b"\r\n0x3\r\nabc\r\n0\r\n\r\n",
+    "a chunk length of 17 digits": CHUNKED + b"\r\nfffffffffffffffff\r\nabc\r\n",
+    "a chunk longer than its length": CHUNKED + b"\r\n3\r\nabcd\r\n0\r\n\r\n",
     "no host": b"GET / HTTP/1.1\r\n\r\n",
     "two hosts": b"GET / HTTP/1.1\r\nHost: x\r\nHost: y\r\n\r\n",
     "two hosts in 1.0": b"GET / HTTP/1.0\r\nHost: x\r\nHost: y\r\n\r\n",
@@ -136,7 +141,7 @@ AMBIGUOUS = {
     "version 0.9": b"GET /\r\n\r\n",
     "a tunnel": b"CONNECT x:443 HTTP/1.1\r\nHost: x\r\n\r\n",
     "an unknown method": b"BREW / HTTP/1.1\r\nHost: x\r\n\r\n",
-    "letters": "GET /é HTTP/1.1\r\nHost: x\r\n\r\n".encode(),
+    "a character that is not ASCII": "GET /é HTTP/1.1\r\nHost: x\r\n\r\n".encode(),
     "TLS": b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
 }
 
@@ -157,7 +162,7 @@ async def test_invalid_and_ambiguous_requests_are_refused(data: bytes, at_once: 
 
 
 ACCEPTED = {
-    "an old version": (b"GET /a%20b?c=d HTTP/1.0\r\n\r\n", b""),
+    "version 1.0": (b"GET /a%20b?c=d HTTP/1.0\r\n\r\n", b""),
     "a whole URL": (b"GET http://y/a%20b?c=d HTTP/1.1\r\nHost: x\r\n\r\n", b""),
     "blank lines before": (b"\r\n\r\nGET /a%20b?c=d HTTP/1.1\r\nHost: x\r\n\r\n", b""),
     "extensions of chunks": (
@@ -165,22 +170,22 @@ ACCEPTED = {
         b"3;a=b\r\nabc\r\n0\r\nX: trailer\r\n\r\n",
         b"abc",
     ),
-    "an offer": (
+    "an offer to upgrade": (
         b"GET /a%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade, HTTP2-Settings\r\n"
         b"Upgrade: h2c\r\nHTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA\r\n\r\n",
         b"",
     ),
-    "an offer, the last request": (
+    "an offer to upgrade in the last request": (
         b"GET /a%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade, close\r\n"
         b"Upgrade: websocket\r\n\r\n",
         b"",
     ),
-    "an offer with a body": (
+    "an offer to upgrade with a body": (
         b"POST /a%%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade, HTTP2-Settings\r\n"
         b"Upgrade: h2c\r\nContent-Length: %d\r\n\r\n" % len(GET % 7) + GET % 7,
         GET % 7,
     ),
-    "an offer with chunks": (
+    "an offer to upgrade with chunks": (
         b"POST /a%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
         b"Transfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n",
         b"abc",
@@ -203,89 +208,91 @@ async def test_other_valid_spellings_of_a_request_are_read(
     assert scope["query_string"] == b"c=d"
     assert b"x" not in dict(scope["headers"])
     assert echo.bodies == [body]
-    assert client.wire.answer.startswith(b"HTTP/1.1 200 OK\r\n")
-    last = b"1.0" in data or b"close" in data
-    assert (b"connection: close" in client.wire.answer) is client.wire.ended is last
+    assert client.wire.sent.startswith(b"HTTP/1.1 200 OK\r\n")
+    is_last = b"1.0" in data or b"close" in data
+    assert (b"connection: close" in client.wire.sent) is client.wire.ended is is_last
 
 
-async def test_requests_that_come_together_are_answered_in_their_order_up_to_a_number() -> None:
+async def test_pipelined_requests_get_responses_in_their_order_up_to_a_limit() -> None:
     echo = Echo()
     client = Server(echo).connect()
     await client.send(b"".join(GET % i for i in range(3)))
     await client.send(b"".join(GET % i for i in range(3, 6)))
     assert client.statuses == [200] * 6
-    assert b"connection: close" not in client.wire.answer
+    assert b"connection: close" not in client.wire.sent
     await client.send(b"".join(GET % i for i in range(6, 10_000)))
     for _ in range(MAX_PIPELINED):
         await settle()
-    seen = [scope["path"] for scope in echo.scopes]
-    assert seen == [f"/{i}" for i in range(6 + 1 + MAX_PIPELINED)]
-    assert client.statuses == [200] * len(seen)
-    assert client.wire.answer.count(b"connection: close") == 1
-    assert client.wire.answer.rstrip().endswith(b"connection: close")
+    paths = [scope["path"] for scope in echo.scopes]
+    assert paths == [f"/{i}" for i in range(6 + 1 + MAX_PIPELINED)]
+    assert client.statuses == [200] * len(paths)
+    assert client.wire.sent.count(b"connection: close") == 1
+    assert client.wire.sent.rstrip().endswith(b"connection: close")
     assert client.wire.ended
 
 
-async def test_the_error_of_an_invalid_request_comes_after_earlier_responses() -> None:
-    later = Later()
-    client = Server(later).connect()
+async def test_the_error_of_an_invalid_request_is_sent_after_earlier_responses() -> None:
+    app = DelayedApp()
+    client = Server(app).connect()
     await client.send(GET % 1 + GET % 2 + b"BREW / HTTP/1.1\r\n")
-    assert client.wire.answer == b""
-    later.may.set()
+    assert client.wire.sent == b""
+    app.may_respond.set()
     await settle()
     assert client.statuses == [200, 200, 400]
     assert client.problem["code"] == "malformed_request"
 
 
-async def test_a_waiting_request_whose_body_cannot_be_read_is_not_begun() -> None:
-    later = Later()
-    client = Server(later).connect()
+async def test_a_waiting_request_with_an_invalid_body_does_not_reach_the_application() -> None:
+    app = DelayedApp()
+    client = Server(app).connect()
     await client.send(GET % 1 + CHUNKED + b"\r\nx\r\n")
-    later.may.set()
+    app.may_respond.set()
     await settle()
     assert client.statuses == [200, 400]
     assert client.problem["code"] == "malformed_request"
-    assert len(later.received) == 1
+    assert len(app.received) == 1
 
 
-async def test_the_application_sees_that_a_body_breaks_off() -> None:
+async def test_the_application_is_told_that_a_body_is_incomplete() -> None:
     echo = Echo()
     client = Server(echo).connect()
     await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
-    assert client.wire.answer == b"HTTP/1.1 100 Continue\r\n\r\n"
+    assert client.wire.sent == b"HTTP/1.1 100 Continue\r\n\r\n"
     await client.send(b"1\r\na\r\n")
     await client.send(b"x\r\n")
-    assert (echo.gone, echo.bodies) == (1, [])
+    assert (echo.incomplete, echo.bodies) == (1, [])
     assert client.problem["code"] == "malformed_request"
 
 
-async def test_all_requests_of_a_client_see_that_it_has_gone() -> None:
-    later = Later()
-    client = Server(later).connect()
+async def test_waiting_requests_of_a_client_that_disconnects_do_not_begin() -> None:
+    app = DelayedApp()
+    client = Server(app).connect()
     await client.send(GET % 1 + GET % 2)
     client.lose()
-    later.may.set()
+    app.may_respond.set()
     await settle()
-    assert later.received == [{"type": "http.disconnect"}]
+    assert app.received == [{"type": "http.disconnect"}]
 
 
-@pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
+@pytest.mark.parametrize("close", [b"", b"Connection: close\r\n"])
 @pytest.mark.parametrize("length", [b"Content-Length: 5", b"Transfer-Encoding: chunked"])
-async def test_a_response_that_is_sent_before_the_body(length: bytes, last: bytes) -> None:
-    """The rest of the body is read and dropped, so that the client can read the response."""
+async def test_after_an_early_response_the_rest_of_the_body_is_dropped(
+    length: bytes, close: bytes
+) -> None:
+    """The server reads the rest of the body, so that the client can read the response."""
 
     server = Server(respond_without_reading)
     client = server.connect()
-    await client.send(FIRST + last + length + b"\r\n\r\n")
-    assert client.wire.answer.endswith(b"\r\n\r\nno")
-    assert client.wire.ended is bool(last)
+    await client.send(FIRST + close + length + b"\r\n\r\n")
+    assert client.wire.sent.endswith(b"\r\n\r\nno")
+    assert client.wire.ended is bool(close)
     await client.send((b"5\r\nabcde\r\n0\r\n\r\n" if b"chunked" in length else b"abcde") + GET % 2)
-    assert client.statuses == ([200] if last else [200, 200])
+    assert client.statuses == ([200] if close else [200, 200])
     server.wait(31)
-    assert client.wire.aborted is bool(last)
+    assert client.wire.aborted is bool(close)
 
 
-async def test_a_body_that_breaks_off_after_its_response_gets_no_second_one() -> None:
+async def test_an_invalid_body_after_its_response_gets_no_second_response() -> None:
     client = Server(respond_without_reading).connect()
     await client.send(CHUNKED + b"\r\n1\r\na\r\nx\r\n")
     assert client.statuses == [400]
@@ -296,13 +303,13 @@ async def test_a_body_that_breaks_off_after_its_response_gets_no_second_one() ->
     assert client.wire.ended
 
 
-async def test_trailers_are_no_headers() -> None:
+async def test_trailers_do_not_become_headers() -> None:
     echo = Echo()
     await Server(echo).connect().send(CHUNKED + b"\r\n0\r\nX-Trailer: a\r\n\r\n")
     assert [name for name, _ in echo.scopes[0]["headers"]] == [b"host", b"transfer-encoding"]
 
 
-async def test_a_failure_after_the_client_has_gone_leaves_nothing() -> None:
+async def test_an_error_after_the_client_has_disconnected_leaves_no_state() -> None:
     async def fail_after_disconnect(_scope: Scope, receive: Receive, _send: Send) -> None:
         while (await receive())["type"] != "http.disconnect":
             pass
@@ -319,7 +326,7 @@ async def test_a_failure_after_the_client_has_gone_leaves_nothing() -> None:
 
 
 async def test_a_closed_connection_is_freed_at_once() -> None:
-    """The service looks for reference cycles rarely."""
+    """A connection has no reference cycles, whose memory the garbage collector would free late."""
 
     gc.disable()
     try:
@@ -328,9 +335,9 @@ async def test_a_closed_connection_is_freed_at_once() -> None:
             await client.send(data)
             client.lose()
             await settle()
-            kept = weakref.ref(client.protocol)
+            reference = weakref.ref(client.protocol)
             del client
-            assert kept() is None
+            assert reference() is None
     finally:
         gc.enable()
 
@@ -347,13 +354,15 @@ async def raise_cancelled(_scope: Scope, _receive: Receive, _send: Send) -> None
     ("app", "status", "code"),
     [(raise_error, 500, "internal_error"), (raise_cancelled, 503, "draining")],
 )
-async def test_an_application_without_a_response(app: Any, status: int, code: str) -> None:
+async def test_an_application_that_fails_gets_a_problem_as_its_response(
+    app: Any, status: int, code: str
+) -> None:
     server = Server(app)
     client = server.connect()
     await client.send(GET % 1)
     assert (client.problem["status"], client.problem["code"]) == (status, code)
     assert ("retry-after" in client.problem["headers"]) is (status == 503)
-    assert b"inside" not in client.wire.answer
+    assert b"inside" not in client.wire.sent
     assert server.refused == [code]
 
 
@@ -364,7 +373,7 @@ def test_long_heads_and_longer_bodies_are_read(server: str) -> None:
     assert response.json()["errors"][0]["code"] == "missing_field"
 
 
-def test_every_request_of_a_connection_has_its_own_bound(server: str) -> None:
+def test_the_limit_of_heads_is_for_each_request_of_a_connection(server: str) -> None:
     with httpx.Client(base_url=server, headers={"X-Long": "a" * 30_000}) as client:
         for _ in range(5):
             assert client.get("/health/live").status_code == 200

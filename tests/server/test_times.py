@@ -1,4 +1,4 @@
-"""The times and the number of idle connections."""
+"""Timeouts of connections, and the limit of their number."""
 
 import socket
 import struct
@@ -34,14 +34,14 @@ async def test_a_connection_without_input_is_closed_without_a_response() -> None
     server.wait(9)
     assert not client.wire.closed
     server.wait(2)
-    assert (client.wire.closed, client.wire.answer) == (True, b"")
+    assert (client.wire.closed, client.wire.sent) == (True, b"")
 
 
-@pytest.mark.parametrize("before", [b"", GET], ids=["the first", "a later one"])
+@pytest.mark.parametrize("before", [b"", GET], ids=["first request", "later request"])
 @pytest.mark.parametrize("head", [b"GET /long HTTP/1.1\r\nX: ", b"\r\n"])
-async def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes) -> None:
-    """The deadline of the first head begins with the connection, that of a later head with its
-    first byte."""
+async def test_a_head_that_is_sent_byte_by_byte_is_too_slow(before: bytes, head: bytes) -> None:
+    """The time of the first head begins with the connection, that of a later head with its first
+    byte."""
 
     server = Server(respond_at_once, head_timeout=10, keep_alive=1000)
     client = server.connect()
@@ -60,7 +60,7 @@ async def test_a_head_that_comes_byte_by_byte_is_late(before: bytes, head: bytes
     assert server.refused == ["head_too_slow"]
 
 
-async def test_a_head_that_begins_during_an_answer_has_its_time_from_its_next_byte() -> None:
+async def test_the_time_of_a_head_that_begins_during_a_response_begins_with_its_next_byte() -> None:
     server = Server(respond_after_body, head_timeout=10)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
@@ -75,17 +75,17 @@ async def test_a_head_that_begins_during_an_answer_has_its_time_from_its_next_by
     assert client.statuses == [204, 408]
 
 
-async def test_one_connection_too_many_is_refused() -> None:
+async def test_connections_above_the_limit_are_refused() -> None:
     server = Server(respond_after_body, max_connections=2)
     clients = [server.connect() for _ in range(2)]
     for client in clients:
         await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
-    newcomer = server.connect()
-    await newcomer.send(GET)
-    assert newcomer.statuses == [503]
-    assert newcomer.problem["code"] == "too_many_connections"
-    assert newcomer.problem["headers"]["retry-after"] == "1"
-    assert newcomer.wire.closed
+    refused = server.connect()
+    await refused.send(GET)
+    assert refused.statuses == [503]
+    assert refused.problem["code"] == "too_many_connections"
+    assert refused.problem["headers"]["retry-after"] == "1"
+    assert refused.wire.closed
     assert server.refused == ["too_many_connections"]
     for client in clients:
         await client.send(b"x")
@@ -103,12 +103,12 @@ async def test_a_client_must_read_a_response_before_its_deadline(unsent: int, se
     server = Server(respond_after_body, send_timeout=30)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
-    for is_taken in (True, False):
+    for is_read in (True, False):
         client.wire.unsent = unsent
         client.protocol.pause_writing()
         server.wait(seconds - 1)
         assert not client.wire.closed
-        if is_taken:
+        if is_read:
             client.wire.unsent = 0
             client.protocol.resume_writing()
             server.wait(60)
@@ -118,14 +118,14 @@ async def test_a_client_must_read_a_response_before_its_deadline(unsent: int, se
     client.lose()
 
 
-def test_a_client_that_does_not_read_loses_its_connection() -> None:
-    """The response has 36 MB: the buffers of the connection hold less."""
-    with run_service(Settings(send_timeout=0.1)) as url, connect(url) as stalled:
-        stalled.sendall(GET.replace(b"/", b"/v1/surfaces/saddle/mesh.stl?resolution=600", 1))
-        assert stalled.recv(15, socket.MSG_WAITALL) == b"HTTP/1.1 200 OK"
-        # Sending to a closed connection fails, sooner or later.
+def test_the_connection_of_a_client_that_does_not_read_is_closed() -> None:
+    """The response has 36 MB, more than fits into the buffers of the connection."""
+    with run_service(Settings(send_timeout=0.1)) as url, connect(url) as client:
+        client.sendall(GET.replace(b"/", b"/v1/surfaces/saddle/mesh.stl?resolution=600", 1))
+        assert client.recv(15, socket.MSG_WAITALL) == b"HTTP/1.1 200 OK"
+        # Sending to a closed connection fails after some time.
         with pytest.raises(OSError, match=r"reset|pipe"):
-            send_for_ever(stalled)
+            send_for_ever(client)
 
 
 def send_for_ever(client: socket.socket) -> None:
@@ -134,15 +134,15 @@ def send_for_ever(client: socket.socket) -> None:
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize("last", [b"", b"Connection: close\r\n"])
-def test_a_refused_body_gets_its_response(last: bytes) -> None:
+@pytest.mark.parametrize("close", [b"", b"Connection: close\r\n"])
+def test_a_client_reads_the_response_although_its_body_is_refused(close: bytes) -> None:
     settings = Settings(max_body_bytes=1024, keep_alive=1)
     with run_service(settings) as url, connect(url) as client:
         # With this option, a client that closes drops unread bytes at once.
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.sendall(
             b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-            b"Content-Length: 8000000\r\n" + last + b"\r\n"
+            b"Content-Length: 8000000\r\n" + close + b"\r\n"
         )
         for _ in range(8):
             client.sendall(b" " * 1_000_000)

@@ -1,4 +1,4 @@
-"""A connection to the protocol without a network, with a clock that tests set."""
+"""Connections to the server's protocol without a network, with a clock that tests set."""
 
 import asyncio
 import json
@@ -31,18 +31,18 @@ class Clock:
 
 
 class Wire(asyncio.Transport):
-    """The other end of a connection: the bytes of responses, and whether it was closed."""
+    """The transport of a connection: records what the server sends, and whether it closes."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.answer = b""
+        self.sent = b""
         self.closed = self.aborted = self.ended = self.paused = False
         self.unsent = 0
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
         assert not self.ended
         assert not self.closed
-        self.answer += bytes(data)
+        self.sent += bytes(data)
 
     def write_eof(self) -> None:
         self.ended = True
@@ -67,7 +67,7 @@ class Wire(asyncio.Transport):
 
 
 class Server:
-    """Connections of a server."""
+    """A server whose connections are objects in memory; `refused` has the codes of refusals."""
 
     def __init__(self, app: ASGIApp, **settings: Any) -> None:
         self.clock = Clock()
@@ -79,13 +79,16 @@ class Server:
         self.state = ServerState()
 
     def connect(self) -> "Client":
-        make: Any = self._config.http_protocol_class
+        """A client with a new connection."""
+        protocol_class: Any = self._config.http_protocol_class
         return Client(
-            make(config=self._config, server_state=self.state, app_state={}, _loop=self.clock)
+            protocol_class(
+                config=self._config, server_state=self.state, app_state={}, _loop=self.clock
+            )
         )
 
     def wait(self, seconds: float) -> None:
-        """Advances the clock."""
+        """Advances the clock, and closes connections that are late."""
         self.clock.now += seconds
         for connection in list(self.state.connections):
             assert isinstance(connection, BoundedProtocol)
@@ -93,7 +96,7 @@ class Server:
 
 
 class Client:
-    """One connection, as its client sees it."""
+    """The client of one connection."""
 
     def __init__(self, protocol: BoundedProtocol) -> None:
         self.protocol = protocol
@@ -107,18 +110,19 @@ class Client:
         await settle()
 
     def lose(self) -> None:
+        """Tells the server that the connection is lost."""
         self.protocol.connection_lost(None)
 
     @property
     def statuses(self) -> list[int]:
-        """The statuses of all answers, in their order."""
-        return [int(line.split()[1]) for line in STATUS.findall(self.wire.answer)]
+        """The statuses of all responses, in their order."""
+        return [int(line.split()[1]) for line in STATUS.findall(self.wire.sent)]
 
     @property
     def problem(self) -> dict[str, Any]:
-        """The last answer, which is a problem and the connection's last."""
-        starts = [result.start() for result in STATUS.finditer(self.wire.answer)]
-        head, _, body = self.wire.answer[starts[-1] :].partition(b"\r\n\r\n")
+        """The last response, which must be a problem, after which the connection is closed."""
+        starts = [match.start() for match in STATUS.finditer(self.wire.sent)]
+        head, _, body = self.wire.sent[starts[-1] :].partition(b"\r\n\r\n")
         lines = head.decode().split("\r\n")
         headers = dict(line.split(": ", 1) for line in lines[1:])
         assert headers["content-type"] == "application/problem+json"
@@ -133,6 +137,6 @@ class Client:
 
 
 async def settle() -> None:
-    """Number of rounds of the event loop in which a response is complete."""
+    """Runs the event loop for 20 rounds, in which every response becomes complete."""
     for _ in range(20):
         await asyncio.sleep(0)

@@ -1,1 +1,1 @@
-"""Tests of service.storage."""
+"""Tests of `service.storage`: where surfaces are kept, under their hashes."""

@@ -1,4 +1,4 @@
-"""Stores and contents for tests."""
+"""Opens stores for tests, and finds the files of contents in folders."""
 
 import hashlib
 from collections.abc import Iterator
@@ -15,25 +15,28 @@ KINDS = ("memory", "folder")
 
 
 def compute_id(content: bytes) -> str:
+    """The id under which a content is stored: its SHA-256 in hexadecimal digits."""
     return hashlib.sha256(content).hexdigest()
 
 
-def store_of(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
+def open_test_store(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
+    """A store of this kind, in memory or in the folder; a quota of 0 means no limit."""
     return open_store("memory://" if kind == "memory" else str(folder), quota)
 
 
 def find_file(folder: Path, content: bytes) -> Path:
-    """The path of the file of a content in a folder."""
+    """The path at which a store in this folder keeps a content."""
     return folder / key_of(compute_id(content))
 
 
 def list_files(folder: Path) -> list[Path]:
+    """All files in a folder and in its subfolders."""
     return [path for path in folder.rglob("*") if path.is_file()]
 
 
 @contextmanager
 def set_account(url: str) -> Iterator[None]:
-    """The environment of a process that may use the S3 server at `url`."""
+    """Sets the environment variables of an account of the S3 server at `url`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("AWS_ENDPOINT_URL", url)
         patch.setenv("AWS_ALLOW_HTTP", "true")

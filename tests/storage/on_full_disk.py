@@ -1,7 +1,7 @@
-"""Tests of a service whose disk fills up: `make test-disk`.
+"""Tests of a service whose disk becomes full: `make test-disk`.
 
-The disk is a tmpfs of two megabytes. Mounting one takes root, or the root of a name space of its
-own.
+The disk is a tmpfs of two megabytes. To mount it, a process must be root, at least in a name space
+of its own (`unshare --map-root-user --mount`).
 """
 
 import subprocess
@@ -17,25 +17,25 @@ from service.storage.backends import STAGING
 from tests.storage.backends import find_file, list_files
 from tools.processes import service_server
 
-BALLAST = 1 << 20
+BALLAST_BYTES = 1 << 20
 
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Path]:
-    """A small disk; a file called `ballast` takes half of it."""
-    mounted = subprocess.run(
+    """The folder of a small disk; a file named `ballast` fills half of the disk."""
+    process = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", tmp_path],
         capture_output=True,
         text=True,
         check=False,
     )
-    if mounted.returncode:
+    if process.returncode:
         pytest.skip(
             "no tmpfs can be mounted here: run this as root, or where `unshare --map-root-user "
-            f"--mount` is allowed ({mounted.stderr.strip()})"
+            f"--mount` is allowed ({process.stderr.strip()})"
         )
     try:
-        (tmp_path / "ballast").write_bytes(bytes(BALLAST))
+        (tmp_path / "ballast").write_bytes(bytes(BALLAST_BYTES))
         yield tmp_path
     finally:
         subprocess.run(["umount", "--lazy", tmp_path], check=True)
@@ -43,7 +43,7 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 
 @contextmanager
 def start_service(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Path]]:
-    """A client of a service in its own process, and its log; the process must outlive the block."""
+    """A client of a service in its own process, and the log; the process must not end earlier."""
     with (
         service_server(folder, {"SURFACE_STORE": str(store)}) as server,
         httpx.Client(base_url=server.url) as client,
@@ -52,22 +52,24 @@ def start_service(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Pat
 
 
 def build_surface(number: int) -> dict[str, Any]:
-    """A surface of some 90 kB; each number gives another."""
+    """A request to store a surface of about 90 kB; each number gives another surface."""
     size = 61
     net = [[[row, column, number / 7] for column in range(size)] for row in range(size)]
     return {"surface": {"control_net": net}}
 
 
-def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_on_a_full_disk_the_service_refuses_to_store_and_all_else_works(
+    disk: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     with start_service(disk / "store", tmp_path_factory.mktemp("log")) as (client, log):
-        answers: list[httpx.Response] = []
-        while not answers or answers[-1].status_code == 201:
-            answers.append(client.post("/v1/surfaces", json=build_surface(len(answers))))
-        *stored, refused = answers
+        responses: list[httpx.Response] = []
+        while not responses or responses[-1].status_code == 201:
+            responses.append(client.post("/v1/surfaces", json=build_surface(len(responses))))
+        *stored, refused = responses
         assert len(stored) > 5
-        _is_full(refused, disk)
+        check_disk_full(refused, disk)
         for number in range(3):  # the disk stays full
-            _is_full(client.post("/v1/surfaces", json=build_surface(100 + number)), disk)
+            check_disk_full(client.post("/v1/surfaces", json=build_surface(100 + number)), disk)
 
         # The service still computes meshes, and returns stored surfaces.
         ready = client.get("/health/ready")
@@ -93,20 +95,21 @@ def test_full_disk(disk: Path, tmp_path_factory: pytest.TempPathFactory) -> None
     assert list_files(disk / "store" / STAGING) == []
 
 
-def test_service_starts_on_a_full_disk(
+def test_a_service_starts_on_a_full_disk(
     disk: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     logs = tmp_path_factory.mktemp("log")
     with start_service(disk / "store", logs) as (client, _):
-        kept = client.post("/v1/surfaces", json=build_surface(0)).headers["location"]
+        stored = client.post("/v1/surfaces", json=build_surface(0)).headers["location"]
     with pytest.raises(OSError, match="No space"):
-        (disk / "more ballast").write_bytes(bytes(2 * BALLAST))
+        (disk / "more ballast").write_bytes(bytes(2 * BALLAST_BYTES))
     with start_service(disk / "store", logs) as (client, _):
-        assert client.get(kept).status_code == 200
-        _is_full(client.post("/v1/surfaces", json=build_surface(1)), disk)
+        assert client.get(stored).status_code == 200
+        check_disk_full(client.post("/v1/surfaces", json=build_surface(1)), disk)
 
 
-def _is_full(response: httpx.Response, disk: Path) -> None:
+def check_disk_full(response: httpx.Response, disk: Path) -> None:
+    """Checks that the response is the problem `disk_full`, and does not name the folder."""
     assert response.status_code == 507
     assert response.headers["content-type"] == "application/problem+json"
     problem = response.json()

@@ -1,6 +1,7 @@
-"""The store on a server that speaks S3: `make test-s3`.
+"""Tests of a store in a bucket of an S3 server: `make test-s3`.
 
-The server is moto's, from a Python of its own; `S3_SERVER` names its program.
+The server is that of the package moto, in a Python environment of its own; the variable `S3_SERVER`
+is the path of its program.
 """
 
 import asyncio
@@ -27,12 +28,13 @@ from tools.processes import Server, free_port
 pytestmark = pytest.mark.anyio
 BUCKET = "surfaces-of-a-test"
 PATCH = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
-TEN = [bytes([digit]) * 10 for digit in range(10)]
+CONTENTS = [bytes([digit]) * 10 for digit in range(10)]
+"""Ten different contents of ten bytes each."""
 
 
 @contextmanager
 def start_s3_server() -> Iterator[str]:
-    """URL of a server that keeps everything in its memory, with one empty bucket."""
+    """The URL of an S3 server with one empty bucket; it keeps all objects in memory."""
     port = free_port()
     command = [os.environ["S3_SERVER"], "--host", "127.0.0.1", "--port", str(port)]
     with Server(Path(os.devnull), command, port, os.environ) as server:
@@ -48,7 +50,7 @@ def server() -> Iterator[str]:
 
 @pytest.fixture
 def address(server: str, request: pytest.FixtureRequest) -> str:
-    """Another prefix of the bucket for every test."""
+    """The address of a store for one test: a prefix of the bucket with the test's name."""
     del server
     return f"s3://{BUCKET}/{request.node.name}"
 
@@ -73,40 +75,45 @@ async def test_stored_surfaces_are_read_back(size: int, address: str) -> None:
         await store.get(id)
 
 
-@pytest.mark.parametrize("instead", [b"", TEN[1], TEN[0][:-1]], ids=["empty", "other", "short"])
-async def test_damaged_object(instead: bytes, address: str) -> None:
+@pytest.mark.parametrize(
+    "damaged", [b"", CONTENTS[1], CONTENTS[0][:-1]], ids=["empty", "other", "short"]
+)
+async def test_a_damaged_object_is_refused_and_replaced_when_stored_again(
+    damaged: bytes, address: str
+) -> None:
     store = open_store(address, 0)
-    await put(store, TEN[0])
-    await obstore.put_async(store._backend.objects, key_of(compute_id(TEN[0])), instead)
+    await put(store, CONTENTS[0])
+    await obstore.put_async(store._backend.objects, key_of(compute_id(CONTENTS[0])), damaged)
     with pytest.raises(DamagedObject):
-        await store.get(compute_id(TEN[0]))
-    assert await put(store, TEN[0])
-    assert await store.get(compute_id(TEN[0])) == TEN[0]
+        await store.get(compute_id(CONTENTS[0]))
+    assert await put(store, CONTENTS[0])
+    assert await store.get(compute_id(CONTENTS[0])) == CONTENTS[0]
 
 
-async def test_all_pages_of_the_listing_count(address: str) -> None:
-    """A listing has pages of a thousand objects."""
-    many, full = [f"{number:10d}".encode() for number in range(1003)], open_store(address, 0)
-    await asyncio.gather(*(put(full, content) for content in many))
+async def test_the_quota_counts_all_pages_of_the_listing(address: str) -> None:
+    """An S3 server lists a bucket in pages of 1000 objects; this bucket has 1003."""
+    contents = [f"{number:10d}".encode() for number in range(1003)]
+    store = open_store(address, 0)
+    await asyncio.gather(*(put(store, content) for content in contents))
     store = open_store(address, 10_049)
-    assert await put(store, TEN[0])
-    with pytest.raises(StoreFull) as caught:
-        await put(store, TEN[1])
-    assert caught.value.issues[0].needed == "at most 9 bytes"
-    assert not await put(store, TEN[0])
-    assert await store.delete(compute_id(many[0]))
-    assert await put(store, TEN[1])
+    assert await put(store, CONTENTS[0])
+    with pytest.raises(StoreFull) as error:
+        await put(store, CONTENTS[1])
+    assert error.value.issues[0].needed == "at most 9 bytes"
+    assert not await put(store, CONTENTS[0])
+    assert await store.delete(compute_id(contents[0]))
+    assert await put(store, CONTENTS[1])
 
 
-async def test_a_bucket_that_is_not_there(server: str) -> None:
+async def test_a_store_in_a_missing_bucket_is_not_ready(server: str) -> None:
     del server
     store = open_store("s3://there-is-no-such-bucket", 0)
     with pytest.raises(StoreFailed):
-        await put(store, TEN[0])
+        await put(store, CONTENTS[0])
     assert not await store.is_ready()
 
 
-def test_service_outlives_its_store() -> None:
+def test_a_service_works_without_its_store_and_becomes_unready_later() -> None:
     with start_s3_server() as url, set_account(url):
         settings = Settings(store=f"s3://{BUCKET}/service", store_quota=1 << 20)
         with run_service(settings) as service:
@@ -115,18 +122,19 @@ def test_service_outlives_its_store() -> None:
             stored = httpx.post(f"{service}/v1/surfaces", json=PATCH)
             assert stored.status_code == 201
             address = stored.headers["location"]
-            given = httpx.get(f"{service}{address}").json()["surface"]
-            assert given["control_net"] == PATCH["surface"]["control_net"]
-    with set_account(url), run_service(settings) as service:  # no server listens at `url` any more
+            surface = httpx.get(f"{service}{address}").json()["surface"]
+            assert surface["control_net"] == PATCH["surface"]["control_net"]
+    # The S3 server has ended; no process listens at `url`.
+    with set_account(url), run_service(settings) as service:
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (200, "unavailable")
         assert httpx.get(f"{service}/v1/surfaces/saddle/mesh.glb").status_code == 200
-        for answer in (
+        for response in (
             httpx.get(f"{service}{address}", timeout=60),
             httpx.post(f"{service}/v1/surfaces", json=PATCH, timeout=60),
         ):
-            assert (answer.status_code, answer.json()["code"]) == (503, "store_unavailable")
-            assert url not in answer.text
+            assert (response.status_code, response.json()["code"]) == (503, "store_unavailable")
+            assert url not in response.text
         time.sleep(STORE_GRACE)
         ready = httpx.get(f"{service}/health/ready")
         assert (ready.status_code, ready.json()["store"]) == (503, "unavailable")

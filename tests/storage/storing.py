@@ -1,6 +1,6 @@
-"""Stores some hundred contents in a folder, and prints the id of each stored content.
+"""Stores 200 contents in a folder, and prints the id of each.
 
-`python -m tests.storage.storing FOLDER`: one id a line, written once the store has answered.
+`python -m tests.storage.storing FOLDER` prints an id as one line when the content is stored.
 """
 
 import asyncio
@@ -11,7 +11,7 @@ from service.storage.address import open_store
 from tests.storage.backends import compute_id
 
 CONTENTS = 200
-AT_ONCE = 8
+AT_ONCE = 8  # contents that are stored at the same time
 
 
 def generate_contents() -> Iterator[bytes]:
@@ -23,15 +23,15 @@ def generate_contents() -> Iterator[bytes]:
 
 async def store_all(folder: str) -> None:
     store = open_store(folder, 1 << 30)
-    waiting = generate_contents()
+    contents = generate_contents()
 
-    async def worker() -> None:
-        for content in waiting:
+    async def store_next() -> None:
+        for content in contents:
             id = compute_id(content)
             await store.put(id, content)
             print(id, flush=True)
 
-    await asyncio.gather(*(worker() for _ in range(AT_ONCE)))
+    await asyncio.gather(*(store_next() for _ in range(AT_ONCE)))
 
 
 if __name__ == "__main__":

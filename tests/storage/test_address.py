@@ -1,4 +1,4 @@
-"""Valid and invalid addresses of stores."""
+"""Addresses of stores: folders, memory and buckets; invalid addresses are refused at the start."""
 
 import errno
 import logging
@@ -22,13 +22,15 @@ CONTENT = b"content"
 NOBODY = 65534
 
 
-async def is_stored_in(place: str, folder: Path) -> bool:
-    """Whether contents stored at an address are in a folder."""
-    await open_store(place, 0).put(compute_id(CONTENT), CONTENT)
+async def is_stored_in(store_address: str, folder: Path) -> bool:
+    """True if a content that is stored at this address is then in this folder."""
+    await open_store(store_address, 0).put(compute_id(CONTENT), CONTENT)
     return [path.name for path in list_files(folder)] == [compute_id(CONTENT)]
 
 
-async def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_addresses_of_folders_may_be_relative_absolute_or_urls(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     assert await is_stored_in(str(tmp_path / "whole"), tmp_path / "whole")
@@ -39,7 +41,7 @@ async def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("place", "message"),
+    ("store_address", "message"),
     [
         ("ftp://host/folder", "needed a folder, or an address that begins with"),
         ("http://127.0.0.1/folder", "begins with file://"),
@@ -56,25 +58,25 @@ async def test_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("~nobody-of-this-name/data", "needed a folder"),
     ],
 )
-def test_other_addresses(place: str, message: str) -> None:
+def test_invalid_addresses_are_refused(store_address: str, message: str) -> None:
     with pytest.raises(InvalidStore, match=message):
-        open_store(place, 0)
+        open_store(store_address, 0)
 
 
 @contextmanager
 def drop_privileges() -> Iterator[None]:
-    """Runs as another user, because root may write everywhere."""
-    root = os.geteuid() == 0
-    if root:
+    """Runs the block as another user, because root may write to all folders."""
+    is_root = os.geteuid() == 0
+    if is_root:
         os.seteuid(NOBODY)
     try:
         yield
     finally:
-        if root:
+        if is_root:
             os.seteuid(0)
 
 
-def test_a_folder_that_may_not_be_written(tmp_path: Path) -> None:
+def test_a_folder_without_write_permission_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "read-only"
     open_store(str(folder), 0)
     for path in (folder, *folder.iterdir()):
@@ -83,27 +85,27 @@ def test_a_folder_that_may_not_be_written(tmp_path: Path) -> None:
         open_store(str(folder), 0)
 
 
-async def test_a_full_disk_stops_the_start_only_if_there_is_nothing_yet(
+async def test_on_a_full_disk_an_existing_store_opens_and_a_new_one_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(path: Path) -> None:
+    def raise_disk_full(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
     await open_store(str(tmp_path), 0).put(compute_id(CONTENT), CONTENT)
-    monkeypatch.setattr(address, "make_folder", full)
+    monkeypatch.setattr(address, "make_folder", raise_disk_full)
     store = open_store(str(tmp_path), 0)
     assert await store.get(compute_id(CONTENT)) == CONTENT
     with pytest.raises(InvalidStore, match="No space left"):
         open_store(str(tmp_path / "new"), 0)
 
 
-def test_an_invalid_address_stops_the_start(
+def test_the_error_of_an_invalid_address_names_the_setting(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(InvalidSettings, match="SURFACE_STORE: got 'ftp://x'"):
         create_app(Settings(store="ftp://x"))
     monkeypatch.setenv("SURFACE_STORE", "ftp://x")
-    # The command sends the log of its whole process to standard error.
+    # The command changes the handlers of the root logger; monkeypatch restores them.
     root = logging.getLogger()
     monkeypatch.setattr(root, "handlers", [])
     monkeypatch.setattr(root, "level", root.level)
@@ -111,8 +113,8 @@ def test_an_invalid_address_stops_the_start(
     assert capsys.readouterr().err.startswith("surface: SURFACE_STORE: got 'ftp://x', needed")
 
 
-async def test_a_bucket_that_cannot_be_reached() -> None:
-    """The service starts, and reports that its store does not respond."""
+async def test_a_store_in_an_unreachable_bucket_opens_and_is_not_ready() -> None:
+    """So the service starts, and reports later that its store does not respond."""
     with set_account("http://127.0.0.1:9"):
         store = open_store("s3://bucket/prefix", 0)
         with pytest.raises(StoreFailed):

@@ -1,4 +1,4 @@
-"""All texts of a surface have one content; different surfaces have different contents."""
+"""All JSON texts of a surface have one canonical content; other surfaces have other contents."""
 
 import json
 import math
@@ -34,8 +34,8 @@ LIMITS = DocumentLimits()
 IDS: Path = Path(__file__).parents[1] / "golden" / "ids.json"
 
 MORE: dict[str, Json] = {
-    "all that a default could say": {"type": "bspline", "control_net": WAVES},
-    "a ribbon that faces the reader": {
+    "a spline with all defaults": {"type": "bspline", "control_net": WAVES},
+    "a ribbon with the default direction": {
         "type": "ribbon",
         "curve": {
             "type": "bspline",
@@ -62,13 +62,13 @@ MORE: dict[str, Json] = {
         "up": "z",
         "name": "sizes",
     },
-    "parts and attributes in no order": TENT
+    "parts and attributes in unusual order": TENT
     | {
         "weights": [1, 2, 3, 4, 5],
         "parts": {"b": [1], "a": [0]},
         "attributes": {"sides": [[k] for k in range(5)], "Degree": [[k, 2] for k in range(5)]},
     },
-    "members that say nothing": {
+    "members with all defaults": {
         "type": "group",
         "members": [
             {"surface": PATCH, "matrix": IDENTITY, "color": [0, 1, 0.5, 1], "name": "surface"},
@@ -76,31 +76,34 @@ MORE: dict[str, Json] = {
         ],
     },
 }
-"""Further surfaces: with many defaults, or with numbers of many digits."""
+"""Further surfaces, by a title: with many defaults, or with numbers of many digits."""
 
 ALL = {**SURFACES, **MORE}
 
 
 def parse_surface(document: Any) -> Surface:
+    """The surface of this definition."""
     return validate_document(SurfaceRequest, {"surface": document}, LIMITS).to_surface()
 
 
 def compute_id(document: Any) -> str:
+    """The id of the surface of this definition."""
     return surface_id(canonical_content(parse_surface(document)))
 
 
-def read(text: str) -> Surface:
+def parse_text(text: str) -> Surface:
+    """The surface of this JSON text of a definition."""
     body = f'{{"surface":{text}}}'.encode()
     return parse_request(SurfaceRequest, body, LIMITS).to_surface()
 
 
-def test_many_spellings_have_one_id_each() -> None:
+def test_all_spellings_of_a_surface_have_one_id() -> None:
     random, ids, texts = Random(1), set[str](), set[str]()
     for content in ALL.values():
         # Ribbons and groups take ten times as long as the others.
         count = 15 if content.get("type") in ("ribbon", "group") else 40
         spellings = [spell_surface(content, random) for _ in range(count)]
-        assert {surface_id(canonical_content(read(text))) for text in spellings} == {
+        assert {surface_id(canonical_content(parse_text(text))) for text in spellings} == {
             compute_id(content)
         }
         ids.add(compute_id(content))
@@ -110,7 +113,7 @@ def test_many_spellings_have_one_id_each() -> None:
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
-def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
+def test_all_spellings_of_a_number_have_its_value(number: float) -> None:
     for numeral in spell_number(number):
         parsed = parse_document(numeral.encode())
         assert isinstance(parsed, int | float)
@@ -118,19 +121,19 @@ def test_spellings_of_a_number_are_all_that_number(number: float) -> None:
 
 
 @pytest.mark.parametrize("name", [*ALL, *EXAMPLES])
-def test_a_content_is_restored_whole(name: str) -> None:
-    one = parse_surface(ALL[name]) if name in ALL else find(name).surface()
-    content = canonical_content(one)
-    again = restore_surface(content, LIMITS)
-    assert canonical_content(again) == content
-    assert content_key(again) == content_key(one)
-    written = orjson.dumps(definition(again), option=orjson.OPT_SERIALIZE_NUMPY)
-    assert canonical_content(parse_surface(orjson.loads(written))) == content
+def test_a_surface_is_restored_from_its_content(name: str) -> None:
+    surface = parse_surface(ALL[name]) if name in ALL else find(name).surface()
+    content = canonical_content(surface)
+    restored = restore_surface(content, LIMITS)
+    assert canonical_content(restored) == content
+    assert content_key(restored) == content_key(surface)
+    text = orjson.dumps(definition(restored), option=orjson.OPT_SERIALIZE_NUMPY)
+    assert canonical_content(parse_surface(orjson.loads(text))) == content
 
 
 def test_every_field_of_every_kind_is_part_of_the_content() -> None:
-    """Each kind of value occurs among the surfaces with each of its fields not at its default."""
-    seen: dict[type, set[str]] = {}
+    """For each field of each class, some surface above has another value than the default."""
+    names_of: dict[type, set[str]] = {}
     documents = [*ALL.values(), *(each | {"name": "a", "up": "z"} for each in ALL.values())]
     for value in (part for document in documents for part in _list_values(parse_surface(document))):
         for each in fields(value):
@@ -138,14 +141,15 @@ def test_every_field_of_every_kind_is_part_of_the_content() -> None:
             if each.default_factory is not MISSING:
                 default = each.default_factory()
             if each.init and content_key(getattr(value, each.name)) != content_key(default):
-                seen.setdefault(type(value), set()).add(each.name)
-    for kind, names in seen.items():
-        unread = {"name", "up"} if kind in (BezierCurve, BsplineCurve) else set()
-        assert names | unread == {each.name for each in fields(kind) if each.init}, kind
+                names_of.setdefault(type(value), set()).add(each.name)
+    for kind, names in names_of.items():
+        # The name and the up axis of the curve of a tube or ribbon have no effect.
+        ignored = {"name", "up"} if kind in (BezierCurve, BsplineCurve) else set()
+        assert names | ignored == {each.name for each in fields(kind) if each.init}, kind
 
 
 def _list_values(value: Any) -> Iterator[Any]:
-    """The value and the values within it."""
+    """The surface, and all members, surfaces, curves and channels in it."""
     yield value
     if isinstance(value, GroupSurface):
         for member in value.members:
@@ -157,7 +161,7 @@ def _list_values(value: Any) -> Iterator[Any]:
 
 
 def _list_number_paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The paths of numbers that may have a fraction."""
+    """The paths of all numbers in a definition that need not be integers."""
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
         for key, item in items:
@@ -171,7 +175,7 @@ def _list_number_paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple
 
 
 def _change_number(value: Any, path: tuple[Any, ...], towards: float) -> Any:
-    """A copy in which the number at `path` is the next one towards another."""
+    """A copy in which the number at `path` is replaced by the next float64 towards `towards`."""
     if not path:
         return math.nextafter(value, towards)
     copy = dict(value) if isinstance(value, dict) else list(value)
@@ -180,13 +184,15 @@ def _change_number(value: Any, path: tuple[Any, ...], towards: float) -> Any:
 
 
 @given(st.sampled_from([*ALL]), st.sampled_from([math.inf, -math.inf]), st.data())
-def test_the_next_number_is_another_surface(name: str, towards: float, data: st.DataObject) -> None:
+def test_a_change_of_the_last_bit_changes_the_id(
+    name: str, towards: float, data: st.DataObject
+) -> None:
     document = ALL[name]
     path = data.draw(st.sampled_from([*_list_number_paths(document)]))
     try:
         other = compute_id(_change_number(document, path, towards))
     except InvalidRequest:
-        assume(False)  # a colour above 1, a knot that is too close to the next
+        assume(False)  # such as a colour above 1, or a knot too close to the next
     assert other != compute_id(document)
 
 
@@ -208,23 +214,23 @@ def test_different_surfaces_have_different_ids(one: Json, other: Json) -> None:
     assert compute_id(one) != compute_id(other)
 
 
-def test_numbers_from_arrays_are_those_of_lists() -> None:
+def test_arrays_and_lists_of_equal_numbers_have_one_id() -> None:
     net = np.array([[[0.5, 1, -0.0], [1, 2, 3]], [[1e9, 0, 2], [-4, 5, 0.25]]])
-    listed = compute_id({"control_net": net.tolist()})
-    given = (net, net.astype(">f8"), net.astype("<f4"), np.asfortranarray(net))
-    assert {compute_id({"control_net": array}) for array in given} == {listed}
+    expected = compute_id({"control_net": net.tolist()})
+    arrays = (net, net.astype(">f8"), net.astype("<f4"), np.asfortranarray(net))
+    assert {compute_id({"control_net": array}) for array in arrays} == {expected}
 
 
-def test_weights_beyond_double_precision_count_by_their_quotients() -> None:
-    """Large weights are scaled by a power of two, which changes no digit."""
+def test_very_large_and_small_weights_count_by_their_ratios() -> None:
+    """The service scales such weights by a power of two, which is exact."""
     weights: FloatArray = np.array([[1.0, 3.0, 2.0], [1.0, 1.0, 7.0]])
     ids = {compute_id(PATCH | {"weights": weights * 2.0**k}) for k in (100, 101, -700)}
     assert len(ids) == 1
     assert ids != {compute_id(PATCH | {"weights": weights})}
 
 
-def test_the_content_is_as_documented() -> None:
-    """The bytes of the content, computed by other code."""
+def test_the_content_has_the_documented_bytes() -> None:
+    """The test computes the bytes by code of its own."""
     net = [[[0, 0, 0], [0, 1.5, 0]], [[1, 0, -0.0], [1, 1, 1]]]
     numbers = np.array(net).astype("<f8") + 0.0
     header = (
@@ -232,22 +238,22 @@ def test_the_content_is_as_documented() -> None:
         b'"surface":{"control_net":null,"name":"\\u00e9","type":"bezier","up":"y"}}'
     )
     content = header + b"\n" + numbers.tobytes()
-    built = parse_surface({"control_net": net, "name": "é"})
-    assert canonical_content(built) == content
+    surface = parse_surface({"control_net": net, "name": "é"})
+    assert canonical_content(surface) == content
     assert surface_id(content) == sha256(content).hexdigest()
 
 
-def test_ids_are_for_ever() -> None:
+def test_ids_are_equal_to_the_golden_ids() -> None:
     """Ids must never change, because surfaces are stored under them."""
     assert compute_ids() == json.loads(IDS.read_text())
 
 
 def compute_ids() -> dict[str, str]:
-    """The ids of the surfaces above and of the built-in ones."""
-    result = {
+    """The ids of the built-in examples and of the surfaces above, by name."""
+    example_ids = {
         name: surface_id(canonical_content(example.surface())) for name, example in EXAMPLES.items()
     }
-    return result | {name: compute_id(document) for name, document in ALL.items()}
+    return example_ids | {name: compute_id(document) for name, document in ALL.items()}
 
 
 @pytest.mark.parametrize(
@@ -276,12 +282,12 @@ def compute_ids() -> dict[str, str]:
     ],
     ids=len,
 )
-def test_invalid_content_is_damaged(content: bytes) -> None:
+def test_invalid_contents_are_refused(content: bytes) -> None:
     with pytest.raises(DamagedObject):
         restore_surface(content, LIMITS)
 
 
-def test_a_content_ends_where_it_ends() -> None:
+def test_truncated_and_longer_contents_are_refused() -> None:
     content = canonical_content(find("saddle").surface())
     for end in range(len(content)):
         with pytest.raises(DamagedObject):
@@ -291,8 +297,10 @@ def test_a_content_ends_where_it_ends() -> None:
 
 
 @given(st.sampled_from([*ALL]), st.data())
-def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) -> None:
-    """Every other content is refused; the store checks the hash."""
+def test_damaged_contents_are_refused_or_restored_to_a_valid_surface(
+    name: str, data: st.DataObject
+) -> None:
+    """A damaged content may be that of another surface; the store notices this by the hash."""
     content = bytearray(canonical_content(parse_surface(ALL[name])))
     end = content.index(b"\n")
     for _ in range(data.draw(st.integers(1, 3))):
@@ -300,20 +308,20 @@ def test_damage_is_refused_or_another_surface(name: str, data: st.DataObject) ->
             st.sampled_from(b'0123456789",:[]{}n-.')
         )
     try:
-        built = restore_surface(bytes(content), LIMITS)
+        surface = restore_surface(bytes(content), LIMITS)
     except (DamagedObject, InvalidRequest):
         return
-    assert surface_id(canonical_content(built))
+    assert surface_id(canonical_content(surface))
 
 
-def test_a_large_surface_is_restored_from_its_bytes() -> None:
-    """The arrays look into the content until the surface takes its copy."""
+def test_a_large_content_has_the_bytes_of_its_arrays() -> None:
+    """The content adds at most 200 bytes, and the restored arrays are equal."""
     net = np.random.default_rng(1).random((65, 65, 3))
     content = canonical_content(BezierSurface(net))
     assert len(content) < net.nbytes + 200
-    again = restore_surface(content, LIMITS)
-    assert isinstance(again, BezierSurface)
-    np.testing.assert_array_equal(again.control_net, net)
+    restored = restore_surface(content, LIMITS)
+    assert isinstance(restored, BezierSurface)
+    np.testing.assert_array_equal(restored.control_net, net)
 
 
 if __name__ == "__main__":

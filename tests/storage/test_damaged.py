@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from service.errors import DamagedObject
 from service.storage.keys import key_of
 from service.storage.store import INLINE_BYTES, SurfaceStore
-from tests.storage.backends import KINDS, compute_id, store_of
+from tests.storage.backends import KINDS, compute_id, open_test_store
 
 pytestmark = pytest.mark.anyio
 CONTENT = b"bezier" * 100
@@ -22,46 +22,47 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "truncated": lambda content: content[:-1],
     "longer": lambda content: content + b"\0",
     "changed": lambda content: bytes([content[0] ^ 1]) + content[1:],
-    "of another": lambda _: b"another surface",
+    "of another surface": lambda _: b"another surface",
 }
 
 
-async def damage_object(store: SurfaceStore, content: bytes, instead: bytes) -> None:
-    await obstore.put_async(store._backend.objects, key_of(compute_id(content)), instead)
+async def replace_object(store: SurfaceStore, content: bytes, new: bytes) -> None:
+    """Writes other bytes to the object of a content."""
+    await obstore.put_async(store._backend.objects, key_of(compute_id(content)), new)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("damaged", DAMAGES.values(), ids=DAMAGES)
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 @pytest.mark.parametrize("content", [CONTENT, b"x" * (INLINE_BYTES + 1)], ids=["short", "long"])
-async def test_damaged_object(
+async def test_a_damaged_object_is_refused_and_replaced_when_stored_again(
     kind: str,
-    damaged: Callable[[bytes], bytes],
+    damage: Callable[[bytes], bytes],
     content: bytes,
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     id = compute_id(content)
-    store = store_of(kind, tmp_path)
+    store = open_test_store(kind, tmp_path)
     assert await store.put(id, content)
-    await damage_object(store, content, damaged(content))
+    await replace_object(store, content, damage(content))
     with pytest.raises(DamagedObject), caplog.at_level(logging.ERROR):
         await store.get(id)
     assert key_of(id) in caplog.text
     assert await store.has(id)
-    assert await store.put(id, content), "mended"
+    assert await store.put(id, content), "storing again replaces the object"
     assert await store.get(id) == content
-    await damage_object(store, content, damaged(content))
+    await replace_object(store, content, damage(content))
     assert await store.delete(id)
     assert not await store.has(id)
 
 
 @given(st.binary(min_size=1, max_size=64), st.binary(max_size=64))
-def test_other_contents_are_never_sent(content: bytes, instead: bytes) -> None:
-    async def work(store: SurfaceStore) -> None:
-        await damage_object(store, content, instead)
+def test_a_content_under_another_id_is_never_returned(content: bytes, other: bytes) -> None:
+    async def replace_and_read(store: SurfaceStore) -> None:
+        await replace_object(store, content, other)
         try:
             assert await store.get(compute_id(content)) == content
         except DamagedObject:
-            assert instead != content
+            assert other != content
 
-    asyncio.run(work(store_of("memory", Path())))
+    asyncio.run(replace_and_read(open_test_store("memory", Path())))

@@ -1,4 +1,4 @@
-"""Properties that only a folder has: files, permissions, a disk."""
+"""A store in a folder: files reach the disk, and errors of the disk leave no partial files."""
 
 import os
 import stat
@@ -11,35 +11,35 @@ from service.errors import StoreFailed, StoreFull
 from service.storage.backends import STAGING
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
-from tests.storage.backends import compute_id, find_file, list_files, store_of
+from tests.storage.backends import compute_id, find_file, list_files, open_test_store
 
 pytestmark = pytest.mark.anyio
-ONE, TWO = b"one", b"two"
+FIRST, SECOND = b"first", b"second"
 
 
-async def put_one(store: SurfaceStore) -> bool:
-    return await store.put(compute_id(ONE), ONE)
+async def put_first(store: SurfaceStore) -> bool:
+    return await store.put(compute_id(FIRST), FIRST)
 
 
-async def test_an_object_is_on_the_disk_before_it_has_its_name(
+async def test_an_object_is_on_the_disk_before_its_file_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The file first; then the folders in which its name and theirs are new."""
-    final = find_file(tmp_path, ONE)
-    store = store_of("folder", tmp_path)
+    """First the file is synced, then the folders that have a new entry."""
+    final = find_file(tmp_path, FIRST)
+    store = open_test_store("folder", tmp_path)
     synced: list[tuple[int, bool]] = []
     fsync = os.fsync
-    loop = threading.get_ident()
+    event_loop_thread = threading.get_ident()
 
-    def watched(file: int) -> None:
-        assert threading.get_ident() != loop, "the event loop has no time to wait for a disk"
+    def record_and_sync(file: int) -> None:
+        assert threading.get_ident() != event_loop_thread, "the event loop must not wait for a disk"
         synced.append((os.fstat(file).st_ino, final.exists()))
         if stat.S_ISREG(os.fstat(file).st_mode):
-            assert os.pread(file, 10, 0) == ONE
+            assert os.pread(file, 10, 0) == FIRST
         fsync(file)
 
-    monkeypatch.setattr(os, "fsync", watched)
-    assert await put_one(store)
+    monkeypatch.setattr(os, "fsync", record_and_sync)
+    assert await put_first(store)
     assert synced == [
         (final.stat().st_ino, False),
         (final.parent.stat().st_ino, True),
@@ -47,61 +47,63 @@ async def test_an_object_is_on_the_disk_before_it_has_its_name(
     ]
 
 
-def test_new_folders_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_folders_of_a_store_are_synced_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     synced: list[int] = []
     fsync = os.fsync
 
-    def watched(file: int) -> None:
+    def record_and_sync(file: int) -> None:
         synced.append(os.fstat(file).st_ino)
         fsync(file)
 
-    monkeypatch.setattr(os, "fsync", watched)
-    store_of("folder", tmp_path / "a" / "b")
+    monkeypatch.setattr(os, "fsync", record_and_sync)
+    open_test_store("folder", tmp_path / "a" / "b")
     assert {tmp_path.stat().st_ino, (tmp_path / "a").stat().st_ino} <= set(synced)
     assert synced.count((tmp_path / "a" / "b").stat().st_ino) == 2
     synced.clear()
-    store_of("folder", tmp_path / "a" / "b")
+    open_test_store("folder", tmp_path / "a" / "b")
     assert synced == []
 
 
-async def test_a_folder_that_breaks_fails_and_works_again(
+async def test_a_store_whose_staging_folder_breaks_fails_and_works_again_later(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     staging = tmp_path / STAGING
-    store = store_of("folder", tmp_path)
-    await put_one(store)
+    store = open_test_store("folder", tmp_path)
+    await put_first(store)
     staging.rmdir()
     staging.write_text("no folder")
-    with pytest.raises(StoreFailed) as caught:
-        await store.put(compute_id(TWO), TWO)
-    assert caught.value.issues == ()
-    assert key_of(compute_id(TWO)) in caplog.text
+    with pytest.raises(StoreFailed) as error:
+        await store.put(compute_id(SECOND), SECOND)
+    assert error.value.issues == ()
+    assert key_of(compute_id(SECOND)) in caplog.text
     assert "Debug source" not in caplog.text
-    assert await store.get(compute_id(ONE)) == ONE
-    assert not await store.has(compute_id(TWO))
+    assert await store.get(compute_id(FIRST)) == FIRST
+    assert not await store.has(compute_id(SECOND))
     staging.unlink()
-    assert await store.put(compute_id(TWO), TWO)
+    assert await store.put(compute_id(SECOND), SECOND)
 
 
-async def test_a_write_that_fails_leaves_nothing(
+async def test_a_failed_write_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Some disks report that they are full only when bytes are forced to them."""
+    """Some disks report only at `fsync` that they are full."""
 
-    def full(_: int) -> None:
+    def raise_disk_full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    store = store_of("folder", tmp_path)
+    store = open_test_store("folder", tmp_path)
     with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", full)
-        with pytest.raises(StoreFull) as caught:
-            await put_one(store)
-    assert [issue.code for issue in caught.value.issues] == ["disk_full"]
+        patch.setattr(os, "fsync", raise_disk_full)
+        with pytest.raises(StoreFull) as error:
+            await put_first(store)
+    assert [issue.code for issue in error.value.issues] == ["disk_full"]
     assert list_files(tmp_path) == []
-    assert await put_one(store)
+    assert await put_first(store)
 
 
-async def test_a_folder_that_is_gone_does_not_answer(tmp_path: Path) -> None:
-    store = store_of("folder", tmp_path)
+async def test_a_store_whose_folder_is_removed_is_not_ready(tmp_path: Path) -> None:
+    store = open_test_store("folder", tmp_path)
     (tmp_path / "surfaces").rmdir()
     assert not await store.is_ready()

@@ -1,4 +1,4 @@
-"""Processes that are killed while they store, and processes that store equal contents."""
+"""Stores of several processes: some are killed while they store, others store equal contents."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from service.storage.backends import ABANDONED_AFTER, STAGING
-from tests.storage.backends import compute_id, find_file, list_files, store_of
+from tests.storage.backends import compute_id, find_file, list_files, open_test_store
 from tests.storage.storing import CONTENTS, generate_contents
 
 pytestmark = pytest.mark.anyio
@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def start_storing(folder: Path) -> subprocess.Popen[str]:
+    """A process that runs `tests/storage/storing.py`."""
     command = [sys.executable, "-m", "tests.storage.storing", str(folder)]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
@@ -25,41 +26,43 @@ def start_storing(folder: Path) -> subprocess.Popen[str]:
         env=environment,
         stdout=subprocess.PIPE,
         text=True,
-        # The pipe is short, so the process waits for its reader, and is always writing when it is
+        # The pipe is short, so the process waits for its reader, and cannot end before it is
         # killed.
         pipesize=4096,
     )
 
 
 def read_stored(folder: Path) -> set[str]:
-    """The visible objects of a folder, all of which must be complete."""
-    visible = list_files(folder / "surfaces")
-    for path in visible:
-        assert path == find_file(folder, path.read_bytes()), "an object that is not its name"
-    return {path.name for path in visible}
+    """The ids of all objects in a folder, each of which must be complete."""
+    objects = list_files(folder / "surfaces")
+    for path in objects:
+        assert path == find_file(folder, path.read_bytes()), "the name is not the hash"
+    return {path.name for path in objects}
 
 
-def test_kill_leaves_complete_objects_and_all_acknowledged_ones(tmp_path: Path) -> None:
-    """One folder, one process after the other, each killed later than the one before."""
-    for moment in (1, 120):
+def test_a_killed_process_leaves_only_complete_objects_and_all_that_it_reported(
+    tmp_path: Path,
+) -> None:
+    """Two processes store in one folder; they are killed after 1 and after 120 contents."""
+    for count in (1, 120):
         with start_storing(tmp_path) as process:
             assert process.stdout is not None
-            acknowledged = {process.stdout.readline().strip() for _ in range(moment)}
+            reported = {process.stdout.readline().strip() for _ in range(count)}
             process.kill()
-            # The ids that it printed before the signal.
-            acknowledged |= {line.strip() for line in process.stdout if line.endswith("\n")}
+            # More ids that the process printed before the signal.
+            reported |= {line.strip() for line in process.stdout if line.endswith("\n")}
         assert process.returncode == -9
-        assert moment <= len(acknowledged) < CONTENTS
-        assert acknowledged <= read_stored(tmp_path)
+        assert count <= len(reported) < CONTENTS
+        assert reported <= read_stored(tmp_path)
     with start_storing(tmp_path) as process:
         process.communicate()
     assert read_stored(tmp_path) == {compute_id(content) for content in generate_contents()}
 
 
-def test_two_processes_may_store_the_same(tmp_path: Path) -> None:
-    with start_storing(tmp_path) as one, start_storing(tmp_path) as other:
-        ids = [process.communicate()[0].split() for process in (one, other)]
-    assert [one.returncode, other.returncode] == [0, 0]
+def test_two_processes_may_store_equal_contents_at_the_same_time(tmp_path: Path) -> None:
+    with start_storing(tmp_path) as first, start_storing(tmp_path) as second:
+        ids = [process.communicate()[0].split() for process in (first, second)]
+    assert [first.returncode, second.returncode] == [0, 0]
     assert set(ids[0]) == set(ids[1]) == read_stored(tmp_path)
     assert list_files(tmp_path / STAGING) == []
 
@@ -68,14 +71,14 @@ def test_two_processes_may_store_the_same(tmp_path: Path) -> None:
 async def test_files_of_killed_processes_are_not_objects_and_are_removed_after_an_hour(
     name: str, tmp_path: Path
 ) -> None:
-    store = store_of("folder", tmp_path)
-    left = tmp_path / STAGING / name
-    left.write_bytes(b"half of a conte")
+    store = open_test_store("folder", tmp_path)
+    staged = tmp_path / STAGING / name
+    staged.write_bytes(b"half of a conte")
 
     await store._backend.sweep()
-    assert left.exists(), "another process may be writing it"
-    before = time.time() - ABANDONED_AFTER - 1
-    os.utime(left, (before, before))
+    assert staged.exists(), "another process may be writing it"
+    old = time.time() - ABANDONED_AFTER - 1
+    os.utime(staged, (old, old))
     assert read_stored(tmp_path) == set()
     await store._backend.sweep()
-    assert not left.exists()
+    assert not staged.exists()

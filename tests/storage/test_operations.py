@@ -1,4 +1,4 @@
-"""Counts of a store's operations, by kind and outcome."""
+"""A store counts its operations and their seconds, by kind and by outcome."""
 
 import hashlib
 from pathlib import Path
@@ -14,7 +14,7 @@ ID = hashlib.sha256(CONTENT).hexdigest()
 
 
 @pytest.mark.anyio
-async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
+async def test_operations_are_counted_by_kind_and_outcome(tmp_path: Path) -> None:
     store = open_store(str(tmp_path), 10)
     assert await store.put(ID, CONTENT)
     assert not await store.put(ID, CONTENT)
@@ -30,8 +30,8 @@ async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
     assert await store.delete(ID)
     assert await store.is_ready()
     assert not await store.has("no id")
-    result = store.operations.totals
-    assert {key: done.count for key, done in result.items()} == {
+    totals = store.operations.totals
+    assert {key: total.count for key, total in totals.items()} == {
         ("put", "done"): 2,
         ("put", "refused"): 1,
         ("get", "done"): 2,
@@ -40,5 +40,5 @@ async def test_every_operation_is_counted_by_its_end(tmp_path: Path) -> None:
         ("delete", "done"): 1,
         ("ask", "done"): 1,
     }
-    assert all(done.seconds > 0 for done in result.values())
+    assert all(total.seconds > 0 for total in totals.values())
     assert store.used == 0

@@ -1,4 +1,4 @@
-"""Responses for a damaged surface, and for a full store."""
+"""Responses over HTTP if a stored surface is damaged, and if the store is full."""
 
 from pathlib import Path
 
@@ -19,12 +19,12 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
 ) -> None:
     with start_client(create_app(Settings(store=str(tmp_path)))) as client:
         stored = client.post("/v1/surfaces", PATCH).json()
-        address = stored["links"]["self"]
+        link = stored["links"]["self"]
         other = client.post("/v1/surfaces", OTHER_PATCH).json()
-        kept = {path.name: path for path in list_files(tmp_path)}
-        kept[stored["id"]].write_bytes(kept[other["id"]].read_bytes())
+        files = {path.name: path for path in list_files(tmp_path)}
+        files[stored["id"]].write_bytes(files[other["id"]].read_bytes())
         mesh = stored["links"]["mesh"]["glb"]
-        for url in (address, mesh):
+        for url in (link, mesh):
             response = client.get(url)
             assert response.status_code == 500
             assert response.json()["code"] == "damaged_object"
@@ -33,19 +33,19 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
         assert stored["id"] in caplog.text
         assert client.get(other["links"]["self"]).status_code == 200
         assert client.post("/v1/surfaces", PATCH).status_code == 201
-        net = client.get(address).json()["surface"]["control_net"]
+        net = client.get(link).json()["surface"]["control_net"]
         assert net == NET
         assert client.get(mesh).status_code == 200
 
 
-def test_a_quota_names_the_bytes_left(tmp_path: Path) -> None:
+def test_the_error_of_a_full_store_names_the_bytes_that_are_left(tmp_path: Path) -> None:
     with start_client(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
-        (kept,) = list_files(tmp_path)
-        size = kept.stat().st_size
+        (file,) = list_files(tmp_path)
+        size = file.stat().st_size
         response = client.post("/v1/surfaces", OTHER_PATCH)
         assert response.status_code == 507
         assert response.json()["code"] == "store_full"
         (error,) = response.json()["errors"]
         assert (error["code"], error["needed"]) == ("store_full", f"at most {400 - size} bytes")
-        assert list_files(tmp_path) == [kept]
+        assert list_files(tmp_path) == [file]

@@ -1,4 +1,4 @@
-"""The properties of a store, in memory and in a folder."""
+"""A store, in memory and in a folder: contents are kept under their hashes."""
 
 import asyncio
 from pathlib import Path
@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from service.errors import UnknownSurface
 from service.storage.keys import key_of
 from service.storage.store import INLINE_BYTES, SurfaceStore
-from tests.storage.backends import KINDS, compute_id, store_of
+from tests.storage.backends import KINDS, compute_id, open_test_store
 
 pytestmark = pytest.mark.anyio
 CONTENTS = st.binary(max_size=2)
-NAMES = [
+INVALID_NAMES = [
     "",
     "../../etc/passwd",
     "a" * 63,
@@ -28,6 +28,7 @@ NAMES = [
     "a" * 62 + "#1",
     "a" * 63 + "\0",
 ]
+"""Texts that are not ids."""
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -35,7 +36,7 @@ NAMES = [
 async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Path) -> None:
     content = bytes(index % 251 for index in range(size))
     id = compute_id(content)
-    store = store_of(kind, tmp_path)
+    store = open_test_store(kind, tmp_path)
     assert not await store.has(id)
     assert await store.put(id, content)
     assert not await store.put(id, content)
@@ -49,12 +50,14 @@ async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Pat
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """A store and a dictionary agree after any sequence of operations."""
+def test_a_store_works_like_a_dictionary(
+    kind: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """After any sequence of operations, a store and a dictionary have the same contents."""
 
     @given(st.lists(st.tuples(st.sampled_from(["put", "delete", "has"]), CONTENTS), max_size=20))
-    def check_agreement(steps: list[tuple[str, bytes]]) -> None:
-        async def work(store: SurfaceStore) -> None:
+    def compare_with_dictionary(steps: list[tuple[str, bytes]]) -> None:
+        async def perform_steps(store: SurfaceStore) -> None:
             model: dict[str, bytes] = {}
             for step, content in steps:
                 id = compute_id(content)
@@ -67,15 +70,17 @@ def test_store_is_a_dictionary(kind: str, tmp_path_factory: pytest.TempPathFacto
             for id, content in model.items():
                 assert await store.get(id) == content
 
-        asyncio.run(work(store_of(kind, tmp_path_factory.mktemp("store"))))
+        asyncio.run(perform_steps(open_test_store(kind, tmp_path_factory.mktemp("store"))))
 
-    check_agreement()
+    compare_with_dictionary()
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", NAMES)
-async def test_other_names_lead_nowhere(kind: str, name: str, tmp_path: Path) -> None:
-    store = store_of(kind, tmp_path / "store")
+@pytest.mark.parametrize("name", INVALID_NAMES)
+async def test_names_that_are_not_ids_are_unknown_and_cannot_be_stored(
+    kind: str, name: str, tmp_path: Path
+) -> None:
+    store = open_test_store(kind, tmp_path / "store")
     assert not await store.has(name)
     assert not await store.delete(name)
     with pytest.raises(UnknownSurface):
@@ -94,17 +99,19 @@ def test_only_ids_become_keys(name: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-async def test_content_goes_under_its_own_hash_only(kind: str, tmp_path: Path) -> None:
-    store = store_of(kind, tmp_path)
+async def test_a_content_is_stored_only_under_its_own_hash(kind: str, tmp_path: Path) -> None:
+    store = open_test_store(kind, tmp_path)
     with pytest.raises(ValueError, match="not the hash"):
         await store.put(compute_id(b"one"), b"other")
     assert not await store.has(compute_id(b"one"))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-async def test_one_of_many_clients_stores_a_surface_first(kind: str, tmp_path: Path) -> None:
+async def test_of_many_equal_requests_only_the_first_stores_the_content(
+    kind: str, tmp_path: Path
+) -> None:
     content = b"the same" * 1000
-    store = store_of(kind, tmp_path)
-    stored = await asyncio.gather(*(store.put(compute_id(content), content) for _ in range(50)))
-    assert sorted(stored) == [False] * 49 + [True]
+    store = open_test_store(kind, tmp_path)
+    results = await asyncio.gather(*(store.put(compute_id(content), content) for _ in range(50)))
+    assert sorted(results) == [False] * 49 + [True]
     assert await store.get(compute_id(content)) == content
