@@ -253,7 +253,7 @@ async def test_a_waiting_request_with_an_invalid_body_does_not_reach_the_applica
     assert len(app.received) == 1
 
 
-async def test_the_application_is_told_that_a_body_is_incomplete() -> None:
+async def test_the_application_sees_that_a_body_is_incomplete() -> None:
     echo = Echo()
     client = Server(echo).connect()
     await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
