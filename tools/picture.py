@@ -22,8 +22,15 @@ from service.schemas.validation import validate_document
 from service.surface.examples import EXAMPLES, Example
 from tests.live import run_service
 from tests.programs import find_chromium
-from tests.web.browser import FOLDER, listening, open_browser, open_page, open_viewer, serve_folder
-from tests.web.editor import choose, show
+from tests.web.browser import (
+    FOLDER,
+    open_browser,
+    open_page,
+    open_viewer,
+    record_page,
+    serve_folder,
+)
+from tests.web.editor import select_point, show
 
 WIRES = (
     "/v1/surfaces/utah-teapot/mesh.glb?resolution=12&faces=none&isocurves=4&wires=tubes"
@@ -105,15 +112,15 @@ def draw_editor(browser: Browser, url: str, scheme: Scheme, target: Path, point:
     context = browser.new_context(
         viewport={"width": 1280, "height": 800}, device_scale_factor=1.25, color_scheme=scheme
     )
-    stage = listening(context.new_page())
+    stage = record_page(context.new_page())
     show(stage.page, url)
     if point:
-        choose(stage.page, point)
+        select_point(stage.page, point)
     stage.page.evaluate("document.activeElement.blur()")
     stage.page.screenshot(path=target)
     context.close()
-    if stage.complaints:
-        sys.exit("\n".join(stage.complaints))
+    if stage.messages:
+        sys.exit("\n".join(stage.messages))
 
 
 def draw_thumbnail(page: Page, target: Path) -> None:
@@ -147,8 +154,8 @@ def main(folder: Path) -> None:
         open_viewer(stage, pages)
         for target, (url, size) in pictures.items():
             stage.show(url if url.startswith("data:") else service + url, *size)
-            if stage.complaints:
-                sys.exit("\n".join([url, *stage.complaints]))
+            if stage.messages:
+                sys.exit("\n".join([url, *stage.messages]))
             if target in with_edges:
                 stage.draw_edges()
             stage.page.screenshot(path=target)

@@ -1,4 +1,4 @@
-"""Headless Chromium, with any page, and with a viewer page that draws models by three.js."""
+"""Headless Chromium for tests: any page, and the viewer page, which draws models with three.js."""
 
 import base64
 from collections.abc import Collection, Iterator
@@ -17,7 +17,7 @@ from tests.live import serve
 
 FOLDER = Path(__file__).parent
 
-# Software WebGL, for machines without a graphics card; no connections to any other host.
+# WebGL in software, for machines without a graphics card; no connections to other hosts.
 CHROMIUM_FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--no-sandbox",
@@ -34,12 +34,12 @@ CHROMIUM_FLAGS = (
 )
 
 
-# Console messages without a graphics card: of model-viewer if two frames take more than 0.5 s, of
-# Chromium if a picture is read.
-TOO_SLOW = ("rAF timed out in updateSource", "GPU stall due to ReadPixels")
+# Messages that appear on machines without a graphics card: model-viewer writes the first if two
+# frames take more than 0.5 s, and Chromium the second if a script reads pixels.
+SLOWNESS_MESSAGES = ("rAF timed out in updateSource", "GPU stall due to ReadPixels")
 
-# Added to pages whose pictures are not tested: WebGL fills no pixels, which takes most of the time
-# without a graphics card. It still compiles shaders, and checks every call to draw.
+# Script for pages whose pictures are not tested: WebGL fills no pixels, because that takes most of
+# the time without a graphics card. It still compiles shaders, and checks every call to draw.
 WITHOUT_PIXELS = """const { getContext } = HTMLCanvasElement.prototype;
 HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     const context = getContext.call(this, kind, ...more);
@@ -47,17 +47,18 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
     return context;
 };"""
 
-# Added to pages that draw continuously: 20 frames per second are enough for a picture.
+# Script for pages that draw continuously: 20 frames per second are enough for a picture.
 SLOW_FRAMES = """window.requestAnimationFrame = (draw) => (
     setTimeout(() => draw(performance.now()), 50));
 window.cancelAnimationFrame = clearTimeout;"""
 
-# Makes such a page fill pixels from now on, until it gets its context again.
+# Makes a page with WITHOUT_PIXELS fill pixels, until a script calls `getContext` again.
 FILL_PIXELS = """for (const canvas of document.querySelectorAll('canvas')) {
     const context = canvas.getContext('webgl2');
     context?.disable(context.RASTERIZER_DISCARD);
 }"""
 
+# Returns the red, green, blue and opacity of a PNG file, reduced to 96 × 64 pixels.
 READ_PICTURE = """async (image) => {
     const bytes = Uint8Array.from(atob(image), (c) => c.charCodeAt(0));
     const bitmap = await createImageBitmap(new Blob([bytes]));
@@ -69,72 +70,75 @@ READ_PICTURE = """async (image) => {
 
 
 class QuietHandler(SimpleHTTPRequestHandler):
-    """Files of a folder."""
+    """Serves the files of a folder, and writes no log."""
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Writes no log line for each request."""
+        """Writes no log to the terminal."""
 
 
 def serve_folder(folder: Path) -> AbstractContextManager[str]:
-    """URL at which the files of `folder` are served, on a free port of this machine."""
+    """The URL of a server of the files in `folder`, on a free port of this machine."""
     return serve(partial(QuietHandler, directory=str(folder)))
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A page of the browser, the complaints of its console, and its requests."""
+    """A page of the browser, the messages in its console, and the URLs of its requests.
+
+    The methods other than `picture` need the viewer page (`open_viewer`).
+    """
 
     page: Page
-    complaints: list[str]
-    asked: list[str] = field(default_factory=list)
+    messages: list[str]
+    requested_urls: list[str] = field(default_factory=list)
 
     def show(self, model: str | bytes, width: int = 480, height: int = 320) -> None:
-        """Draws a model, given by its URL or as a GLB, in the viewer, which must be open."""
+        """Draws a model in the viewer; `model` is its URL or the bytes of a GLB file."""
         self.page.set_viewport_size({"width": width, "height": height})
         if isinstance(model, bytes):
             model = "data:model/gltf-binary;base64," + base64.b64encode(model).decode()
         self.page.evaluate("url => window.show(url)", model)
 
-    def picture(self) -> NDArray[np.int64]:
-        """The page's picture, reduced to 96 × 64 pixels of red, green and blue.
+    def take_picture(self) -> NDArray[np.int64]:
+        """A picture of the page, reduced to 96 × 64 pixels: red, green and blue, (6144, 3).
 
-        Another page reads the picture, because this page may forbid it.
+        Another page decodes the picture, because the policy of this page may forbid it.
         """
         image = base64.b64encode(self.page.screenshot()).decode()
         browser = self.page.context.browser
         assert browser is not None
-        rgba = _reader(browser).evaluate(READ_PICTURE, image)
+        rgba = _open_reader(browser).evaluate(READ_PICTURE, image)
         return np.reshape(rgba, (-1, 4))[:, :3]
 
     def draw_edges(self) -> None:
-        """Draws the edges of all triangles over the picture."""
+        """Draws the edges of all triangles over the model."""
         self.page.evaluate("window.viewer.drawEdges()")
 
-    def meshes(self) -> list[dict[str, Any]]:
-        """All meshes in three.js, with positions and normals in world coordinates."""
-        result: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
-        return result
+    def read_meshes(self) -> list[dict[str, Any]]:
+        """All meshes of the model in three.js, with positions and normals in world coordinates."""
+        meshes: list[dict[str, Any]] = self.page.evaluate("window.viewer.meshes()")
+        return meshes
 
-    def lines(self) -> list[dict[str, Any]]:
-        """All lines in three.js."""
-        result: list[dict[str, Any]] = self.page.evaluate("window.viewer.lines()")
-        return result
+    def read_lines(self) -> list[dict[str, Any]]:
+        """All lines of the model in three.js, with positions in world coordinates."""
+        lines: list[dict[str, Any]] = self.page.evaluate("window.viewer.lines()")
+        return lines
 
-    def light(self) -> list[float]:
+    def measure_light(self) -> list[float]:
         """The brightness of the model in the lower and in the upper half of the picture."""
-        result: list[float] = self.page.evaluate("window.viewer.light()")
-        return result
+        brightness: list[float] = self.page.evaluate("window.viewer.light()")
+        return brightness
 
 
 @lru_cache(maxsize=1)
-def _reader(browser: Browser) -> Page:
-    """An empty page that decodes pictures."""
+def _open_reader(browser: Browser) -> Page:
+    """An empty page that decodes pictures; it is opened only once."""
     return browser.new_page()
 
 
 @contextmanager
 def open_browser(chromium: str) -> Iterator[Browser]:
-    """Chromium, until the block ends."""
+    """Headless Chromium, which runs until the block ends."""
     with (
         sync_playwright() as playwright,
         playwright.chromium.launch(executable_path=chromium, args=[*CHROMIUM_FLAGS]) as browser,
@@ -142,29 +146,32 @@ def open_browser(chromium: str) -> Iterator[Browser]:
         yield browser
 
 
-def listening(page: Page, kinds: Collection[str] | None = None) -> Stage:
-    """A page, with its requests and console messages from now on."""
+def record_page(page: Page, kinds: Collection[str] | None = None) -> Stage:
+    """Records the requests, the errors and the console messages of a page from now on.
+
+    Only messages of these kinds are recorded, such as "error"; without `kinds`, all messages.
+    """
     stage = Stage(page, [])
 
-    def hear(message: ConsoleMessage) -> None:
-        is_slow = any(text in message.text for text in TOO_SLOW)
-        if not is_slow and (kinds is None or message.type in kinds):
-            stage.complaints.append(message.text)
+    def record_message(message: ConsoleMessage) -> None:
+        is_slowness = any(text in message.text for text in SLOWNESS_MESSAGES)
+        if not is_slowness and (kinds is None or message.type in kinds):
+            stage.messages.append(message.text)
 
-    page.on("pageerror", lambda error: stage.complaints.append(str(error)))
-    page.on("console", hear)
-    page.on("request", lambda request: stage.asked.append(request.url))
+    page.on("pageerror", lambda error: stage.messages.append(str(error)))
+    page.on("console", record_message)
+    page.on("request", lambda request: stage.requested_urls.append(request.url))
     return stage
 
 
 def open_page(browser: Browser) -> Stage:
-    """A new blank page."""
+    """A new blank page, whose errors and warnings are recorded."""
     page = browser.new_page(viewport={"width": 1200, "height": 800})
     page.set_default_timeout(120_000)  # model-viewer computes its light slowly on a busy machine
-    return listening(page, ("error", "warning"))
+    return record_page(page, ("error", "warning"))
 
 
 def open_viewer(stage: Stage, pages: str, query: str = "") -> None:
-    """Opens the page that draws models, served at `pages`, and waits until it can."""
+    """Opens the viewer, which is served at the URL `pages`, and waits until it can draw models."""
     stage.page.goto(f"{pages}/viewer.html{query}")
     stage.page.wait_for_function("window.show !== undefined")

@@ -1,4 +1,4 @@
-"""Pages of front ends, at another origin than the service, and the data in their libraries.
+"""Opens web pages of clients, which have another origin than the service, and reads their meshes.
 
 `docs/browser.md` has a page for three.js, for model-viewer and for Babylon.js. This module reads
 these pages, replaces the URL of the model, and opens them in the browser.
@@ -22,18 +22,18 @@ from tests.programs import find_node_package
 from tests.web.browser import FOLDER, SLOW_FRAMES, WITHOUT_PIXELS, QuietHandler, Stage, open_page
 
 PAGE = Path(__file__).parents[2] / "docs" / "browser.md"
-HELD = FOLDER / "held.js"
-# For each library, a word that only its page has.
+READ_MESHES = FOLDER / "read_meshes.js"
+# For each library, a word that occurs only in its page.
 LIBRARIES = {"three": "GLTFLoader", "model-viewer": "</model-viewer>", "babylon": "BABYLON"}
-TRIED = [*LIBRARIES] if os.environ.get("BROWSER_LIBRARIES") == "all" else ["three"]
-"""Libraries that draw in a test run: all of them in that of `make test-libraries`."""
+TESTED_LIBRARIES = [*LIBRARIES] if os.environ.get("BROWSER_LIBRARIES") == "all" else ["three"]
+"""Libraries of this test run: all in `make test-libraries`, else only three.js."""
 PACKAGES = ("three", "@google/model-viewer", "babylonjs", "babylonjs-loaders", "meshoptimizer")
 SERVED_AT = "http://127.0.0.1:8000"
 MODEL = re.compile(rf"{SERVED_AT}/v1/surfaces/[\w-]+/mesh\.glb[^'\"]*")
 
 
 def turn_upright(rows: ArrayLike) -> NDArray[np.float64]:
-    """Points whose third coordinate points up, as glTF has them: (x, y, z) → (x, z, −y)."""
+    """Vectors (N, 3) with z up, rotated to y up as in glTF: (x, y, z) → (x, z, −y)."""
     x, y, z = np.asarray(rows).T
     return np.stack([x, z, -y], axis=1)
 
@@ -44,21 +44,21 @@ def to_linear(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def read_blocks(language: str) -> list[str]:
-    """The blocks of code of the documentation's page that are in this language."""
+    """The blocks of code in `docs/browser.md` that are in this language."""
     text = PAGE.read_text(encoding="utf-8")
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
 def read_page(library: str) -> str:
-    """The documentation's page for this library."""
+    """The HTML page in `docs/browser.md` for this library."""
     (page,) = (block for block in read_blocks("html") if LIBRARIES[library] in block)
     return page
 
 
 def write_client(library: str, model: str) -> str:
-    """The page of a library, changed to load another model, whose URL may be a `data:` URL."""
-    page, replaced = MODEL.subn(lambda _: model, read_page(library))
-    assert replaced == 1
+    """The page of a library with another model; `model` is its URL, maybe a `data:` URL."""
+    page, replacements = MODEL.subn(lambda _: model, read_page(library))
+    assert replacements == 1
     return page
 
 
@@ -83,9 +83,9 @@ class _SiteHandler(QuietHandler):
 
 @contextmanager
 def serve_site(pages: Mapping[str, str]) -> Iterator[str]:
-    """The origin of a server that has these pages at their paths, and `/node_modules/…`.
+    """The origin of a server of these pages, by path, and of the files below `/node_modules/`.
 
-    Pages may be added to the mapping while the site runs.
+    Pages may be added to the mapping while the server runs.
     """
     for name in PACKAGES:
         find_node_package(name)
@@ -94,9 +94,9 @@ def serve_site(pages: Mapping[str, str]) -> Iterator[str]:
 
 
 def open_blank_page(browser: Browser, pixels: bool = False) -> Stage:
-    """A blank page, which `read_meshes` can read; if `pixels` is true, it can be photographed."""
+    """A blank page, prepared for `read_meshes`; its pictures are empty unless `pixels` is true."""
     stage = open_page(browser)
-    stage.page.add_init_script(path=HELD)
+    stage.page.add_init_script(path=READ_MESHES)
     stage.page.add_init_script(SLOW_FRAMES)
     if not pixels:
         stage.page.add_init_script(WITHOUT_PIXELS)
@@ -104,19 +104,20 @@ def open_blank_page(browser: Browser, pixels: bool = False) -> Stage:
 
 
 def visit(stage: Stage, url: str, width: int = 240, height: int = 160) -> None:
-    """Opens another URL in the page; checks that its console has no complaints so far."""
+    """Opens a URL in a page of this size, after an empty page, and forgets earlier messages."""
     stage.page.goto("about:blank")
-    stage.complaints.clear()
+    stage.messages.clear()
     stage.page.set_viewport_size({"width": width, "height": height})
     stage.page.goto(url)
 
 
 def read_meshes(stage: Stage) -> list[dict[str, Any]]:
-    """Waits for the meshes in the library of this page, and returns them.
+    """The meshes that the library of this page has loaded; waits for the first.
 
-    Of each `name`, `triangles` (indices, three a triangle), and rows of `positions`, `normals` and
-    `colors` (as the shader gets them: linear), in the world of glTF: right-handed, y up.
+    Each has a `name`, `triangles` (three indices for each), and rows of `positions`, `normals` and
+    `colors` (linear, as the shader gets them). The coordinates are those of glTF: right-handed, y
+    up.
     """
-    stage.page.wait_for_function("window.held().length > 0")
-    result: list[dict[str, Any]] = stage.page.evaluate("window.held()")
-    return result
+    stage.page.wait_for_function("window.readMeshes().length > 0")
+    meshes: list[dict[str, Any]] = stage.page.evaluate("window.readMeshes()")
+    return meshes

@@ -1,4 +1,4 @@
-"""Runs TypeScript's compiler."""
+"""Runs the compiler of TypeScript."""
 
 import json
 import subprocess
@@ -18,21 +18,21 @@ STRICT = {
 }
 
 
-def project_of(folder: Path, *sources: Path) -> Path:
-    """A strict project of these sources: a file in `folder`, into whose `js` it is compiled."""
+def write_project(folder: Path, *sources: Path) -> Path:
+    """Writes a `tsconfig.json` for these sources, which are compiled into `folder / "js"`."""
     project = folder / "tsconfig.json"
     options = STRICT | {"outDir": "js", "rootDir": "/"}
-    described = {"compilerOptions": options, "files": [str(source) for source in sources]}
-    project.write_text(json.dumps(described), encoding="utf-8")
+    document = {"compilerOptions": options, "files": [str(source) for source in sources]}
+    project.write_text(json.dumps(document), encoding="utf-8")
     return project
 
 
 def compile_project(project: Path) -> str:
-    """The compiler's errors in the project of a `tsconfig.json`; empty if there are none."""
-    # Version 7 takes a sixth of the time; openapi-typescript needs the library of version 5.
+    """The errors that the compiler reports for this `tsconfig.json`; empty if it reports none."""
+    # Version 7 takes a sixth of the time of version 5, which only openapi-typescript needs.
     compiler = find_node_package("typescript-7") / "bin" / "tsc"
     command = [find_program("node"), str(compiler), "--project", str(project)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    reported = done.stdout + done.stderr
-    assert bool(reported) == bool(done.returncode), "a compiler that fails says why"
-    return reported
+    process = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    errors = process.stdout + process.stderr
+    assert bool(errors) == bool(process.returncode), "a compiler that fails must report an error"
+    return errors

@@ -1,4 +1,4 @@
-"""One browser for all tests of this folder, because starting one takes longer than most tests."""
+"""One browser for all tests of this folder, because its start takes longer than most tests."""
 
 from collections.abc import Iterator
 from urllib.parse import urlsplit
@@ -14,15 +14,17 @@ from tests.web.editor import SADDLE, open_editor
 
 @pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Headless Chromium, closed after these tests, because no event loop can start beside
-    Playwright's."""
+    """Headless Chromium for all tests of this folder.
+
+    It is closed before other tests run, because no event loop can start beside that of Playwright.
+    """
     with open_browser(find_chromium()) as browser:
         yield browser
 
 
 @pytest.fixture(scope="package")
 def viewer(browser: Browser) -> Iterator[Stage]:
-    """The page that draws models, kept open."""
+    """The viewer page, which stays open for all tests."""
     find_node_package("three")
     with serve_folder(FOLDER) as pages:
         stage = open_page(browser)
@@ -32,23 +34,27 @@ def viewer(browser: Browser) -> Iterator[Stage]:
 
 @pytest.fixture(scope="package")
 def visitor(browser: Browser) -> Stage:
-    """A page for all tests that open other pages, because a new page takes 0.5 s of CPU time."""
+    """A page in which tests open other URLs; a new page for each test would take 0.5 s."""
     return open_blank_page(browser)
 
 
 @pytest.fixture(scope="package")
 def editor(server: str, browser: Browser) -> Iterator[Stage]:
-    """The editor, kept open; checks that it sends requests to the service only."""
+    """The editor, which stays open for all tests and may send requests only to the service."""
     stage = open_editor(browser, server + SADDLE)
     yield stage
-    hosts = {urlsplit(url).netloc for url in stage.asked if not url.startswith(("blob:", "data:"))}
+    hosts = {
+        urlsplit(url).netloc
+        for url in stage.requested_urls
+        if not url.startswith(("blob:", "data:"))
+    }
     assert hosts == {urlsplit(server).netloc}
     stage.page.context.close()
 
 
 @pytest.fixture
 def stage(viewer: Stage) -> Iterator[Stage]:
-    """The shared page for one test, in which its console must stay silent."""
-    viewer.complaints.clear()
+    """The viewer page for one test, during which its console must stay empty."""
+    viewer.messages.clear()
     yield viewer
-    assert viewer.complaints == []
+    assert viewer.messages == []

@@ -1,4 +1,4 @@
-"""Actions of a person in the editor: choose a point, drag it, read the numbers."""
+"""Actions of a user in the editor: opens surfaces, selects and drags points, reads numbers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,38 +7,40 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from service.api.routes.pages import STATIC, THREE
-from tests.web.browser import WITHOUT_PIXELS, Stage, listening
+from tests.web.browser import WITHOUT_PIXELS, Stage, record_page
 
 READY = 'html[data-state="ready"]'
-"""Whether no request is running, and the last response was a mesh."""
+"""Selector of the page in the state in which no request runs and the last response was a mesh."""
 
 SADDLE = "/?surface=saddle&resolution=6"
-START = {"look": "shaded", "accuracy": "resolution"}
+DEFAULT_CHOICES = {"look": "shaded", "accuracy": "resolution"}
 
 
 def open_profile(browser: Browser) -> Stage:
-    """An empty page in a fresh profile, in which WebGL fills no pixels."""
+    """An empty page in a new profile of the browser; WebGL fills no pixels in it."""
     if not (STATIC / THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
     context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")
-    stage = listening(context.new_page())
+    stage = record_page(context.new_page())
     stage.page.add_init_script(WITHOUT_PIXELS)
     return stage
 
 
-def open_editor(browser: Browser, address: str) -> Stage:
-    """The editor in a fresh profile, after it shows its first mesh."""
+def open_editor(browser: Browser, url: str) -> Stage:
+    """The editor in a new profile of the browser, when it shows its first mesh."""
     stage = open_profile(browser)
-    show(stage.page, address)
+    show(stage.page, url)
     return stage
 
 
-def start_anew(page: Page) -> None:
-    """Resets the editor to a newly opened saddle, because loading the page takes seconds without a
-    GPU."""
+def reset_editor(page: Page) -> None:
+    """Opens the saddle with the default choices, as if the page were loaded again.
+
+    Without a graphics card, loading the page would take seconds.
+    """
     if page.locator("#library").is_visible():
         page.keyboard.press("Escape")
-    for name, choice in START.items():
+    for name, choice in DEFAULT_CHOICES.items():
         page.check(f'input[name="{name}"][value="{choice}"]', force=True)
     page.locator('[name="axis"][value="free"]').evaluate("radio => { radio.checked = true; }")
     page.fill("#resolution", "6")
@@ -49,37 +51,39 @@ def start_anew(page: Page) -> None:
     page.wait_for_selector(READY)
 
 
-def show(page: Page, address: str) -> None:
-    page.goto(address)
+def show(page: Page, url: str) -> None:
+    """Opens a URL of the editor, and waits for its mesh."""
+    page.goto(url)
     page.wait_for_selector(READY)
 
 
 def read_value(page: Page, name: str) -> float:
-    """A number of the readouts, with all of its digits."""
+    """A number that the panel shows, with all of its digits."""
     return float(page.locator(f"#{name}").get_attribute("value") or "nan")
 
 
 def read_point(page: Page) -> list[float]:
+    """The coordinates of the selected control point in the panel."""
     return [float(page.input_value(f"#{axis}")) for axis in "xyz"]
 
 
 def perform(page: Page, act: Callable[[], Any]) -> dict[str, Any]:
-    """Performs an action that requests a mesh, waits for the mesh, and returns the request."""
+    """Performs an action that requests a mesh, and waits for the mesh; returns the request."""
     with page.expect_response(
         lambda response: (
             response.url.endswith("/v1/mesh")
             and "surface" in (response.request.post_data_json or {})
         )
-    ) as waited:
+    ) as response:
         act()
     page.wait_for_selector(READY)
-    request = waited.value.request.post_data_json
+    request = response.value.request.post_data_json
     assert isinstance(request, dict)
     return request
 
 
-def choose(page: Page, number: int) -> tuple[float, float]:
-    """Chooses a control point by its number; returns its place in the window."""
+def select_point(page: Page, number: int) -> tuple[float, float]:
+    """Selects a control point by its number; returns its position in the window, in pixels."""
     page.fill("#point", str(number))
     page.press("#point", "Enter")
     marker = page.locator(f"#marker:has-text('{number}')")
@@ -91,6 +95,7 @@ def choose(page: Page, number: int) -> tuple[float, float]:
 
 
 def drag(page: Page, start: tuple[float, float], by: tuple[float, float]) -> None:
+    """Drags the mouse from `start` by this many pixels, and waits for the mesh."""
     page.mouse.move(*start)
     page.mouse.down()
     page.mouse.move(start[0] + by[0] / 2, start[1] + by[1] / 2)

@@ -1,4 +1,4 @@
-// Keeps the pinned versions of the lock file, and removes URLs at which packages ask for money.
+// Removes the URLs for donations (`funding`) from the lock file, which must not name a host.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 

@@ -1,4 +1,4 @@
-"""A browser's cache of a stored surface's mesh: the server counts the requests."""
+"""A browser caches the mesh of a stored surface; the service records which requests it sends."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -16,80 +16,86 @@ SAIL = {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}
 
 
 @dataclass
-class Watched:
-    """A service that records its requests for meshes: whether each had a condition, and the status
-    of its response."""
+class RecordingService:
+    """A service that records requests for meshes.
+
+    For each, `requests` has whether it had the header `If-None-Match`, and the response's status.
+    """
 
     app: ASGIApp
-    seen: list[tuple[bool, int]] = field(default_factory=list)
+    requests: list[tuple[bool, int]] = field(default_factory=list)
     url: str = ""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def sent(message: Message) -> None:
+        async def record_and_send(message: Message) -> None:
             if message["type"] == "http.response.start" and "/mesh." in scope["path"]:
-                conditional = b"if-none-match" in dict(scope["headers"])
-                self.seen.append((conditional, message["status"]))
+                is_conditional = b"if-none-match" in dict(scope["headers"])
+                self.requests.append((is_conditional, message["status"]))
             await send(message)
 
-        await self.app(scope, receive, sent)
+        await self.app(scope, receive, record_and_send)
 
 
 @pytest.fixture(scope="module")
-def watched() -> Iterator[Watched]:
-    built: list[Watched] = []
+def service() -> Iterator[RecordingService]:
+    services: list[RecordingService] = []
 
-    def around(app: ASGIApp) -> ASGIApp:
-        built.append(Watched(app))
-        return built[0]
+    def wrap(app: ASGIApp) -> ASGIApp:
+        services.append(RecordingService(app))
+        return services[0]
 
-    with run_service(wrap=around) as url:
-        built[0].url = url
-        yield built[0]
+    with run_service(wrap=wrap) as url:
+        services[0].url = url
+        yield services[0]
 
 
 @pytest.fixture(scope="module")
-def links(watched: Watched) -> dict[str, str]:
-    """The URLs of the meshes of a stored surface."""
-    response = httpx.post(f"{watched.url}/v1/surfaces", json={"surface": SAIL})
-    return {suffix: watched.url + link for suffix, link in response.json()["links"]["mesh"].items()}
+def links(service: RecordingService) -> dict[str, str]:
+    """The URLs of the meshes of a stored surface, by suffix."""
+    response = httpx.post(f"{service.url}/v1/surfaces", json={"surface": SAIL})
+    return {suffix: service.url + link for suffix, link in response.json()["links"]["mesh"].items()}
 
 
-EMPTY = "<!doctype html><title>A page</title><link rel=icon href='data:,'>"
-LOADS = {
+EMPTY_PAGE = "<!doctype html><title>A page</title><link rel=icon href='data:,'>"
+SCRIPTS = {
     "glb": "url => fetch(url).then((a) => a.arrayBuffer()).then((b) => b.byteLength)",
     "ply": """url => new Promise((resolve) => {
-        const asked = new XMLHttpRequest();
-        asked.open('GET', url);
-        asked.responseType = 'arraybuffer';
-        asked.onload = () => resolve(asked.response.byteLength);
-        asked.send();
+        const request = new XMLHttpRequest();
+        request.open('GET', url);
+        request.responseType = 'arraybuffer';
+        request.onload = () => resolve(request.response.byteLength);
+        request.send();
     })""",
 }
-"""Scripts that load a file and return its length, by the suffix of the file: as three.js and
-model-viewer load files, and as Babylon.js does."""
+"""Scripts that load a file and return its length, by the suffix of the file.
+
+The first loads as three.js and model-viewer do, the second as Babylon.js does.
+"""
 
 
-@pytest.fixture(scope="module", params=LOADS)
+@pytest.fixture(scope="module", params=SCRIPTS)
 def loaded(
-    request: pytest.FixtureRequest, watched: Watched, links: dict[str, str], visitor: Stage
+    request: pytest.FixtureRequest, service: RecordingService, links: dict[str, str], visitor: Stage
 ) -> Iterator[tuple[Page, str, str]]:
-    """A page of another origin that has loaded the mesh once, its script, and the URL."""
-    load, link = LOADS[request.param], links[request.param]
-    with serve_site({"/": EMPTY}) as origin:
+    """A page of another origin that has loaded the mesh once, its script, and the mesh's URL."""
+    script, link = SCRIPTS[request.param], links[request.param]
+    with serve_site({"/": EMPTY_PAGE}) as origin:
         visit(visitor, f"{origin}/")
-        watched.seen.clear()
-        visitor.page.evaluate(load, link)
-        assert watched.seen == [(False, 200)]
-        yield visitor.page, load, link
+        service.requests.clear()
+        visitor.page.evaluate(script, link)
+        assert service.requests == [(False, 200)]
+        yield visitor.page, script, link
 
 
-def test_a_second_load_sends_no_request(watched: Watched, loaded: tuple[Page, str, str]) -> None:
-    page, load, link = loaded
+def test_a_second_load_sends_no_request(
+    service: RecordingService, loaded: tuple[Page, str, str]
+) -> None:
+    page, script, link = loaded
     page.goto(page.url)
     content = httpx.get(link).content
-    watched.seen.clear()
-    assert page.evaluate(load, link) == len(content)
-    assert watched.seen == []
+    service.requests.clear()
+    assert page.evaluate(script, link) == len(content)
+    assert service.requests == []
     sizes = page.evaluate(
         "url => performance.getEntriesByName(url).map((e) => [e.transferSize, e.decodedBodySize])",
         link,
@@ -97,11 +103,11 @@ def test_a_second_load_sends_no_request(watched: Watched, loaded: tuple[Page, st
     assert sizes == [[0, len(content)]]
 
 
-def test_a_load_that_asks_the_server_gets_304(
-    watched: Watched, loaded: tuple[Page, str, str]
+def test_a_load_that_bypasses_the_cache_gets_304(
+    service: RecordingService, loaded: tuple[Page, str, str]
 ) -> None:
-    """The browser adds the condition itself, and gives its copy to the page."""
-    watched.seen.clear()
+    """The browser sends the entity tag itself, and gives its cached copy to the page."""
+    service.requests.clear()
     page, _, link = loaded
     status, size = page.evaluate(
         """async (url) => {
@@ -110,29 +116,31 @@ def test_a_load_that_asks_the_server_gets_304(
         }""",
         link,
     )
-    assert watched.seen == [(True, 304)]
+    assert service.requests == [(True, 304)]
     assert (status, size) == (200, len(httpx.get(link).content))
 
 
-def test_a_reload_gets_304(watched: Watched, links: dict[str, str], visitor: Stage) -> None:
-    """Reloads a mesh that is open in the browser, as the browser's button does."""
+def test_a_reload_by_the_user_gets_304(
+    service: RecordingService, links: dict[str, str], visitor: Stage
+) -> None:
+    """The mesh itself is open in the browser, and the user presses the button to reload."""
     page = visitor.page
-    watched.seen.clear()
+    service.requests.clear()
     page.goto(links["json"])
     page.reload()
-    assert watched.seen == [(False, 200), (True, 304)]
+    assert service.requests == [(False, 200), (True, 304)]
     assert page.locator("body").inner_text().startswith('{"vertices":')
 
 
-def test_a_page_of_another_origin_can_fetch_a_visited_file(
-    watched: Watched, links: dict[str, str], visitor: Stage
+def test_a_page_of_another_origin_can_fetch_a_file_that_a_visit_cached(
+    service: RecordingService, links: dict[str, str], visitor: Stage
 ) -> None:
-    """A script may read a file that is cached because it was visited: its headers allow it."""
-    with serve_site({"/": EMPTY}) as origin:
+    """The cached response has the headers that let scripts of other origins read it."""
+    with serve_site({"/": EMPTY_PAGE}) as origin:
         page = visitor.page
-        watched.seen.clear()
+        service.requests.clear()
         page.goto(links["json"])
         page.goto(f"{origin}/")
         text = page.evaluate("url => fetch(url).then((response) => response.text())", links["json"])
         assert text.startswith('{"vertices":')
-        assert {status for _, status in watched.seen} <= {200, 304}
+        assert {status for _, status in service.requests} <= {200, 304}

@@ -1,5 +1,8 @@
-"""docs/browser.md without its viewers: a mesh as numbers, a refusal, TypeScript, and headers. Its
-blocks run unchanged, except for the port of the service."""
+"""docs/browser.md: a mesh as numbers, an error, TypeScript, and headers.
+
+The blocks of code run unchanged, except for the URL of the service. `test_clients.py` tests the
+pages for three.js, model-viewer and Babylon.js.
+"""
 
 import json
 import re
@@ -27,41 +30,41 @@ from tests.web.clients import (
     serve_site,
     visit,
 )
-from tests.web.compiler import compile_project, project_of
+from tests.web.compiler import compile_project, write_project
 
 TYPES = FOLDER.parents[1] / "openapi" / "surface-service.d.ts"
 TEXT = PAGE.read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL))
-Open = Callable[[str], Stage]
-EMPTY = "<!doctype html><html lang=en><title>Nothing yet</title><link rel=icon href='data:,'>"
+OpenPage = Callable[[str], Stage]
+EMPTY_PAGE = "<!doctype html><html lang=en><title>Nothing yet</title><link rel=icon href='data:,'>"
 IMPORTS = re.search(r"<script type=\"importmap\">.*?</script>", read_page("three"), re.DOTALL)
 
 
 def read_rows(section: str) -> list[list[str]]:
-    """The cells of the only table of a section, without its head."""
+    """The cells of the rows of the only table in a section, without the head of the table."""
     lines = re.findall(r"^\| (.*) \|$", SECTIONS[section], re.MULTILINE)
     return [line.split(" | ") for line in lines[2:]]
 
 
 @pytest.fixture
-def opened(server: str, visitor: Stage) -> Iterator[Open]:
-    """Opens a page of another origin, with the URL of the service."""
+def open_page(server: str, visitor: Stage) -> Iterator[OpenPage]:
+    """A function that opens a page, given as HTML, at another origin than the service."""
     pages: dict[str, str] = {}
 
-    def open_it(page: str) -> Stage:
+    def open_html(page: str) -> Stage:
         pages["/"] = page.replace(SERVED_AT, server)
         visit(visitor, f"{origin}/")
         return visitor
 
     with serve_site(pages) as origin:
-        yield open_it
+        yield open_html
 
 
-def test_a_net_becomes_a_geometry(opened: Open, server: str) -> None:
+def test_the_page_builds_a_geometry_of_three_from_json(open_page: OpenPage, server: str) -> None:
     (page,) = (block for block in read_blocks("html") if "BufferGeometry" in block)
-    stage = opened(page)
+    stage = open_page(page)
     (mesh,) = read_meshes(stage)
-    assert stage.complaints == []
+    assert stage.messages == []
     net = [[[0, 0, 0], [0, 1, 0], [0, 0, 2]], [[1, 0, 1], [1, 2, 1], [1, 0, 3]]]
     net.append([[2, 0, 0], [2, 1, 0], [2, 0, 2]])
     body = {"surface": {"control_net": net}, "resolution": 24}
@@ -71,98 +74,104 @@ def test_a_net_becomes_a_geometry(opened: Open, server: str) -> None:
     assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
-def test_creases_have_the_normals_of_their_corners(opened: Open, server: str) -> None:
-    """The function of the page works for meshes whose positions have several normals."""
+def test_creases_have_the_normals_of_their_corners(open_page: OpenPage, server: str) -> None:
+    """The function of the page works for meshes with several normals at one position."""
     (page,) = (block for block in read_blocks("html") if "BufferGeometry" in block)
     (function,) = re.findall(r"function geometryOf.*?\n  }\n", page, re.DOTALL)
     assert IMPORTS is not None
-    script = f"""{EMPTY}{IMPORTS[0]}<script type="module">
+    script = f"""{EMPTY_PAGE}{IMPORTS[0]}<script type="module">
       import * as THREE from 'three';
       {function}
-      window.look = async (example) => {{
-        const answer = await fetch(`{server}/v1/surfaces/${{example}}/mesh.json?resolution=3`);
-        const mesh = await answer.json();
+      window.measureCorners = async (example) => {{
+        const response = await fetch(`{server}/v1/surfaces/${{example}}/mesh.json?resolution=3`);
+        const mesh = await response.json();
         const {{ attributes, index }} = geometryOf(mesh);
         const corners = mesh.faces.flatMap((face, f) => face.map((vertex, c) => {{
           const row = index.getX(3 * f + c);
-          const at = mesh.vertices[vertex];
-          const away = at.map((x, k) => Math.abs(attributes.position.getComponent(row, k) - x));
-          return Math.max(...away);
+          const position = mesh.vertices[vertex];
+          const errors = position.map(
+            (x, k) => Math.abs(attributes.position.getComponent(row, k) - x),
+          );
+          return Math.max(...errors);
         }}));
         return [attributes.position.count, attributes.normal.count, mesh.normals.length, corners];
       }};
     </script>"""
-    stage = opened(script)
-    stage.page.wait_for_function("window.look !== undefined")
+    stage = open_page(script)
+    stage.page.wait_for_function("window.measureCorners !== undefined")
     for example in ("utah-teapot", "rounded-box", "cone", "trefoil-tube"):
-        positions, normals, expected, corners = stage.page.evaluate("window.look", example)
+        positions, normals, expected, corners = stage.page.evaluate(
+            "window.measureCorners", example
+        )
         assert positions == normals == expected, example
         assert max(corners) < 1e-5, example
-    assert stage.complaints == []
+    assert stage.messages == []
 
 
-def test_a_refusal_is_read_from_the_error_of_three(opened: Open) -> None:
+def test_the_page_shows_the_error_of_the_service(open_page: OpenPage) -> None:
     (code,) = read_blocks("js")
     assert IMPORTS is not None
-    stage = opened(f'{EMPTY}{IMPORTS[0]}<script type="module">{code}</script>')
+    stage = open_page(f'{EMPTY_PAGE}{IMPORTS[0]}<script type="module">{code}</script>')
     stage.page.wait_for_function("document.body.textContent.includes(':')")
     assert stage.page.inner_text("body").startswith("resolution: ")
-    # The browser logs every error response itself; no other line is allowed.
-    assert [re.findall(r"status of (\d+)", text) for text in stage.complaints] == [["422"]]
+    # The browser itself writes a message for the status 422; other messages are not allowed.
+    assert [re.findall(r"status of (\d+)", text) for text in stage.messages] == [["422"]]
 
 
-def test_the_client_in_typescript_compiles_and_runs(opened: Open, tmp_path: Path) -> None:
-    """The compiler accepts the valid uses of the types, and refuses the invalid ones."""
+def test_the_client_in_typescript_compiles_and_runs(open_page: OpenPage, tmp_path: Path) -> None:
+    """The compiler also accepts the valid uses in `uses.ts`, and refuses the invalid ones."""
     find_node_package("openapi-fetch")
     (source,) = read_blocks("ts")
     (tmp_path / "client.ts").write_text(source, encoding="utf-8")
     (tmp_path / TYPES.name).write_bytes(TYPES.read_bytes())
-    assert compile_project(project_of(tmp_path, tmp_path / "client.ts", FOLDER / "uses.ts")) == ""
-    (compiled,) = (tmp_path / "js").rglob("client.js")
-    script = compiled.read_text(encoding="utf-8")
-    stage = opened(f'{EMPTY}<script type="module">{script}</script>')
+    assert (
+        compile_project(write_project(tmp_path, tmp_path / "client.ts", FOLDER / "uses.ts")) == ""
+    )
+    (program,) = (tmp_path / "js").rglob("client.js")
+    script = program.read_text(encoding="utf-8")
+    stage = open_page(f'{EMPTY_PAGE}<script type="module">{script}</script>')
     stage.page.wait_for_function("document.body.textContent.includes('away')")
-    reported = re.fullmatch(
+    match = re.fullmatch(
         r"(\d+) triangles, at most ([\d.]+) away; (/v1/surfaces/[0-9a-f]{64}/mesh.glb\?engine=\d+)",
         stage.page.inner_text("body"),
     )
-    assert reported is not None
-    assert int(reported[1]) > 2
-    assert 0 < float(reported[2]) <= 0.01
-    assert stage.complaints == []
+    assert match is not None
+    assert int(match[1]) > 2
+    assert 0 < float(match[2]) <= 0.01
+    assert stage.messages == []
 
 
-def test_types_made_from_a_server_are_those_of_the_project(tmp_path: Path) -> None:
-    """The types of all optional features, without files, which are texts for the generator."""
+def test_types_generated_from_a_service_equal_the_committed_types(tmp_path: Path) -> None:
+    """The service has all optional features. The generator has `string` in place of `Blob`."""
     (command,) = (block for block in read_blocks("sh") if block.startswith("npx "))
-    maker = find_node_package("openapi-typescript") / "bin" / "cli.js"
-    command = command.replace("npx openapi-typescript", f"{find_program('node')} {maker}")
+    generator = find_node_package("openapi-typescript") / "bin" / "cli.js"
+    command = command.replace("npx openapi-typescript", f"{find_program('node')} {generator}")
     with run_service(build_full_settings()) as server:
         run_shell(command.replace(SERVED_AT, server), tmp_path)
-    built = (tmp_path / TYPES.name).read_text(encoding="utf-8")
-    ours = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
-    assert built.split("\n\n", 1)[1] == ours.split("\n\n", 1)[1], "run `make types`"
+    generated = (tmp_path / TYPES.name).read_text(encoding="utf-8")
+    committed = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
+    assert generated.split("\n\n", 1)[1] == committed.split("\n\n", 1)[1], "run `make types`"
 
 
-def test_meshes_are_kept_as_the_table_says(server: str) -> None:
+def test_responses_may_be_cached_as_the_table_says(server: str) -> None:
     surface = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
     links = httpx.post(f"{server}/v1/surfaces", json=surface).json()["links"]
     stored = links["mesh"]["glb"]
-    addresses = [stored, stored.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
-    answers = [httpx.get(server + url) for url in addresses]
+    urls = [stored, stored.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
+    responses = [httpx.get(server + url) for url in urls]
     shown = [cells[1].strip("`") for cells in read_rows("What is kept, and for how long")]
-    assert [response.headers["Cache-Control"] for response in answers] == shown
+    assert [response.headers["Cache-Control"] for response in responses] == shown
     canonical = f'<{stored}>; rel="canonical"'
-    assert [response.headers["Link"] for response in answers[:2]] == [canonical] * 2
+    assert [response.headers["Link"] for response in responses[:2]] == [canonical] * 2
 
 
-def test_another_version_of_the_numbers_is_gone(server: str) -> None:
+def test_meshes_of_another_engine_are_gone_as_the_page_says(server: str) -> None:
     response = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?engine=1")
     assert (response.status_code, response.json()["code"]) == (410, "engine_gone")
     assert "`410` with the code `engine_gone`" in " ".join(TEXT.split())
 
 
-def test_headers_are_those_that_scripts_may_read(server: str) -> None:
+def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
     names = {name for cells in read_rows("Headers of responses") for name in cells[0].split(", ")}
     assert {name.strip("`") for name in names} == set(EXPOSED)
     headers = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb").headers
@@ -170,7 +179,7 @@ def test_headers_are_those_that_scripts_may_read(server: str) -> None:
     assert set(EXPOSED) - sometimes <= {name.title() for name in headers} | {"ETag"}
 
 
-def test_the_page_shows_how_to_name_origins() -> None:
+def test_the_setting_of_origins_on_the_page_is_valid() -> None:
     (command,) = re.findall(r"^SURFACE_CORS_ORIGINS=\S+", TEXT, re.MULTILINE)
     _, _, origins = command.partition("=")
     allowed = apply_flags(Settings(), {"cors_origins": origins}).cors_origins
@@ -179,7 +188,7 @@ def test_the_page_shows_how_to_name_origins() -> None:
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
-def test_smaller_files_name_the_extension_of_the_page(option: str, server: str) -> None:
+def test_the_page_names_the_extensions_of_compact_files(option: str, server: str) -> None:
     content = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?{option}").content
     length = int.from_bytes(content[12:16], "little")
     extensions = json.loads(content[20 : 20 + length])["extensionsRequired"]

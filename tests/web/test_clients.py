@@ -1,5 +1,7 @@
-"""The pages of `docs/browser.md` load a stored surface by its URL from another origin. Their
-libraries then have the numbers of the service's JSON."""
+"""The pages of `docs/browser.md` load a mesh by URL from another origin, and draw it.
+
+Each page's library then has the numbers of the mesh in JSON.
+"""
 
 import json
 from dataclasses import dataclass
@@ -19,7 +21,7 @@ from tests.web.clients import (
     LIBRARIES,
     MODEL,
     SERVED_AT,
-    TRIED,
+    TESTED_LIBRARIES,
     open_blank_page,
     read_blocks,
     read_meshes,
@@ -44,35 +46,35 @@ def stored(server: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
 
 @pytest.fixture(scope="module")
 def computed(server: str, stored: dict[str, Any]) -> dict[str, Any]:
-    """The mesh in the service's JSON."""
+    """The mesh of the stored surface as JSON."""
     response = httpx.get(f"{server}{stored['links']['mesh']['json']}&resolution={RESOLUTION}")
     mesh: dict[str, Any] = response.raise_for_status().json()
     return mesh
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """The mesh as a library read it, its picture, and the library's warnings."""
+class DrawnMesh:
+    """A mesh as a library read it, the picture of the page, and the messages in the console."""
 
     mesh: dict[str, Any]
     picture: NDArray[np.int64]
-    complaints: list[str]
+    messages: list[str]
 
 
 def wait_for_picture(stage: Stage) -> NDArray[np.int64]:
-    """Waits until the picture is not blank and does not change, and returns it."""
+    """The picture of the page, when it is not blank and does not change any more."""
     deadline = monotonic() + 20
-    before, picture = stage.picture(), stage.picture()
+    before, picture = stage.take_picture(), stage.take_picture()
     while (not np.ptp(picture) or np.any(picture != before)) and monotonic() < deadline:
-        before, picture = picture, stage.picture()
+        before, picture = picture, stage.take_picture()
     return picture
 
 
-@pytest.fixture(scope="module", params=TRIED)
+@pytest.fixture(scope="module", params=TESTED_LIBRARIES)
 def drawn(
     request: pytest.FixtureRequest, server: str, stored: dict[str, Any], browser: Browser
-) -> Drawn:
-    """The page of the documentation, opened for the first time."""
+) -> DrawnMesh:
+    """The mesh on the page of a library, which loads the mesh of the stored surface."""
     page = read_page(request.param).replace(SERVED_AT, server)
     assert stored["id"] in page
     with serve_site({"/": page}) as origin:
@@ -81,21 +83,21 @@ def drawn(
         (mesh,) = read_meshes(stage)
         picture = wait_for_picture(stage)
         stage.page.close()
-    return Drawn(mesh, picture, stage.complaints)
+    return DrawnMesh(mesh, picture, stage.messages)
 
 
 def test_the_surface_is_stored_as_the_page_shows(stored: dict[str, Any]) -> None:
     assert stored == json.loads(read_blocks("json")[0])
 
 
-def test_the_pages_load_stored_meshes(stored: dict[str, Any]) -> None:
+def test_the_pages_have_the_url_of_the_stored_mesh(stored: dict[str, Any]) -> None:
     link = SERVED_AT + stored["links"]["mesh"]["glb"]
     expected = link.replace("?", f"?resolution={RESOLUTION}&")
     assert [MODEL.findall(read_page(library)) for library in LIBRARIES] == [[expected]] * 3
 
 
 def test_positions_and_triangles_are_those_of_the_service(
-    drawn: Drawn, computed: dict[str, Any]
+    drawn: DrawnMesh, computed: dict[str, Any]
 ) -> None:
     np.testing.assert_allclose(
         drawn.mesh["positions"], turn_upright(computed["vertices"]), atol=1e-6
@@ -103,25 +105,25 @@ def test_positions_and_triangles_are_those_of_the_service(
     assert np.reshape(drawn.mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
 
 
-def test_normals_are_those_of_the_service(drawn: Drawn, computed: dict[str, Any]) -> None:
+def test_normals_are_those_of_the_service(drawn: DrawnMesh, computed: dict[str, Any]) -> None:
     np.testing.assert_allclose(drawn.mesh["normals"], turn_upright(computed["normals"]), atol=1e-6)
 
 
 def test_colours_are_those_of_the_service_and_linear(
-    drawn: Drawn, computed: dict[str, Any]
+    drawn: DrawnMesh, computed: dict[str, Any]
 ) -> None:
     colors = np.array(drawn.mesh["colors"])[:, :3]
     assert np.ptp(colors, axis=0).min() > 0.1
     np.testing.assert_allclose(colors, to_linear(np.array(computed["colors"])), atol=1e-6)
 
 
-def test_it_is_drawn_in_its_colours_without_warnings(drawn: Drawn) -> None:
-    """On a white page, a part of the picture is mainly red, and another mainly blue."""
+def test_the_mesh_is_drawn_in_its_colours_without_messages(drawn: DrawnMesh) -> None:
+    """The page is white; a part of the picture is mainly red, and another part mainly blue."""
     rgb = drawn.picture
-    covered = np.ptp(rgb, axis=1) > 40
-    warm = rgb[:, 0] > rgb[:, 2] + 60
-    cold = rgb[:, 2] > rgb[:, 0] + 40
-    assert covered.mean() > 0.05
-    assert warm.mean() > 0.01
-    assert cold.mean() > 0.01
-    assert drawn.complaints == []
+    is_colored = np.ptp(rgb, axis=1) > 40
+    is_red = rgb[:, 0] > rgb[:, 2] + 60
+    is_blue = rgb[:, 2] > rgb[:, 0] + 40
+    assert is_colored.mean() > 0.05
+    assert is_red.mean() > 0.01
+    assert is_blue.mean() > 0.01
+    assert drawn.messages == []

@@ -1,4 +1,4 @@
-"""The documentation page in a browser: requests can be tried, and it uses no other host."""
+"""Swagger UI in a browser: it sends requests to the service, and to no other host."""
 
 from urllib.parse import urlsplit
 
@@ -9,7 +9,7 @@ from service.api.routes.pages import STATIC, SWAGGER
 from tests.web.browser import open_page
 
 
-def test_a_request_can_be_tried_without_connections_to_other_hosts(
+def test_swagger_ui_sends_a_request_and_connects_to_no_other_host(
     server: str, browser: Browser
 ) -> None:
     if not (STATIC / SWAGGER[0]).is_file():
@@ -17,11 +17,12 @@ def test_a_request_can_be_tried_without_connections_to_other_hosts(
     stage = open_page(browser)
     page = stage.page
     page.goto(f"{server}/docs")
-    # For /v1/mesh the page needs twice the time, for its schemas and examples.
+    # The page needs twice the time for /v1/mesh, which has more schemas and examples.
     operation = page.get_by_text("/v1/curve", exact=True).first
-    prose = page.locator("h2:has-text('About all operations')")
-    tops = [place.evaluate("it => it.getBoundingClientRect().top") for place in (operation, prose)]
-    assert tops == sorted(tops), "the operations come first"
+    description = page.locator("h2:has-text('About all operations')")
+    script = "element => element.getBoundingClientRect().top"
+    tops = [element.evaluate(script) for element in (operation, description)]
+    assert tops == sorted(tops), "the operations must stand above the description"
     assert page.get_by_text("malformed_json", exact=True).count() == 1
     operation.click()
     page.click(".try-out__btn")
@@ -30,6 +31,6 @@ def test_a_request_can_be_tried_without_connections_to_other_hosts(
     response.wait_for()
     assert response.inner_text().strip() == "200"
     page.close()
-    assert stage.complaints == []
-    hosts = {urlsplit(url).netloc for url in stage.asked if not url.startswith("data:")}
+    assert stage.messages == []
+    hosts = {urlsplit(url).netloc for url in stage.requested_urls if not url.startswith("data:")}
     assert hosts == {urlsplit(server).netloc}

@@ -1,6 +1,7 @@
-"""The editor in headless Chromium: drags a control point, and checks the panel and the requests."""
+"""The editor in headless Chromium: control points, numbers in the panel, requests, and errors."""
 
 import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -8,79 +9,80 @@ import pytest
 from playwright.sync_api import Page
 
 from service.encoders.registry import FORMATS
-from tests.web.browser import Stage, listening
+from tests.web.browser import Stage, record_page
 from tests.web.editor import (
     READY,
     SADDLE,
-    choose,
     drag,
     perform,
     read_point,
     read_value,
+    reset_editor,
+    select_point,
     show,
-    start_anew,
 )
 
 
 @pytest.fixture
 def page(editor: Stage) -> Iterator[Page]:
-    """The saddle, freshly opened and coarse; the console must stay silent."""
-    editor.complaints.clear()
-    start_anew(editor.page)
+    """The editor with the saddle and default choices; the console must stay empty."""
+    editor.messages.clear()
+    reset_editor(editor.page)
     yield editor.page
-    assert editor.complaints == []
+    assert editor.messages == []
 
 
-def test_the_readouts_are_those_of_the_mesh(page: Page) -> None:
+def test_the_panel_shows_the_numbers_of_the_mesh(page: Page) -> None:
     assert read_value(page, "triangles") == 72
     assert read_value(page, "vertices") == 49
     assert page.inner_text("#open-edges") == "24"
     assert read_value(page, "server-time") > 0
     assert read_value(page, "round-trip") > 0
-    # One bilinear patch in 6 × 6 cells: d = |twist| / 4 · (1 / 6)², plus rounding.
+    # In 6 × 6 cells, a bilinear patch deviates by |twist| / 4 · (1/6)²; the bound adds rounding.
     assert read_value(page, "deviation") == pytest.approx(4 / 4 / 36, rel=0.2)
 
 
-def test_a_point_is_dragged_and_the_mesh_follows(page: Page) -> None:
+def test_a_drag_moves_the_point_and_can_be_undone(page: Page) -> None:
     requests: list[Any] = []
     page.on("request", lambda request: requests.append(request.post_data_json))
     assert "Drag a black point" in page.inner_text("#invitation")
     assert page.is_hidden("#point-fields")
-    start, before = choose(page, 4), read_value(page, "deviation")
-    was = read_point(page)
+    start, old_deviation = select_point(page, 4), read_value(page, "deviation")
+    old_point = read_point(page)
     drag(page, start, (60, -50))
-    now = read_point(page)
+    new_point = read_point(page)
     assert page.input_value("#point") == "4"
-    assert now != was
-    assert now[2] > was[2]  # upwards on the screen is up
-    # The last request has the point of the panel, and the full resolution.
-    posted = [request for request in requests if request]
+    assert new_point != old_point
+    assert new_point[2] > old_point[2]  # a drag upwards on the screen increases z
+    # The last request has the point that the panel shows, and the full resolution.
+    documents = [request for request in requests if request]
     page.wait_for_function(
-        "deviation => Number(document.getElementById('deviation').value) != deviation", arg=before
+        "deviation => Number(document.getElementById('deviation').value) != deviation",
+        arg=old_deviation,
     )
-    assert posted[-1]["surface"]["control_net"][1][1] == now
-    assert posted[-1]["resolution"] == 6
+    assert documents[-1]["surface"]["control_net"][1][1] == new_point
+    assert documents[-1]["resolution"] == 6
     assert page.is_visible("#edited")
     assert page.is_hidden("#invitation")
     page.click("#undo")
     page.wait_for_selector(READY)
-    assert read_point(page) == was
-    assert read_value(page, "deviation") == before
+    assert read_point(page) == old_point
+    assert read_value(page, "deviation") == old_deviation
     page.click("#redo")
     page.wait_for_selector(READY)
-    assert read_point(page) == now
+    assert read_point(page) == new_point
     page.keyboard.press("Control+z")
     page.wait_for_selector(READY)
-    assert read_point(page) == was
+    assert read_point(page) == old_point
     page.keyboard.press("Control+Shift+Z")
-    assert read_point(page) == now
+    assert read_point(page) == new_point
     page.click("#reset")
     page.wait_for_selector(READY)
-    assert read_point(page) == was
+    assert read_point(page) == old_point
     assert page.is_hidden("#edited")
 
 
-def test_clicks_on_the_surface_tell_parameters_curvature_and_distance(page: Page) -> None:
+def test_clicks_on_the_surface_show_parameters_curvature_and_distance(page: Page) -> None:
     box = page.locator("#view").bounding_box()
     assert box is not None
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.4
@@ -88,25 +90,25 @@ def test_clicks_on_the_surface_tell_parameters_curvature_and_distance(page: Page
     page.mouse.click(*middle)
     page.wait_for_selector("#probe-row:visible")
     u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
-    x, y = 2 * u - 1, 2 * v - 1  # of z = x y, with K = −1 / (1 + x² + y²)²
-    reported = page.inner_text("#probe").replace("−", "-")
-    assert float(reported.split("K ")[1].split(",")[0]) == pytest.approx(
-        -1 / (1 + x * x + y * y) ** 2, rel=1e-3
-    )
+    # The saddle is z = x y, with the Gaussian curvature K = −1 / (1 + x² + y²)².
+    x, y = 2 * u - 1, 2 * v - 1
+    text = page.inner_text("#probe").replace("−", "-")
+    curvature = float(text.split("K ")[1].split(",")[0])
+    assert curvature == pytest.approx(-1 / (1 + x * x + y * y) ** 2, rel=1e-3)
     assert page.is_hidden("#probe-distance-row")
     page.mouse.click(middle[0] + 40, middle[1])
     page.wait_for_selector("#probe-distance-row:visible")
-    s, t = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
-    there = 2 * s - 1, 2 * t - 1
-    far = ((there[0] - x) ** 2 + (there[1] - y) ** 2 + (there[0] * there[1] - x * y) ** 2) ** 0.5
-    assert read_value(page, "probe-distance") == pytest.approx(far, rel=1e-6)
+    u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
+    second_x, second_y = 2 * u - 1, 2 * v - 1
+    distance = math.dist((second_x, second_y, second_x * second_y), (x, y, x * y))
+    assert read_value(page, "probe-distance") == pytest.approx(distance, rel=1e-6)
     page.click("#open")
     page.click('[data-example="saddle"]')
     page.wait_for_selector(READY)
     assert page.is_hidden("#probe-row")
 
 
-def test_area_and_volume_are_measured_when_asked_for(page: Page) -> None:
+def test_area_and_volume_are_measured_after_a_click(page: Page) -> None:
     page.click("#measure")
     page.wait_for_selector("#measure", state="hidden")
     area = 5.123157101093616  # four times the integral of (1 + x² + y²)^½ over the unit square
@@ -121,27 +123,27 @@ def test_area_and_volume_are_measured_when_asked_for(page: Page) -> None:
     assert read_value(page, "volume") == pytest.approx(4 / 3 * 3.14159265358979, rel=1e-5)
 
 
-def test_a_drag_moves_along_its_axis_only(page: Page) -> None:
-    start, was = choose(page, 4), read_point(page)
+def test_a_drag_with_an_axis_changes_one_coordinate(page: Page) -> None:
+    start, old_point = select_point(page, 4), read_point(page)
     page.check('input[name="axis"][value="x"]', force=True)
     drag(page, start, (50, -40))
-    now = read_point(page)
-    assert now[0] != was[0]
-    assert now[1:] == was[1:]
+    new_point = read_point(page)
+    assert new_point[0] != old_point[0]
+    assert new_point[1:] == old_point[1:]
 
 
-def test_everything_works_by_keyboard(page: Page) -> None:
+def test_points_and_switches_work_by_keyboard(page: Page) -> None:
     page.focus("#view")
     page.keyboard.press("]")
     assert page.input_value("#point") == "1"
     page.keyboard.press("[")
     assert page.input_value("#point") == "4"
-    was = read_point(page)
+    old_point = read_point(page)
     page.keyboard.press("ArrowUp")
     page.wait_for_selector(READY)
-    assert read_point(page)[2] > was[2]
-    assert read_point(page)[:2] == was[:2]
-    # The switches show the effect of keys of one letter.
+    assert read_point(page)[2] > old_point[2]
+    assert read_point(page)[:2] == old_point[:2]
+    # Keys of one letter change switches.
     page.keyboard.press("n")
     page.keyboard.press("w")
     assert not page.is_checked("#show-net")
@@ -153,8 +155,8 @@ def test_everything_works_by_keyboard(page: Page) -> None:
     assert "chosen" not in page.inner_text("#status")
 
 
-def test_numbers_and_weights_are_typed(page: Page) -> None:
-    choose(page, 1)
+def test_coordinates_and_weights_can_be_typed(page: Page) -> None:
+    select_point(page, 1)
     page.fill("#z", "2.5")
     page.press("#z", "Enter")
     page.wait_for_selector(READY)
@@ -162,7 +164,7 @@ def test_numbers_and_weights_are_typed(page: Page) -> None:
     request = perform(page, lambda: page.press("#weight", "Enter"))
     assert request["surface"]["control_net"][0][0][2] == 2.5
     assert request["surface"]["weights"] == [[4, 1], [1, 1]]
-    assert float(page.input_value("#weight-slider")) == 2  # 2² = 4
+    assert float(page.input_value("#weight-slider")) == 2  # the slider shows log₂ of the weight 4
 
 
 def test_sliders_change_the_request(page: Page) -> None:
@@ -173,19 +175,19 @@ def test_sliders_change_the_request(page: Page) -> None:
     )
     assert request["relative_tolerance"] == 0.001
     assert "resolution" not in request
-    before = read_value(page, "triangles")
+    old_triangles = read_value(page, "triangles")
     perform(page, lambda: page.fill("#tolerance", "-4"))
-    assert read_value(page, "triangles") > before
+    assert read_value(page, "triangles") > old_triangles
 
 
-def test_curvature_is_shown_with_a_legend(page: Page) -> None:
+def test_the_curvature_is_shown_with_a_legend(page: Page) -> None:
     request = perform(page, lambda: page.check('input[name="look"][value="gaussian"]', force=True))
     assert request["curvatures"] is True
     page.wait_for_selector("#legend")
     assert "Gaussian curvature" in page.inner_text("#legend")
 
 
-def test_a_tube_has_no_curvature_to_show(page: Page) -> None:
+def test_for_a_tube_the_choice_of_curvature_is_disabled(page: Page) -> None:
     assert perform(page, lambda: page.check('input[name="look"][value="mean"]', force=True))
     page.click("#open")
     request = perform(page, lambda: page.click('[data-example="hair"]'))
@@ -195,7 +197,7 @@ def test_a_tube_has_no_curvature_to_show(page: Page) -> None:
     assert page.inner_text("#point-count") == "of 8"
 
 
-def test_examples_are_listed_and_opened(page: Page) -> None:
+def test_an_example_can_be_opened_from_the_list(page: Page) -> None:
     page.click("#open")
     first = page.locator("#examples button").first
     assert first.get_attribute("data-example") == "utah-teapot"
@@ -205,19 +207,19 @@ def test_examples_are_listed_and_opened(page: Page) -> None:
     assert page.inner_text("#point-count") == "of 28"
 
 
-def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
-    """The browser itself writes to the console that a request failed."""
+def test_an_error_shows_its_field_and_can_be_undone(editor: Stage) -> None:
+    """This test does not check the console, in which the browser itself writes a failed request."""
     page = editor.page
-    start_anew(page)
-    before = read_value(page, "triangles")
-    choose(page, 2)
+    reset_editor(page)
+    old_triangles = read_value(page, "triangles")
+    select_point(page, 2)
     page.fill("#weight", "0")
     page.press("#weight", "Enter")
     page.wait_for_selector('html[data-state="refused"]')
-    reported = page.inner_text("#problem")
-    assert "needed a number above 0" in reported
-    assert "/surface/weights/0/1" in reported
-    assert read_value(page, "triangles") == before
+    problem = page.inner_text("#problem")
+    assert "needed a number above 0" in problem
+    assert "/surface/weights/0/1" in problem
+    assert read_value(page, "triangles") == old_triangles
     page.fill("#point", "1")
     page.press("#point", "Enter")
     page.click("#problem-point")
@@ -227,9 +229,9 @@ def test_a_refusal_names_the_error_and_the_field(editor: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_a_refused_surface_removes_the_one_before_from_the_page(editor: Stage) -> None:
+def test_a_refused_surface_replaces_the_earlier_one_in_the_page(editor: Stage) -> None:
     page = editor.page
-    start_anew(page)
+    reset_editor(page)
     page.click("#open")
     page.fill("#paste", '{"name": "lost", "control_net": [[[0, 0, 0]], [[1, 0, 0]]]}')
     page.click("#paste-open")
@@ -244,23 +246,22 @@ def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) 
     page.wait_for_selector('html[data-state="refused"]')
     assert page.inner_text("#problem-title") == "There is no surface at this address"
     assert page.inner_text("#title") == "Open a surface"
-    # Without a surface the page sends no requests and exports nothing, and offers an example.
-    count = len(editor.asked)
+    # Without a surface the page sends no requests, disables its exports, and offers an example.
+    count = len(editor.requested_urls)
     page.check('input[name="accuracy"][value="tolerance"]', force=True)
     assert page.is_disabled("#copy-link")
     assert page.is_hidden("#loading")
-    assert len(editor.asked) == count
+    assert len(editor.requested_urls) == count
     page.click("#problem-example")
     perform(page, lambda: page.click('[data-example="saddle"]'))
     assert page.is_hidden("#problem")
     assert page.is_enabled("#copy-link")
 
 
-def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
-    """37 × 37 patches of 64 × 64 cells are refused, so the page requests one cell for each
-    patch."""
+def test_a_surface_of_many_patches_is_opened_at_resolution_1(editor: Stage) -> None:
+    """The service refuses 37 × 37 patches of 64 × 64 cells; then the page requests resolution 1."""
     page = editor.page
-    start_anew(page)
+    reset_editor(page)
     perform(page, lambda: page.fill("#resolution", "64"))
     rows = [[[i, j, (i * j) % 7] for j in range(40)] for i in range(40)]
     page.click("#open")
@@ -271,7 +272,7 @@ def test_a_surface_of_many_patches_opens_coarsely(editor: Stage) -> None:
     assert read_value(page, "triangles") == 2 * 37 * 37
 
 
-def test_text_that_is_not_json_stays_on_the_page(page: Page) -> None:
+def test_text_that_is_not_json_is_not_sent(page: Page) -> None:
     page.click("#open")
     page.fill("#paste", "{control_net}")
     page.click("#paste-open")
@@ -283,19 +284,19 @@ def test_text_that_is_not_json_stays_on_the_page(page: Page) -> None:
     assert page.inner_text("#point-count") == "of 6"
 
 
-def test_every_format_is_downloaded(page: Page) -> None:
-    listed = page.locator("#formats button").all_inner_texts()
-    assert listed == [f".{fmt.suffix}" for fmt in FORMATS]
-    with page.expect_download() as waited:
+def test_the_buttons_of_formats_download_the_mesh(page: Page) -> None:
+    suffixes = page.locator("#formats button").all_inner_texts()
+    assert suffixes == [f".{fmt.suffix}" for fmt in FORMATS]
+    with page.expect_download() as download:
         page.click('[data-format="off"]')
-    assert waited.value.suggested_filename == "saddle.off"
-    assert waited.value.path().read_text().splitlines()[:2] == ["OFF", "49 72 0"]
+    assert download.value.suggested_filename == "saddle.off"
+    assert download.value.path().read_text().splitlines()[:2] == ["OFF", "49 72 0"]
 
 
-def test_the_service_is_away(editor: Stage) -> None:
+def test_if_the_service_does_not_respond_the_page_offers_to_try_again(editor: Stage) -> None:
     page = editor.page
-    start_anew(page)
-    choose(page, 1)
+    reset_editor(page)
+    select_point(page, 1)
     page.route("**/v1/mesh", lambda route: route.abort())
     page.fill("#x", "3")
     page.wait_for_selector('html[data-state="away"]')
@@ -306,9 +307,9 @@ def test_the_service_is_away(editor: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_without_webgl_everything_but_the_picture_works(server: str, editor: Stage) -> None:
-    page = editor.page.context.new_page()  # this profile has the scripts in its cache
-    stage = listening(page)
+def test_without_webgl_all_but_the_picture_works(server: str, editor: Stage) -> None:
+    page = editor.page.context.new_page()  # the profile of the editor has cached the scripts
+    stage = record_page(page)
     page.add_init_script(
         "const get = HTMLCanvasElement.prototype.getContext;"
         "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
@@ -323,4 +324,4 @@ def test_without_webgl_everything_but_the_picture_works(server: str, editor: Sta
     request = perform(page, lambda: page.press("#z", "Enter"))
     assert request["surface"]["control_net"][1][1] == [1, 1, 3]
     page.close()
-    assert stage.complaints == []
+    assert stage.messages == []

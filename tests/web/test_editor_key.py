@@ -1,4 +1,4 @@
-"""The editor where the service needs a key: it asks for one, sends it, and stores it nowhere."""
+"""If the service needs a key, the editor asks for the key, sends it, and does not store it."""
 
 import json
 from collections.abc import Iterator
@@ -28,15 +28,15 @@ def private() -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
-    """The page at first: the dialog is open, and nothing is drawn yet."""
+def locked_editor(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
+    """The editor before a key is entered, with its dialog open; and its requests so far."""
     stage = open_profile(browser)
     requests: list[Request] = []
 
-    def note(request: Request) -> None:  # Playwright wants a function of its own
+    def record(request: Request) -> None:  # Playwright does not accept `requests.append`
         requests.append(request)
 
-    stage.page.on("request", note)
+    stage.page.on("request", record)
     stage.page.goto(private + SADDLE)
     stage.page.wait_for_selector("#access[open]")
     yield stage, requests
@@ -44,28 +44,29 @@ def opened(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request
 
 
 def enter_key(page: Page, key: str) -> None:
+    """Types a key into the dialog, and presses Enter."""
     page.fill("#access-key", key)
     page.press("#access-key", "Enter")
 
 
-def test_the_key_is_asked_for_sent_and_not_stored(
-    opened: tuple[Stage, list[Request]], tmp_path: Path
+def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
+    locked_editor: tuple[Stage, list[Request]], tmp_path: Path
 ) -> None:
-    stage, requests = opened
+    stage, requests = locked_editor
     page = stage.page
     # The dialog is visible and announced, and works with the keyboard alone.
     assert "have a key" in page.inner_text("#access-why")
     assert page.evaluate("document.activeElement.id") == "access-key"
     assert list_violations(page) == []
-    # A text that is not a key is not sent; a wrong key is reported.
-    before = len(requests)
+    # A text that is not a key is not sent; for an unknown key the dialog shows an error.
+    count = len(requests)
     enter_key(page, "password")
     assert page.is_visible("#access")
-    assert len(requests) == before
+    assert len(requests) == count
     enter_key(page, make_key())
     page.wait_for_selector("#access-why:has-text('does not know')")
-    # A closed dialog does not open again by itself; the page says that a key is missing, and has a
-    # button.
+    # A closed dialog does not open again by itself. The page says that a key is missing, and has a
+    # button that opens the dialog.
     page.keyboard.press("Escape")
     page.wait_for_selector("#problem-key")
     assert page.inner_text("#problem-title") == "A key is needed"
@@ -91,8 +92,8 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     command = copy_text(page, "copy-curl").replace("curl", "curl -sf")
     assert '-H "Authorization: Bearer $SURFACE_KEY"' in command
     run_shell(f"SURFACE_KEY={KEY}; {command}", tmp_path)
-    (written,) = tmp_path.iterdir()
-    assert written.read_bytes().startswith(b"glTF")
+    (file,) = tmp_path.iterdir()
+    assert file.read_bytes().startswith(b"glTF")
     assert not [request.url for request in requests if KEY in request.url]
     assert KEY not in page.url
 
@@ -106,11 +107,11 @@ def test_the_key_is_asked_for_sent_and_not_stored(
     enter_key(page, KEY)
     page.wait_for_selector(READY)
     assert page.inner_text("#triangles") == "98"
-    reported = [line for line in stage.complaints if "401" not in line]
-    assert reported == []
+    # The browser itself writes a message for each response with the status 401.
+    assert [message for message in stage.messages if "401" not in message] == []
 
 
-def test_without_keys_the_editor_does_not_ask(editor: Stage) -> None:
+def test_the_editor_of_a_service_without_keys_does_not_ask_for_a_key(editor: Stage) -> None:
     page = editor.page
     assert page.is_hidden("#access")
     assert page.is_hidden("#api-key")

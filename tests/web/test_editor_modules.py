@@ -1,4 +1,4 @@
-"""Modules of the editor one by one, in the browser that they are written for."""
+"""Single modules of the editor, which the browser imports from the service."""
 
 from typing import Any
 
@@ -17,15 +17,15 @@ from tests.web.clients import visit
 
 @pytest.fixture(scope="module")
 def page(server: str, visitor: Stage) -> Page:
-    """An empty page of the service, which may import what the service serves."""
+    """A page of the service without scripts, which may import modules from the service."""
     visit(visitor, f"{server}/health")
     return visitor.page
 
 
 def read_net(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Control points of an example in the scene, and the pairs of them that are joined."""
+    """Control points (N, 3) of an example in the editor's scene, and edges (M, 2) between them."""
     document = json_text(definition(find(name).surface())).decode()
-    reported: dict[str, Any] = page.evaluate(
+    net: dict[str, Any] = page.evaluate(
         """async (text) => {
           const { netOf, pointAt } = await import('/page/net.js');
           const surface = JSON.parse(text);
@@ -36,26 +36,27 @@ def read_net(page: Page, name: str) -> tuple[np.ndarray, np.ndarray]:
         }""",
         document,
     )
-    points = np.array([[*point, 0, 0][:3] for point in reported["points"]])
-    frames = np.array(reported["frames"]).reshape(-1, 4, 4)
-    placed = np.einsum("hij,hj->hi", frames, np.column_stack([points, np.ones(len(points))]))
-    return placed[:, :3], np.array(reported["edges"]).reshape(-1, 2)
+    points = np.array([[*point, 0, 0][:3] for point in net["points"]])
+    frames = np.array(net["frames"]).reshape(-1, 4, 4)
+    scene_points = np.einsum("hij,hj->hi", frames, np.column_stack([points, np.ones(len(points))]))
+    return scene_points[:, :3], np.array(net["edges"]).reshape(-1, 2)
 
 
 def turn_upright(points: np.ndarray, up: str) -> np.ndarray:
+    """The points, rotated to y up."""
     return points if up == "y" else points @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
 
 
 def list_lines(points: np.ndarray, pairs: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
-    """Lines as pairs of end points, without lines of length 0, at poles."""
+    """Lines as sets of their two end points; lines of length 0, at poles, are left out."""
     ends = np.round(points, 6)[pairs] + 0.0
-    result = {frozenset(map(tuple, line.tolist())) for line in ends}
-    return {line for line in result if len(line) == 2}
+    lines = {frozenset(map(tuple, line.tolist())) for line in ends}
+    return {line for line in lines if len(line) == 2}
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_nets_are_those_that_the_service_draws(page: Page, name: str) -> None:
-    """The lines of the overlay `control_net`, which the service computes on its own."""
+def test_the_editor_draws_the_control_net_of_the_service(page: Page, name: str) -> None:
+    """The service computes the lines of the overlay `control_net` by other code."""
     model = find(name).surface().lower()
     mesh = build(model, MeshOptions(resolution=(1, 1), overlays=("control_net",)))
     expected = set().union(
@@ -67,9 +68,9 @@ def test_nets_are_those_that_the_service_draws(page: Page, name: str) -> None:
     assert list_lines(*read_net(page, name)) == expected
 
 
-def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:
-    """The document before the change stays unchanged; equal parts are shared."""
-    reported = page.evaluate(
+def test_changes_of_points_and_weights_return_a_changed_copy(page: Page) -> None:
+    """The document before the change stays as it was; the copy shares its unchanged parts."""
+    result = page.evaluate(
         """async () => {
           const { netOf, weightAt, withPoint, withWeight } = await import('/page/net.js');
           const vertices = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]];
@@ -83,16 +84,16 @@ def test_shared_vertices_and_weights_are_changed_in_a_copy(page: Page) -> None:
           };
         }"""
     )
-    assert reported["before"]["vertices"][3] == [1, 1, 0]
-    assert "weights" not in reported["before"]
-    assert reported["weighed"]["vertices"][3] == [1, 1, 5]
-    assert reported["weighed"]["weights"] == [1, 1, 1, 2]
-    assert reported["weights"] == [1, 2]
-    assert reported["shared"]
+    assert result["before"]["vertices"][3] == [1, 1, 0]
+    assert "weights" not in result["before"]
+    assert result["weighed"]["vertices"][3] == [1, 1, 5]
+    assert result["weighed"]["weights"] == [1, 1, 1, 2]
+    assert result["weights"] == [1, 2]
+    assert result["shared"]
 
 
-def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
-    reported = page.evaluate(
+def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) -> None:
+    result = page.evaluate(
         """async () => {
           const { MeshRequests } = await import('/page/mesh-requests.js');
           const [sent, answered, failed, answers] = [[], [], [], []];
@@ -125,8 +126,9 @@ def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
           return { sent, answered, failed, most };
         }"""
     )
-    # c replaced b; C is the result for a document that is no longer open; e replaced d.
-    assert reported == {
+    # While a runs, c replaces b. C is the result for a closed document, so it is dropped. The error
+    # of d is dropped, because e waits; the error of e is reported.
+    assert result == {
         "sent": ["a", "c", "d", "e"],
         "answered": ["A"],
         "failed": ["last"],
@@ -134,8 +136,8 @@ def test_one_request_is_in_flight_and_the_newest_wins(page: Page) -> None:
     }
 
 
-def test_the_history_is_bounded_and_a_drag_is_one_step(page: Page) -> None:
-    reported = page.evaluate(
+def test_the_history_has_200_steps_and_a_drag_is_one_step(page: Page) -> None:
+    result = page.evaluate(
         """async () => {
           const { History } = await import('/page/history.js');
           const history = new History({ n: 0 });
@@ -159,7 +161,7 @@ def test_the_history_is_bounded_and_a_drag_is_one_step(page: Page) -> None:
           return { steps, kept, cancelled, undone, reset, last, redo };
         }"""
     )
-    assert reported == {
+    assert result == {
         "steps": 1,
         "kept": 200,
         "cancelled": 500,

@@ -1,4 +1,4 @@
-"""Accessibility of the editor: checked by axe, and used by keyboard alone."""
+"""Accessibility of the editor: axe reports no violations, and the keyboard alone is enough."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,19 +9,21 @@ from playwright.sync_api import Page
 from service.encoders.registry import FORMATS
 from tests.programs import find_node_package
 from tests.web.browser import Stage
-from tests.web.editor import READY, choose, read_value, start_anew
+from tests.web.editor import READY, read_value, reset_editor, select_point
 
 WIDE, NARROW = (1200, 800), (360, 740)
-# The place of the mouse pointer has no meaning for users without a mouse.
+# Returns the name of the element that has the focus, and whether the page shows the focus.
 FOCUS = """() => {
-    const { activeElement: now } = document;
-    const { outlineStyle, boxShadow } = getComputedStyle(now);
-    return [now.id || now.name || now.className || now.dataset.format || now.tagName,
-            now.matches(':focus-visible') && (outlineStyle !== 'none' || boxShadow !== 'none')];
+    const { activeElement: element } = document;
+    const { outlineStyle, boxShadow } = getComputedStyle(element);
+    return [element.id || element.name || element.className || element.dataset.format
+                || element.tagName,
+            element.matches(':focus-visible')
+                && (outlineStyle !== 'none' || boxShadow !== 'none')];
 }"""
 
-# The elements that the tab key reaches, in this order; of radio buttons only the checked one.
-REACHED = [
+# Names of elements that the tab key must reach, in this order; of radio buttons, the checked one.
+TAB_ORDER = [
     *("open", "help", "theme", "view", "fit", "point-previous", "point", "point-next"),
     *("x", "y", "z", "weight-slider", "weight", "axis"),
     *("look", "show-net", "show-wires", "accuracy", "resolution"),
@@ -32,28 +34,30 @@ REACHED = [
 
 @pytest.fixture
 def page(editor: Stage) -> Iterator[Page]:
-    """The saddle, freshly opened; the console must stay silent."""
-    editor.complaints.clear()
-    start_anew(editor.page)
+    """The editor with the saddle and default choices; the console must stay empty."""
+    editor.messages.clear()
+    reset_editor(editor.page)
     yield editor.page
     editor.page.set_viewport_size({"width": 900, "height": 640})
     editor.page.emulate_media(color_scheme="light")
-    assert editor.complaints == []
+    assert editor.messages == []
 
 
 def list_violations(page: Page) -> list[tuple[str, str, list[Any]]]:
-    """Findings of axe on the page: rule, impact and places."""
+    """Violations of accessibility that axe finds on the page: rule, impact and elements."""
     if not page.evaluate("'axe' in window"):
         page.evaluate((find_node_package("axe-core") / "axe.min.js").read_text(encoding="utf-8"))
-    result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+    report = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
     return [
         (rule["id"], rule["impact"], [node["target"] for node in rule["nodes"]])
-        for rule in result["violations"]
+        for rule in report["violations"]
     ]
 
 
 @pytest.mark.parametrize(("scheme", "size"), [("light", WIDE), ("dark", NARROW)])
-def test_axe_reports_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> None:
+def test_axe_finds_no_violations_in_the_page_and_its_dialogs(
+    page: Page, scheme: Any, size: tuple[int, int]
+) -> None:
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": size[0], "height": size[1]})
     assert list_violations(page) == []
@@ -62,16 +66,16 @@ def test_axe_reports_nothing(page: Page, scheme: Any, size: tuple[int, int]) -> 
         assert page.locator("dialog[open]").count() == 1
         assert list_violations(page) == [], opener
         page.keyboard.press("Escape")
-    choose(page, 2)
+    select_point(page, 2)
     assert list_violations(page) == []
-    # The page never scrolls sideways, at any width.
+    # The page is not wider than the window, so it does not scroll sideways.
     assert page.evaluate("document.documentElement.scrollWidth") == size[0]
 
 
-def test_axe_reports_nothing_for_a_refusal(editor: Stage) -> None:
+def test_axe_finds_no_violations_while_an_error_is_shown(editor: Stage) -> None:
     page = editor.page
-    start_anew(page)
-    choose(page, 2)
+    reset_editor(page)
+    select_point(page, 2)
     page.fill("#weight", "0")
     page.press("#weight", "Enter")
     page.wait_for_selector("#problem[role=alert]")
@@ -80,8 +84,8 @@ def test_axe_reports_nothing_for_a_refusal(editor: Stage) -> None:
     page.wait_for_selector(READY)
 
 
-def test_axe_can_find_something(page: Page) -> None:
-    """axe finds a planted fault, a button without a name."""
+def test_axe_finds_a_button_without_a_name(page: Page) -> None:
+    """The test adds the button, to show that axe works."""
     page.evaluate("""() => {
         const nameless = document.createElement('button');
         nameless.id = 'nameless';
@@ -91,22 +95,22 @@ def test_axe_can_find_something(page: Page) -> None:
     page.evaluate("document.querySelector('#nameless').remove()")
 
 
-def test_the_tab_key_reaches_everything_and_shows_where_it_is(page: Page) -> None:
-    choose(page, 2)
+def test_the_tab_key_reaches_all_elements_and_the_focus_is_visible(page: Page) -> None:
+    select_point(page, 2)
     page.focus(".skip")
-    walked: list[str] = []
+    names: list[str] = []
     for _ in range(80):
         page.keyboard.press("Tab")
-        name, is_seen = page.evaluate(FOCUS)
-        if name == "BODY" or name in walked:
+        name, is_focus_visible = page.evaluate(FOCUS)
+        if name == "BODY" or name in names:
             break
-        assert is_seen, name
-        walked.append(name)
-    assert [name for name in walked if name in REACHED] == REACHED
+        assert is_focus_visible, name
+        names.append(name)
+    assert [name for name in names if name in TAB_ORDER] == TAB_ORDER
 
 
 def test_a_surface_is_edited_without_a_mouse(page: Page) -> None:
-    """Opens an example, chooses a point, moves it, and undoes this, by keys alone."""
+    """By keys alone, the test opens an example, selects a point, moves it, and undoes the move."""
     keys = page.keyboard
     page.focus("#open")
     keys.press("Enter")
@@ -122,11 +126,11 @@ def test_a_surface_is_edited_without_a_mouse(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "view"
     keys.press("]")
     assert page.inner_text("#status").startswith("Control point 1 of 28")
-    before = read_value(page, "deviation")
+    old_deviation = read_value(page, "deviation")
     keys.press("PageUp")
     page.wait_for_selector(READY)
     page.wait_for_selector("#status:has-text('triangles')")
-    assert read_value(page, "deviation") != before
+    assert read_value(page, "deviation") != old_deviation
     keys.press("Control+z")
     page.wait_for_selector(READY)
-    assert read_value(page, "deviation") == before
+    assert read_value(page, "deviation") == old_deviation

@@ -1,4 +1,4 @@
-"""A GLB in three.js in headless Chromium: shading, curvatures, groups, wires."""
+"""GLB files in three.js: shading, curvatures, groups and wireframes."""
 
 import numpy as np
 import pytest
@@ -15,9 +15,8 @@ from tests.web.browser import Stage
 from tests.web.clients import to_linear, turn_upright
 
 
-def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
-    """Shaded by its normals, the teapot has almost no edges; shaded flat, it has one at every
-    triangle."""
+def test_the_shading_of_the_teapot_is_smooth(server: str, stage: Stage) -> None:
+    """Shaded by normals, the picture has almost no edges; with flat shading it has many."""
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16", 1800, 1200)
     smooth = stage.page.evaluate("window.viewer.measure()")
     assert 0.1 < smooth["coverage"] < 0.6
@@ -27,36 +26,40 @@ def test_the_picture_is_smooth(server: str, stage: Stage) -> None:
     assert flat["edges"] > 4 * smooth["edges"]
 
 
-def test_curvatures_arrive(server: str, stage: Stage) -> None:
-    """Shaders can read curvatures: attributes beside positions and normals."""
+def test_three_reads_curvatures_as_attributes(server: str, stage: Stage) -> None:
+    """So shaders can use curvatures. The curvatures of a torus, radii 1 and 0.4, are known."""
     stage.show(f"{server}/v1/surfaces/torus/mesh.glb?relative_tolerance=0.01&curvatures=true")
-    (mesh,) = stage.meshes()
-    rho = np.hypot(*np.delete(np.array(mesh["positions"]), 1, axis=1).T)
+    (mesh,) = stage.read_meshes()
+    radius = np.hypot(*np.delete(np.array(mesh["positions"]), 1, axis=1).T)
     points = np.array(mesh["positions"])
-    tube = np.hypot(rho - 1, points[:, 1])
-    np.testing.assert_allclose(tube, 0.4, atol=1e-6)
-    cosine = (rho - 1) / 0.4
+    distance = np.hypot(radius - 1, points[:, 1])
+    np.testing.assert_allclose(distance, 0.4, atol=1e-6)
+    cosine = (radius - 1) / 0.4
     attributes = {name: np.array(rows)[:, 0] for name, rows in mesh["own"].items()}
     assert sorted(attributes) == ["_gaussian_curvature", "_mean_curvature"]
-    np.testing.assert_allclose(attributes["_gaussian_curvature"], cosine / (0.4 * rho), atol=1e-5)
-    np.testing.assert_allclose(attributes["_mean_curvature"], -(2.5 + cosine / rho) / 2, atol=1e-5)
+    np.testing.assert_allclose(
+        attributes["_gaussian_curvature"], cosine / (0.4 * radius), atol=1e-5
+    )
+    np.testing.assert_allclose(
+        attributes["_mean_curvature"], -(2.5 + cosine / radius) / 2, atol=1e-5
+    )
 
 
-def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> None:
-    """Every vertex of every member of the tea service, where it was placed."""
+def test_members_of_a_group_have_their_placements_and_colours(server: str, stage: Stage) -> None:
+    """The bounds, the colour and the mirroring of each member of the tea service."""
     stage.show(f"{server}/v1/surfaces/tea-service/mesh.glb?resolution=3")
-    meshes = stage.meshes()
+    meshes = stage.read_meshes()
     model = find("tea-service").surface().lower()
     assert isinstance(model, GroupModel)
     scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
-    # In the order of the members, because three.js changes equal names.
-    waiting = iter(meshes)
+    # Meshes are matched by order, because three.js changes names that are equal.
+    remaining = iter(meshes)
     for node in scene.nodes:
         expected = turn_upright(place_points(scene.meshes[node.model].positions, node.matrix))
-        copies = [next(waiting) for _ in scene.meshes[node.model].parts]
-        result = np.concatenate([mesh["positions"] for mesh in copies])
+        copies = [next(remaining) for _ in scene.meshes[node.model].parts]
+        positions = np.concatenate([mesh["positions"] for mesh in copies])
         for end in ("min", "max"):
-            bounds = (getattr(points, end)(axis=0) for points in (result, expected))
+            bounds = (getattr(points, end)(axis=0) for points in (positions, expected))
             np.testing.assert_allclose(*bounds, atol=1e-5)  # type: ignore[call-overload]
         assert node.color is not None
         light = to_linear(np.array(node.color[:3]))
@@ -64,32 +67,32 @@ def test_copies_stand_in_their_places_and_colours(server: str, stage: Stage) -> 
             np.testing.assert_allclose(mesh["color"], light, atol=1e-6)
             determinant = 1 if node.matrix is None else np.linalg.det(node.matrix[:3, :3])
             assert mesh["mirrored"] == (determinant < 0)
-    assert list(waiting) == []
+    assert list(remaining) == []
 
 
-def test_a_mirrored_copy_is_lit_from_the_same_side(stage: Stage) -> None:
-    """A ball and its mirror image look alike, brighter above than below."""
-    ball, seen = find("sphere").surface(), []
+def test_a_mirrored_sphere_is_lit_from_the_same_side(stage: Stage) -> None:
+    """A sphere and its mirror image look equal, and are brighter above than below."""
+    sphere, brightness = find("sphere").surface(), []
     for mirror in (1.0, -1.0):
-        member = Member(ball, color=(0.5, 0.5, 0.5), matrix=np.diag([1, mirror, 1, 1.0]))
+        member = Member(sphere, color=(0.5, 0.5, 0.5), matrix=np.diag([1, mirror, 1, 1.0]))
         stage.show(render(GroupSurface((member,), "z"), MeshOptions((6, 6)), BY_NAME["glb"]))
-        (mesh,) = stage.meshes()
+        (mesh,) = stage.read_meshes()
         assert mesh["mirrored"] == (mirror < 0)
         outwards = np.einsum("vd,vd->v", mesh["positions"], mesh["normals"])
         assert outwards.min() > 0.99
-        seen.append(stage.light())
-    assert seen[0][1] > 1.3 * seen[0][0]
-    np.testing.assert_allclose(seen[0], seen[1], rtol=0.01)
+        brightness.append(stage.measure_light())
+    assert brightness[0][1] > 1.3 * brightness[0][0]
+    np.testing.assert_allclose(brightness[0], brightness[1], rtol=0.01)
 
 
-def test_the_teapot_as_a_wireframe(server: str, stage: Stage) -> None:
-    """One request returns only tubes along the curves."""
+def test_a_wireframe_has_only_tubes_along_the_curves(server: str, stage: Stage) -> None:
+    """The tubes have unit normals, are visible, and are as high as the teapot."""
     query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&wire_sides=5&resolution=4"
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
-    (mesh,) = stage.meshes()
+    (mesh,) = stage.read_meshes()
     assert mesh["name"] == "isocurves"
     assert mesh["longestNormalError"] < 1e-6
-    assert min(stage.light()) > 0
+    assert min(stage.measure_light()) > 0
     points = np.array(mesh["positions"])
     assert points[:, 1].max() == pytest.approx(3.15, abs=0.02)
     assert points[:, 1].min() == pytest.approx(0, abs=0.02)

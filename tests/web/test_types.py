@@ -1,4 +1,4 @@
-"""Types that TypeScript checks: those in the comments of the editor's modules."""
+"""TypeScript checks the modules of the editor by the types in their comments."""
 
 import json
 from pathlib import Path
@@ -10,19 +10,19 @@ FOLDER = Path(__file__).parent
 PAGE = FOLDER.parents[1] / "service" / "api" / "page"
 
 
-def test_the_modules_of_the_page_agree_and_the_compiler_sees_a_mistake(tmp_path: Path) -> None:
-    """Adds a module with an invalid call of one of them."""
+def test_the_compiler_finds_no_errors_except_those_in_an_invalid_module(tmp_path: Path) -> None:
+    """The test adds a module that calls a function of the editor with invalid arguments."""
     find_node_package("@types/three")
     (tmp_path / "wrong.js").write_text(
         f"import {{ diverging }} from '{PAGE}/colors.js';\ndiverging('a half');\ndiverging();\n",
         encoding="utf-8",
     )
     project = tmp_path / "tsconfig.json"
-    described = {"extends": str(FOLDER / "tsconfig.json"), "files": ["wrong.js"]}
-    project.write_text(json.dumps(described), encoding="utf-8")
-    # The only error is that of the invalid call: a text in place of a number.
-    result = [line.rsplit("/", 1)[-1] for line in compile_project(project).splitlines()]
-    assert [line.split(": ")[:2] for line in result] == [
+    document = {"extends": str(FOLDER / "tsconfig.json"), "files": ["wrong.js"]}
+    project.write_text(json.dumps(document), encoding="utf-8")
+    # The errors are those of the two calls: a text in place of a number, and no argument.
+    errors = [line.rsplit("/", 1)[-1] for line in compile_project(project).splitlines()]
+    assert [line.split(": ")[:2] for line in errors] == [
         ["wrong.js(2,11)", "error TS2345"],
         ["wrong.js(3,1)", "error TS2554"],
-    ], result
+    ], errors

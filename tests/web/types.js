@@ -1,5 +1,5 @@
 // `node types.js` prints the TypeScript types of the committed OpenAPI document.
-// Fields with a default are optional; bytes are a Blob.
+// Fields with a default are optional; binary content has the type Blob.
 
 import { readFileSync } from 'node:fs';
 import openapi, { astToString } from 'openapi-typescript';

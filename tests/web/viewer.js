@@ -1,7 +1,7 @@
-// Draws one model after the other. The test reads the objects of three.js for the last one
-// (`window.viewer`, after `await window.show(url)`). With ?plain it draws no shadows, no smooth
-// outlines and no room, which take most of the time without a graphics card.
-// The viewer changes no geometry: normals and the upright direction are those of the file.
+// Draws a model with three.js: `await window.show(url)` replaces the model that was drawn before.
+// `window.viewer` then has functions by which tests read the model. With `?plain` the viewer draws
+// no shadows, no smooth outlines and no room, because without a graphics card these take most of the
+// time. It changes no geometry: the normals and the up direction are those of the file.
 
 import * as THREE from 'three';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
@@ -10,9 +10,9 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const GLAZE = '#2f6f86'; // the colour of surfaces without a colour
 const MARGIN = 1.12; // room around the model, as a factor
-const EDGE = 4; // steps of 1/255, which a smooth surface rarely has
+const EDGE = 4; // bends of brightness, in steps of 1/255, which are rare on a smooth surface
 const PLAIN = new URLSearchParams(location.search).has('plain');
-const SAMPLES = PLAIN ? 1 : 2; // drawn at twice the size of the page: smooth outlines
+const SAMPLES = PLAIN ? 1 : 2; // pixels per pixel of the page; with 2, outlines are smooth
 
 const renderer = new THREE.WebGLRenderer({
   antialias: !PLAIN, alpha: true, preserveDrawingBuffer: true,
@@ -33,11 +33,11 @@ if (!PLAIN) {
 
 const camera = new THREE.PerspectiveCamera(26);
 
-/** All nodes of `model` with faces (`isMesh`) or with lines (`isLine`). */
-function nodesOf(model, mark) {
-  const found = [];
-  model.traverse((node) => { if (node[mark]) found.push(node); });
-  return found;
+/** All nodes of `model` of this type: with faces ('isMesh') or with lines ('isLine'). */
+function listNodes(model, type) {
+  const nodes = [];
+  model.traverse((node) => { if (node[type]) nodes.push(node); });
+  return nodes;
 }
 
 /** A key light from the upper left, and a floor that shows only the shadow. */
@@ -69,8 +69,8 @@ function addLightAndFloor(bounds, radius) {
   if (PLAIN) scene.add(new THREE.HemisphereLight('white', 'gray', 1));
 }
 
-/** Points the camera slightly down at the middle of the model, and moves it near, so that all is visible. */
-function frame(bounds, radius) {
+/** Points the camera from slightly above at the middle of the model, as near as all is visible. */
+function placeCamera(bounds, radius) {
   const center = bounds.getCenter(new THREE.Vector3());
   const direction = new THREE.Vector3(0.36, 0.36, 1).normalize();
   camera.near = 0.1 * radius;
@@ -105,20 +105,20 @@ function describeLine(line) {
   };
 }
 
-/** The numbers of an attribute, vertex by vertex; empty if the attribute does not exist. */
-function rowsOf({ array, count, itemSize } = { count: 0 }) {
+/** The numbers of an attribute by vertex; empty if the attribute does not exist. */
+function readRows({ array, count, itemSize } = { count: 0 }) {
   return Array.from({ length: count }, (_, i) => Array.from(
     array.subarray(i * itemSize, (i + 1) * itemSize),
   ));
 }
 
 /** The data of a mesh in three.js, with positions and normals in world coordinates. */
-function describe(mesh) {
+function describeMesh(mesh) {
   const position = mesh.geometry.getAttribute('position');
   const normal = mesh.geometry.getAttribute('normal');
-  const turn = new THREE.Matrix3().getNormalMatrix(mesh.matrixWorld);
+  const normalMatrix = new THREE.Matrix3().getNormalMatrix(mesh.matrixWorld);
   const point = new THREE.Vector3();
-  const facts = {
+  const description = {
     name: mesh.name,
     color: mesh.material.color.toArray(),
     mirrored: mesh.matrixWorld.determinant() < 0,
@@ -131,24 +131,24 @@ function describe(mesh) {
     attributes: Object.keys(mesh.geometry.attributes).sort(),
     positions: [],
     normals: [],
-    colors: rowsOf(mesh.geometry.getAttribute('color')),
-    uvs: rowsOf(mesh.geometry.getAttribute('uv')),
+    colors: readRows(mesh.geometry.getAttribute('color')),
+    uvs: readRows(mesh.geometry.getAttribute('uv')),
     own: Object.fromEntries(Object.entries(mesh.geometry.attributes)
-      .filter(([name]) => name.startsWith('_')).map(([name, rows]) => [name, rowsOf(rows)])),
+      .filter(([name]) => name.startsWith('_')).map(([name, rows]) => [name, readRows(rows)])),
   };
   for (let i = 0; i < position.count; i += 1) {
     point.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
-    facts.positions.push(point.toArray());
+    description.positions.push(point.toArray());
     if (normal === undefined) continue;
     point.fromBufferAttribute(normal, i);
-    facts.longestNormalError = Math.max(facts.longestNormalError, Math.abs(point.length() - 1));
-    facts.normals.push(point.applyMatrix3(turn).normalize().toArray());
+    description.longestNormalError = Math.max(description.longestNormalError, Math.abs(point.length() - 1));
+    description.normals.push(point.applyMatrix3(normalMatrix).normalize().toArray());
   }
-  return facts;
+  return description;
 }
 
-/** The picture in the canvas: RGBA bytes, rows from the bottom up. */
-function pixels() {
+/** The picture in the canvas: its size and RGBA bytes, with the lowest row first. */
+function readPixels() {
   const gl = renderer.getContext();
   const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
   const rgba = new Uint8Array(4 * width * height);
@@ -156,18 +156,18 @@ function pixels() {
   return { width, height, rgba };
 }
 
-/** The picture of the model alone. */
-function pictureOf(model) {
+/** Draws the model without floor and background; returns the picture. */
+function takePicture(model) {
   const others = scene.children.filter((child) => child !== model && !child.isLight);
   others.forEach((child) => { child.visible = false; });
   renderer.render(scene, camera);
   others.forEach((child) => { child.visible = true; });
-  return pixels();
+  return readPixels();
 }
 
-/** Mean green of the model's pixels in the lower and in the upper half of the picture. */
+/** The mean green of the model's pixels, in the lower and in the upper half of the picture. */
 function measureLight(model) {
-  const { width, height, rgba } = pictureOf(model);
+  const { width, height, rgba } = takePicture(model);
   const sums = [0, 0];
   const counts = [0, 0];
   for (let i = 0; i < rgba.length; i += 4) {
@@ -179,11 +179,12 @@ function measureLight(model) {
   return sums.map((sum, half) => sum / counts[half]);
 }
 
-/** Share of the picture that the model covers, and the share of the pixels inside it at which the
- *  shading has an edge: along a row, the green channel bends by EDGE steps of 1/255 or more. */
+/** The fraction of the picture that the model covers, and the fraction of the pixels inside the
+ *  model at which the shading has an edge. At an edge, the second difference of green along a row
+ *  is at least EDGE. */
 function measurePicture(model) {
-  const { width, height, rgba } = pictureOf(model);
-  const opaque = (i) => rgba[i + 3] === 255;
+  const { width, height, rgba } = takePicture(model);
+  const isOpaque = (i) => rgba[i + 3] === 255;
   let covered = 0;
   let inside = 0;
   let edges = 0;
@@ -191,7 +192,7 @@ function measurePicture(model) {
     for (let x = 1; x < width - 1; x += 1) {
       const i = 4 * (y * width + x);
       if (rgba[i + 3] > 0) covered += 1;
-      if (!opaque(i) || !opaque(i - 4) || !opaque(i + 4)) continue;
+      if (!isOpaque(i) || !isOpaque(i - 4) || !isOpaque(i + 4)) continue;
       inside += 1;
       if (Math.abs(rgba[i - 3] - 2 * rgba[i + 1] + rgba[i + 5]) >= EDGE) edges += 1;
     }
@@ -199,13 +200,13 @@ function measurePicture(model) {
   return { coverage: covered / (width * height), edges: edges / inside };
 }
 
-/** Draws the edges of all triangles over them. */
+/** Draws the edges of all triangles over the faces. */
 function drawEdges(meshes) {
   const material = new THREE.LineBasicMaterial({
     color: '#10242c', transparent: true, opacity: 0.75,
   });
   meshes.forEach((mesh) => {
-    // Lines and faces of equal depth would show through each other.
+    // Without an offset, lines and faces have equal depths, and faces hide parts of the lines.
     Object.assign(mesh.material, {
       polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
     });
@@ -214,7 +215,7 @@ function drawEdges(meshes) {
   renderer.render(scene, camera);
 }
 
-/** Removes earlier models; loads and draws the model at `url`. */
+/** Removes the earlier model; loads and draws the model at `url`. */
 async function show(url) {
   scene.clear();
   renderer.setSize(innerWidth, innerHeight);
@@ -223,23 +224,23 @@ async function show(url) {
   const { scene: model } = await loader.loadAsync(url);
   scene.add(model);
   model.updateMatrixWorld(true);
-  const meshes = nodesOf(model, 'isMesh');
-  const lines = nodesOf(model, 'isLine');
+  const meshes = listNodes(model, 'isMesh');
+  const lines = listNodes(model, 'isLine');
   meshes.forEach((mesh) => {
     mesh.castShadow = true;
     mesh.receiveShadow = true;
-    // The file has no colour for these faces.
-    const plain = mesh.material.name === 'surface' && !mesh.material.vertexColors;
-    if (plain) mesh.material.color.set(GLAZE);
+    // These faces have no colour in the file.
+    const hasNoColor = mesh.material.name === 'surface' && !mesh.material.vertexColors;
+    if (hasNoColor) mesh.material.color.set(GLAZE);
     mesh.material.roughness = 0.32;
   });
   const bounds = new THREE.Box3().setFromObject(model, true);
   const radius = bounds.getSize(new THREE.Vector3()).length() / 2;
   addLightAndFloor(bounds, radius);
-  frame(bounds, radius);
+  placeCamera(bounds, radius);
   renderer.render(scene, camera);
   window.viewer = {
-    meshes: () => meshes.map(describe),
+    meshes: () => meshes.map(describeMesh),
     lines: () => lines.map(describeLine),
     measure: () => measurePicture(model),
     light: () => measureLight(model),
