@@ -177,7 +177,7 @@ class Connection(Wire):
         self._extra = {"peername": ("127.0.0.1", 1), "sockname": ("127.0.0.1", 2)}
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
-        self.answer += data
+        self.sent += data
 
 
 class _RunningService:
@@ -214,7 +214,7 @@ class _RunningService:
         protocol.connection_lost(None)
         if state.tasks:
             await asyncio.wait(state.tasks)
-        if b"HTTP/1.1 500" in wire.answer:
+        if b"HTTP/1.1 500" in wire.sent:
             self.failures.append(AssertionError("the server itself failed"))
 
     async def _call_app(self, scope: Scope, receive: Receive, send: Send) -> None:
