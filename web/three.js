@@ -1,5 +1,5 @@
 // The parts of three.js that the modules of the editor import, and nothing more.
-// They are bundled once, when the service is installed: this is 1/3 of the bytes, in one request.
+// `make web` bundles them, so that the browser loads 1/3 of the bytes, in one request.
 
 export {
   Box3,

@@ -43,7 +43,7 @@ export function linear(c) {
 
 /**
  * The largest value of the range of colours, on both sides of zero: 9/10 of the area have smaller
- * values. So a sharp rim does not make the rest of the surface grey.
+ * values. Otherwise the large values at a sharp rim would make the rest of the surface grey.
  * @param {{values: ArrayLike<number>, areas: ArrayLike<number>}[]} all  values and areas of vertices
  */
 export function findRange(all) {

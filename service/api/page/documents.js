@@ -5,7 +5,7 @@
 /** @typedef {{[key: string]: any}} Surface  a surface as in a request */
 
 /**
- * The value at a path, or undefined if there is none.
+ * The value at a path, or undefined if the path leads nowhere.
  * @param {any} root
  * @param {Path} path
  * @returns {any}
@@ -15,7 +15,7 @@ export function valueAt(root, path) {
 }
 
 /**
- * The document with another value at a path; it shares all other parts with the old one.
+ * The document with another value at a path; it shares all other parts with the old document.
  * @template T
  * @param {T} root
  * @param {Path} path

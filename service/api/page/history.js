@@ -2,7 +2,7 @@
 
 /** @typedef {import('./documents.js').Surface} Surface */
 
-const MOST = 200;
+const MAX_STEPS = 200;
 
 export class History {
   /** @param {Surface} first */
@@ -23,7 +23,7 @@ export class History {
 
   get canReset() { return this.present !== this.first; }
 
-  /** A running step, such as a drag: not in the history until `keep`. @param {Surface} next */
+  /** Shows a running step, such as a drag; only `keep` adds it to the history. @param {Surface} next */
   preview(next) {
     this.before ??= this.present;
     this.present = next;
@@ -35,13 +35,13 @@ export class History {
     this.before = null;
   }
 
-  /** Adds one step, from the surface before the running step to the next one. @param {Surface} next */
+  /** Adds one step, from the surface before the running step to `next`. @param {Surface} next */
   keep(next) {
     const before = this.before ?? this.present;
     this.before = null;
     this.present = next;
     if (next === before) return;
-    this.past = [...this.past, before].slice(-MOST);
+    this.past = [...this.past, before].slice(-MAX_STEPS);
     this.future = [];
   }
 
@@ -60,7 +60,7 @@ export class History {
     this.present = next;
   }
 
-  /** Back to the first document, as a step that can be undone. */
+  /** Returns to the first document, as a step that can be undone. */
   reset() {
     this.keep(this.first);
   }

@@ -1,20 +1,20 @@
-// The API key of the user, if the service needs one: a dialog asks for it, every request to the
-// service sends it, and the tab forgets it when it is closed. It is never in a URL.
+// The API key of the user, if the service needs a key. A dialog asks for the key, every request to the
+// service sends it, and it is forgotten when the tab is closed. The key is never in a URL.
 
 import { announce, button, element, input, write } from './page.js';
 
-const PLACE = 'surface-key';
+const STORAGE_KEY = 'surface-key';
 
 /** Texts that explain why a key is needed, by the code of the problem. */
 const WHY = new Map([
-  ['key_needed', 'This service computes and stores for those who have a key.'],
+  ['key_needed', 'To compute and to store, this service needs a key.'],
   ['key_unknown', 'The service does not know this key; it may have been replaced.'],
 ]);
 
-let key = kept();
+let key = readKey();
 /** The result of the open dialog. @type {Promise<boolean> | null} */
 let asking = null;
-/** Whether the user closed the dialog: then it opens again by its button, not for each request. */
+/** Whether the user closed the dialog: then only its button opens it again, and no request. */
 let isDeclined = false;
 
 /** The present key; empty if there is none. */
@@ -27,27 +27,27 @@ export const credentials = () => (key ? { Authorization: `Bearer ${key}` } : {})
 export const isAboutKeys = (code) => WHY.has(code);
 
 /**
- * Asks for a key; returns whether the present key differs from the one that was sent.
+ * Asks for a key; returns whether the present key differs from the key `sent`.
  * @param {string} code  of the problem @param {string} sent
  */
-export async function anotherKey(code, sent) {
+export async function requestKey(code, sent) {
   if (key !== sent) return true;
   if (isDeclined) return false;
   asking ??= ask(code).finally(() => { asking = null; });
   return asking;
 }
 
-/** Handles the dialog, its button in the bar and that of problems. @param {() => void} again  called when there is a new key */
-export function watchKey(again) {
+/** Handles the dialog, and its buttons in the bar and in problems. @param {() => void} onNewKey */
+export function watchKey(onNewKey) {
   const open = async () => {
     isDeclined = false;
     // If the user opens the dialog, the service has not refused the present key.
-    if (await anotherKey(key ? '' : 'key_needed', key)) again();
+    if (await requestKey(key ? '' : 'key_needed', key)) onNewKey();
   };
   button('api-key').addEventListener('click', open);
   button('problem-key').addEventListener('click', open);
   button('access-forget').addEventListener('click', () => {
-    keep('');
+    storeKey('');
     element('access', HTMLDialogElement).close();
     announce('The key is forgotten');
   });
@@ -62,7 +62,7 @@ function ask(code) {
   const dialog = element('access', HTMLDialogElement);
   const field = input('access-key');
   field.value = '';
-  write('access-why', WHY.get(code) ?? 'A key is kept for this tab. Another one takes its place.');
+  write('access-why', WHY.get(code) ?? 'This tab has a key. A new key replaces it.');
   button('access-forget').hidden = key === '';
   button('api-key').hidden = false;
   dialog.returnValue = '';
@@ -70,11 +70,11 @@ function ask(code) {
   field.focus();
   return new Promise((resolve) => {
     dialog.addEventListener('close', () => {
-      const given = dialog.returnValue === 'use' ? field.value : '';
+      const newKey = dialog.returnValue === 'use' ? field.value : '';
       field.value = '';
-      isDeclined = given === '' && code !== '';
-      if (given) keep(given);
-      resolve(given !== '');
+      isDeclined = newKey === '' && code !== '';
+      if (newKey) storeKey(newKey);
+      resolve(newKey !== '');
     }, { once: true });
   });
 }
@@ -83,20 +83,20 @@ function show() {
   if (key) button('api-key').hidden = false;
 }
 
-/** @param {string} given */
-function keep(given) {
-  key = given;
+/** @param {string} newKey */
+function storeKey(newKey) {
+  key = newKey;
   try {
-    if (given) sessionStorage.setItem(PLACE, given);
-    else sessionStorage.removeItem(PLACE);
+    if (newKey) sessionStorage.setItem(STORAGE_KEY, newKey);
+    else sessionStorage.removeItem(STORAGE_KEY);
   } catch {
-    // This browser denies its storage: the page keeps the key itself.
+    // The browser does not allow storage: the key stays in the memory of the page.
   }
 }
 
-function kept() {
+function readKey() {
   try {
-    return sessionStorage.getItem(PLACE) ?? '';
+    return sessionStorage.getItem(STORAGE_KEY) ?? '';
   } catch {
     return '';
   }

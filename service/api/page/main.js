@@ -12,7 +12,7 @@ import { hideProblem, showProblem, watchProblems } from './problems.js';
 import { clearReadouts, showReadouts, speakReadouts } from './readouts.js';
 import { readReport } from './report.js';
 import { createContext } from './scene.js';
-import { Away, mesh, Refusal } from './service.js';
+import { mesh, NoResponse, Refusal } from './service.js';
 import { fromQuery, meshOptions } from './settings.js';
 import { watchShare } from './share.js';
 import { State } from './state.js';
@@ -31,7 +31,7 @@ const view = context ? new View(state, context) : null;
 element('no-webgl', HTMLElement).hidden = view !== null;
 element('loading', HTMLElement).hidden = view === null;
 
-/** A request for a mesh; a coarse one follows the mouse. @typedef {{coarse: boolean}} Wish */
+/** A request for a mesh; a coarse mesh follows the mouse. @typedef {{coarse: boolean}} MeshRequest */
 
 /** The number of patches of the surface, on which the resolution of a coarse mesh depends. */
 let patches = 1;
@@ -40,7 +40,7 @@ let isShown = false;
 /** Whether any document is open. */
 let isOpen = false;
 
-/** @type {MeshRequests<Wish, MeshResponse>} */
+/** @type {MeshRequests<MeshRequest, MeshResponse>} */
 const requests = new MeshRequests({
   send: ({ coarse }) => mesh({
     surface: state.surface,
@@ -49,11 +49,11 @@ const requests = new MeshRequests({
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
     const bytes = content.byteLength;
     const report = readReport(content);
-    if (view) await view.take(content, coarse);
+    if (view) await view.showMesh(content, coarse);
     patches = report.patches;
     isShown = true;
     hideProblem();
-    view?.alarm(-1);
+    view?.markError(-1);
     root.dataset.state = 'busy';
     showReadouts(report, { bytes, serverTime, roundTrip });
     if (!coarse) speakReadouts(report);
@@ -63,7 +63,7 @@ const requests = new MeshRequests({
 });
 
 /** @param {boolean} coarse */
-function ask(coarse) {
+function requestMesh(coarse) {
   root.dataset.state = 'busy';
   requests.ask({ coarse });
 }
@@ -74,18 +74,18 @@ function fail(error) {
     state.set({ resolution: 1 });
     return;
   }
-  const foreseen = error instanceof Refusal || error instanceof Away;
-  root.dataset.state = error instanceof Away ? 'away' : 'refused';
+  const isExpected = error instanceof Refusal || error instanceof NoResponse;
+  root.dataset.state = error instanceof NoResponse ? 'away' : 'refused';
   if (!isShown) {
     view?.clear();
     clearReadouts();
   }
-  view?.alarm(showProblem(error, state));
-  // Errors of the page itself are also written to the console.
-  if (!foreseen) reportError(error);
+  view?.markError(showProblem(error, state));
+  // An error of the page itself is also written to the console.
+  if (!isExpected) reportError(error);
 }
 
-/** Whether a surface that was just opened has too many patches for the resolution. @param {Error} error */
+/** Whether the service refused the first mesh of a surface because of its resolution. @param {Error} error */
 function isTooFine(error) {
   const { resolution, accuracy } = state.settings;
   return !isShown && error instanceof Refusal && accuracy === 'resolution' && resolution > 1
@@ -93,8 +93,8 @@ function isTooFine(error) {
 }
 
 /** The settings on which the mesh depends, as a text. */
-const wanted = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
-let asked = '';
+const describeMesh = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
+let requested = '';
 
 state.listen((change) => {
   if (change === 'opened') {
@@ -104,12 +104,12 @@ state.listen((change) => {
     isShown = false;
     patches = 1;
   }
-  if (!isOpen || change === 'chosen' || (change === 'settings' && wanted() === asked)) return;
-  asked = wanted();
-  ask(change === 'moving');
+  if (!isOpen || change === 'chosen' || (change === 'settings' && describeMesh() === requested)) return;
+  requested = describeMesh();
+  requestMesh(change === 'moving');
 });
 
-watchTheme(() => view?.dress());
+watchTheme(() => view?.updateLook());
 const probe = new Probe(state);
 const measures = new Measure(state);
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
@@ -121,9 +121,9 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
   announce(`${title} is open`);
 }, fail);
 
-// An error of an export is shown, but does not concern the surface on the page.
+// An error of an export does not change the state of the surface on the page.
 watchShare(state, (error) => showProblem(error, state));
-const begin = () => (isOpen ? ask(false) : void library.byId(query.get('surface') ?? FIRST));
+const begin = () => (isOpen ? requestMesh(false) : void library.byId(query.get('surface') ?? FIRST));
 watchProblems(state, begin);
 watchKey(begin);
 begin();

@@ -10,7 +10,7 @@ export class Measure {
   /** @param {State} state */
   constructor(state) {
     this.state = state;
-    /** Number of changes: a response about an older surface is not shown. */
+    /** Number of changes of the surface: a response about an older surface is not shown. */
     this.changes = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();

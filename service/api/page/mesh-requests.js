@@ -1,31 +1,31 @@
-// At most one request runs at a time. Of the waiting ones only the newest is sent. Responses about a
-// document that is no longer open are dropped.
+// Runs at most one request at a time. If several requests wait, it sends only the newest. It drops
+// responses about a document that is no longer open.
 
 /**
- * @template Wish, Result
- * @typedef {object} Telling
- * @property {(wish: Wish) => Promise<Result>} send
- * @property {(result: Result, wish: Wish) => void | Promise<void>} answered
- * @property {(error: Error, wish: Wish) => void} failed
+ * @template Item, Result
+ * @typedef {object} Callbacks
+ * @property {(request: Item) => Promise<Result>} send
+ * @property {(result: Result, request: Item) => void | Promise<void>} answered
+ * @property {(error: Error, request: Item) => void} failed
  * @property {() => void} idle  called when no request runs or waits
  */
 
 /**
- * @template Wish, Result
+ * @template Item, Result
  */
 export class MeshRequests {
-  /** @param {Telling<Wish, Result>} telling */
-  constructor(telling) {
-    this.telling = telling;
-    /** @type {Wish | null} */
+  /** @param {Callbacks<Item, Result>} callbacks */
+  constructor(callbacks) {
+    this.callbacks = callbacks;
+    /** @type {Item | null} */
     this.waiting = null;
     this.inFlight = false;
     this.generation = 0;
   }
 
-  /** Requests a mesh of the present document. @param {Wish} wish */
-  ask(wish) {
-    this.waiting = wish;
+  /** Requests a mesh of the present document. @param {Item} request */
+  ask(request) {
+    this.waiting = request;
     if (!this.inFlight) void this.work();
   }
 
@@ -38,19 +38,19 @@ export class MeshRequests {
   async work() {
     this.inFlight = true;
     while (this.waiting !== null) {
-      const wish = this.waiting;
+      const request = this.waiting;
       const { generation } = this;
       this.waiting = null;
       try {
-        const result = await this.telling.send(wish);
-        if (generation === this.generation) await this.telling.answered(result, wish);
+        const result = await this.callbacks.send(request);
+        if (generation === this.generation) await this.callbacks.answered(result, request);
       } catch (error) {
         // An error is shown only if no newer request waits.
         const stale = generation !== this.generation || this.waiting !== null;
-        if (!stale) this.telling.failed(/** @type {Error} */ (error), wish);
+        if (!stale) this.callbacks.failed(/** @type {Error} */ (error), request);
       }
     }
     this.inFlight = false;
-    this.telling.idle();
+    this.callbacks.idle();
   }
 }

@@ -1,6 +1,6 @@
-// How a control point moves: with the mouse in the plane of the view or along an axis, with keys
-// along the axis that on the screen is nearest to the key's direction. Points are in the coordinates
-// of the document.
+// How a control point moves. The mouse moves it in the plane of the view, or along an axis. A key moves
+// it along the axis that, on the screen, is nearest to the direction of the key. Points are in the
+// coordinates of the document.
 
 import { Matrix4, Plane, Raycaster, Vector2, Vector3 } from './three.js';
 
@@ -9,7 +9,8 @@ import { Matrix4, Plane, Raycaster, Vector2, Vector3 } from './three.js';
 
 const AXES = /** @type {const} */ (['x', 'y', 'z']);
 
-/** Views nearer to an axis than this: the mouse cannot move a point along the axis. */
+/** The least squared sine of the angle between view and axis: below it, the mouse cannot move a point
+ *  along the axis. */
 const EDGE_ON = 1e-3;
 
 /**
@@ -78,17 +79,17 @@ export class Drag {
     const { origin, direction: r } = this.ray(at);
     const w = this.origin.clone().sub(this.slip).sub(origin);
     const cosine = a.dot(r);
-    const sine = 1 - cosine * cosine;
+    const squaredSine = 1 - cosine * cosine;
     const moved = this.start.clone();
-    if (sine < EDGE_ON) return moved;
-    moved[axis] += (cosine * r.dot(w) - a.dot(w)) / sine / scale;
+    if (squaredSine < EDGE_ON) return moved;
+    moved[axis] += (cosine * r.dot(w) - a.dot(w)) / squaredSine / scale;
     return moved;
   }
 }
 
 /**
- * The direction in which an arrow key moves a point: the axis of the document that on the screen is
- * nearest to right, up or away; these are three different axes.
+ * The vector by which an arrow key moves a point: along the axis of the document that, on the screen,
+ * is nearest to right, up or away from the viewer. The three pairs of keys use three different axes.
  * @param {Stage} stage @param {Matrix4} frame @param {string} key @param {boolean} far
  * @returns {number[] | null}
  */

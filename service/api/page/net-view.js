@@ -1,4 +1,4 @@
-// Draws the control net: lines and points; those behind the surface are faint.
+// Draws the control net: lines and points. Parts behind the surface are faint.
 
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Group, LineBasicMaterial, LineSegments,
@@ -11,13 +11,14 @@ import { pointAt } from './net.js';
 /** @typedef {import('./net.js').Net} Net */
 /** @typedef {import('./scene.js').Stage} Stage */
 
-/** CSS pixels across a point: the more there are, the smaller. @param {number} count */
+/** Diameter of a point in CSS pixels: smaller if there are many points. @param {number} count */
 const sizeFor = (count) => Math.max(3.4, 10.5 - 0.62 * Math.log2(Math.max(4, count)));
 /** Distance from a point at which the mouse selects it, in CSS pixels; larger for a finger. */
 const REACH = { mouse: 11, touch: 24 };
-/** Of points equally near to the mouse the front one is selected: pixels for a depth of 1. */
-const BEHIND = 14;
-/** Distance of lines and points in the depth test, as a share of their true distance. */
+/** If points are equally near to the mouse, the front point is selected: a depth of one radius of the
+ *  model counts as this many pixels. */
+const DEPTH_PIXELS = 14;
+/** Distance of lines and points from the camera in the depth test, as a share of their true distance. */
 const NEARER = '0.994';
 
 export class NetView {
@@ -27,16 +28,16 @@ export class NetView {
     this.group = new Group();
     this.places = new BufferAttribute(new Float32Array(0), 3);
     this.joins = new BufferAttribute(new Uint32Array(0), 1);
-    const dot = dotTexture();
+    const dot = buildDotTexture();
     const lines = { transparent: true };
     const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
     this.lines = [
       new LineBasicMaterial({ ...lines, depthTest: false, depthWrite: false }),
-      nearer(new LineBasicMaterial({ ...lines, opacity: 0.6, depthWrite: false })),
+      drawNearer(new LineBasicMaterial({ ...lines, opacity: 0.6, depthWrite: false })),
     ];
     this.points = [
       new PointsMaterial({ ...points, depthTest: false, depthWrite: false }),
-      nearer(new PointsMaterial({ ...points, depthWrite: false })),
+      drawNearer(new PointsMaterial({ ...points, depthWrite: false })),
     ];
     this.mark = new PointsMaterial({ ...points, depthTest: false });
     this.marked = new Points(new BufferGeometry(), this.mark);
@@ -60,14 +61,14 @@ export class NetView {
     this.group.add(object);
   }
 
-  /** Sets how visible the net is behind the surface, or inside it. @param {boolean} clear */
-  veil(clear) {
+  /** Sets how visible the net is behind and inside the surface. @param {boolean} clear */
+  setVisible(clear) {
     this.lines[0].opacity = clear ? 0.4 : 0.13;
     this.points[0].opacity = clear ? 0.75 : 0.25;
   }
 
   /** Draws the net of a document. @param {Net} net @param {Surface} surface */
-  take(net, surface) {
+  showNet(net, surface) {
     this.matrices = net.frames.map((frame) => new Matrix4().set(
       .../** @type {[number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number]} */ (frame),
     ));
@@ -99,7 +100,7 @@ export class NetView {
     this.wires.setIndex(this.joins);
   }
 
-  /** Shows which point is chosen, and which one the mouse is over; -1 for none. @param {number} chosen @param {number} hovered */
+  /** Marks the chosen point, and the point under the mouse; -1 for none. @param {number} chosen @param {number} hovered */
   highlight(chosen, hovered) {
     this.single(this.marked, chosen);
     this.single(this.under, hovered === chosen ? -1 : hovered);
@@ -120,13 +121,13 @@ export class NetView {
   }
 
   /** The position of a control point on the canvas, in CSS pixels, and its depth. @param {number} index */
-  seenAt(index) {
+  screenPosition(index) {
     const { camera, canvas } = this.stage;
     const { x, y, z } = this.at(index).project(camera);
     return { x: (x + 1) / 2 * canvas.clientWidth, y: (1 - y) / 2 * canvas.clientHeight, depth: z };
   }
 
-  /** The control point at a place of the canvas, or -1. @param {number} x @param {number} y @param {string} pointer */
+  /** The index of the control point at a place of the canvas, or -1. @param {number} x @param {number} y @param {string} pointer */
   pick(x, y, pointer) {
     if (!this.group.visible) return -1;
     const reach = pointer === 'touch' ? REACH.touch : REACH.mouse;
@@ -134,10 +135,10 @@ export class NetView {
     const radius = this.stage.radius();
     const eye = this.stage.camera.position;
     for (let i = 0; i < this.places.count; i += 1) {
-      const seen = this.seenAt(i);
-      const away = Math.hypot(seen.x - x, seen.y - y);
-      if (away > reach || seen.depth > 1) continue;
-      const score = away + BEHIND * this.at(i).distanceTo(eye) / radius;
+      const screen = this.screenPosition(i);
+      const away = Math.hypot(screen.x - x, screen.y - y);
+      if (away > reach || screen.depth > 1) continue;
+      const score = away + DEPTH_PIXELS * this.at(i).distanceTo(eye) / radius;
       if (score < least) [best, least] = [i, score];
     }
     return best;
@@ -152,14 +153,14 @@ export class NetView {
     this.stage.draw();
   }
 
-  /** The positions of all visible points. */
-  shown() {
+  /** The positions of all points; none if the net is hidden. */
+  visiblePoints() {
     return this.group.visible ? Array.from({ length: this.places.count }, (_, i) => this.at(i)) : [];
   }
 }
 
-/** A round dot with a soft rim. */
-function dotTexture() {
+/** A texture with a white dot. */
+function buildDotTexture() {
   const canvas = document.createElement('canvas');
   canvas.width = 64;
   canvas.height = 64;
@@ -172,12 +173,12 @@ function dotTexture() {
 }
 
 /**
- * Makes a material pass the depth test as if it were a little nearer: the surface does not hide lines
- * and points that lie on it.
+ * Makes a material pass the depth test as if it were a little nearer, so that the surface does not hide
+ * lines and points that lie on it.
  * @template {import('./three.js').Material} M
  * @param {M} material @returns {M}
  */
-function nearer(material) {
+function drawNearer(material) {
   material.onBeforeCompile = (shader) => {
     const project = '#include <project_vertex>';
     shader.vertexShader = shader.vertexShader

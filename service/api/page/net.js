@@ -28,7 +28,7 @@ const Z_TO_Y = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1];
 const Y_TO_Z = [1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1];
 
 /**
- * The net of a surface. Invalid parts are left out; the error of the server describes them.
+ * The net of a surface. Invalid parts are left out: the error of the service describes them.
  * @param {Surface} surface
  * @returns {Net}
  */
@@ -87,7 +87,7 @@ export function withPoint(surface, handle, point) {
  */
 export function withWeight(surface, handle, weight) {
   const weighted = valueAt(surface, handle.weights) === undefined
-    ? replaceValue(surface, handle.weights, ones(netAt(surface, handle)))
+    ? replaceValue(surface, handle.weights, buildWeights(netAt(surface, handle)))
     : surface;
   return replaceValue(weighted, [...handle.weights, ...handle.place], weight);
 }
@@ -98,8 +98,8 @@ function netAt(surface, handle) {
 }
 
 /** @param {any} net @returns {any} */
-function ones(net) {
-  return isPoint(net) ? 1 : net.map(ones);
+function buildWeights(net) {
+  return isPoint(net) ? 1 : net.map(buildWeights);
 }
 
 /** @param {Net} net @param {Surface} surface @param {Path} base @param {number[]} frame */
@@ -123,13 +123,13 @@ function addSurface(net, surface, base, frame) {
  */
 function addRows({ net, base, frame }, surface) {
   const triangular = surface.type === 'triangle';
-  const [closedU, closedV] = surface.type === 'bspline' ? periodic(surface.knots) : [false, false];
+  const [closedU, closedV] = surface.type === 'bspline' ? arePeriodic(surface.knots) : [false, false];
   const rows = list(surface.control_net).map((row, i) => list(row).map((point, j) => (
     addHandle(net, point, {
       point: [...base, 'control_net', i, j], weights: [...base, 'weights'], place: [i, j], frame,
     })
   )));
-  const join = joiner(net);
+  const join = buildJoin(net);
   rows.forEach((row, i) => row.forEach((handle, j) => {
     join(handle, row[j + 1] ?? (closedV ? row[0] : -1));
     join(handle, (rows[i + 1] ?? (closedU ? rows[0] : []))[j]);
@@ -144,7 +144,7 @@ function addPatches({ net, base, frame }, surface) {
       point: [...base, 'vertices', i], weights: [...base, 'weights'], place: [i], frame,
     })
   ));
-  const join = joiner(net);
+  const join = buildJoin(net);
   const grids = (/** @type {any} */ patches, /** @type {boolean} */ triangular) => (
     list(patches).forEach((grid) => list(grid).forEach((row, i) => list(row).forEach((index, j) => {
       join(vertices[index], vertices[row[j + 1]]);
@@ -166,7 +166,7 @@ function addCurve({ net, base, frame }, curve) {
       frame,
     })
   ));
-  const join = joiner(net);
+  const join = buildJoin(net);
   points.forEach((handle, i) => join(handle, points[i + 1]));
   if (curve.type === 'bspline' && curve.knots === 'periodic') join(points.at(-1), points[0]);
 }
@@ -177,10 +177,10 @@ function addHandle(net, point, handle) {
 }
 
 /**
- * Joins two handles by one line, in either order; ignores values that are not handles.
+ * A function that joins two handles by a line, once for each pair; ignores values that are no handles.
  * @param {Net} net
  */
-function joiner(net) {
+function buildJoin(net) {
   const seen = new Set();
   return (/** @type {number | undefined} */ a, /** @type {number | undefined} */ b) => {
     if (a === undefined || b === undefined || a < 0 || b < 0 || a === b) return;
@@ -191,13 +191,13 @@ function joiner(net) {
   };
 }
 
-/** @param {any} knots @returns {[boolean, boolean]} */
-function periodic(knots) {
+/** Whether the knots along u and v are periodic. @param {any} knots @returns {[boolean, boolean]} */
+function arePeriodic(knots) {
   const [u, v] = Array.isArray(knots) ? knots : [knots, knots];
   return [u === 'periodic', v === 'periodic'];
 }
 
-/** @param {any} value @returns {any[]} */
+/** The value, or an empty list if it is no list. @param {any} value @returns {any[]} */
 function list(value) {
   return Array.isArray(value) ? value : [];
 }
@@ -208,9 +208,9 @@ function isPoint(value) {
     && value.every((number) => typeof number === 'number');
 }
 
-/** @param {string} up @param {string} wanted */
-function findTurn(up, wanted) {
-  if (up === wanted) return IDENTITY;
+/** The rotation from one vertical axis to another. @param {string} up @param {string} target */
+function findTurn(up, target) {
+  if (up === target) return IDENTITY;
   return up === 'z' ? Z_TO_Y : Y_TO_Z;
 }
 

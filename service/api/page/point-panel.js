@@ -32,7 +32,7 @@ export function watchPointPanel(state) {
 
   const [weight, slider] = [input('weight'), input('weight-slider')];
   const weigh = (/** @type {number} */ value, /** @type {boolean} */ keep) => {
-    if (Number.isFinite(value)) state.weigh(value, keep);
+    if (Number.isFinite(value)) state.setWeight(value, keep);
   };
   weight.addEventListener('input', () => weigh(weight.valueAsNumber, false));
   weight.addEventListener('change', () => { weigh(weight.valueAsNumber, true); show(state); });

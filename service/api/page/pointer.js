@@ -17,10 +17,10 @@ import { Drag, nudge, roundToStep } from './moves.js';
  * @property {(at: Vector2) => void} click  for a click beside all control points
  */
 
-const TURN = 0.08;
-const ZOOM = 1.12;
-/** The most pixels that the mouse may move during a click; beyond that it turns the surface. */
-const STILL = 4;
+/** Radians by which an arrow key turns the camera, and the factor of the distance for + and -. */
+const [TURN, ZOOM] = [0.08, 1.12];
+/** The most pixels that the mouse may move during a click; a longer move turns the surface. */
+const CLICK_PIXELS = 4;
 
 /** @param {Stage} stage @param {NetView} net @param {State} state @param {Controls} controls */
 export function watchPointer(stage, net, state, controls) {
@@ -77,14 +77,14 @@ export function watchPointer(stage, net, state, controls) {
     drag = null;
     canvas.dataset.cursor = '';
     if (!moved) return;
-    if (keep) state.settle();
+    if (keep) state.commit();
     else state.cancel();
   };
   canvas.addEventListener('pointerup', (event) => {
     const { x, y, at } = place(event);
-    const still = pressed !== null && Math.hypot(x - pressed.x, y - pressed.y) < STILL;
+    const isClick = pressed !== null && Math.hypot(x - pressed.x, y - pressed.y) < CLICK_PIXELS;
     pressed = null;
-    if (drag === null && still) controls.click(at);
+    if (drag === null && isClick) controls.click(at);
     finish(true);
   });
   canvas.addEventListener('pointercancel', () => finish(false));
@@ -97,9 +97,9 @@ export function watchPointer(stage, net, state, controls) {
     if (press(event)) event.preventDefault();
   });
   canvas.addEventListener('keyup', (event) => {
-    if (event.key.startsWith('Arrow') || event.key.startsWith('Page')) state.settle();
+    if (event.key.startsWith('Arrow') || event.key.startsWith('Page')) state.commit();
   });
-  canvas.addEventListener('blur', () => { if (drag === null) state.settle(); });
+  canvas.addEventListener('blur', () => { if (drag === null) state.commit(); });
 
   /** Handles a key; returns whether the key has a meaning. @param {KeyboardEvent} event @returns {boolean} */
   function press(event) {

@@ -13,7 +13,7 @@ export class Probe {
     this.state = state;
     /** @type {number[] | null} */
     this.before = null;
-    /** Number of clicks: only the result of the last one is shown. */
+    /** Number of clicks: only the result of the last click is shown. */
     this.clicks = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
@@ -36,25 +36,25 @@ export class Probe {
     this.clicks += 1;
     const click = this.clicks;
     const { positions: [place], uv: [uv], patch } = await project(surface, point);
-    const bent = await curvatures(surface, uv, patch?.[0]);
+    const curvature = await curvatures(surface, uv, patch?.[0]);
     if (click !== this.clicks) return;
     const [u, v] = uv;
     const parts = [`u ${short(u)}`, `v ${short(v)}`];
     if (patch) parts.unshift(`patch ${patch[0]}`);
-    if (bent) parts.push(`K ${short(bent.gaussian)}`, `H ${short(bent.mean)}`);
+    if (curvature) parts.push(`K ${short(curvature.gaussian)}`, `H ${short(curvature.mean)}`);
     show('probe', `${u},${v}`, parts.join(', '));
     const { before } = this;
-    const far = before && Math.hypot(...place.map((value, axis) => value - before[axis]));
-    show('probe-distance', String(far ?? ''), far === null ? '' : short(far));
+    const distance = before && Math.hypot(...place.map((value, axis) => value - before[axis]));
+    show('probe-distance', String(distance ?? ''), distance === null ? '' : short(distance));
     this.before = place;
-    announce(far === null ? parts.join(', ') : `${parts.join(', ')}; distance ${short(far)}`);
+    announce(distance === null ? parts.join(', ') : `${parts.join(', ')}; distance ${short(distance)}`);
   }
 }
 
 /** @param {number} value */
 const short = (value) => String(Number(value.toPrecision(4))).replace('-', '−');
 
-/** A row of the readouts, hidden while its text is empty. @param {string} id @param {string} value @param {string} text */
+/** Shows a text in a row of the readouts; hides the row if the text is empty. @param {string} id @param {string} value @param {string} text */
 function show(id, value, text) {
   const place = element(id, HTMLDataElement);
   place.value = value;

@@ -3,7 +3,7 @@
 import { isAboutKeys } from './key.js';
 import { parsePointer } from './documents.js';
 import { button, element, makeElement, write } from './page.js';
-import { Away, Refusal } from './service.js';
+import { NoResponse, Refusal } from './service.js';
 
 /** @typedef {import('./net.js').Net} Net */
 /** @typedef {import('./service.js').Issue} Issue */
@@ -26,7 +26,7 @@ export function watchProblems(state, retry) {
 export function showProblem(error, state) {
   const refused = error instanceof Refusal;
   const isLost = refused && error.code === 'unknown_surface';
-  // The list of examples shows them better than a text.
+  // The error lists all ids of examples; the button shows them with pictures.
   const issues = refused && !isLost ? error.issues : [];
   const { title, detail } = describeError(error);
   write('problem-title', title);
@@ -40,15 +40,15 @@ export function showProblem(error, state) {
   button('problem-example').hidden = !isLost;
   button('problem-undo').hidden = !refused || !state.history.canUndo;
   button('problem-key').hidden = !(refused && isAboutKeys(error.code));
-  button('problem-retry').hidden = !(error instanceof Away);
+  button('problem-retry').hidden = !(error instanceof NoResponse);
   element('problem', HTMLElement).hidden = false;
   return index;
 }
 
 /** @param {Error} error @returns {{title: string, detail: string}} */
 function describeError(error) {
-  if (error instanceof Away) {
-    const detail = 'Nothing answers at its address. Your changes are kept; the next one is sent to it again.';
+  if (error instanceof NoResponse) {
+    const detail = 'Nothing answers at its address. Your changes are kept; the next change is sent to it again.';
     return { title: 'The service is away', detail };
   }
   if (!(error instanceof Refusal)) return { title: 'The page made a mistake', detail: String(error) };

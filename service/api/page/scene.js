@@ -16,7 +16,7 @@ export function createContext(canvas) {
   return canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'default' });
 }
 
-/** The shadow gets fainter towards the left and right edges of a canvas of this width, in pixels. */
+/** A shader that makes the shadow fainter towards the left and right edges of the canvas. */
 const FADE = /* glsl */ `
   float inward = 2.0 * min(gl_FragCoord.x, width - gl_FragCoord.x) / width;
   gl_FragColor.a *= smoothstep(0.0, 0.3, inward);
@@ -45,12 +45,12 @@ export class Stage {
     this.controls.addEventListener('change', () => this.draw());
     this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     this.pending = false;
-    /** The size of the canvas in device pixels, for shaders. */
+    /** The width of the canvas in device pixels, for shaders. */
     this.width = { value: 1 };
-    /** Whether there is something to draw: compiling the shaders before would delay the page. */
-    this.awake = false;
+    /** Whether a mesh was shown: to compile the shaders before would delay the page. */
+    this.isStarted = false;
     /** @type {(() => void)[]} */
-    this.drawn = [];
+    this.onDraw = [];
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
@@ -73,7 +73,7 @@ export class Stage {
 
   /** Draws with the next frame: once, even after several calls. */
   draw() {
-    if (this.pending || !this.awake) return;
+    if (this.pending || !this.isStarted) return;
     this.pending = true;
     requestAnimationFrame(() => this.drawNow());
   }
@@ -82,7 +82,7 @@ export class Stage {
     this.pending = false;
     this.controls.update();
     this.renderer.render(this.scene, this.camera);
-    this.drawn.forEach((listener) => listener());
+    this.onDraw.forEach((listener) => listener());
   }
 
   resize() {
@@ -94,10 +94,10 @@ export class Stage {
     this.camera.aspect = width / height;
     this.camera.setViewOffset(width, height, 0, this.covered() / 2, width, height);
     // A canvas of a new size is empty, so it is drawn at once.
-    if (this.awake) this.drawNow();
+    if (this.isStarted) this.drawNow();
   }
 
-  /** The height at the bottom of the canvas that other elements cover: the scene is centred above. */
+  /** The height, at the bottom of the canvas, that other elements cover; the scene is centred above it. */
   covered() {
     const over = this.canvas.parentElement?.querySelector('[data-covers]');
     if (!over || getComputedStyle(over).position !== 'absolute') return 0;
@@ -105,8 +105,8 @@ export class Stage {
   }
 
   /** Places light, shadow and floor for a model with this box. @param {Box3} box */
-  settle(box) {
-    this.awake = true;
+  placeLights(box) {
+    this.isStarted = true;
     this.box = box;
     const radius = this.radius();
     const center = box.getCenter(new Vector3());

@@ -1,6 +1,6 @@
 // The requests of the page to its service. URLs are relative to the page.
 
-import { anotherKey, credentials, currentKey, isAboutKeys } from './key.js';
+import { requestKey, credentials, currentKey, isAboutKeys } from './key.js';
 
 /** @typedef {import('./documents.js').Surface} Surface */
 
@@ -22,8 +22,8 @@ export class Refusal extends Error {
   }
 }
 
-/** No response came. */
-export class Away extends Error {}
+/** The service did not respond. */
+export class NoResponse extends Error {}
 
 /** @returns {Promise<Example[]>} */
 export async function examples() {
@@ -53,14 +53,14 @@ export async function store(body, mediaType = 'application/json') {
  * @param {object} request @param {string} mediaType @returns {Promise<MeshResponse>}
  */
 export async function mesh(request, mediaType = 'model/gltf-binary') {
-  const began = performance.now();
+  const start = performance.now();
   const response = await ask('v1/mesh', {
     method: 'POST',
     body: JSON.stringify(request),
     headers: { 'Content-Type': 'application/json', Accept: mediaType },
   });
   const content = await response.arrayBuffer();
-  const roundTrip = performance.now() - began;
+  const roundTrip = performance.now() - start;
   return { content, serverTime: serverTime(response.headers.get('Server-Timing')), roundTrip };
 }
 
@@ -74,7 +74,7 @@ export async function project(surface, point) {
 }
 
 /**
- * The curvatures at parameters; null for surfaces whose points cannot be queried, such as groups.
+ * The curvatures at parameters; null for surfaces without parameters, such as groups.
  * @param {Surface} surface @param {number[]} uv @param {number} [patch]
  * @returns {Promise<{gaussian: number, mean: number} | null>}
  */
@@ -91,7 +91,7 @@ export async function curvatures(surface, uv, patch) {
 }
 
 /**
- * Area and volume of a surface; an open one has no volume.
+ * Area and volume of a surface; an open surface has no volume.
  * @param {Surface} surface
  * @returns {Promise<{area: {value: number}, volume?: {value: number}, open_edges: number, inconsistent_edges: number}>}
  */
@@ -107,7 +107,7 @@ async function post(path, content) {
 
 let arePrivate = false;
 
-/** Whether reading surfaces and meshes needs a key, so that their URLs alone are not enough. */
+/** Whether reading surfaces and meshes by URL needs a key. */
 export const readsArePrivate = () => arePrivate;
 
 /** The URL of a path of the service, with its host. @param {string} path */
@@ -128,7 +128,7 @@ async function ask(path, options = {}) {
     const headers = { ...options.headers, ...credentials() };
     response = await fetch(resolveUrl(path), { ...options, headers });
   } catch {
-    throw new Away('The service does not answer.');
+    throw new NoResponse('The service does not answer.');
   }
   if (path.startsWith('v1/surfaces/')) {
     arePrivate = response.status === 401 || /\bprivate\b/.test(response.headers.get('Cache-Control') ?? '');
@@ -137,10 +137,10 @@ async function ask(path, options = {}) {
   const isProblem = response.headers.get('Content-Type')?.startsWith('application/problem+json');
   if (isProblem) {
     const problem = await response.json();
-    if (isAboutKeys(problem.code) && await anotherKey(problem.code, sent)) return ask(path, options);
+    if (isAboutKeys(problem.code) && await requestKey(problem.code, sent)) return ask(path, options);
     throw new Refusal(problem);
   }
-  if (response.status >= 502) throw new Away('The service does not answer.');
+  if (response.status >= 502) throw new NoResponse('The service does not answer.');
   throw new Refusal({ title: response.statusText, status: response.status });
 }
 

@@ -17,8 +17,8 @@ export function watchShare(state, failed) {
       failed(/** @type {Error} */ (error));
     }
   }));
-  formats().then((known) => {
-    const chips = known.map((format) => chip(format, state, failed));
+  formats().then((list) => {
+    const chips = list.map((format) => buildButton(format, state, failed));
     element('formats', HTMLElement).replaceChildren(...chips);
   }).catch(failed);
   state.listen((change) => {
@@ -53,7 +53,7 @@ async function meshUrl(state) {
 /** @param {State} state */
 async function curl(state) {
   const url = await meshUrl(state);
-  // The command does not contain the key: the shell has it in the variable that `surface` reads.
+  // The command does not contain the key; the shell replaces the variable by it.
   const key = readsArePrivate() ? '-H "Authorization: Bearer $SURFACE_KEY" ' : '';
   return `curl ${key}-o ${fileName(state)}.glb '${url}'`;
 }
@@ -79,13 +79,13 @@ async function copy(text, what) {
 }
 
 /** A button that downloads one format. @param {Format} format @param {State} state @param {(error: Error) => void} failed */
-function chip(format, state, failed) {
-  const chosen = /** @type {HTMLButtonElement} */ (makeElement('button', `.${format.suffix}`));
-  chosen.type = 'button';
-  chosen.dataset.format = format.suffix;
-  chosen.title = format.title;
-  chosen.setAttribute('aria-label', `${format.title}, .${format.suffix}`);
-  chosen.addEventListener('click', async () => {
+function buildButton(format, state, failed) {
+  const download = /** @type {HTMLButtonElement} */ (makeElement('button', `.${format.suffix}`));
+  download.type = 'button';
+  download.dataset.format = format.suffix;
+  download.title = format.title;
+  download.setAttribute('aria-label', `${format.title}, .${format.suffix}`);
+  download.addEventListener('click', async () => {
     try {
       const options = meshOptions({ ...state.settings, look: 'shaded' }, state.surface, 1, false);
       const { content } = await mesh({ surface: state.surface, ...options }, format.media_type);
@@ -95,7 +95,7 @@ function chip(format, state, failed) {
       failed(/** @type {Error} */ (error));
     }
   });
-  return chosen;
+  return download;
 }
 
 /** @param {Blob} content @param {string} name */

@@ -1,5 +1,5 @@
-// The state of the page: the open document, the settings, and the chosen control point. All other
-// modules listen to its changes.
+// The state of the page: the open document, the settings, and the chosen control point. Other modules
+// listen to its changes.
 
 import { History } from './history.js';
 import { netOf, pointAt, withPoint, withWeight } from './net.js';
@@ -9,8 +9,8 @@ import { DEFAULTS } from './settings.js';
 /** @typedef {import('./settings.js').Settings} Settings */
 
 /**
- * What changed: another document was opened; the document was edited, finally or during a drag; the
- * settings; the chosen point.
+ * The kind of a change: another document was opened; the document was edited (`moving`: during a drag,
+ * before the end of the step); the settings, or the chosen point, changed.
  * @typedef {'opened' | 'surface' | 'moving' | 'settings' | 'chosen'} Change
  */
 
@@ -63,12 +63,12 @@ export class State {
   }
 
   /** @param {number} weight @param {boolean} keep */
-  weigh(weight, keep) {
+  setWeight(weight, keep) {
     if (this.handle) this.change(withWeight(this.surface, this.handle, weight), keep);
   }
 
-  /** Adds the running step to the history, if there is one. */
-  settle() {
+  /** Adds the running step, if any, to the history. */
+  commit() {
     if (this.history.before === null) return;
     this.history.keep(this.surface);
     this.notify('surface');

@@ -1,6 +1,6 @@
-// The room that a surface reflects: lamps behind panels of cloth, a bright ceiling, a dark floor.
-// The shader of the surface computes it by a formula. A picture of a room would first have to be
-// blurred for every roughness, by shaders that some graphics drivers take seconds to compile.
+// The room that a surface reflects: lamps behind panels of cloth, a bright ceiling, a dark floor. The
+// shader of the surface computes the reflection by a formula. An image of a room would need shaders that
+// blur it for every roughness, and some graphics drivers take seconds to compile them.
 
 import { DoubleSide, MeshStandardMaterial } from './three.js';
 

@@ -26,7 +26,7 @@ export class SurfaceView {
     this.meshes = [];
     this.normals = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
     this.curved = buildMaterial({ vertexColors: true, roughness: 0.6 });
-    /** Materials by their look. They are kept for later meshes, because compiling one takes time. */
+    /** Materials by name, also for later meshes, because to compile a material takes time. */
     this.materials = new Map();
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
     /** The largest value of the range of colours of curvature, on both sides of zero. */
@@ -35,10 +35,10 @@ export class SurfaceView {
   }
 
   /**
-   * Replaces the mesh by another one, and frees the memory of the old one.
+   * Shows a mesh in place of the present mesh, and frees the memory of the latter.
    * @param {ArrayBuffer} content
    */
-  async take(content) {
+  async showMesh(content) {
     const gltf = await this.loader.parseAsync(content, '');
     this.forget();
     this.model = gltf.scene;
@@ -48,15 +48,15 @@ export class SurfaceView {
       node.castShadow = true;
       node.receiveShadow = true;
       node.userData.own = {
-        material: this.materialLike(node.material), color: node.geometry.getAttribute('color'),
+        material: this.findMaterial(node.material), color: node.geometry.getAttribute('color'),
       };
       this.meshes.push(node);
     });
     this.stage.scene.add(this.model);
   }
 
-  /** The material of the page for that of a file. @param {any} original */
-  materialLike(original) {
+  /** The material of the page that replaces that of a file. @param {any} original */
+  findMaterial(original) {
     const { vertexColors, opacity, transparent } = original;
     // The file has no colour for these faces.
     const plain = original.name === 'surface' && !vertexColors;
@@ -70,9 +70,9 @@ export class SurfaceView {
 
   /**
    * @param {Look} look @param {boolean} wires @param {Palette} palette
-   * @param {boolean} coarse  a mesh that follows the mouse: its colours keep their meaning
+   * @param {boolean} coarse  whether the mesh follows the mouse: then the range of colours does not change
    */
-  dress(look, wires, palette, coarse) {
+  setLook(look, wires, palette, coarse) {
     this.wire.color.set(palette.wires);
     const curved = look === 'gaussian' || look === 'mean' ? ATTRIBUTES[look] : null;
     if (curved && !coarse) {
@@ -92,16 +92,16 @@ export class SurfaceView {
         mesh.material = look === 'normals' ? this.normals : own.material;
       }
       if (own.material.name === PLAIN) own.material.color.set(palette.glaze);
-      this.dressWires(mesh, wires);
+      this.showWires(mesh, wires);
     });
     this.stage.draw();
   }
 
   /** @param {any} mesh @param {boolean} wires */
-  dressWires(mesh, wires) {
-    const drawn = mesh.userData.wires;
-    if (drawn) drawn.visible = wires;
-    if (drawn || !wires) return;
+  showWires(mesh, wires) {
+    const lines = mesh.userData.wires;
+    if (lines) lines.visible = wires;
+    if (lines || !wires) return;
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', mesh.geometry.getAttribute('position'));
     geometry.setIndex(new BufferAttribute(findEdges(mesh.geometry.index.array), 1));
@@ -138,7 +138,7 @@ export class SurfaceView {
   }
 }
 
-/** Twice the area of the triangles at each vertex. @param {any} geometry */
+/** For each vertex, twice the area of its triangles. @param {any} geometry */
 function computeAreas(geometry) {
   const position = geometry.getAttribute('position');
   const areas = new Float32Array(position.count);
@@ -153,22 +153,22 @@ function computeAreas(geometry) {
   return areas;
 }
 
-/** The edges of triangles, each once: pairs of vertices. @param {ArrayLike<number>} triangles */
+/** The edges of triangles, each once, as pairs of vertices in one array. @param {ArrayLike<number>} triangles */
 function findEdges(triangles) {
-  let most = 0;
-  for (let i = 0; i < triangles.length; i += 1) most = Math.max(most, triangles[i]);
+  let largest = 0;
+  for (let i = 0; i < triangles.length; i += 1) largest = Math.max(largest, triangles[i]);
   const edges = new Set();
   for (let i = 0; i < triangles.length; i += 3) {
     for (let k = 0; k < 3; k += 1) {
       const [a, b] = [triangles[i + k], triangles[i + ((k + 1) % 3)]];
-      edges.add(Math.min(a, b) * (most + 1) + Math.max(a, b));
+      edges.add(Math.min(a, b) * (largest + 1) + Math.max(a, b));
     }
   }
   const pairs = new Uint32Array(2 * edges.size);
   let at = 0;
   edges.forEach((edge) => {
-    pairs[at] = Math.floor(edge / (most + 1));
-    pairs[at + 1] = edge % (most + 1);
+    pairs[at] = Math.floor(edge / (largest + 1));
+    pairs[at + 1] = edge % (largest + 1);
     at += 2;
   });
   return pairs;

@@ -1,4 +1,4 @@
-// Light or dark: the choice of the system, or that of the button, which the browser stores.
+// Light or dark: as the system says, or as the user chose by the button; the browser stores this choice.
 
 import { button } from './page.js';
 
@@ -30,7 +30,7 @@ export function watchTheme(changed) {
   show();
 }
 
-// A browser may deny its storage to the page; then the choice is not stored.
+// If the browser does not allow storage, the choice is not stored.
 
 function recall() {
   try {

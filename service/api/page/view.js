@@ -26,8 +26,8 @@ export class View {
     this.stage = new Stage(element('view', HTMLCanvasElement), context);
     this.surface = new SurfaceView(this.stage);
     this.net = new NetView(this.stage);
-    this.fresh = true;
-    this.alarmed = -1;
+    this.isNew = true;
+    this.errorIndex = -1;
     const fit = () => this.fit(false);
     watchPointer(this.stage, this.net, state, {
       axis: () => /** @type {Axis} */ (getChecked('axis')),
@@ -38,22 +38,22 @@ export class View {
     /** Called with the place of a click on the mesh. @type {(point: number[]) => void} */
     this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
-    this.stage.drawn.push(() => { this.placeMarker(); hide('loading', true); });
+    this.stage.onDraw.push(() => { this.placeMarker(); hide('loading', true); });
     paintLegend(element('legend-bar', HTMLCanvasElement));
     state.listen((change) => {
-      if (change === 'opened') this.fresh = true;
-      if (change !== 'settings') this.follow();
-      else this.dress();
+      if (change === 'opened') this.isNew = true;
+      if (change !== 'settings') this.showNet();
+      else this.updateLook();
     });
   }
 
-  /** The mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse */
-  async take(content, coarse) {
-    await this.surface.take(content);
-    this.dress(coarse);
-    if (!coarse) this.stage.settle(this.surface.bounds());
-    if (this.fresh) this.fit(true);
-    this.fresh = false;
+  /** Shows a mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse */
+  async showMesh(content, coarse) {
+    await this.surface.showMesh(content);
+    this.updateLook(coarse);
+    if (!coarse) this.stage.placeLights(this.surface.bounds());
+    if (this.isNew) this.fit(true);
+    this.isNew = false;
     this.paint();
   }
 
@@ -68,34 +68,34 @@ export class View {
     this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z]);
   }
 
-  /** Removes the mesh, so that the page does not show that of another document. */
+  /** Removes the mesh: it belongs to a document that is no longer open. */
   clear() {
     this.surface.forget();
-    this.stage.settle(this.stage.box);
+    this.stage.placeLights(this.stage.box);
   }
 
   /** Shows the net of the document, and the chosen point. */
-  follow() {
+  showNet() {
     const { state } = this;
-    this.net.take(state.net, state.surface);
-    // The curve of a tube runs inside it.
-    this.net.veil(!isParametric(state.surface));
+    this.net.showNet(state.net, state.surface);
+    // The curve of a tube is inside the tube: show the net through the surface.
+    this.net.setVisible(!isParametric(state.surface));
     this.net.highlight(state.chosen, -1);
     this.paint();
   }
 
   /** Marks the control point that an error names; -1 marks none. @param {number} index */
-  alarm(index) {
-    this.alarmed = index;
+  markError(index) {
+    this.errorIndex = index;
     this.paint();
   }
 
   /** @param {boolean} coarse */
-  dress(coarse = false) {
+  updateLook(coarse = false) {
     const { settings } = this.state;
     this.net.group.visible = settings.net;
     const look = chooseLook(settings, this.state.surface);
-    this.surface.dress(look, settings.wires, PALETTES[theme()], coarse);
+    this.surface.setLook(look, settings.wires, PALETTES[theme()], coarse);
     this.paint();
     this.showLegend();
   }
@@ -105,36 +105,36 @@ export class View {
     const { chosen, history, net, settings } = this.state;
     write('net-color', palette.name);
     // The invitation to move a point is hidden after the first move.
-    hide('invitation', this.fresh || history.canUndo || !settings.net || net.handles.length === 0);
-    this.net.paint(palette, chosen >= 0 && chosen === this.alarmed);
+    hide('invitation', this.isNew || history.canUndo || !settings.net || net.handles.length === 0);
+    this.net.paint(palette, chosen >= 0 && chosen === this.errorIndex);
     this.stage.paint(palette);
   }
 
   /** @param {boolean} resets */
   fit(resets) {
-    const points = [...this.surface.points(), ...this.net.shown()];
+    const points = [...this.surface.points(), ...this.net.visiblePoints()];
     if (points.length > 0) this.stage.fit(points, resets);
   }
 
   showLegend() {
     const look = chooseLook(this.state.settings, this.state.surface);
-    const curved = look === 'gaussian' || look === 'mean';
-    hide('legend', !curved || !this.surface.hasCurvatures);
-    if (!curved) return;
-    const most = String(Number(this.surface.range.toPrecision(2)));
+    const isCurvature = look === 'gaussian' || look === 'mean';
+    hide('legend', !isCurvature || !this.surface.hasCurvatures);
+    if (!isCurvature) return;
+    const limit = String(Number(this.surface.range.toPrecision(2)));
     write('legend-title', LEGENDS[look]);
-    write('legend-low', `−${most}`);
-    write('legend-high', `+${most}`);
+    write('legend-low', `−${limit}`);
+    write('legend-high', `+${limit}`);
   }
 
   /** Writes the number of the chosen point beside it. */
   placeMarker() {
     const marker = element('marker', HTMLElement);
     const { chosen, settings } = this.state;
-    const shown = chosen >= 0 && chosen < this.net.places.count && settings.net;
-    marker.hidden = !shown;
-    if (!shown) return;
-    const { x, y } = this.net.seenAt(chosen);
+    const isShown = chosen >= 0 && chosen < this.net.places.count && settings.net;
+    marker.hidden = !isShown;
+    if (!isShown) return;
+    const { x, y } = this.net.screenPosition(chosen);
     marker.dataset.x = x.toFixed(1);
     marker.dataset.y = y.toFixed(1);
     marker.style.translate = `${x + 10}px ${y - 26}px`;
