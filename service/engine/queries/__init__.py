@@ -1,1 +1,1 @@
-"""Queries of a surface with proved results: closest points and hits of rays."""
+"""Queries of a surface, with proved results: closest points, and hits of rays."""

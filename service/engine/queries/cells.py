@@ -1,11 +1,11 @@
-"""A tree of cells of nets, which are halved where a query needs it; all queries share the tree.
+"""A tree of cells: rectangles of the parameters of nets, which are halved when a query needs it.
 
-Cell k has columns in several arrays: its model (`cell_models`), its rectangle of parameters, its
-net and its children. The first cells are the nets. A cell is halved along the direction in which it
-is longer, or along both if neither is twice as long as the other, so that cells become about square
-on the surface, also at poles. All cells that a step of a query needs are halved together. The
-columns of a cell depend on its net and its rectangle alone, so responses do not depend on earlier
-requests.
+Cell k is column k of several arrays: its model (`cell_models`), its rectangle of parameters, its
+net and its children. The first cells are the whole nets. A cell is halved along the direction in
+which it is longer; or along both directions, if neither length is twice the other. So cells become
+about square on the surface, also at poles. All cells that one step of a query needs are halved
+together. The data of a cell depend only on its net and its rectangle, not on the order in which
+cells are halved.
 """
 
 from collections.abc import Callable
@@ -20,31 +20,42 @@ from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
 DEEPEST = 96
-"""The most halvings of a cell. Such a cell is at least 2^−48 wide and high: parameters are
-exact."""
+"""The most halvings of a cell. Such a cell is at least 2^−48 wide and high, so its parameters are
+exact numbers."""
 
 SURE = 6
-"""Below this number of halvings a cell that is not nearly flat counts as coarse (`is_coarse`)."""
+"""A cell that is not nearly flat counts as coarse if it was halved fewer times (`is_coarse`)."""
 
 MOST_BYTES = 96 << 20
-"""The most bytes of all cells and their nets at a time, except the nets that are not halved."""
+"""The most bytes of all cells and their nets, without the first nets."""
 
 MOST_ADDITIONS = 600_000_000
-"""The most additions of numbers that halve cells in a request, some 6 to 40 ns each. A cell of
-degree 32 takes a millisecond; with low degrees the limit of pairs is reached first."""
+"""The most additions of numbers for halving cells in a request; each takes 6 to 40 ns. At degree 32
+halving a cell takes a millisecond. At low degrees the limit of pairs is reached first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The columns of every cell, and the function that computes them."""
+    """Which numbers the model of a cell has, and the function that computes them.
+
+    Attributes
+    ----------
+    models : callable
+        Computes models (columns, K) from the nets of K cells, their numbers of halvings, and the
+        largest coordinate.
+    columns : int
+        How many numbers a model has.
+    sizes : (int, int)
+        The positions in a model of the lengths of a cell along a and along b.
+    """
 
     models: Callable[[FloatArray, Ints, float], FloatArray]
     columns: int
     sizes: tuple[int, int]
-    """Columns of the lengths along a and b."""
 
 
 FULL = Table(columns.cell_models, columns.COLUMNS, (columns.SIZE_A, columns.SIZE_B))
+"""The table of models of second order."""
 
 
 class CellTree:
@@ -55,14 +66,15 @@ class CellTree:
     nets : QueryNets
     first : ndarray of int
         The cells at which queries begin; together they cover all nets.
-    models : ndarray of float64, shape (COLUMNS, cells or more)
-    place : ndarray of float64, shape (4, cells or more)
-        u₀, u₁, v₀, v₁ in the parameters of the net.
-    net : ndarray of int, shape (cells or more,)
-        Number of the net.
+    models : ndarray of float64, shape (COLUMNS, N)
+        Here and below N is at least the number of cells; later columns are spare.
+    place : ndarray of float64, shape (4, N)
+        The rectangle [u₀, u₁] × [v₀, v₁] of each cell, in the parameters of its net.
+    net : ndarray of int, shape (N,)
+        Number of the net of each cell.
     errors : ndarray of float64, shape (nets,)
         Bound of the rounding error of a point that is computed from each net.
-    point_sides : ndarray of bool, shape (4, cells or more)
+    point_sides : ndarray of bool, shape (4, N)
         Whether each of the sides u₀, u₁, v₀, v₁ of a cell lies on a side of its net that is one
         point.
     """
@@ -93,10 +105,10 @@ class CellTree:
             run = self._append(number, group.nets, np.zeros(k, np.intp))
             self.place[:, run] = np.array([[0.0], [1.0], [0.0], [1.0]])
             self.net[run] = np.arange(group.first, group.first + k)
-            self.point_sides[:, run] = self._point_sides(group.nets)
+            self.point_sides[:, run] = self._find_point_sides(group.nets)
         self.roots = self.count
         self.first = np.arange(self.count)
-        self._kept = [len(g.nets) for g in nets.groups]
+        self._root_counts = [len(g.nets) for g in nets.groups]
 
     @property
     def nbytes(self) -> int:
@@ -106,7 +118,7 @@ class CellTree:
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest coordinates (3,) of all control points."""
+        """Least and greatest coordinates (3,) of all control points."""
         points = [_points(group.nets).reshape(-1, 3) for group in self.nets.groups]
         return (
             np.min([group_points.min(axis=0) for group_points in points], axis=0),
@@ -114,27 +126,31 @@ class CellTree:
         )
 
     def drop_if_large(self) -> None:
-        """Drops the cells that halving added, if they take more than half of `MOST_BYTES`."""
+        """Drop the cells that halving added, if they take more than half of `MOST_BYTES`."""
         if self.nbytes <= MOST_BYTES // 2:
             return
         self.count = self.roots
-        for space, kept in zip(self._spaces, self._kept, strict=True):
-            space.count = kept
+        for space, count in zip(self._spaces, self._root_counts, strict=True):
+            space.count = count
         self._child[self.first] = -1
 
     def halve_first(self, most: int, column: int, limit: float) -> None:
-        """Halves the first cells whose value in a column is above a limit, up to `most` cells."""
+        """Halve first cells as long as a number of their model is above a limit.
+
+        The halves are first cells, too, of which there may be at most `most`. `column` is the
+        position of the number in a model.
+        """
         while True:
             coarse = self.models[column, self.first] > limit
             if not coarse.any() or len(self.first) + 3 * np.count_nonzero(coarse) > most:
                 break
             children, _ = self.children(self.first[coarse])
             self.first = np.concatenate([self.first[~coarse], children])
-        self.roots, self._kept = self.count, [space.count for space in self._spaces]
+        self.roots, self._root_counts = self.count, [space.count for space in self._spaces]
 
     @property
     def is_full(self) -> bool:
-        """Whether the tree is full, so that no cell can be halved."""
+        """Whether the cells take more than `MOST_BYTES`, so that no more cells can be halved."""
         return self.nbytes > MOST_BYTES
 
     def is_coarse(self, cells: Ints, strain: float) -> Bools:
@@ -149,7 +165,10 @@ class CellTree:
         return np.asarray(self._depth[cells] < DEEPEST)
 
     def children(self, cells: Ints) -> tuple[Ints, Ints]:
-        """The children of cells (n,), and the number in `cells` of the parent of each."""
+        """The children of cells (n,); cells without children are halved first.
+
+        Returns the children of all cells, and for each child the position of its parent in `cells`.
+        """
         missing = cells[self._child[cells] < 0]
         if len(missing):
             self._halve(np.unique(missing))
@@ -159,8 +178,11 @@ class CellTree:
         offset = np.arange(len(parents)) - np.repeat(ends - counts, counts)
         return self._child[cells][parents] + offset, parents
 
-    def _point_sides(self, nets: FloatArray) -> Bools:
-        """Which sides are one point up to the rounding of weights, (4, K); false for curves."""
+    def _find_point_sides(self, nets: FloatArray) -> Bools:
+        """Which sides of nets are one point, up to the rounding of weights: shape (4, K).
+
+        All false for the nets of curves.
+        """
         if nets.shape[2] == 1:
             return np.zeros((4, len(nets)), bool)
         points = _points(nets)
@@ -169,7 +191,7 @@ class CellTree:
         return np.stack([(np.abs(s - s[:, :1]) <= near).all(axis=(1, 2)) for s in sides])
 
     def _halve(self, cells: Ints) -> None:
-        """Halves the cells that have no children; cells of one group are halved together."""
+        """Halve cells that have no children; cells of one group are halved together."""
         a, b = (self.models[size, cells] for size in self._table.sizes)
         along_a, along_b = 2 * a >= b, (2 * b > a) & (b > 0)
         self._children[cells] = np.where(along_a & along_b, 4, 2)
@@ -186,7 +208,7 @@ class CellTree:
                 self._add_children(group, Cells.join(parts))
 
     def _add_children(self, group: int, halves: Cells) -> None:
-        """Adds the children of cells of one group; children of one cell are consecutive."""
+        """Add the children of cells of one group; the children of one cell are consecutive."""
         parent = halves.parent
         depth = self._depth[parent] + self._children[parent] // 2
         run = self._append(group, halves.nets, depth)
@@ -197,7 +219,7 @@ class CellTree:
         self.additions += sum(self.nets.groups[group].degree) * halves.nets.size
 
     def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
-        """Adds cells with these nets and fills the columns that follow from the nets alone."""
+        """Add cells with these nets; fills the arrays that follow from the nets alone."""
         first, last = self.count, self.count + len(nets)
         if last > len(self.net):
             self._grow(max(last, 2 * len(self.net)))
@@ -209,6 +231,7 @@ class CellTree:
         return run
 
     def _grow(self, size: int) -> None:
+        """Enlarge all arrays of cells to `size` columns."""
         for name in (
             "models",
             "place",
@@ -227,4 +250,5 @@ class CellTree:
 
 
 def _points(nets: FloatArray) -> FloatArray:
+    """The control points (…, 3) of nets, without weights."""
     return nets if nets.shape[3] == 3 else nets[..., :3] / nets[..., 3:]

@@ -1,9 +1,8 @@
-"""Cells as quadrilaterals for winding numbers, and the areas between their sides and chords.
+"""The models of cells for winding numbers: two triangles, and the areas between sides and chords.
 
-Each cell has a ball that contains its control points, its corners, and the sum over its sides of A
-= ω³ n h Σ_i δ_i / (n + 1)
-
-by which the theorem of `winding` bounds the error of the solid angle of two triangles.
+A model has a ball that contains the control points of the cell, the corners of the cell, and the
+sum over its four sides of A = ω³ n h Σ_i δ_i / (n + 1). With these, the theorem of `winding` bounds
+the error of the solid angle of the two triangles over the corners.
 """
 
 import numpy as np
@@ -13,12 +12,16 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import Table
 
 SIZE_A, SIZE_B, AREA, SPREAD, CORNERS, COLUMNS = 5, 6, 7, 8, 9, 21
-"""Columns of `chord_models` after ball and error: lengths along a and b, Σ A without g, the factor
-of g, and the corners in the order of the border."""
+"""The positions in a model, after ball and error: of the lengths along a and b, of Σ A without g,
+of the factor of g, and of the corners in the order of the border; and the length of a model."""
 
 
 def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
-    """Ball, error, corners and Σ A, (COLUMNS, K), of cells with nets (K, p+1, q+1, 3 or 4)."""
+    """The models (COLUMNS, K) of cells with nets (K, p+1, q+1, 3 or 4).
+
+    `depth` (K,) is the number of halvings of each cell, and `largest` is the largest distance of a
+    control point from the origin.
+    """
     p, q = nets.shape[1] - 1, nets.shape[2] - 1
     points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
     table = np.empty((COLUMNS, len(nets)))
@@ -43,12 +46,16 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
 
 
 CHORDS = Table(chord_models, COLUMNS, (SIZE_A, SIZE_B))
+"""The table of these models."""
 
 
 def _lens_areas(
     polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """A of sides with control points (K, n+1, 3), which are `wrong` (K,), and A by g."""
+    """A without g, and the factor of g, of sides with control points (K, n+1, 3).
+
+    `wrong` (K,) bounds the rounding errors of the control points.
+    """
     difference = polygons - polygons[:, :1]
     steps = np.diff(difference, axis=1)
     longest = np.sqrt(_dot(steps, steps)).max(axis=1)
@@ -64,5 +71,5 @@ def _lens_areas(
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Scalar products over the last axis, of length 3, term by term."""
+    """Dot products over the last axis, of length 3; terms are added in a fixed order."""
     return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])

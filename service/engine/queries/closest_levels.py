@@ -1,8 +1,11 @@
-"""The search for the closest points to some points, level by level; `closest` states its result.
+"""The search for the closest points to some points, level by level.
 
-A pair of a point and a cell is open until the cell is farther than a known point of the surface,
-has no minimum of its patch, or is settled. Newton's method computes the minima of settled cells,
-the nearest first, which shows that most of the others are farther.
+`closest` describes its result.
+
+A pair of a point and a cell is open until one of these is proved: the cell is farther than a point
+of the surface that is already known; the cell has no minimum of its patch; or the cell is settled.
+Newton's method then computes the minima of settled cells, the nearest first. These minima usually
+show that most other cells are farther.
 """
 
 from collections.abc import Sequence
@@ -21,30 +24,31 @@ from service.engine.queries.patch_tree import PatchTree, sphere_bounds
 from service.engine.queries.shares import Share
 
 PAIRS = 1 << 13
-"""Pairs of a point and a cell in one chunk."""
+"""How many pairs of a point and a cell are computed at once."""
 
 MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
-"""The most cells that are open at a time: for one point, and for all points together."""
+"""The most cells that may be open on one level: for one point, and for all points together."""
 
 ROUNDING, LEAST = 48 * 2.0**-53, 2.0**-36
-"""The least widths of intervals. The first is relative to the distance: rounding alone makes
-intervals 14 to 40 units of 2⁻⁵³ wide. The second is in the coordinates of the nets: narrower minima
-are never settled."""
+"""The least widths of intervals for which the search continues. The first is relative to the
+distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is in the
+coordinates of the nets: narrower minima are never settled."""
 
 COARSE = 0.2
-"""Strain above which a cell is halved at once, because its bounds would be too wide."""
+"""A cell with more strain than this is halved without computing bounds, which would be too wide."""
 
 STEPS = 8
-"""The most steps of Newton's method; then the cell is halved."""
+"""The most steps of Newton's method in a cell; after these, the cell is halved."""
 
 ENOUGH = 1 / 2
-"""Width of an interval, in units of the tolerance, at which a cell is no longer halved."""
+"""A cell is no longer halved if the interval is at most this wide, in units of the tolerance."""
 
 EXACT = 2.0**-40
-"""Distance from the minimum, in the coordinates of the nets, at which Newton's method ends."""
+"""Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
 
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
+"""An empty list of pairs (point, cell)."""
 
 
 class ClosestLevels:
@@ -57,21 +61,21 @@ class ClosestLevels:
     share : Share
         The pairs whose bounds may be computed.
     tolerance : float
-        How wide intervals may be.
+        The largest width of intervals, in the coordinates of the nets.
     each : int
-        The most pairs of one point in the tree of patches.
+        The most pairs that one point may have in the tree of patches.
     can_split : bool
-        Whether to end as soon as too many pairs are open, so that the caller can split the points.
-        The tree of patches ends in this case even if false.
+        Whether the search may end without a result if too many pairs are open, because the caller
+        can then search fewer points at a time. (The tree of patches may always end in this case.)
 
     Attributes
     ----------
     is_crowded : bool
         Whether the search ended because too many pairs were open.
     most_open : int
-        The most pairs that were open at a time.
+        The most pairs that were open on one level.
     in_tree : ndarray of int, shape (m,)
-        The pairs of each point that the tree of patches left.
+        How many pairs of each point the tree of patches could not exclude.
     """
 
     def __init__(
@@ -94,7 +98,7 @@ class ClosestLevels:
         self.waiting = NO_PAIRS
 
     def search(self) -> ClosestPoints | None:
-        """All levels, until no pair is left; None if the tree of patches is too crowded."""
+        """Search all levels until no pair is open; None if the tree of patches has too many."""
         candidates = self.patches.candidates(self.x, self.each)
         if candidates is None:
             return None
@@ -109,7 +113,7 @@ class ClosestLevels:
             checkpoint()
             next_pairs = [self.step(point, cell)]
             if sum(len(pairs[0]) for pairs in self.settled) >= len(next_pairs[0][0]):
-                # Minima are computed first, because they show that most open cells are farther.
+                # Compute minima before the next level, as they exclude most open cells.
                 next_pairs.append(self.polish())
             next_pairs.append(self.waiting)
             self.waiting = NO_PAIRS
@@ -117,7 +121,10 @@ class ClosestLevels:
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
-        """The pairs of the next level; pairs that are settled on this level are stored."""
+        """Examine one level of pairs; returns the pairs of the next level.
+
+        Pairs that are settled on this level are stored for `polish`.
+        """
         low = np.empty(len(point))
         for part in row_slices(len(point), 1, PAIRS):
             model = self.cells.models[:5].take(cell[part], axis=1)
@@ -134,7 +141,10 @@ class ClosestLevels:
         return self.halve(point[rows], cell[rows], low[rows])
 
     def affordable(self, near: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
-        """The rows of `near` whose points continue; the other points wait or end."""
+        """Allot pairs to points; returns the rows of `near` whose points may continue.
+
+        The pairs of other points wait for a later level, or end now.
+        """
         goes, ends = self.share.allot(np.bincount(point[near], minlength=self.x.shape[1]))
         if goes.all():
             return near
@@ -145,7 +155,7 @@ class ClosestLevels:
         return near[goes[point[near]]]
 
     def look(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
-        """Computes bounds of pairs: which pairs stay open, and squares of their lower bounds."""
+        """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
             self.cells.place.take(cell, axis=1),
@@ -161,7 +171,10 @@ class ClosestLevels:
         return is_near & ~(bounds.empty | bounds.settled), low
 
     def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
-        """The children of open pairs; those beyond the budget end."""
+        """Halve the cells of open pairs; returns the pairs with the halves.
+
+        Pairs end here if their intervals are narrow enough, or if the budget is spent.
+        """
         best = np.sqrt(self.nearest.best)
         stop = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(best[point])
         stop |= np.bincount(point, minlength=len(best))[point] > MOST_PAIRS
@@ -179,11 +192,14 @@ class ClosestLevels:
         return point[parents], children
 
     def enough_at(self, distance: FloatArray) -> FloatArray:
-        """Widths of intervals that are narrow enough at these distances."""
+        """The widths at which intervals are narrow enough, for these distances."""
         return np.maximum(self.enough, ROUNDING * distance)
 
     def polish(self) -> tuple[Ints, Ints]:
-        """Newton's method in settled cells, the nearest first; returns the pairs that stay open."""
+        """Apply Newton's method in settled cells, the nearest first.
+
+        Returns the pairs of the next level, with the halves of cells whose minimum was not found.
+        """
         if not self.settled:
             return NO_PAIRS
         point = np.concatenate([point for point, _, _ in self.settled])
@@ -202,7 +218,7 @@ class ClosestLevels:
         return self.halve(point[rows], cell[rows], bounds.low[rows])
 
     def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
-        """Computes the minima of settled pairs; returns which pairs ended."""
+        """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
         ended = np.zeros(len(point), bool)
         rows, net, at = np.arange(len(point)), self.cells.net[cell], minima.start
         place = self.cells.place.take(cell, axis=1)
@@ -215,9 +231,8 @@ class ClosestLevels:
             low = reached.low * reached.low + change - 4 * wrong.sum(axis=0) - minima.loss
             is_far = low > self.nearest.limit(point)
             is_narrow = reached.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(reached.high)
-            if (
-                remaining > 1
-            ):  # one more step makes the place exact; the distance changes too little to show this
+            if remaining > 1:
+                # Near a minimum the distance is exact before the place is: take one more step.
                 is_narrow &= change >= -EXACT * EXACT
             is_narrow &= ~is_far
             is_done = np.flatnonzero(is_narrow | (remaining == 1))
@@ -240,7 +255,7 @@ class ClosestLevels:
 
 
 def _join_pairs(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
-    """Pairs of a point and a cell, in the order of points."""
+    """Join lists of pairs of a point and a cell to one list, in the order of points."""
     filled = [each for each in pairs if len(each[0])]
     if len(filled) < 2:
         return filled[0] if filled else NO_PAIRS

@@ -10,31 +10,32 @@ in [−1, 1]². With the bounds of `cell_models`
 
 so that f_aa ≥ l_a, f_bb ≥ l_b and |f_ab| ≤ k over the cell.
 
-**Theorem 1 (no minimum).** If f_a > 0 over the closed cell and its side a = −1 is no side of the
-patch, no minimum of f over the patch lies in the cell. *Proof.* At every point of the cell the
-distance falls along −a, and −a leads into the patch. The same with −f_a and a = 1, and with b. The
-derivative has one sign if |f_a| at the centre exceeds |f_aa| + |f_ab| ≤ |A · A − y · Q_aa| + E_aa +
-k. ∎
+**Theorem 1 (no minimum).** If f_a > 0 over the closed cell, and its side a = −1 is not a side of
+the patch, then no minimum of f over the patch lies in the cell. The same is true for f_a < 0 and a
+= 1, and for b. *Proof.* At every point of the cell the distance decreases in the direction −a, and
+this direction leads into the patch. f_a has one sign over the cell if |f_a| at the centre is
+greater than |f_aa| + |f_ab| ≤ |A · A − y · Q_aa| + E_aa + k. ∎
 
-**Theorem 2 (lower bound).** Let l_a, l_b > 0 and ω = 1 − k / √(l_a l_b); then f ≥ f(s₀) + Σ (g_i
-δ_i + ½ μ_i δ_i²) for s₀ and s₀ + δ in the cell, with the gradient g at s₀ and μ_i = ω l_i;
-otherwise with μ_i = l_i − k. Each term is a parabola in one variable, whose minimum over an
-interval is a closed form. *Proof.* By Taylor with the Hessian at a point between, and 2 k |δ_a δ_b|
-≤ k (t δ_a² + δ_b² / t) for every t > 0: with t = √(l_a / l_b), and with t = 1. ∎
+**Theorem 2 (lower bound).** For s₀ and s₀ + δ in the cell, with the gradient g at s₀, f(s₀ + δ) ≥
+f(s₀) + Σ (g_i δ_i + ½ μ_i δ_i²). Here μ_i = ω l_i with ω = 1 − k / √(l_a l_b) if l_a, l_b > 0, and
+μ_i = l_i − k otherwise. Each term is a parabola in one variable; its minimum over an interval has a
+closed form. *Proof.* Taylor's theorem with the Hessian at a point between, and 2 k |δ_a δ_b| ≤ k (t
+δ_a² + δ_b² / t) for every t > 0: take t = √(l_a / l_b), or t = 1. ∎
 
-**Theorem 3 (a side).** If f_a > 0 over the cell, its minimum lies on the side a = −1, and there f ≥
-f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on this side. If this side is one point, its distance is the
-minimum. If f_b has one sign, too, the distance of the corner is the minimum. *Proof.* Theorem 1
-within the cell; Taylor along the side. ∎
+**Theorem 3 (a side).** If f_a > 0 over the cell, the minimum of the cell lies on its side a = −1.
+On this side f ≥ f(s₀) + g_b δ_b + ½ l_b δ_b² for s₀ on the side. If the side is one point, the
+minimum is the distance of this point. If f_b has one sign, too, the minimum is the distance of a
+corner. *Proof.* As for Theorem 1, but within the cell; and Taylor's theorem along the side. ∎
 
-A cell is *settled* if one of these theorems gives its minimum. Either μ_a, μ_b ≥ 0, or they are so
-little below 0, for example where a patch is a line, that the loss of 2 |μ_i| (since |δ_i| ≤ 2) is
-far below the tolerance. Or f_a has one sign, and l_b > 0, or the side is a point, or f_b has one
-sign, too.
+A cell is *settled* if one of these theorems gives its minimum. This is so if μ_a, μ_b ≥ 0; or if
+they are so little below 0 (for example where a patch is a line) that the loss of 2 |μ_i|, from
+|δ_i| ≤ 2, is far below the tolerance; or if f_a has one sign and, in addition, l_b > 0, or the side
+is a point, or f_b has one sign, too.
 
-**Rounding.** y, d and the dot products are wrong by at most 8 u times the products of lengths, and
-by what the errors of c and the partials add: f_a at the centre by SLOPE_a d + LEAST_a, where
-SLOPE_a ≥ 8 u |A| holds the first. Each bound is moved by these to the safe side.
+**Rounding.** The errors of y, d and the dot products are at most 8 u times the products of lengths,
+and the errors of c and of the partials add to them. So the error of f_a at the centre is at most
+SLOPE_a d + LEAST_a, where SLOPE_a ≥ 8 u |A| includes the first of these. Each bound is moved by
+such errors to the safe side.
 """
 
 from collections.abc import Sequence
@@ -48,26 +49,27 @@ from service.engine.queries.cell_models import UNIT
 from service.engine.queries.column_vectors import dot
 
 SAFE = 1 + 64 * UNIT
+"""A factor that is larger than all rounding of a few products."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Minima:
-    """The minima of N pairs of a point and a settled cell.
+    """Bounds of the minima of N pairs of a point and a settled cell.
 
     Attributes
     ----------
     low : ndarray of float64, shape (N,)
-        No point of the cell is nearer, as a squared distance.
+        Squared lower bound of the distance from the point to the cell.
     estimate : ndarray of float64, shape (N,)
-        Approximate squared distance at the start.
+        Approximate squared distance at `start`.
     start : ndarray of float64, shape (2, N)
-        Approximate place of the minimum of the model of the cell.
+        Approximate place of the minimum, by the model of the cell.
     sides : ndarray of float64, shape (2, N)
-        −1 or 1 if the minimum lies on this side of a or b, else 0.
+        For a and for b: −1 or 1 if the minimum lies on this side of the cell, else 0.
     convexity : ndarray of float64, shape (2, N)
-        μ_a and μ_b; 0 where the distance along a side does not change.
+        μ_a and μ_b; 0 if the minimum lies on a side of a, or of b.
     loss : ndarray of float64, shape (N,)
-        To be subtracted from squares of lower bounds, because μ may be a little below 0.
+        Must be subtracted from squared lower bounds, because μ may be a little below 0.
     """
 
     low: FloatArray
@@ -78,12 +80,12 @@ class Minima:
     loss: FloatArray
 
     def take(self, rows: Ints) -> "Minima":
-        """The bounds of selected pairs."""
+        """The bounds of the pairs with these rows."""
         return Minima(*(getattr(self, name).take(rows, axis=-1) for name in Minima.__slots__))
 
     @staticmethod
     def join(minima: Sequence["Minima"]) -> "Minima":
-        """All of them, one after another."""
+        """The bounds of all parts, one after another."""
         return Minima(
             *(
                 np.concatenate([getattr(part, name) for part in minima], axis=-1)
@@ -99,15 +101,16 @@ class CellBounds:
     Attributes
     ----------
     low : ndarray of float64, shape (N,)
-        No point of the cell is nearer, as a squared distance.
+        Squared lower bound of the distance from the point to the cell.
     empty, settled : ndarray of bool, shape (N,)
-        Whether the cell has no minimum of its patch; and whether it has one that is settled.
+        Whether the cell has no minimum of its patch; and whether the cell is settled.
     squared : ndarray of float64, shape (N,)
         |y|².
     gradient, forms : ndarray of float64, shapes (2, N) and (3, N)
         f_a and f_b, and f_aa, f_ab and f_bb, at the centre.
     side : ndarray of float64, shape (2, N)
-        −1 or 1 if f_a or f_b has one sign: the side toward which the distance falls; else 0.
+        For f_a and for f_b: if it has one sign, the side toward which the distance decreases, −1 or
+        1; else 0.
     straight, convexity : ndarray of float64, shape (2, N)
         l_a and l_b; μ_a and μ_b.
     """
@@ -124,7 +127,7 @@ class CellBounds:
 
     @np.errstate(all="ignore")
     def minima(self, rows: Ints) -> Minima:
-        """Starts and bounds of the minima of settled pairs."""
+        """The bounds of the minima of the settled pairs `rows`."""
         gradient, forms, side, straight, convexity = (
             values.take(rows, axis=1)
             for values in (self.gradient, self.forms, self.side, self.straight, self.convexity)
@@ -145,18 +148,19 @@ class CellBounds:
 def cell_bounds(
     model: FloatArray, place: FloatArray, point: Bools, x: FloatArray, flattest: float
 ) -> CellBounds:
-    """Bounds of the distance for pairs of a point and a cell.
+    """Compute bounds of the distance for N pairs of a point and a cell.
 
     Parameters
     ----------
     model : ndarray of float64, shape (COLUMNS, N)
     place : ndarray of float64, shape (4, N)
-        The rectangle of the cell: a side at 0 or 1 is a side of the patch.
+        The rectangle of the cell. A side at 0 or 1 is a side of the patch.
     point : ndarray of bool, shape (4, N)
         Which sides are one point.
     x : ndarray of float64, shape (3, N)
+        The points.
     flattest : float
-        Negative convexity up to which a cell is settled, in distances of the point.
+        A cell may be settled if its convexity is above −`flattest` times the distance.
     """
     m = columns
     y = x - model[:3]
@@ -197,14 +201,17 @@ def cell_bounds(
 
 
 def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:
-    """Approximate places of the minima of quadratic models in [−1, 1]², on the given sides."""
+    """Approximate places (2, N) of the minima of quadratic models in [−1, 1]².
+
+    If `sides` is −1 or 1 for a or b, the place is on this side.
+    """
     (fa, fb), (faa, fab, fbb) = gradient, forms
     determinant = faa * fbb - fab * fab
     start = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
     a, b = sides
     alone = np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb])
     start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, alone, start))
-    # A minimum outside of the square is replaced by the least on the nearest side.
+    # Replace a minimum outside the square by the minimum on the nearest side.
     a, b = np.clip(start, -1.0, 1.0)
     beyond = np.abs(start) > 1
     alone = np.clip(np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb]), -1.0, 1.0)

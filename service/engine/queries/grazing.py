@@ -1,38 +1,39 @@
-r"""Cells along which a ray grazes the surface, touches it, or lies within it.
+r"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
 
-Where the direction d of a ray is nearly tangent to a cell, it may meet the cell twice, or all along
-it, and `ray_bounds` settles nothing. With the unit normal n at the centre let w = d × n / |d × n|
-and z = d × w: w is across the ray and tangent, z is across the ray and almost n. Then P = w · (S −
-o) and H = z · (S − o) vanish where the cell meets the ray, at t = T = d · (S − o). The partials of
-P at the centre are P_a = w · A and P_b = w · B; let x be the one of a and b with the larger
-partial, y the other.
+If the direction d of a ray is almost tangent to a cell, the ray may meet the cell twice, or all
+along the ray, so `ray_bounds` cannot settle the pair. With the unit normal n at the centre, let w =
+d × n / |d × n| and z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is
+almost ±n. Then P = w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, and there t
+= T = d · (S − o). The partials of P at the centre are P_a = w · A and P_b = w · B. Let x be the
+parameter, a or b, with the larger partial, and y the other parameter.
 
-**Theorem 1 (no hit).** Where P = 0, x = x₀ + x₁ y + e with x₀ = −P(0, 0) / P_x, x₁ = −P_y / P_x and
-|e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cell has no hit if |x₀| > 1 + |x₁| +
-ε. With this x the model of H becomes
+**Theorem 1 (no hit).** On the curve P = 0, x = x₀ + x₁ y + e with x₀ = −P(0, 0) / P_x, x₁ = −P_y /
+P_x and |e| ≤ ε = (½ |P_aa| + |P_ab| + ½ |P_bb| + REST) / |P_x|. So the cell has no hit if |x₀| > 1
++ |x₁| + ε. With this x the model of H becomes
 
     H = h₀ + h₁ y + h₂ y² ± δ,   h₀ = H(0, 0) + H_x x₀ + ½ H_xx x₀²,
     h₁ = H_x x₁ + H_y + H_xx x₀ x₁ + H_xy x₀,   h₂ = ½ H_xx x₁² + H_xy x₁ + ½ H_yy,
     δ = ε (|H_x| + |H_xx| (|x₀| + |x₁| + ½ ε) + |H_xy|) + REST_z
 
-and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. REST_z = REST_LIFT + |d · n| REST, as z is in the
-plane of d and n and across d. ∎
+and the cell has no hit if |h₀| > |h₁| + |h₂| + δ. Here REST_z = REST_LIFT + |d · n| REST, because z
+lies in the plane of d and n and is perpendicular to d. ∎
 
-**Theorem 2 (a strip).** Let (T, P) be preconditioned by its partials M at the centre, and its
-partials be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Two points of the cell with P = 0 and
-y' > y then have d · S' − d · S of one sign, that of m_y, m = M⁻¹ (1, 0): so all hits of the cell
-lie between the points at y = −1 and y = 1 of the curve P = 0, if these are in the cell. *Proof.*
-(I + N') δ = M⁻¹ (ΔT, 0) gives |δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|: m is across (P_a, P_b),
-so m_y is its larger component. ∎ A point of the cell with |P| ≤ τ instead of 0 moves this by at
-most 2 |m'| / |m_y| τ, with m' = M⁻¹ (0, 1); `spread` is 4 times this quotient.
+**Theorem 2 (a strip).** Let M be the matrix of the partials of (T, P) at the centre, and let the
+partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Take two points
+of the cell with P = 0 and y' > y. Then d · S' − d · S has the sign of m_y, where m = M⁻¹ (1, 0). So
+all hits of the cell lie between the two points of the curve P = 0 at y = −1 and y = 1, if these are
+in the cell. *Proof.* (I + N') δ = M⁻¹ (ΔT, 0) gives |δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|,
+because m is perpendicular to (P_a, P_b), so that m_y is its larger component. ∎ If a point of the
+cell has |P| ≤ τ in place of P = 0, this moves T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1);
+`spread` is 4 times the quotient |m'| / |m_y|.
 
-If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and the strip may end at a side x =
-±1 instead.
+If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and a strip may end at a side x = ±1
+in place of y = ±1.
 
-A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2: all of the curve P =
-0 in it is then so near to the ray; but not if |h₁| > |h₀| + |h₂| + δ, or |h₁| > 2 (|h₂| + δ): then
-H changes its sign, or may change it in the next cell; smaller cells will be settled, or have no
-hit.
+A cell is *thin* for a thickness τ if ν ≤ ⅓ and |h₀| + |h₁| + |h₂| + δ ≤ τ / 2. Then the whole curve
+P = 0 in the cell is within τ / 2 of the ray. However, a cell is not thin if |h₁| > |h₀| + |h₂| + δ
+or |h₁| > 2 (|h₂| + δ), because H changes its sign in this cell, or may do so in the next. Smaller
+cells will then be settled, or have no hit.
 
 **Rounding** is covered as in `ray_bounds`.
 """
@@ -56,10 +57,10 @@ _VECTORS = (
 )
 
 STEEPEST = 0.25
-"""|d · n| at the centre of a cell that a ray grazes, at most."""
+"""The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
 
 STRIP = 1 / 3
-"""ν of thin cells, at most."""
+"""The largest ν of thin cells."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,12 +70,13 @@ class Strips:
     Attributes
     ----------
     across : ndarray of float64, shape (3, N)
-        w.
+        The vectors w.
     is_along_b : ndarray of bool, shape (N,)
-        Whether y is b.
+        Whether y is b; if not, y is a.
     line : ndarray of float64, shape (2, N)
         x₀ and x₁.
     spread : ndarray of float64, shape (N,)
+        The factor of Theorem 2, by which an error of P changes t.
     """
 
     across: FloatArray
@@ -91,13 +93,23 @@ class Strips:
 def find_grazed_strips(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray, thickness: FloatArray
 ) -> tuple[Bools, Bools, Strips]:
-    """Which pairs have no hit, which are thin, and the strips of the thin pairs.
+    """Apply the theorems to N pairs of a ray and a cell.
 
     Parameters
     ----------
     model : ndarray of float64, shape (COLUMNS, N)
+        The models of the cells.
     o, d : ndarray of float64, shape (3, N)
+        Origins and directions of the rays.
     slack, thickness : ndarray of float64, shape (N,)
+        Of the rays.
+
+    Returns
+    -------
+    empty, is_thin : ndarray of bool, shape (N,)
+        Which pairs have no hit, and which pairs are thin.
+    strips : Strips
+        The strips of the thin pairs.
     """
     m = columns
     normal = model[m.NORMAL : m.NORMAL + 3]

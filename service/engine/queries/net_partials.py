@@ -1,4 +1,4 @@
-"""Points and partials of nets up to the first or the second order, at one place each."""
+"""Points of nets, and partials up to the first or second order, at one place of each net."""
 
 import numpy as np
 
@@ -7,39 +7,39 @@ from service.bases.bernstein import bernstein
 from service.engine.queries.nets import QueryNets
 
 ROOM = 1 << 20
-"""Numbers in the control nets of one chunk."""
+"""How many numbers the control nets of one chunk have, to bound the memory."""
 
 
-_CHOSEN = {
+_PARTIAL_ORDERS = {
     1: ([0, 1, 0], [0, 0, 1]),
     2: ([0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]),
 }
-"""Orders in u and in v of the partials up to the first and the second."""
+"""For the highest order 1 or 2: the orders in u, and the orders in v, of all partials."""
 
 
 def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) -> FloatArray:
-    """S, S_u, S_v, and S_uu, S_uv, S_vv: row k is net `net[k]` at its place.
+    """Points S and partials S_u, S_v, S_uu, S_uv, S_vv; result k is that of net `net[k]`.
 
     Parameters
     ----------
     nets : QueryNets
     net : ndarray of int, shape (m,)
     place : ndarray of float64, shape (2, m)
-        In [0, 1].
+        The parameters (u, v) in each net, from 0 to 1.
     order : int
-        1 or 2.
+        The highest order: 1, or 2 for second partials, too.
 
     Returns
     -------
-    ndarray of float64, shape (6, 3, m), or (3, 3, m) of the first order
+    ndarray of float64, shape (6, 3, m), or (3, 3, m) for the first order
 
     Notes
     -----
-    S is wrong by at most 4 (p + q + 2) u M: bases are sums of products that are not negative. The
-    error of a partial of order i, j is p^i q^j times larger; for rational nets the ratio of weights
-    is another factor.
+    The rounding error of S is at most 4 (p + q + 2) u M, with the largest coordinate M and the unit
+    roundoff u, because bases are sums of products that are not negative. The error of a partial of
+    order (i, j) is p^i q^j times larger; for rational nets the ratio of weights is another factor.
     """
-    partials = np.empty((len(_CHOSEN[order][0]), 3, len(net)))
+    partials = np.empty((len(_PARTIAL_ORDERS[order][0]), 3, len(net)))
     for group in nets.groups:
         k = len(group.nets)
         rows = np.arange(len(net))
@@ -56,19 +56,21 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
 
 
 def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) -> FloatArray:
+    """Evaluate nets (m, p+1, q+1, 3 or 4) of one degree, each at its own u and v (m,)."""
     m, rows, columns, width = nets.shape
-    basis_u, basis_v = _bases(rows - 1, u, order), _bases(columns - 1, v, order)
-    # Two products for each net, because the calls of many small products cost more than the
-    # arithmetic.
+    basis_u, basis_v = _compute_bases(rows - 1, u, order), _compute_bases(columns - 1, v, order)
+    # Two matrix products for each net: with more and smaller products, the calls would take longer
+    # than the arithmetic.
     lines = np.matmul(nets.reshape(m, rows, -1).transpose(0, 2, 1), basis_u.transpose(0, 2, 1))
     x = np.matmul(basis_v, lines.reshape(m, columns, -1)).reshape(m, order + 1, width, order + 1)
     # x[:, j, :, i] is the partial of order i in u and j in v.
-    in_u, in_v = _CHOSEN[order]
-    chosen = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
+    in_u, in_v = _PARTIAL_ORDERS[order]
+    partials = np.ascontiguousarray(x[:, in_v, :, in_u].transpose(0, 2, 1))
     if width == 3:
-        return chosen
-    w = chosen[:, 3]
-    s = chosen[:, :3]
+        return partials
+    # Homogeneous: X = w S, and Leibniz' rule gives the partials of S.
+    w = partials[:, 3]
+    s = partials[:, :3]
     s[0] /= w[0]
     s[1] = (s[1] - w[1] * s[0]) / w[0]
     s[2] = (s[2] - w[2] * s[0]) / w[0]
@@ -79,8 +81,8 @@ def _evaluate_group(nets: FloatArray, u: FloatArray, v: FloatArray, order: int) 
     return s
 
 
-def _bases(degree: int, t: FloatArray, order: int) -> FloatArray:
-    """Bernstein polynomials and their derivatives up to an order, (m, order + 1, n+1)."""
+def _compute_bases(degree: int, t: FloatArray, order: int) -> FloatArray:
+    """Bernstein polynomials and their derivatives up to `order`, shape (m, order + 1, n+1)."""
     basis = np.zeros((len(t), order + 1, degree + 1))
     basis[:, 0] = bernstein(degree, t)
     if degree > 0:

@@ -1,4 +1,4 @@
-"""Closest points of surfaces and curves as columns: a row for each point of the query."""
+"""Closest points on surfaces and curves, as arrays with one row for each point of the query."""
 
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -24,14 +24,14 @@ from service.surface.lowered import PatchModel
 Columns: TypeAlias = dict[str, NDArray[Any]]
 
 SMALL = 1e-4
-"""Sine of the angle of S_u and S_v below which the normal is computed as a limit."""
+"""If the sine of the angle between S_u and S_v is at most this, the normal is computed as a
+limit."""
 
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, as a share of the diagonal."""
 
 ON_SIDE = 1e-12
-"""The largest distance of a parameter from the end of its patch at which a place is on that
-side."""
+"""A place counts as on a side of its patch if its parameter differs by at most this."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -40,7 +40,7 @@ class ProjectQuery:
 
     Attributes
     ----------
-    points : ndarray of float64, shape (m, 3), or (m, 2) beside a curve in the plane
+    points : ndarray of float64, shape (m, 3), or (m, 2) for a curve in the plane
         Model units.
     relative_tolerance : float
         The largest width of the intervals of distances, in diagonals of the box of control points.
@@ -54,17 +54,20 @@ class ProjectQuery:
 
 
 def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
-    """The closest points of all patches together.
+    """Find the closest points of a surface: the nearest of all its patches.
 
     Returns
     -------
     dict of ndarray
-        positions (m, 3); distances (m,); distance_bounds (m, 2), which contain the least distance;
-        reached (m,), whether the bounds are as narrow as requested; tied (m,), whether another
-        place may be equally near; patch (m,), in the numbering of the request, unless the
-        parameters determine it; uv (m, 2), parameters of the surface if it has a domain, else of
-        the patch, (s, t) on triangles; normals (m, 3); on_boundary (m,); signs (m,) if requested,
-        NaN where they are uncertain.
+        - positions (m, 3); distances (m,); distance_bounds (m, 2), which contain the least distance
+        - reached (m,): whether the bounds are as narrow as requested
+        - tied (m,): whether another place may be equally near
+        - patch (m,): the number in the request, unless `uv` determines it
+        - uv (m, 2): parameters of the surface if it has a domain, else of the patch; (s, t) on
+          triangles
+        - normals (m, 3)
+        - on_boundary (m,): whether the place is on an open side
+        - signs (m,), if requested: NaN where they are uncertain
     """
     nets = surface_nets(model.batches)
     near = nets.to_near_points(query.points)
@@ -81,13 +84,13 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
 
 
 def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
-    """The closest points of a curve.
+    """Find the closest points of a curve.
 
     Returns
     -------
     dict of ndarray
-        The columns of a surface, with parameters (m,) in the domain of the curve in place of uv,
-        and unit tangents (m, d) in place of normals.
+        positions (m, d), distances, distance_bounds, reached and tied as for a surface; parameters
+        (m,) in the domain of the curve; unit tangents (m, d).
     """
     nets = curve_nets(pieces)
     near = nets.to_near_points(to_space(query.points))
@@ -100,13 +103,13 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
 
 
 def net_normals(nets: QueryNets, net: Ints, place: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) at places (m, 2) of nets, and whether they are precise (m,)."""
+    """Unit normals (m, 3) at places (m, 2) of nets, and whether each is precise (m,)."""
     _, du, dv = net_partials(nets, net, place.T, 1)
     return regular_normals(du.T, dv.T)
 
 
 def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) of partials (m, 3), and whether they are precise (m,)."""
+    """Unit normals (m, 3) from partials (m, 3), and whether each is precise (m,)."""
     normals = cross(du, dv)
     with np.errstate(all="ignore"):
         length = np.sqrt(dot(normals, normals))
@@ -117,9 +120,10 @@ def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
 def surface_columns(
     model: PatchModel, patch: Ints, local: FloatArray, regular: tuple[FloatArray, Bools]
 ) -> Columns:
-    """Patch numbers of the request, parameters of the surface, and unit normals.
+    """The arrays `uv`, `patch` and `normals` of a response, for places on patches of a model.
 
-    `regular` has the normals where S_u × S_v is large enough, and a mask of these places.
+    `regular` is the result of `regular_normals`; normals that are not precise are computed as
+    limits.
     """
     normals, is_regular = regular
     columns: Columns = {}
@@ -140,7 +144,10 @@ def surface_columns(
 
 
 def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
-    """Parameters and numbers of the surfaces of a model at places of its patches."""
+    """Convert places on patches to places on the parametric surfaces of a model.
+
+    Returns the parameters (m, 2) of the surfaces, and the numbers (m,) of the surfaces.
+    """
     firsts = np.array([domain.first for domain in model.domains])
     order = np.argsort(firsts)
     number = order[np.searchsorted(firsts[order], patch, side="right") - 1]
@@ -157,10 +164,10 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
 def _closest(
     nets: QueryNets, near: LocalPoints, relative_tolerance: float
 ) -> tuple[ClosestPoints, Columns]:
-    """The closest points, and the columns that surfaces and curves have alike."""
+    """Find the closest points; returns them, and the arrays that surfaces and curves share."""
     width = relative_tolerance * nets.diagonal
     closest = ClosestSearch(nets, width / nets.scale).find(near.points)
-    # Distances from points that were moved are wrong by less than one rounding.
+    # The distances of points that were moved have an error of less than one rounding.
     is_moved = near.shift > 0
     low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)
     high = np.where(is_moved, np.nextafter(closest.high, np.inf), closest.high)

@@ -9,32 +9,35 @@ With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functio
 
     G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
 
-vanish where S is on the line of the ray: X and Y are across d. The bounds k cover the terms in
-parentheses, as k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb| + |X| REST, divided by |D|.
+vanish where S is on the line of the ray, because X and Y are perpendicular to d. The bounds k cover
+the terms in parentheses: k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb| + |X| REST, divided by |D|;
+k_Y has the same form.
 
-**Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, the cell does not meet the
-line of the ray; nor does it, if |g × d| > RADIUS; and it is behind the origin if g · d + RADIUS <
-near. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0. All of the cell is within RADIUS of c. ∎
+**Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, or |g × d| > RADIUS, then
+the cell does not meet the line of the ray. If g · d + RADIUS < near, the cell is behind the origin
+of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0. All points of the cell are within
+RADIUS of c. ∎
 
-**Theorem 2 (at most one).** The partials of G are I + N with |N| ≤ n over the cell, as
-n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3 |X| REST) / |D| for the first row's sum. If
-ν = max(n_X, n_Y) < 1 the cell meets the line at most once, there d · (S_a × S_b) ≠ 0 has one sign,
-and for each s₀ in the cell its root s* has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and
-|s* − (s₀ − G(s₀))| ≤ ν |s* − s₀|, in the largest component. *Proof.* By the mean value theorem, a
-row at a time, G(s*) − G(s₀) = (I + N') (s* − s₀) with |N'| ≤ n, so I + N' is regular. ∎
+**Theorem 2 (at most one).** The matrix of the partials of G over the cell is I + N. The sum of the
+absolute values in the first row of N is at most n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3
+|X| REST) / |D|, and that in the second row at most n_Y. If ν = max(n_X, n_Y) < 1, the cell meets
+the line at most once, and d · (S_a × S_b) ≠ 0 has one sign there. For each s₀ in the cell, the root
+s* has |s* − s₀| ≤ |G(s₀)| / (1 − ν) and |s* − (s₀ − G(s₀))| ≤ ν |s* − s₀|, where |·| is the largest
+component. *Proof.* By the mean value theorem, applied to each row, G(s*) − G(s₀) = (I + N') (s* −
+s₀), where N' has the same bounds as N; so I + N' is regular. ∎
 
-**Theorem 3 (exactly one).** If, besides, the square of half side |G(s₀)| / (1 − ν) about s₀ is
-within the cell, or |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, the cell meets the line.
+**Theorem 3 (exactly one).** Let ν < 1. If the square about s₀ with half side |G(s₀)| / (1 − ν) is
+within the cell, or if |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, then the cell meets the line.
 *Proof.* s − G(s) maps the square, or the cell, continuously into itself (Brouwer). ∎
 
 A cell is *settled* if ν ≤ `SETTLED`.
 
-**Rounding.** X, Y and D stand for the exact products of the numbers A, B and d, so that X and Y are
-exactly across d. Each computed product is wrong by at most 8 u times the lengths of its factors:
-|B| ROUND covers the products with Q_ij and A; |B| `slack` covers the products with g, including the
-errors of o and d. If a ray begins far away, o is moved along the ray to the point nearest to the
-middle of the surface; the new ray is at most 4 u (|o| + |t|) from the old one, which the slack
-includes.
+**Rounding.** X, Y and D are the exact products of the floating-point numbers A, B and d, so X and Y
+are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
+of its factors: |B| ROUND covers the products with Q_ij and A, and |B| `slack` covers the products
+with g, including the errors of o and d. The origin o of a ray is moved along the ray to the point
+nearest to the middle of the surface. The new ray is at most 4 u (|o| + |t|) from the old ray, which
+the slack includes.
 """
 
 from collections.abc import Sequence
@@ -52,9 +55,10 @@ SETTLED = 0.5
 """The largest ν of settled cells: Newton's method then finds their roots in few steps."""
 
 SAFE = 1 + 64 * UNIT
+"""A factor that is larger than all rounding of a few products."""
 
 WIDEST = 2.0**6
-"""The least quotient of the thickness and the slack of a ray."""
+"""The thickness of a ray is at least this factor times its slack."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,13 +68,13 @@ class Rays:
     Attributes
     ----------
     origin, direction : ndarray of float64, shape (3, m)
-        o, moved near the nets, and d, of length 1.
+        The origin o, moved along the ray to the nets; and the direction d, of length 1.
     near : ndarray of float64, shape (m,)
-        t at the beginning of the ray.
+        The parameter t at which the ray begins.
     slack : ndarray of float64, shape (m,)
-        A bound of the errors of points c − o.
+        A bound of the rounding errors of differences c − o.
     thickness : ndarray of float64, shape (m,)
-        A point that is nearer than this to the ray may count as a hit.
+        A point of the surface that is nearer than this to the ray may count as a hit.
     """
 
     origin: FloatArray
@@ -80,7 +84,7 @@ class Rays:
     thickness: FloatArray
 
     def take(self, rays: Ints | slice) -> "Rays":
-        """Some of them."""
+        """The rays with these numbers."""
         return Rays(*(getattr(self, name)[..., rays] for name in Rays.__slots__))
 
 
@@ -88,7 +92,10 @@ class Rays:
 def local_rays(
     nets: QueryNets, origins: FloatArray, directions: FloatArray, thickness: float
 ) -> Rays:
-    """Rays (m, 3) of the model in the coordinates of its nets, like the thickness."""
+    """Convert rays (m, 3) from model coordinates to the coordinates of the nets.
+
+    `thickness` already is in the coordinates of the nets.
+    """
     d = directions.T / np.abs(directions).max(axis=1)
     d = np.ascontiguousarray(d / np.sqrt(dot(d, d)))
     far = np.ascontiguousarray(nets.local(origins).T)
@@ -102,7 +109,7 @@ def local_rays(
 def sphere_misses(
     spheres: FloatArray, rays: Rays, ray: Ints, farthest: FloatArray
 ) -> tuple[Bools, FloatArray]:
-    """Which pairs of a sphere and a ray do not meet, and lower bounds (N,) of t where they may.
+    """For N pairs of a sphere and a ray: whether they do not meet, and a lower bound of t if not.
 
     Parameters
     ----------
@@ -126,7 +133,7 @@ def sphere_misses(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RootBounds:
-    """For N settled pairs of a ray and a cell.
+    """The bounds of the roots of N settled pairs of a ray and a cell.
 
     Attributes
     ----------
@@ -153,7 +160,7 @@ class RootBounds:
     exists: Bools
 
     def take(self, rows: Ints | Bools) -> "RootBounds":
-        """Some of them."""
+        """The bounds of the pairs with these rows."""
         return RootBounds(*(getattr(self, name)[..., rows] for name in RootBounds.__slots__))
 
     @staticmethod
@@ -169,13 +176,22 @@ class RootBounds:
 def root_bounds(
     model: FloatArray, o: FloatArray, d: FloatArray, slack: FloatArray
 ) -> tuple[Bools, Bools, RootBounds]:
-    """Which pairs have no hit, which are settled, and the bounds of the settled pairs.
+    """Apply the theorems to N pairs of a ray and a cell.
 
     Parameters
     ----------
     model : ndarray of float64, shape (at least ROUND + 1, N)
+        The models of the cells.
     o, d : ndarray of float64, shape (3, N)
+        Origins and directions of the rays.
     slack : ndarray of float64, shape (N,)
+
+    Returns
+    -------
+    empty, settled : ndarray of bool, shape (N,)
+        Which pairs have no hit, and which pairs are settled.
+    bounds : RootBounds
+        The bounds of the settled pairs.
     """
     m = columns
     a, b = model[m.TANGENT_A : m.TANGENT_A + 3], model[m.TANGENT_B : m.TANGENT_B + 3]
@@ -185,7 +201,7 @@ def root_bounds(
     lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])
     size = np.abs(determinant := dot(x, a))
     wrong = (model[m.ROUND] + slack) * lengths
-    values, turned, near, most = [], [], [], []
+    values, curvature_terms, near, most = [], [], [], []
     for k, (row, by) in enumerate(((x, -b), (y, a))):
         value = dot(by, q)
         aa, ab, bb = (dot(row, second) for second in seconds)
@@ -194,7 +210,7 @@ def root_bounds(
         near.append((0.5 * square + long * model[m.REST]) * SAFE + wrong[k])
         most.append((square + 3 * long * model[m.REST]) * SAFE + wrong[k])
         values.append(value)
-        turned.append((aa, ab, bb))
+        curvature_terms.append((aa, ab, bb))
     empty = np.abs(values[0]) > size + near[0]
     empty |= np.abs(values[1]) > size + near[1]
     most_of = np.maximum(most[0], most[1])
@@ -204,15 +220,15 @@ def root_bounds(
     exists = np.abs(values[0][rows]) + near[0][rows] < size
     exists &= np.abs(values[1][rows]) + near[1][rows] < size
     values = [-value[rows] / determinant for value in values]
-    turned = [
+    curvature_terms = [
         (aa[rows] / determinant, ab[rows] / determinant, bb[rows] / determinant)
-        for aa, ab, bb in turned
+        for aa, ab, bb in curvature_terms
     ]
     s = t = np.zeros(len(rows))
     for _ in range(3):
         s, t = (
             np.clip(value - 0.5 * (aa * s * s + bb * t * t) - ab * s * t, -1.0, 1.0)
-            for value, (aa, ab, bb) in zip(values, turned, strict=True)
+            for value, (aa, ab, bb) in zip(values, curvature_terms, strict=True)
         )
     bounds = RootBounds(
         -b[:, rows],

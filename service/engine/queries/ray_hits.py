@@ -1,18 +1,19 @@
-"""Hits of rays, and merging of hits that several cells report at one place.
+"""Hits of rays, and the merging of hits that several cells report at one place.
 
-Every hit has an interval of t that contains all points of the surface on the ray that it
-represents. Hits of one ray whose intervals overlap form a cluster: at one place of the ray, so at
-one place of space. In a cluster
+Every hit represents some points of the surface on its ray, and has an interval of t that contains
+them all. Hits of one ray whose intervals overlap are at one place, and form a cluster. A cluster is
+merged by these rules:
 
-- each proved hit is a separate crossing (two of them are two sheets, or a surface that meets itself
-  there);
-- a place near the border of its cell without a proof is dropped if a proved hit crosses in the same
-  direction; the other places become one hit, a crossing if the ray crosses at all of them in one
-  direction, as on a seam, else touching, as on a ridge;
-- strips and points become one hit: along if their interval is long and the distance from the ray is
-  nearly constant, else touching; or a crossing if all are points, as at a pole, and their normals
-  are on one side. This hit includes near places at its ends. But a strip beside a proved crossing
-  that is almost tangent only makes the interval of the crossing longer.
+- Each proved hit stays a separate crossing. Two proved hits in a cluster are two sheets of the
+  surface, or the surface meets itself there.
+- A hit that is not proved, because it is near the border of its cell, is dropped if a proved hit
+  crosses in the same direction. The remaining hits of this sort become one hit: a crossing if the
+  ray crosses at all of them in one direction (as on a seam), else touching (as on a ridge).
+- Strips and points become one hit, with unproved hits that lie between their ends. It is *along* if
+  its interval is long and the distance from the ray is nearly constant. It is a crossing if all are
+  points and their normals are on one side of the ray (as at a pole). Otherwise it is *touching*.
+  However, a strip next to a proved crossing that is almost tangent only makes the interval of the
+  crossing longer.
 """
 
 from collections.abc import Sequence
@@ -26,20 +27,22 @@ from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.ray_bounds import Rays
 
 LONG = 32
-"""Least length of an interval that counts as along, in units of √(thickness · diagonal)."""
+"""The least length of the interval of a hit *along*, in units of √(thickness · diagonal)."""
 
 EVEN = 1 / 64
-"""The largest variation of the distance of surface and ray in a hit along, in thicknesses."""
+"""In a hit *along*, the distance between surface and ray varies by at most this, in units of the
+thickness."""
 
 PAD = 1 / 8
-"""Gap between strips of one place, in units of that length."""
+"""Strips with at most twice this gap are at one place; in units of the least length of a hit
+*along*."""
 
 TANGENT = 1e-3
-"""Sine of the angle between ray and surface below which they are almost tangent."""
+"""A ray and the surface are almost tangent if the sine of their angle is at most this."""
 
 
 class Origin(IntEnum):
-    """The origin of a hit: a proved root, a place near the ray, a strip, or a point."""
+    """How a hit was found: as a proved root, as a place near the ray, as a strip, or as a point."""
 
     PROVED = 0
     NEAR = 1
@@ -57,7 +60,7 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hits:
-    """n hits.
+    """n hits of rays.
 
     Attributes
     ----------
@@ -66,10 +69,11 @@ class Hits:
         In the parameters of the net.
     position, du, dv : ndarray of float64, shape (3, n)
     t, low, high : ndarray of float64, shape (n,)
+        The parameter of the hit, and its interval.
     residual : ndarray of float64, shape (n,)
-        Distance from the ray.
+        The distance of the position from the ray.
     origin : ndarray of int, shape (n,)
-        An `Origin` before merging, a `Kind` after it.
+        Before merging an `Origin`, after merging a `Kind`.
     """
 
     ray: Ints
@@ -100,9 +104,9 @@ class Hits:
         )
 
     def sines(self, direction: FloatArray) -> FloatArray:
-        """Sines of the angles of directions (3, n) with the surface.
+        """Sines (n,) of the angles between directions (3, n) and the surface at these hits.
 
-        They are negative where the ray enters, and 0 where du × dv vanishes.
+        A sine is negative if the direction is against the normal, and 0 if du × dv vanishes.
         """
         normal = cross(self.du, self.dv)
         length = np.sqrt(dot(normal, normal))
@@ -110,18 +114,20 @@ class Hits:
 
 
 def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
-    """One hit for each place, in the order of rays and of t; `origin` becomes the `Kind`.
+    """Merge hits to one hit for each place, in the order of rays and of t.
 
-    `long` is the least length of an interval of a hit along. If an interval begins behind the
-    origin of its ray, the hit is at the first end of a strip that is not behind it.
+    `origin` of the merged hits is a `Kind`. `long` is the least length of the interval of a hit
+    *along*. If such an interval begins behind the origin of the ray, the hit is at the first end of
+    a strip that is not behind the origin.
     """
     sines = hits.sines(rays.direction[:, hits.ray])
-    # If a ray is almost tangent, the surface is near the ray before and after the hit.
+    # Enlarge the intervals of strips: a surface that is almost tangent to the ray is also near the
+    # ray before and after the strip.
     pad = np.where(hits.origin == Origin.STRIP, PAD * long, 0.0)
     order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
     variation, is_behind = EVEN * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
-    cluster = _clusters(hits, pad)
+    cluster = _number_clusters(hits, pad)
     first = np.flatnonzero(np.diff(cluster, prepend=-1))
     sizes = np.diff(first, append=len(cluster))
     kind = np.full(len(cluster), int(Kind.CROSSING))
@@ -130,18 +136,18 @@ def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
     for k in np.flatnonzero((special > 1) | ((sizes > 1) & (special > 0))).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
         keep[rows] = False
-        for row, merged in _merge(hits, sines, (long, variation, is_behind), rows):
-            keep[row], kind[row] = True, merged
+        for row, merged_kind in _merge_cluster(hits, sines, (long, variation, is_behind), rows):
+            keep[row], kind[row] = True, merged_kind
     hits.origin[:] = kind
-    kept = hits.take(keep)
-    return kept.take(np.lexsort((kept.net, kept.t, kept.ray)))
+    merged = hits.take(keep)
+    return merged.take(np.lexsort((merged.net, merged.t, merged.ray)))
 
 
-def _clusters(hits: Hits, pad: FloatArray) -> Ints:
+def _number_clusters(hits: Hits, pad: FloatArray) -> Ints:
     """Numbers (n,) of the clusters of hits, which are ordered by ray and by `low` − `pad`."""
     low, high = hits.low - pad, hits.high + pad
     starts = np.diff(hits.ray, prepend=-1) != 0
-    # The running maximum for each ray: the ranks of different rays do not overlap.
+    # The running maximum of `high` for each ray, by ranks: those of different rays do not overlap.
     rank = np.lexsort((high, hits.ray))
     place = np.empty(len(rank), np.intp)
     place[rank] = np.arange(len(rank))
@@ -150,10 +156,15 @@ def _clusters(hits: Hits, pad: FloatArray) -> Ints:
     return np.cumsum(starts) - 1
 
 
-def _merge(
+def _merge_cluster(
     hits: Hits, sines: FloatArray, limits: tuple[float, FloatArray, Bools], rows: Ints
 ) -> list[tuple[int, Kind]]:
-    """The remaining hits of a cluster, and their kinds; updates their intervals."""
+    """Merge the hits `rows` of one cluster; returns the hits that remain, with their kinds.
+
+    The intervals of the remaining hits are updated in `hits`. `limits` are the least length of a
+    hit *along* and, for each hit, the largest variation of distances, and whether it is behind the
+    origin of its ray.
+    """
     origin, t = hits.origin[rows], hits.t[rows]
     proved, near = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
     strips = rows[origin >= Origin.STRIP]
@@ -175,54 +186,57 @@ def _merge(
             proved, strips = np.setdiff1d(proved, within), np.concatenate([strips, within])
             ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
             chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
-            crossings.append((_stand_for(hits, chosen, strips), Kind.ALONG))
+            crossings.append((_extend_interval(hits, chosen, strips), Kind.ALONG))
         else:
             # Strips beside a crossing that is almost tangent belong to its interval.
             strips = np.array(
-                [row for row in strips if not _joins(hits, row, tangent_rows)], np.intp
+                [row for row in strips if not _join_to_crossing(hits, row, tangent_rows)], np.intp
             )
             if len(strips):
                 ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
                 chosen = ahead[np.argmin(hits.residual[ahead])]
                 one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
                 kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
-                crossings.append((_stand_for(hits, chosen, strips), kind))
+                crossings.append((_extend_interval(hits, chosen, strips), kind))
     for sign in (-1, 1):
         same = proved[sines[proved] * sign > 0]
         if len(same):
             for row in near[sines[near] * sign > 0]:
                 chosen = same[np.argmin(np.abs(hits.t[same] - hits.t[row]))]
-                _stand_for(hits, chosen, np.array([chosen, row]))
+                _extend_interval(hits, chosen, np.array([chosen, row]))
             near = near[sines[near] * sign <= 0]
     if len(near):
         chosen = near[np.argmin(hits.residual[near])]
         signs = np.sign(sines[near])
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
-        crossings.append((_stand_for(hits, chosen, near), kind))
+        crossings.append((_extend_interval(hits, chosen, near), kind))
     return crossings + [(int(row), Kind.CROSSING) for row in proved]
 
 
-def _stand_for(hits: Hits, chosen: np.intp, rows: Ints) -> int:
-    """The chosen hit, whose interval now includes those of all `rows`."""
+def _extend_interval(hits: Hits, chosen: np.intp, rows: Ints) -> int:
+    """Extend the interval of the hit `chosen` to contain those of all `rows`; returns `chosen`."""
     low, high = hits.low[rows].min(), hits.high[rows].max()
     hits.low[chosen], hits.high[chosen] = low, high
     return int(chosen)
 
 
-def _joins(hits: Hits, strip: np.intp, flat: Ints) -> bool:
-    """Joins a strip to a crossing of `flat` whose distance is at most the length of the strip."""
+def _join_to_crossing(hits: Hits, strip: np.intp, flat: Ints) -> bool:
+    """Join a strip to a crossing of `flat` that is no farther away than the length of the strip.
+
+    Returns whether there is such a crossing.
+    """
     low, high = hits.low[strip], hits.high[strip]
     near = flat[np.maximum(low - hits.high[flat], hits.low[flat] - high) <= high - low]
     if len(near):
         chosen = near[np.argmin(np.abs(hits.t[near] - hits.t[strip]))]
-        _stand_for(hits, chosen, np.array([chosen, strip]))
+        _extend_interval(hits, chosen, np.array([chosen, strip]))
     return len(near) > 0
 
 
 def _is_even(residuals: FloatArray, most: float) -> bool:
-    """Whether most ends of strips have nearly the same distance from the ray.
+    """Whether three quarters of the ends of strips have nearly the same distance from the ray.
 
-    At borders the distance may be larger.
+    The others may be at borders, where the distance may be larger.
     """
     if not len(residuals):
         return False

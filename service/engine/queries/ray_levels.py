@@ -1,8 +1,8 @@
-"""The search for hits of some rays, level by level; `rays` states the theorem.
+"""The search for the hits of some rays, level by level (`rays` has the theorem).
 
-A pair of a ray and a cell is open until its cell does not meet the ray, is settled, thin or small.
-If only first hits are requested, the nearer cells of every ray come first: most other cells are
-behind a hit.
+A pair of a ray and a cell is open until the cell is proved not to meet the ray, or until the cell
+is settled, thin or small. If only first hits are requested, the nearer cells of every ray are
+examined first, because most other cells are then behind a hit.
 """
 
 import numpy as np
@@ -30,33 +30,33 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 PAIRS = 1 << 13
-"""Pairs of a ray and a cell in one chunk."""
+"""How many pairs of a ray and a cell are computed at once."""
 
 MOST_PAIRS, MOST_OPEN = 4096, 1 << 18
-"""The most cells that are open at a time: for one ray, and for all rays together."""
+"""The most cells that may be open on one level: for one ray, and for all rays together."""
 
 COARSE = SETTLED / 3
-"""Strain above which a cell is halved at once, because no ray in it is settled.
-
-By |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n|, ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|; and
-with Y, ν ≥ 3 REST / |B|.
-"""
+"""A cell with more strain than this is halved without computing bounds, because no ray can be
+settled in it. In the notation of `ray_bounds`: |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d ·
+n| give ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|, and with Y, ν ≥ 3 REST / |B|."""
 
 SMALL = 1 / 8
-"""The largest radius of a cell that counts as a point, in units of the thickness."""
+"""A cell whose radius is at most this, in units of the thickness, counts as a point."""
 
 BEHIND = 4
-"""Distance behind a crossing up to which cells are still examined, in units of the thickness."""
+"""Cells are examined up to this distance behind a crossing, in units of the thickness, to find
+other hits at the same place."""
 
 TAIL = 1 / 4
-"""The farther half of the first pairs joins the search when only this share of the nearer half is
-open."""
+"""The farther half of the first pairs joins the search when the open pairs of the nearer half are
+at most this share of the farther half."""
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
+"""An empty list of pairs (ray, cell)."""
 
 
 def _join_pairs(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
-    """All pairs in the order of rays."""
+    """Join lists of pairs of a ray and a cell to one list, in the order of rays."""
     filled = [pair for pair in pairs if len(pair[0])]
     if len(filled) < 2:
         return filled[0] if filled else NO_PAIRS
@@ -68,16 +68,30 @@ def _join_pairs(pairs: list[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
 class RayLevels:
     """The search for the hits of some rays.
 
+    Parameters
+    ----------
+    patches : PatchTree
+    rays : Rays
+    share : Share
+        The pairs whose bounds may be computed.
+    each : int
+        The most pairs that one ray may have in the tree of patches.
+    only_first : bool
+        Whether only the first hit of each ray is needed.
+    can_split : bool
+        Whether the search may end without a result if too many pairs are open, because the caller
+        can then search fewer rays at a time.
+
     Attributes
     ----------
     reached : ndarray of bool, shape (m,)
-        Whether `search` returns all hits of each ray.
+        For each ray, whether `search` returns all of its hits.
     is_crowded : bool
         Whether the search ended because too many pairs were open.
     most_open : int
-        The most pairs that were open at a time.
+        The most pairs that were open on one level.
     in_tree : ndarray of int, shape (m,)
-        The pairs of each ray that the tree of patches left.
+        How many pairs of each ray the tree of patches could not exclude.
     """
 
     def __init__(
@@ -102,7 +116,7 @@ class RayLevels:
         self.found: list[Hits] = []
 
     def search(self) -> Hits | None:
-        """All levels, until no pair is left; None if the tree of patches is too crowded."""
+        """Search all levels until no pair is open; None if the tree of patches has too many."""
         met = self.patches.candidates_on(self.rays, self.each)
         if met is None:
             return None
@@ -110,7 +124,7 @@ class RayLevels:
         self.in_tree = np.bincount(met.ray, minlength=len(met.ends))
         self.in_tree[met.ends] = self.each
         self.most_open = met.widest
-        (ray, cell), later = self.halves(met.ray, met.cell)
+        (ray, cell), later = self.split_by_distance(met.ray, met.cell)
         self.is_later[later[0]] = True
         while len(ray) or self.settled or len(later[0]):
             if len(ray) - len(self.waiting[0]) <= TAIL * len(later[0]):
@@ -124,8 +138,13 @@ class RayLevels:
         hits = Hits.join(self.found)
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
-    def halves(self, ray: Ints, cell: Ints) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
-        """The first pairs in two halves: the nearer cells of each ray, and the farther cells."""
+    def split_by_distance(
+        self, ray: Ints, cell: Ints
+    ) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+        """Split the first pairs in two: those with the nearer, and those with the farther cells.
+
+        If all hits are needed, all pairs are in the first list.
+        """
         if not self.only_first or not len(ray):
             return (ray, cell), NO_PAIRS
         center, radius = self.cells.models[:3, cell], self.cells.models[columns.RADIUS, cell]
@@ -136,7 +155,10 @@ class RayLevels:
         return (ray[is_near], cell[is_near]), (ray[~is_near], cell[~is_near])
 
     def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
-        """The pairs of the next level; pairs that are settled on this level are stored."""
+        """Examine one level of pairs; returns the pairs of the next level.
+
+        Pairs that are settled on this level are stored for `polish`.
+        """
         self.waiting = NO_PAIRS
         keep, low = np.zeros(len(ray), bool), np.empty(len(ray))
         models, limit = self.cells.models, self.farthest[ray]
@@ -160,7 +182,10 @@ class RayLevels:
         return self.halve(*(np.concatenate(column) for column in zip(*left, strict=True)))
 
     def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
-        """The rows of `near` whose rays continue; the other rays wait or end."""
+        """Allot pairs to rays; returns the rows of `near` whose rays may continue.
+
+        The pairs of other rays wait for a later level, or end now.
+        """
         counts = np.bincount(ray[near], minlength=len(self.reached))
         goes, ends = self.share.allot(counts, self.is_later)
         self.reached &= ~ends
@@ -169,7 +194,7 @@ class RayLevels:
         return near[goes[ray[near]]]
 
     def look(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
-        """Computes the bounds of pairs; returns those that stay open."""
+        """Compute the bounds of pairs; returns the pairs that stay open."""
         models, rays = self.cells.models, self.rays
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
         model = models[: columns.ROUND + 1].take(cell, axis=1)
@@ -191,7 +216,7 @@ class RayLevels:
         return ray[rows], cell[rows]
 
     def graze(self, ray: Ints, cell: Ints) -> Bools:
-        """Examines pairs whose ray is almost tangent to the cell; returns which stay open."""
+        """Examine pairs whose ray is almost tangent to the cell; returns which stay open."""
         rays = self.rays
         model = self.cells.models.take(cell, axis=1)
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
@@ -207,11 +232,14 @@ class RayLevels:
         return left
 
     def shorten(self, ray: Ints, t: FloatArray) -> None:
-        """Ends the search behind t, except for other hits at the same place."""
+        """Do not search behind the hit at t, except for other hits at the same place."""
         np.minimum.at(self.farthest, ray, t + BEHIND * self.rays.thickness[ray])
 
     def halve(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
-        """The children of open pairs; rays beyond their budget end."""
+        """Halve the cells of open pairs; returns the pairs with the halves.
+
+        Rays that have too many pairs, or whose cells cannot be halved, end: they are not `reached`.
+        """
         stop = np.bincount(ray, minlength=len(self.reached))[ray] > MOST_PAIRS
         stop |= ~self.cells.can_halve(cell)
         if stop.any():
@@ -229,7 +257,10 @@ class RayLevels:
         return ray[order][parents], children
 
     def polish(self) -> tuple[Ints, Ints]:
-        """Newton's method in settled cells, the nearest first; returns the pairs that stay open."""
+        """Apply Newton's method in settled cells, the nearest first.
+
+        Returns the pairs of the next level, with the halves of cells in which the method failed.
+        """
         if not self.settled:
             return NO_PAIRS
         ray, cell, low = (np.concatenate([pairs[k] for pairs in self.settled]) for k in range(3))

@@ -1,10 +1,11 @@
-"""The work for each point of a query: the points share a number of pairs.
+"""Divides the work of a query among its points (or rays): the points share a budget of pairs.
 
-Some points need a thousand times more work than others: at the centre of a sphere all its points
-are equally near. Points that need more than their share wait until the others have ended; the pairs
-that these did not use are then shared again. When only such points are left, those that used the
-fewest pairs continue while pairs are left. The others end with wider intervals. The budget counts
-pairs and not seconds, so that the same request gets the same response.
+Some points need a thousand times more work than others. For example, all points of a sphere are
+equally near to its centre. A point that needs more pairs than its share waits until the other
+points have ended; the pairs that those did not use are then shared again. When all remaining points
+need more than their share, those that have used the fewest pairs continue while pairs are left, and
+the others end with wider intervals. The budget counts pairs, not seconds, so that the same request
+always gets the same response.
 """
 
 import numpy as np
@@ -18,14 +19,14 @@ class Share:
     Parameters
     ----------
     pairs : int
-        Pairs of a point and a cell whose bounds may be computed.
+        How many pairs of a point and a cell may be computed in all.
     points : int
-        m.
+        The number of points, m.
 
     Attributes
     ----------
     spent : ndarray of int, shape (m,)
-        Pairs that each point has used.
+        How many pairs each point has used.
     """
 
     def __init__(self, pairs: int, points: int) -> None:
@@ -33,14 +34,19 @@ class Share:
         self.spent = np.zeros(points, np.intp)
 
     def allot(self, counts: Ints, is_later: Bools | None = None) -> tuple[Bools, Bools]:
-        """Which points continue, and which end; the others wait.
+        """Decide which points continue, and which end; the others wait.
 
         Parameters
         ----------
         counts : ndarray of int, shape (m,)
-            Pairs that each point needs next.
+            How many pairs each point needs next.
         is_later : ndarray of bool, shape (m,), optional
-            Points that will need more pairs later. Other points with `counts` 0 end.
+            Points that will need more pairs later. Without it, a point with `counts` 0 has ended.
+
+        Returns
+        -------
+        goes, ends : ndarray of bool, shape (m,)
+            Points that continue, and points that end because no pairs are left.
         """
         is_next = counts > 0
         is_open = is_next if is_later is None else is_next | is_later
