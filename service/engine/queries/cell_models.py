@@ -18,25 +18,26 @@ their Bézier nets, follow bounds over the whole cell:
 With n the unit normal at the centre, n · S_ij is bounded in the same way. This bound is smaller
 near poles, where second partials are nearly tangent to the surface.
 
-**Products.** S_i · S_j + (S − c) · S_ij, of which second partials of squared distances consist, is
-A_i · A_j at the centre. Of its variation over the cell the linear part is
+**Products.** The second partials of squared distances contain S_i · S_j + (S − c) · S_ij. At the
+centre this is A_i · A_j. The linear part of its variation over the cell is
 
     aa: 3 A·Q_aa a + (2 A·Q_ab + B·Q_aa) b,    bb: (2 B·Q_ab + A·Q_bb) a + 3 B·Q_bb b,
     ab: (2 A·Q_ab + B·Q_aa) a + (2 B·Q_ab + A·Q_bb) b
 
-which is small where partials change across the surface, as by its curvature, rather than along it.
-The rest of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a = α and α_b = β, and that
-of (S − c) · S_ij at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r τ_ij.
+It is small if the second partials are normal to the surface (as by curvature), not tangent to it.
+The rest of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a = α and α_b = β. The rest
+of (S − c) · S_ij is at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r τ_ij.
 
-**Rounding.** Coordinates are about 1. One halving replaces a row by averages of neighbours, n
-times: the error of an average of two numbers is at most u times the average of their absolute
-values, so a control point after L halvings of degrees p and q is wrong by at most L (p + q) u M,
-where M is the largest distance of a control point from the origin; homogeneous control points by
-that times their weight, since |X| ≤ w M, so projected ones by twice that. ε = 4 (L + 2) (p + q + 2)
-u M covers this and the sums at the centre. A partial of order i in a and j in b is a sum of control
-points whose factors add up to p^i q^j in absolute value, and for rational nets k = i + j quotients
-follow one another: it is wrong by at most 8 p^i q^j W^k ε, where W is the ratio of weights within
-the cell. All bounds are enlarged by these.
+**Rounding.** Coordinates are about 1. Halving a curve of degree n replaces the row of its control
+points by the averages of neighbours, n times. The error of an average of two numbers is at most u
+times the average of their absolute values. So after L halvings of degrees p and q the error of a
+control point is at most L (p + q) u M, where M is the largest distance of a control point from the
+origin. The error of a homogeneous control point is at most this times its weight, because |X| ≤ w
+M; the error of the projected point is at most twice as large. ε = 4 (L + 2) (p + q + 2) u M covers
+these errors and those of the sums at the centre. A partial of order i in a and j in b is a sum of
+control points whose factors add up to p^i q^j in absolute value; for rational nets, k = i + j
+quotients follow one another. So its error is at most 8 p^i q^j W^k ε, where W is the ratio of
+weights within the cell. All bounds are enlarged by these errors.
 """
 
 import numpy as np
@@ -53,56 +54,59 @@ from service.engine.queries.net_bounds import (
 )
 
 UNIT = float(np.finfo(np.float64).eps) / 2
+"""The unit roundoff u: the largest relative error of one rounded operation."""
 
-# Columns of the model of a cell; a vector has three columns.
+# The positions of numbers in the model of a cell; a vector takes three positions.
 CENTER, RADIUS, ERROR = 0, 3, 4
 TANGENT_A, TANGENT_B = 5, 8
 SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
 FORM_AA, FORM_AB, FORM_BB = 20, 21, 22
 """A · A, A · B, B · B."""
 REST, REST_LIFT = 23, 24
-"""Largest differences of S, and of n · S, from the model of second order. The differences of S_a
-and S_b from its partials add up to at most 3 REST."""
+"""The largest differences of S, and of n · S, from the model of second order. The differences of
+S_a and of S_b from the partials of the model add up to at most 3 REST."""
 ROUND = 25
-"""Rounding of products with the vectors of the model, 16 u times the sum of their lengths."""
+"""Bound of the rounding of products with the vectors of the model: 16 u times the sum of their
+lengths."""
 SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
-"""Largest difference of S_i · S_j + (S − c) · S_ij from A_i · A_j within the cell."""
+"""The largest difference of S_i · S_j + (S − c) · S_ij from A_i · A_j within the cell."""
 BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
-"""τ."""
+"""τ_aa, τ_ab and τ_bb."""
 SLOPE_A, SLOPE_B = 32, 33
-"""Error of A and of B."""
+"""Bounds of the errors of A and of B."""
 LEAST_A, LEAST_B = 34, 35
-"""Error of c times |A| and |B|."""
+"""Bounds of the error of c, times |A| and times |B|."""
 NORMAL = 36
 """Unit normal n at the centre; 0 where A × B vanishes."""
 LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
 """Bounds of |n · (S_ij − Q_ij)|."""
 SIZE_A, SIZE_B = 42, 43
-"""The greatest length of a row of control points, along a and along b."""
+"""The greatest length of a row of control points along a, and along b."""
 STRAIN = 44
 """REST / min(|A|, |B|): large in cells that are far from flat; 0 for curves."""
 COLUMNS = 45
+"""How many numbers a model has."""
 VECTORS = TANGENT_A, TANGENT_B, SECOND_AA, SECOND_AB, SECOND_BB, NORMAL
-"""First columns of A, B, Q_aa, Q_ab, Q_bb and n."""
+"""The first positions of A, B, Q_aa, Q_ab, Q_bb and n."""
 
 
 @np.errstate(all="ignore")
 def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
-    """The models of cells, shape (COLUMNS, K).
+    """Compute the models (COLUMNS, K) of cells.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
-        Over the cells.
+        The nets over the cells.
     depth : ndarray of int, shape (K,)
-        Number of halvings of each cell.
+        The number of halvings of each cell.
     largest : float
-        M.
+        M, the largest distance of a control point from the origin.
 
     Notes
     -----
-    Inside this function cells are the last axis: operations on many short rows would take three
-    times as long.
+    Inside this function the cells are the last axis, because operations on many short rows would
+    take three times as long.
     """
     (p, q), is_rational = (nets.shape[1] - 1, nets.shape[2] - 1), nets.shape[3] == 4
     nets = np.ascontiguousarray(nets.transpose(1, 2, 3, 0))
@@ -147,7 +151,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         steps = np.diff(points, axis=axis)
         table[column] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
     if q == 0:
-        # Nothing moves along b: with ½ b² added, the squared distance is least at b = 0.
+        # A curve does not depend on b. Add ½ b², so that the squared distance is least at b = 0.
         table[FORM_BB] = 1.0
         table[[SPREAD_AB, SPREAD_BB, BEND_AB, BEND_BB, SLOPE_B, LEAST_B]] = 0.0
         table[[LIFT_AB, LIFT_BB, STRAIN]] = 0.0
@@ -160,7 +164,11 @@ def _spreads(
     bends: list[FloatArray],
     wrong: list[FloatArray],
 ) -> list[FloatArray]:
-    """The rows of SPREAD; `long` and `bends` are lengths of A, B and Q with errors `wrong`."""
+    """The three rows SPREAD of a model.
+
+    `long` has the lengths of A and B, `bends` those of Q_aa, Q_ab and Q_bb, and `wrong` bounds of
+    the errors of Q.
+    """
     a, b, aa, ab, bb = (table[first : first + 3] for first in VECTORS[:5])
     tau = table[BEND_AA : BEND_BB + 1]
     rests = [
@@ -189,7 +197,7 @@ def _spreads(
 
 
 def _unit_normals(a: FloatArray, b: FloatArray) -> FloatArray:
-    """A × b, of length 1, or 0 where that vanishes."""
+    """The unit vectors of a × b, (3, K); 0 where a × b vanishes."""
     normal = cross(a, b)
     normal /= length(normal)
     normal[:, ~np.isfinite(normal).all(axis=0)] = 0.0
@@ -197,5 +205,8 @@ def _unit_normals(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _remainder(third: list[FloatArray], least: FloatArray) -> FloatArray:
-    """The remainder of a model of second order: `least` plus a bound by the third partials."""
+    """Bound of the remainder of a model of second order.
+
+    It is `least`, for rounding, plus a bound that follows from the bounds of third partials.
+    """
     return np.asarray(least + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)

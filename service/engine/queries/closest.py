@@ -1,14 +1,14 @@
 """Closest points of a surface to points, each with an interval that contains the distance.
 
-The search treats all points and all patches together, level by level, and examines each pair of a
-point and a cell of a patch (`cells`) once. A pair ends if the cell is farther than a point of the
-surface that is already known, if it has no minimum of its patch, or if its minimum is settled
-(`distance_bounds`); otherwise its cell is halved. In settled cells Newton's method finds the
-minimum, and Theorem 2 proves how near it is. If Newton's method ends too early, the interval is
-wider than the tolerance, and the cell is halved again. `closest_levels` does this.
+The search examines pairs of a point and a cell of a patch (`cells`), for all points and all patches
+together, level by level. A pair ends in three cases: the cell is farther than a point of the
+surface that is already known; the cell has no minimum of its patch; or the cell is settled
+(`distance_bounds`). Otherwise the cell is halved. In settled cells Newton's method finds the
+minimum, and Theorem 2 of `distance_bounds` bounds the least distance. If this bound is too far from
+the distance, the cell is halved, too. `closest_levels` does all this.
 
-The interval of a point begins with the least lower bound of all its pairs that were not proved to
-be farther, and ends with the distance of the reported point. The work of a point is limited: when
+The lower end of a point's interval is the least lower bound of all pairs that were not proved to be
+farther; the upper end is the distance of the reported point. The work for a point is limited. When
 the limit is reached, the bounds of the remaining pairs are included in the interval.
 
 Most points need the bounds of 20 to 70 pairs; a point near the centre of a sphere needs 25,000. So
@@ -30,12 +30,12 @@ from service.engine.queries.patch_tree import FREE, ROOM, PatchTree
 from service.engine.queries.shares import Share
 
 CHUNK, FEWEST = 8192, 16
-"""The most and the fewest points that are searched together: 8192, so that their numbers stay in
-the processor's cache, and fewer if their cells take much memory."""
+"""How many points are searched together: at most `CHUNK`, so that their numbers stay in the
+processor's cache; and down to `FEWEST` if their cells take much memory."""
 
 MOST_CLOSE = 12_000_000
-"""The most pairs whose bounds are computed in a request. A pair takes 1 to 2.5 µs, so the response
-comes within half a minute."""
+"""The most pairs whose bounds are computed in a request. A pair takes 1 to 2.5 µs, so a response
+takes at most half a minute."""
 
 
 class ClosestSearch:
@@ -54,15 +54,15 @@ class ClosestSearch:
         self.patches = PatchTree(self.cells)
 
     def find(self, points: FloatArray) -> ClosestPoints:
-        """Closest points to `points` (m, 3), in the coordinates of the nets."""
-        results = list(self._chunks(points, MOST_CLOSE))
+        """Find the closest points to `points` (m, 3), in the coordinates of the nets."""
+        results = list(self._find_by_chunks(points, MOST_CLOSE))
         names = [field.name for field in fields(ClosestPoints)]
         return ClosestPoints(
             *(np.concatenate([getattr(f, name) for f in results]) for name in names)
         )
 
-    def _chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
-        """Closest points by chunks, which share `pairs` pairs."""
+    def _find_by_chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
+        """Find the closest points, chunk by chunk; all chunks share a budget of `pairs` pairs."""
         first, size, in_tree = 0, CHUNK, ROOM
         while first < len(points):
             checkpoint()
@@ -76,7 +76,7 @@ class ClosestSearch:
             result = chunk.search()
             pairs -= int(shared.spent.sum())
             if result is None or (size > FEWEST and (chunk.is_crowded or self.cells.is_full)):
-                # Fewer points have fewer pairs and cells, which take less memory.
+                # Search again with fewer points, whose pairs and cells take less memory.
                 size = max(1, min(size, len(chunk_points)) // 4)
             else:
                 yield result

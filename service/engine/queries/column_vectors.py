@@ -6,7 +6,7 @@ from service.bases.arrays import FloatArray
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """A × b, (3, N)."""
+    """The cross products a × b of columns, shape (3, N)."""
     product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
@@ -16,7 +16,7 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """A · b, (N,)."""
+    """The dot products a · b of columns, shape (N,); terms are added in a fixed order."""
     total = a[0] * b[0]
     total += a[1] * b[1]
     total += a[2] * b[2]
@@ -24,5 +24,5 @@ def dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def length(a: FloatArray) -> FloatArray:
-    """|a|, (N,)."""
+    """The lengths |a| of columns, shape (N,)."""
     return np.asarray(np.sqrt(dot(a, a)))

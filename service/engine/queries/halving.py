@@ -1,4 +1,4 @@
-"""Halves of Bézier nets and of cells, and growing arrays of the nets of many cells."""
+"""Halves Bézier nets and cells, and stores the nets of many cells in growing arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ class Cells:
     Attributes
     ----------
     nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
-        Over the cells.
+        The nets over the cells.
     place : ndarray of float64, shape (4, K)
-        u₀, u₁, v₀, v₁ in the parameters of the net.
+        The rectangles [u₀, u₁] × [v₀, v₁] in the parameters of the net.
     point_sides : ndarray of bool, shape (4, K)
-        Which of these sides are one point.
+        Whether each of the sides u₀, u₁, v₀, v₁ is one point.
     parent : ndarray of int, shape (K,)
-        Number of the parent of each cell.
+        The number of the cell from which each cell was halved.
     """
 
     nets: FloatArray
@@ -30,7 +30,7 @@ class Cells:
     parent: Ints
 
     def halve(self, axes: Sequence[int]) -> "Cells":
-        """Halves along axes, 0 or 1 or both; the halves of one cell are consecutive."""
+        """Halve all cells along axes 0, 1 or both; the halves of one cell are consecutive."""
         cells = self
         for axis in axes:
             nets = np.stack(halve(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
@@ -61,12 +61,12 @@ class NetSpace:
         self.nets, self.count = nets, len(nets)
 
     def append(self, nets: FloatArray) -> Ints:
-        """Adds nets; returns their rows."""
+        """Add nets; returns their rows in the array."""
         last = self.count + len(nets)
         if last > len(self.nets):
-            grown = np.empty((max(last, 2 * len(self.nets)), *nets.shape[1:]))
-            grown[: self.count] = self.nets[: self.count]
-            self.nets = grown
+            larger = np.empty((max(last, 2 * len(self.nets)), *nets.shape[1:]))
+            larger[: self.count] = self.nets[: self.count]
+            self.nets = larger
         self.nets[self.count : last] = nets
         rows = np.arange(self.count, last)
         self.count = last
@@ -74,10 +74,10 @@ class NetSpace:
 
 
 def halve(nets: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Nets (K, p+1, q+1, D) over the lower and the upper half of one direction, axis 1 or 2.
+    """Halve nets (K, p+1, q+1, D) along axis 1 or 2: the nets of the lower and of the upper half.
 
-    Each step averages two neighbours. Unlike a product of matrices, this gives the same bits for a
-    net at every position of a batch.
+    Each step averages two neighbours. So a net has the same bits at every position of a batch,
+    which a matrix product does not ensure.
     """
     rows = np.moveaxis(nets, axis, 0)
     n = len(rows) - 1

@@ -1,4 +1,4 @@
-"""Hits of rays as columns: a row for each hit, ordered by ray and by position on the ray."""
+"""Hits of rays as arrays with a row for each hit, ordered by ray and by position on the ray."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -42,22 +42,30 @@ class RayQuery:
 
 
 def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[str, Any]:
-    """The hits of rays with all patches together.
+    """Find the hits of rays on a surface.
 
     Returns
     -------
-    dict of ndarray, or list
-        For m rays: reached (m,), whether all hits are reported; counts (m,) of hits. For n hits:
-        ray (n,), its number; t (n,), in units of the given direction; t_bounds (n, 2), which
-        contain all points of the surface on the ray that this hit represents; positions (n, 3);
-        patch (n,) and uv (n, 2), as for closest points; normals (n, 3); kind, a list of "crossing",
-        "touching" or "along"; entering, a list of True if the ray goes against the normal, False if
-        with it, or None unless it crosses.
+    dict of ndarray or list
+        For m rays:
+
+        - reached (m,): whether all hits are reported
+        - counts (m,): the number of hits
+
+        For n hits:
+
+        - ray (n,): the number of the ray
+        - t (n,): in units of the direction in the request
+        - t_bounds (n, 2): contain all points of the surface on the ray that this hit represents
+        - positions (n, 3), normals (n, 3), patch (n,) and uv (n, 2), as for closest points
+        - kind: a list of "crossing", "touching" or "along"
+        - entering: a list of True (the ray crosses against the normal), False (it crosses in the
+          direction of the normal) or None (it does not cross)
 
     Raises
     ------
     TooLarge
-        `too_many_hits` for more than `most_hits`.
+        `too_many_hits`: more than `most_hits`.
     """
     nets = surface_nets(model.batches)
     search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale)
@@ -80,8 +88,8 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     with np.errstate(all="ignore"):
         lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
         units = nets.scale / lengths
-    # Where a ray begins too far away for the search, its intervals are infinite. But no point of
-    # the surface is farther from the origin of the ray than this.
+    # If a ray begins too far away for the search, its intervals are infinite. Replace their ends:
+    # no point of the surface is farther than this from the origin of the ray.
     x, y, z = (nets.origin - query.origins[hits.ray]).T
     farthest = (np.hypot(np.hypot(x, y), z) + nets.diagonal) * (1 + 1e-14) / lengths
     high = np.where(np.isinf(hits.high), farthest, hits.high * units)

@@ -1,4 +1,4 @@
-"""The nearest places found so far by a search, and proved lower bounds of the distance."""
+"""The state of a search for closest points: the nearest places so far, and proved lower bounds."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.newton import Place, measure_places
 
 TIED = 1 / 16
-"""Difference of distances, in units of the tolerance, up to which two places count as equally
-near."""
+"""Two places count as equally near if their distances differ by at most this, in units of the
+tolerance."""
 
 APART = 1e-3
-"""Least distance, in units of the nets, of two equally near places that count as two: near a
-minimum the distance changes little."""
+"""Two equally near places count as different if they are farther apart than this, in the
+coordinates of the nets. (Near one minimum there are many almost equally near places.)"""
 
 STEPS = 8
-"""Steps of Newton's method if no minimum was proved."""
+"""The number of steps of Newton's method if no minimum was proved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,7 +32,7 @@ class ClosestPoints:
         In the parameters of the net.
     position : ndarray of float64, shape (m, 3)
     distance, low, high : ndarray of float64, shape (m,)
-        Distance of the position, and an interval that contains the least distance of the surface.
+        The distance of the position, and an interval that contains the least distance.
     tied : ndarray of bool, shape (m,)
         Whether another place may be equally near.
     """
@@ -47,12 +47,12 @@ class ClosestPoints:
 
 
 class Nearest:
-    """The nearest places of the points x (3, m).
+    """The nearest places to points x (3, m) that a search has found so far.
 
     Attributes
     ----------
     best : ndarray of float64, shape (m,)
-        Square of an upper bound of the distance.
+        Squared upper bounds of the least distances.
     """
 
     def __init__(self, cells: CellTree, x: FloatArray, tolerance: float) -> None:
@@ -60,22 +60,22 @@ class Nearest:
         self._cells, self._x, self._tolerance = cells, x, tolerance
         self.best = np.full(m, np.inf)
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
-        """The squared distance of the nearest centre of a cell, and the cell."""
+        """For each point, the squared distance of the nearest centre of a cell, and that cell."""
         self._low = np.full(m, np.inf)
         self._places: list[tuple[Ints, Ints, Place]] = []
         self._left: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints) -> FloatArray:
-        """Squared distance beyond which cells cannot contain a closest point to these points."""
+        """Squared distances beyond which a cell has neither a closest nor an equally near point."""
         reach = np.sqrt(self.best.take(point))
         reach += TIED * self._tolerance
         reach *= reach
         return np.asarray(reach)
 
     def add_centers(self, point: Ints, cell: Ints, upper: FloatArray) -> None:
-        """Updates the nearest centre of a cell for each point.
+        """Update the nearest centres of cells by some pairs, which are in the order of points.
 
-        Pairs are in the order of points, `upper` are squares of distances.
+        `upper` has squared upper bounds of the distances of the centres.
         """
         if not len(point):
             return
@@ -91,21 +91,21 @@ class Nearest:
             self._center_cell[points] = cell[hit]
 
     def add_places(self, point: Ints, net: Ints, places: Place) -> None:
-        """Records points of the surface."""
+        """Record places on the surface."""
         np.minimum.at(self.best, point, places.high * places.high)
         self._places.append((point, net, places))
 
     def end_cells(self, point: Ints, low: FloatArray) -> None:
-        """Records squared lower bounds of cells whose minima are recorded as places."""
+        """Record squared lower bounds of cells whose minima are recorded as places."""
         np.minimum.at(self._low, point, low)
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
-        """Records squared lower bounds of cells that are still open when the search ends."""
+        """Record squared lower bounds of cells that are still open when the search of them ends."""
         self.end_cells(point, low)
         self._left.append((point, cell, low))
 
     def answer(self) -> ClosestPoints:
-        """The places, and the intervals of the distances."""
+        """The result of the search: the closest points, with intervals of their distances."""
         self._descend()
         point = np.concatenate([point for point, _, _ in self._places])
         net = np.concatenate([net for _, net, _ in self._places])
@@ -116,12 +116,15 @@ class Nearest:
         np.minimum.at(high, point, places.high)
         high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        tied = self._ties(point, places, position, distance)
+        tied = self._find_ties(point, places, position, distance)
         place = places.place[:, chosen].T
         return ClosestPoints(net[chosen], place, position.T, distance, low, high, tied)
 
     def _descend(self) -> None:
-        """Newton's method from the nearest centre of a cell, if no place is equally near."""
+        """If a point has no place nearer than the nearest centre of a cell, find one from there.
+
+        This uses Newton's method, without a proof.
+        """
         reached = np.full(len(self.best), np.inf)
         for point, _, places in self._places:
             np.minimum.at(reached, point, places.high)
@@ -139,7 +142,10 @@ class Nearest:
         self.add_places(rows, net, nearest)
 
     def _choose(self, point: Ints, net: Ints, places: Place) -> Ints:
-        """Rows (m,) of the nearest places; the first one of several that are equally near."""
+        """The row of the nearest place of each point, shape (m,).
+
+        Of several places that are equally near, the first in the order of nets, u and v is chosen.
+        """
         least = np.full(len(self.best), np.inf)
         np.minimum.at(least, point, places.distance)
         most = least[point] + 4 * (places.high - places.distance)
@@ -148,10 +154,10 @@ class Nearest:
         rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 
-    def _ties(
+    def _find_ties(
         self, point: Ints, places: Place, position: FloatArray, distance: FloatArray
     ) -> Bools:
-        """Whether a place or an open cell away from the positions (3, m) is equally near."""
+        """For each point, whether another place or an open cell, apart from it, is equally near."""
         tied = np.zeros(len(distance), bool)
         difference = places.position - position[:, point]
         near = places.distance <= distance[point] + TIED * self._tolerance

@@ -1,15 +1,16 @@
 """Partials at the centres of nets, and bounds of third partials over the nets.
 
-Nets are (p+1, q+1, 3 or 4, K), over cells a, b ∈ [−1, 1]²: operations on long rows take a third of
-the time of operations on many short rows.
+Nets have the shape (p+1, q+1, 3 or 4, K), with the K cells as last axis, because operations on long
+rows take a third of the time of operations on many short rows. The parameters of a cell are a, b ∈
+[−1, 1].
 
-Third partials of a polynomial net are Bézier nets, whose largest control vector bounds
-them. Of a rational net X / w with X taken about c, Leibniz' rule for X = w S gives
+The third partials of a polynomial net are Bézier nets, and their longest control vector is a bound.
+For a rational net X / w, with X relative to c, Leibniz' rule for X = w S gives
 
     |S_ij| ≤ (|X_ij| + Σ_{(k, l) ≠ 0} C(i, k) C(j, l) |w_kl| |S_{i−k, j−l}|) / min w
 
-in this order, where every |·| on the right is a maximum over a net; |S| ≤ r, the greatest distance
-of a projected control point from c.
+for one order (i, j) after another. Each |·| on the right is a maximum over a net, and |S| ≤ r, the
+greatest distance of a projected control point from c.
 """
 
 from math import comb
@@ -20,11 +21,18 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
 
 THIRD = ((3, 0), (2, 1), (1, 2), (0, 3))
+"""The orders (i, j) in a and b of the third partials."""
+
 ORDERS = tuple((i, k - i) for k in range(4) for i in range(k, -1, -1))
+"""The orders of the net itself and of all partials up to the third, lower orders first."""
 
 
 def partials_at_center(nets: FloatArray) -> tuple[FloatArray, dict[tuple[int, int], FloatArray]]:
-    """S (3, K) at the centres and its first and second partials in a and b, term by term."""
+    """S (3, K) at the centres of cells, and its first and second partials in a and b, by order.
+
+    Terms are added in a fixed order, so that a net has the same result at every position of a
+    batch.
+    """
     x: dict[tuple[int, int], FloatArray] = {}
     p, q = nets.shape[0] - 1, nets.shape[1] - 1
     for i in range(3):
@@ -49,7 +57,11 @@ def partials_at_center(nets: FloatArray) -> tuple[FloatArray, dict[tuple[int, in
 def bounds_of_partials(
     about: FloatArray, weights: FloatArray | None, radius: FloatArray
 ) -> dict[tuple[int, int], FloatArray]:
-    """Upper bounds (K,) of the lengths of the third partials over the cells."""
+    """Upper bounds (K,) of the lengths of the third partials over the cells, by order.
+
+    `about` are the projected control points relative to the centres, and `radius` (K,) are their
+    greatest lengths. For rational nets, lower orders are in the result, too.
+    """
     p, q = about.shape[0] - 1, about.shape[1] - 1
     if weights is None:
         return {
@@ -72,7 +84,7 @@ def bounds_of_partials(
 
 
 def _factor(degree: int, order: int) -> float:
-    """The factor of differences of this order in partials: n (n − 1) … / 2^order."""
+    """The factor from differences to partials of an order: n (n − 1) … / 2^order."""
     factor = 1.0
     for k in range(order):
         factor *= max(degree - k, 0) / 2
@@ -80,7 +92,7 @@ def _factor(degree: int, order: int) -> float:
 
 
 def _differences(nets: FloatArray, order: int, axis: int) -> FloatArray:
-    """Differences along an axis; a single zero if the degree is too low."""
+    """Differences of an order along an axis; a single zero if the degree is too low."""
     for _ in range(order):
         if nets.shape[axis] == 1:
             return np.zeros_like(nets)
@@ -98,14 +110,14 @@ def _at_middle(rows: FloatArray) -> FloatArray:
 
 
 def _largest(nets: FloatArray, order: tuple[int, int]) -> FloatArray:
-    """The greatest length of a difference of this order, (K,)."""
+    """The greatest length (K,) of a difference of this order in a and b."""
     for axis, times in enumerate(order):
         nets = _differences(nets, times, axis)
     return largest_length(nets)
 
 
 def inner(first: FloatArray, second: FloatArray) -> FloatArray:
-    """X · Y of vectors (…, 3 or fewer, K)."""
+    """The dot products (…, K) of vectors (…, 3 or fewer, K)."""
     total: FloatArray = first[..., 0, :] * second[..., 0, :]
     for k in range(1, first.shape[-2]):
         total += first[..., k, :] * second[..., k, :]

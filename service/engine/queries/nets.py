@@ -5,10 +5,11 @@ Every query works on tensor-product Bézier nets over [0, 1]² whose coordinates
     net = (P − origin) / scale,   scale a power of two, so that dividing is exact
 
 A rational net is homogeneous: (w x, w y, w z, w). A triangular patch becomes three nets without a
-singular point. The quadrilateral of a corner, the middles of its two sides and the centroid is s(a,
-b) = (1 − a)(1 − b) A + a (1 − b) B + b (1 − a) D + a b C, and S(s(a, b)) is a polynomial of degree
-(n, n): each argument of the blossom is replaced by s(a, b), one after another, which multiplies by
-the Bernstein polynomials of degree (1, 1),
+singular point, one for each corner. The corner, the middles of the two sides at it, and the
+centroid of the triangle form a quadrilateral s(a, b) = (1 − a)(1 − b) A + a (1 − b) B + b (1 − a) D
++ a b C, and S(s(a, b)) is a polynomial of degree (n, n). Its coefficients follow by replacing the
+arguments of the blossom by s(a, b), one after another. Each replacement multiplies by the Bernstein
+polynomials of degree (1, 1),
 
     G_{m+1}[i, j] = Σ_{α, β ∈ {0, 1}} c_iα c_jβ G_m[i − α, j − β](corner αβ),
     c_i1 = i / (m + 1),  c_i0 = 1 − c_i1
@@ -38,12 +39,14 @@ from service.surface.curve_pieces import CurvePieces
 _A, _B, _C = np.eye(3)
 _MIDDLE = (_A + _B + _C) / 3
 _QUADRILATERALS = tuple(
-    np.stack([one, (one + right) / 2, (one + left) / 2, _MIDDLE])
-    for one, right, left in ((_A, _B, _C), (_B, _C, _A), (_C, _A, _B))
+    np.stack([corner, (corner + right) / 2, (corner + left) / 2, _MIDDLE])
+    for corner, right, left in ((_A, _B, _C), (_B, _C, _A), (_C, _A, _B))
 )
-"""Corners at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1), barycentric (r, s, t)."""
+"""For each quadrilateral, the barycentric coordinates (r, s, t) of its corners at (a, b) = (0, 0),
+(1, 0), (0, 1) and (1, 1)."""
 
 _CHOICES = ((0, 0), (1, 0), (0, 1), (1, 1))
+"""The values (α, β) of the sum above."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,23 +75,23 @@ class NetGroup:
 
 
 FAR = 200
-"""Binary logarithm of the distance, in the coordinates of the nets, beyond which points are moved
-towards the origin: products of three of their coordinates must be finite."""
+"""Points farther than 2^FAR from the origin, in the coordinates of the nets, are moved towards the
+origin, because products of three of their coordinates must be finite."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LocalPoints:
-    """Points in the coordinates of the nets, the farthest of them moved towards the origin.
+    """Points in the coordinates of the nets; very far points are moved towards the origin.
 
-    A point at 2^k x is moved to x, by a power of two k > 0 with 2^(FAR - 1) <= |x|∞ <= 2^FAR. All
-    points of the nets are nearer to the origin than 1, so for each of them, p, the distance |x − p|
-    times 2^k differs from |2^k x − p| by less than 2^(3 - FAR) of itself.
+    A very far point 2^k x is moved to x, with k > 0 such that 2^(FAR - 1) <= |x|∞ <= 2^FAR. All
+    points p of the nets are nearer to the origin than 1. So |x − p| 2^k differs from the distance
+    |2^k x − p| by a relative error below 2^(3 - FAR).
 
     Attributes
     ----------
     points : ndarray of float64, shape (m, 3)
     shift : ndarray of int, shape (m,)
-        k, mostly 0.
+        The exponents k; 0 for points that were not moved.
     scale : float
         As in `QueryNets`.
     """
@@ -98,25 +101,28 @@ class LocalPoints:
     scale: float
 
     def model_lengths(self, distances: FloatArray) -> FloatArray:
-        """Distances (m,) of these points in model units; where a point was moved, about."""
+        """Convert distances (m,) of these points to model units.
+
+        If a point was moved, its distance is not exact, but nearly so.
+        """
         exponent = self.shift + (frexp(self.scale)[1] - 1)
         return np.asarray(np.ldexp(distances, exponent))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class QueryNets:
-    """All nets of a model, N in number.
+    """The N nets of a model.
 
     Attributes
     ----------
     groups : tuple of NetGroup
     origin : ndarray of float64, shape (3,)
     scale : float
-        Coordinates of the model are origin + scale · coordinates of the nets.
+        Model coordinates are origin + scale · (coordinates of the nets).
     patch : ndarray of int, shape (N,)
-        Number of the patch in the model.
+        For each net, the number of its patch in the model.
     corners : ndarray of float64, shape (N, 4, 2)
-        Parameters (u, v) of the patch at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1).
+        For each net, the parameters (u, v) of its patch at (a, b) = (0, 0), (1, 0), (0, 1), (1, 1).
     diagonal : float
         Diagonal of the box of all control points, in model units.
     """
@@ -129,11 +135,11 @@ class QueryNets:
     diagonal: float
 
     def local(self, points: FloatArray) -> FloatArray:
-        """Points (m, 3) of the model in the coordinates of the nets."""
+        """Convert points (m, 3) from model coordinates to the coordinates of the nets."""
         return np.asarray((points - self.origin) / self.scale)
 
     def to_near_points(self, points: FloatArray) -> LocalPoints:
-        """Points (m, 3) of the model in the coordinates of the nets, moved where they are far."""
+        """Convert points (m, 3) as `local` does; very far points are moved towards the origin."""
         exponent = frexp(self.scale)[1] - 1
         difference = points - self.origin
         shift = np.maximum(np.frexp(np.abs(difference).max(axis=1))[1] - exponent - FAR, 0)
@@ -141,9 +147,9 @@ class QueryNets:
         return LocalPoints(np.asarray(near), shift, self.scale)
 
     def parameters(self, net: Ints, place: FloatArray) -> FloatArray:
-        """Parameters (m, 2) of the patches at places (m, 2) of their nets.
+        """Convert places (m, 2) in nets to parameters (m, 2) of their patches.
 
-        On a tensor-product patch they equal the place bit for bit.
+        On a tensor-product patch both are equal, bit for bit.
         """
         a, b = place.T[:, :, np.newaxis]
         lowest, right, left, far = self.corners[net].transpose(1, 0, 2)
@@ -154,14 +160,19 @@ class QueryNets:
 
 
 UNIT_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+"""`corners` of a net that is a whole tensor-product patch."""
+
 COLLAPSED_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+"""`corners` of a net that is a whole triangle."""
+
 HIGHEST = 16
-"""Degree up to which triangles become quadrilaterals, which takes time like the fifth power of the
-degree. Above, a triangle is one net whose side b = 1 is a point."""
+"""The highest degree at which triangles become three quadrilaterals, because the time grows with
+the fifth power of the degree. At higher degrees, a triangle is one net whose side b = 1 is a
+point."""
 
 
 def surface_nets(batches: Sequence[Patches]) -> QueryNets:
-    """The nets of batches of patches: a group for each degree, with weights or without."""
+    """The nets of batches of patches; a group has the nets of one degree, with or without weights."""
     low = np.min([batch.bounds[0] for batch in batches], axis=0)
     high = np.max([batch.bounds[1] for batch in batches], axis=0)
     origin, scale, diagonal = frame(low, high)
@@ -175,7 +186,7 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
                 points = _quadrilateral_nets(points, batch.degree)
                 numbers = np.tile(numbers, 3)
                 places = np.repeat(
-                    [parts_alike[:, 1:] for parts_alike in _QUADRILATERALS], batch.count, axis=0
+                    [corners[:, 1:] for corners in _QUADRILATERALS], batch.count, axis=0
                 )
             else:
                 points = tensor_net(points)
@@ -184,15 +195,15 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
             places = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
         alike.setdefault(points.shape[1:], []).append((points, numbers, places))
         first += batch.count
-    groups, patches, corners, net = [], [], [], 0
+    groups, patches, net_corners, net = [], [], [], 0
     for parts_alike in alike.values():
         nets, numbers, places = (np.concatenate(parts) for parts in zip(*parts_alike, strict=True))
         groups.append(NetGroup(np.ascontiguousarray(nets), net))
         patches.append(numbers)
-        corners.append(places)
+        net_corners.append(places)
         net += len(nets)
     return QueryNets(
-        tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(corners), diagonal
+        tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(net_corners), diagonal
     )
 
 
@@ -216,10 +227,13 @@ def frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
 
 
 def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
-    """Tensor nets (3 K, n+1, n+1, D) of the quadrilaterals of triangular nets (K, points, D)."""
+    """Tensor-product nets of the three quadrilaterals of each triangle.
+
+    `nets` are triangular nets (K, points, D) of degree n; the result has shape (3 K, n+1, n+1, D).
+    """
     results = []
     for corners in _QUADRILATERALS:
-        # (m+1, m+1, K, points of degree n − m, D)
+        # G_m: shape (m+1, m+1, K, points of degree n − m, D).
         step = nets[np.newaxis, np.newaxis]
         for m in range(degree):
             starts = triangle.row_starts(degree - m)

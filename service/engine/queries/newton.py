@@ -12,24 +12,24 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.net_partials import net_partials
 
 RIDGE = 2.0**-33
-"""The share of second derivatives that is added to them. Where a patch is a line, the distance does
-not change in one direction, and this keeps the steps of Newton's method small."""
+"""The second derivatives are increased by this share. If a patch is a line, the distance does not
+change in one direction; the increase then keeps the steps of Newton's method small."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
-    """Places of n cells, each with a point x.
+    """Places in n cells, with their distances from n points x.
 
     Attributes
     ----------
     place : ndarray of float64, shape (2, n)
-        In the parameters of the net.
+        The parameters in the net.
     position : ndarray of float64, shape (3, n)
-        S.
+        The points S of the surface.
     gradient, forms : ndarray of float64, shapes (2, n) and (3, n)
         First and second partials of ½ |x − S|² in the parameters of the cell.
     distance, low, high : ndarray of float64, shape (n,)
-        |x − S| as computed, and bounds of the exact value.
+        |x − S| as computed, and bounds of the exact distance.
     """
 
     place: FloatArray
@@ -45,7 +45,7 @@ class Place:
         return Place(*(getattr(self, name).take(rows, axis=-1) for name in Place.__slots__))
 
     def replace_where(self, by: "Place", where: Bools) -> "Place":
-        """These places, replaced by those of `by` where `where` (n,) is true."""
+        """The places, with those of `by` where `where` (n,) is true."""
         names = Place.__slots__
         return Place(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
 
@@ -60,10 +60,10 @@ class Place:
         )
 
     def next(self, at: FloatArray, sides: FloatArray) -> FloatArray:
-        """Newton's next place (2, n) in the cells, from `at`, in [−1, 1]².
+        """The next places (2, n) of Newton's method in the cells, in [−1, 1]².
 
-        A place stays on a side of the cell if the distance falls beyond that side, or if `sides`
-        (2, n) names the side.
+        `at` (2, n) are the present places. A place stays on a side of the cell if the distance
+        decreases beyond this side, or if `sides` (2, n) is not 0 in this direction.
         """
         (fa, fb), (faa, fab, fbb) = self.gradient, self.forms
         ridge = RIDGE * (np.abs(faa) + np.abs(fbb))
@@ -82,7 +82,19 @@ class Place:
 def measure_places(
     cells: CellTree, net: Ints, rectangle: FloatArray, at: FloatArray, x: FloatArray
 ) -> Place:
-    """Places `at` (2, n) in [−1, 1]² of rectangles (4, n) of nets, with points x (3, n)."""
+    """Evaluate places in cells, with their distances from points.
+
+    Parameters
+    ----------
+    cells : CellTree
+    net : ndarray of int, shape (n,)
+    rectangle : ndarray of float64, shape (4, n)
+        The rectangles of the cells in their nets.
+    at : ndarray of float64, shape (2, n)
+        The places in the cells, in [−1, 1]².
+    x : ndarray of float64, shape (3, n)
+        The points.
+    """
     low = rectangle[::2]
     half = (rectangle[1::2] - low) / 2
     place = low + half * (at + 1)

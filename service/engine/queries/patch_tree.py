@@ -1,8 +1,9 @@
-"""A tree of spheres over the patches, so that a query need not examine all of 10,000 patches.
+"""A tree of spheres over the patches, so that a query need not examine each of 10,000 patches.
 
-Patches are put in the order of a space-filling curve through their centres (Morton), and every
-eight neighbours get one sphere, every eight of these spheres another. The centre of a sphere is the
-centre of a patch in it, a point of the surface, so that one distance gives both bounds:
+Patches are sorted along a space-filling curve through their centres (Morton order). Each eight
+neighbours get a sphere, each eight of these spheres get a larger sphere, and so on. The centre c of
+a sphere is the centre of a patch in it, hence a point of the surface S. So one distance gives both
+bounds:
 
     d(x, c) − R ≤ d(x, S) ≤ d(x, c)
 
@@ -25,32 +26,33 @@ from service.engine.queries.column_vectors import dot
 from service.engine.queries.ray_bounds import SAFE, Rays, sphere_misses
 
 FANOUT, FEW = 8, 24
-"""The number of members of a sphere, and the most spheres on the first level."""
+"""How many members a sphere has, and the most spheres on the first level."""
 
 PAIRS = 1 << 13
-"""Pairs of a ray and a sphere in one chunk."""
+"""How many pairs of a ray and a sphere are tested at once."""
 
 MOST_SPHERES = 1 << 18
-"""The most pairs with spheres that are open at a time for several points or rays."""
+"""The most pairs with spheres that may be open on a level, for several points or rays together."""
 
 ROOM, FREE = 4_000_000, 128
-"""The most pairs that the tree leaves for all points or rays of a request, and the pairs of each
-point or ray that do not count. A pair takes some 2 µs. Points and rays for which the tree leaves
-too many pairs end in the tree."""
+"""The most pairs that the tree may leave for all points or rays of a request, without counting the
+first `FREE` pairs of each point or ray. A pair takes some 2 µs. The search of a point or ray for
+which the tree leaves too many pairs ends in the tree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Candidates:
-    """Pairs of a point and a cell that may be the nearest one, in the order of points.
+    """The pairs of a point and a cell that may be the nearest cell, in the order of points.
 
     Attributes
     ----------
     point, cell : ndarray of int, shape (N,)
     ended : list of (point, cell, low, upper)
-        For points with too many pairs: spheres, given by the cells in their middles, with squared
-        bounds of the distances to all members of a sphere and to its centre.
+        The pairs of points with too many pairs. Each has a sphere in place of a cell, given by the
+        cell at its centre; a squared lower bound of the distance to all members of the sphere; and
+        a squared upper bound of the distance to its centre.
     widest : int
-        The most pairs on a level above the last one.
+        The most pairs on a level before the last.
     """
 
     point: Ints
@@ -61,15 +63,15 @@ class Candidates:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RayCandidates:
-    """Pairs of a ray and a cell that it may meet, in the order of rays.
+    """The pairs of a ray and a cell that the ray may meet, in the order of rays.
 
     Attributes
     ----------
     ray, cell : ndarray of int, shape (N,)
     ends : ndarray of bool, shape (m,)
-        Rays with too many pairs, whose pairs are omitted.
+        Which rays have too many pairs; their pairs are omitted.
     widest : int
-        The most pairs on a level above the last one.
+        The most pairs on a level before the last.
     """
 
     ray: Ints
@@ -79,16 +81,17 @@ class RayCandidates:
 
 
 class PatchTree:
-    """Spheres over the first cells of a `CellTree`, level over level.
+    """Levels of spheres over the first cells of a `CellTree`.
 
     Attributes
     ----------
     cells : CellTree
     order : ndarray of int, shape (N,)
-        The first cells along the curve.
+        The first cells in the order of the curve.
     levels : list of ndarray of float64, shape (5, n)
-        Centre, radius and error of the spheres, the coarsest first. Sphere k of a level contains
-        spheres 8 k … 8 k + 7 of the next level, or cells of the `order` on the last level.
+        For each level the centre, radius and error of its spheres; the level of the largest spheres
+        comes first. Sphere k of a level contains the spheres 8 k … 8 k + 7 of the next level. The
+        spheres of the last level are the balls of the cells, in `order`.
     middles : list of ndarray of int, shape (n,)
         For each level the cells whose centres are the centres of the spheres.
     """
@@ -106,10 +109,10 @@ class PatchTree:
             self.middles.insert(0, self.middles[0][middle])
 
     def candidates(self, x: FloatArray, each: int) -> Candidates | None:
-        """Pairs of a point (of x, (3, m)) and a cell that may be nearest, in the order of points.
+        """Find the pairs of a point of x (3, m) and a cell that may be its nearest cell.
 
-        None if several points have more than `MOST_SPHERES` pairs together at a level. Points that
-        have more than `each` pairs at a level end there.
+        None if there is more than one point, and all points together have more than `MOST_SPHERES`
+        pairs on a level. A point that has more than `each` pairs on a level ends there.
         """
         m, first = x.shape[1], self.levels[0].shape[1]
         point = np.repeat(np.arange(m), first)
@@ -137,10 +140,10 @@ class PatchTree:
         return Candidates(point, self.order[sphere], ended, widest)
 
     def candidates_on(self, rays: Rays, each: int) -> RayCandidates | None:
-        """Pairs of a ray and a cell that it may meet, in the order of rays.
+        """Find the pairs of a ray and a cell that the ray may meet.
 
-        None if several rays have more than `MOST_SPHERES` pairs together at a level. Rays that have
-        more than `each` pairs at a level end there.
+        None if there is more than one ray, and all rays together have more than `MOST_SPHERES`
+        pairs on a level. A ray that has more than `each` pairs on a level ends there.
         """
         m = len(rays.near)
         ray, sphere = _find_met_spheres(self.levels[0], rays)
@@ -165,13 +168,19 @@ class PatchTree:
 
 
 def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Squared distances: a lower bound of that to all in a sphere, an upper bound of its centre's.
+    """Bounds of the squared distances of N points and spheres.
 
     Parameters
     ----------
     spheres : ndarray of float64, shape (at least 5, N)
         Centre, radius and error.
     x : ndarray of float64, shape (3, N)
+
+    Returns
+    -------
+    low, upper : ndarray of float64, shape (N,)
+        A squared lower bound of the distance to all points of the sphere, and a squared upper bound
+        of the distance to its centre.
     """
     y = x - spheres[:3]
     y *= y
@@ -190,10 +199,10 @@ def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, Float
 
 
 def _find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
-    """Pairs of a ray and one of n spheres that it may meet, in the order of rays.
+    """The pairs of a ray and a sphere that the ray may meet, in the order of rays.
 
-    All n m pairs are tested without gathering: |g|² − (g · d)² is the square of the distance, up to
-    16 u |g|².
+    All pairs of m rays and n spheres are tested, in arrays (m, n). The squared distance of a centre
+    from the line of a ray is |g|² − (g · d)², up to 16 u |g|².
     """
     pairs = []
     center, radius = spheres[:3, np.newaxis], spheres[3]
@@ -217,14 +226,20 @@ def _find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
 
 
 def _members(who: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
-    """Pairs with each of the members of a sphere; the level of the members has `count` spheres."""
+    """Replace each pair with a sphere by pairs with all members of the sphere.
+
+    `who` are points or rays; the level of the members has `count` spheres.
+    """
     sphere = (FANOUT * sphere[:, np.newaxis] + np.arange(FANOUT)).ravel()
     inside = sphere < count
     return np.repeat(who, FANOUT)[inside], sphere[inside]
 
 
 def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
-    """The spheres over eight spheres each, and the sphere in the middle, whose centre each has."""
+    """The spheres that enclose eight spheres of a level each, and the numbers of their middles.
+
+    The centre of a new sphere is the centre of the middle one of its eight spheres.
+    """
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)
     which = np.minimum(starts + FANOUT // 2, count - 1)
@@ -236,7 +251,7 @@ def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
 
 
 def _morton(centers: FloatArray) -> Ints:
-    """Numbers along a Morton curve of points (3, N) in their box."""
+    """The positions (N,) of points (3, N) along a Morton curve in their box."""
     low = centers.min(axis=1, keepdims=True)
     side = float((centers - low).max(initial=0.0)) or 1.0
     grid = ((centers - low) / side * 1023).astype(np.intp)

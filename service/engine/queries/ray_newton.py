@@ -1,4 +1,4 @@
-"""Newton's method for points of cells on a ray: roots of settled cells, and ends of strips."""
+"""Newton's method for the hits of rays: finds roots in settled cells, and the ends of strips."""
 
 from dataclasses import dataclass, replace
 
@@ -15,16 +15,17 @@ from service.engine.queries.ray_bounds import Rays, RootBounds
 from service.engine.queries.ray_hits import Hits, Kind, Origin
 
 STEPS = 8
-"""The most steps of Newton's method; then the cell is halved."""
+"""The most steps of Newton's method in a cell; after these, the cell is halved."""
 
 STRIP_STEPS = 4
 """The most steps of Newton's method across a strip."""
 
 OBLIQUE = 1 / 2
-"""The least |x₁| with which a strip may end at a side x = ±1 (Theorem 2 of `grazing`)."""
+"""A strip may end at a side x = ±1 if |x₁| is at least this (Theorem 2 of `grazing`)."""
 
 EXACT = 4
-"""The distance from a ray, in units of rounding errors, below which a place counts as exact."""
+"""A place counts as exact if its distance from the ray is at most this, in units of the rounding
+error."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,17 +60,21 @@ class _RayPlaces:
     rounding: FloatArray
 
     def move(self, at: FloatArray, d: FloatArray) -> "_RayPlaces":
-        """Other places in these cells, so near that tangent planes replace the surface."""
+        """Move to the places `at`, so near that the tangent plane can replace the surface."""
         step = self.half * (at - self.at)
-        way = step[0] * self.du + step[1] * self.dv
+        difference = step[0] * self.du + step[1] * self.dv
         place = np.clip(self.place + step, 0.0, 1.0)
-        position, t = self.position + way, self.t + dot(way, d)
+        position, t = self.position + difference, self.t + dot(difference, d)
         return replace(self, at=at, place=place, position=position, t=t)
 
     def to_hits(
         self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], origin: Origin
     ) -> Hits:
-        """The places `rows` as hits of rays with nets; `ends` are the intervals of t, (n,) each."""
+        """The places `rows` as hits.
+
+        `ray` and `net` are the numbers of the rays and nets; `ends` are the lower and the upper
+        ends (n,) of the intervals of t.
+        """
         t, residual = self.t[rows], self.residual[rows]
         low, high = ends
         places = self.place[:, rows], self.position[:, rows], self.du[:, rows], self.dv[:, rows]
@@ -80,11 +85,11 @@ class _RayPlaces:
 def _evaluate_places(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, at: FloatArray
 ) -> _RayPlaces:
-    """The surface at places `at` (2, n) of cells, and its distances from rays."""
+    """Evaluate the surface at places `at` (2, n) of cells, with its distances from rays."""
     rectangle, net = cells.place[:, cell], cells.net[cell]
     low, half = rectangle[::2], (rectangle[1::2] - rectangle[::2]) / 2
     place = low + half * (at + 1)
-    at = (place - low) / half - 1  # of the rounded `place`
+    at = (place - low) / half - 1  # again, because `place` was rounded
     position, du, dv = net_partials(cells.nets, net, place, 1)
     d = rays.direction[:, ray]
     g = position - rays.origin[:, ray]
@@ -98,11 +103,17 @@ def _evaluate_places(
 def find_roots(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, bounds: RootBounds
 ) -> tuple[Hits, Bools]:
-    """The hits of settled pairs, and which pairs are done; the cells of others must be halved.
+    """Find the hits of settled pairs by Newton's method.
 
-    A place counts as a hit if it is as near to the ray as rounding allows, or if it is within the
-    thickness and Newton's method cannot come nearer inside the cell. A cell has no root if Theorem
-    2 of `ray_bounds`, applied at one of the places, proves that the root is outside.
+    A place counts as a hit if it is as near to the ray as rounding allows; or if it is within the
+    thickness and Newton's method cannot come nearer inside the cell. A pair has no hit if Theorem 2
+    of `ray_bounds`, applied at one of the places, proves that the root is outside the cell.
+
+    Returns
+    -------
+    hits : Hits
+    is_done : ndarray of bool, shape (N,)
+        Which pairs are decided; the cells of the others must be halved.
     """
     is_done = np.zeros(len(ray), bool)
     hits_by_step: list[Hits] = []
@@ -127,9 +138,8 @@ def find_roots(
         near = is_exact | stuck & (places.residual <= rays.thickness[ray[rows]])
         hit = np.flatnonzero(near & ~is_outside)
         if len(hit):
-            places = places.move(
-                np.where(is_exact, next_at, places.at), d
-            )  # with steps of the size of rounding
+            # For exact places, the last step has the size of rounding errors.
+            places = places.move(np.where(is_exact, next_at, places.at), d)
             hit_rows = rows[hit]
             inside = (np.abs(places.at[:, hit]) + reach[hit] <= 1).all(axis=0)
             model = cells.models[: columns.ROUND + 1, cell[hit_rows]]
@@ -153,18 +163,25 @@ def find_roots(
 def find_strips(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, strips: Strips
 ) -> tuple[Hits, Bools]:
-    """Both ends of the strips of thin pairs, and which pairs are done; the others must be halved.
+    """Find both ends of the strips of thin pairs.
 
-    The curve P = 0 crosses the cell from y = −1 to y = 1, or ends at a side x = ±1 before. A pair
-    is done if the surface is within the thickness of the ray at both ends.
+    The curve P = 0 crosses the cell from y = −1 to y = 1, or ends before at a side x = ±1. A pair
+    is done if, at both ends, the surface is within the thickness of the ray.
+
+    Returns
+    -------
+    hits : Hits
+        Two for each pair that is done.
+    is_done : ndarray of bool, shape (N,)
+        The cells of the other pairs must be halved.
     """
     x0, x1 = strips.line
     rows = np.arange(len(ray))
     ends, fine = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
         x = x0 + x1 * y
-        # A slanted curve may leave the cell at x = ±1: its lower end at one of these sides, its
-        # upper end at the other.
+        # A slanted curve may leave the cell at x = −1 or x = 1, its lower end at one of these sides
+        # and its upper end at the other side.
         side = np.sign(x1) * y
         is_side = (x * side > 1) & (np.abs(x1) >= OBLIQUE)
         fixed = np.where(is_side, side, y)
@@ -191,7 +208,7 @@ def find_strips(
 
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
-    """The centres of cells that are smaller than the thickness, as hits."""
+    """Take the centres of cells that are smaller than the thickness as hits."""
     places = _evaluate_places(cells, rays, ray, cell, np.zeros((2, len(ray))))
     wide = 2 * cells.models[columns.RADIUS, cell] + places.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
@@ -200,10 +217,10 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
 
 @np.errstate(all="ignore")
 def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
-    """Merged hits; a hit along the surface that begins before the origin of its ray begins there.
+    """Move hits *along* that begin behind the origin of their ray to this origin.
 
-    The search for that place begins at the nearest known place, by least squares. If it fails, the
-    hit keeps the known place.
+    The place of the origin on the surface is found by least squares, from the place of the hit. If
+    this fails, the hit keeps its place. The argument is changed and returned.
     """
     rows = np.flatnonzero((hits.origin == Kind.ALONG) & (hits.low < rays.near[hits.ray]))
     if not len(rows):

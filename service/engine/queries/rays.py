@@ -1,24 +1,25 @@
 """Hits of rays on a surface, with a proof that no hit is missed.
 
-The search treats all rays and all patches together, level by level, and examines each pair of a ray
-and a cell of a patch (`cells`) once. A pair ends if the cell does not meet the ray, if they meet at
-most once and Newton's method decides (`ray_bounds`), if the ray grazes the cell within the
-thickness (`grazing`), or if the cell is smaller than the thickness; otherwise its cell is halved.
-If only first hits are requested, cells behind a proved hit end, too. `ray_levels` does this.
+The search examines pairs of a ray and a cell of a patch (`cells`), for all rays and all patches
+together, level by level. A pair ends in four cases: the cell does not meet the ray; the cell meets
+the ray at most once, and Newton's method decides (`ray_bounds`); the ray is almost tangent to the
+cell and within the thickness (`grazing`); or the cell is smaller than the thickness. Otherwise the
+cell is halved. If only first hits are requested, pairs behind a proved hit end, too. `ray_levels`
+does all this.
 
-**Theorem.** Let τ be the thickness. If a ray is `reached`, every point of the surface on the ray
-has its t in the interval of a reported hit (of first hits: every point before the first crossing);
-and every reported position is a point of the surface nearer than τ to the ray. *Proof.* A pair is
-dropped only if its cell does not meet the ray (Theorems 1), or its place is behind the ray's origin
-by more than τ. A settled pair reports the one place where the cell meets the ray, in an interval
-that Theorem 2 of `ray_bounds` gives, or is outside by that theorem. A thin pair reports an interval
-that contains all of its hits by Theorem 2 of `grazing`, a small cell an interval that contains the
-cell. Merging only joins intervals. ∎
+**Theorem.** Let τ be the thickness. If a ray is `reached`, the t of every point of the surface on
+the ray is in the interval of a reported hit (if only first hits are requested: of every point
+before the first crossing). Every reported position is a point of the surface nearer than τ to the
+ray. *Proof.* A pair is dropped only if its cell does not meet the ray (Theorems 1), or if its place
+is behind the ray's origin by more than τ. A settled pair reports the one place where the cell meets
+the ray, with the interval of Theorem 2 of `ray_bounds`; or, by that theorem, the root is outside
+the cell. A thin pair reports an interval that contains all of its hits by Theorem 2 of `grazing`; a
+small cell reports an interval that contains the cell. Merging only joins intervals. ∎
 
-A proved hit is a crossing: the point exists. If a ray comes nearer than τ to a border, an edge or a
-pole of the surface, or to touching the surface, a hit may be reported there.
+At a proved hit, the surface and the ray cross. If a ray only comes nearer than τ to the surface, or
+to its border, an edge or a pole, a hit may be reported there, too.
 
-The work on a ray has a budget: if more cells are open, it ends, and `reached` is false.
+The work for a ray has a budget. If the ray needs more, its search ends, and `reached` is false.
 """
 
 from collections.abc import Iterator
@@ -45,16 +46,16 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 FEWEST, CHUNK, MOST_RAYS = 16, 1 << 14, 1 << 16
-"""Rays that are searched together: `CHUNK` at first, fewer if their cells take much memory, and
-more if they take little."""
+"""How many rays are searched together: `CHUNK` at first; later down to `FEWEST` if their cells take
+much memory, and up to `MOST_RAYS` if they take little."""
 
 MOST_CLOSE = 8_000_000
 """The most pairs whose bounds are computed in a request. Most rays need 10 to 40; a pair takes 0.5
 to 5 µs, including its new cells, so that the response comes within half a minute."""
 
 FEW, ROOM = 128, 1 << 16
-"""The most cells that are tested with every ray without a tree of patches, and the most numbers of
-their nets."""
+"""The most cells that are tested with every ray, without a tree of patches; and the most numbers
+that the nets of these cells may have."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,7 +65,7 @@ class RayHits:
     Attributes
     ----------
     hits : Hits
-        Ordered by ray and by t, which is measured from the origin in the request.
+        Ordered by ray and by t; t begins at the origin of the request.
     sines : ndarray of float64, shape (n,)
         Sines of the angles of rays and surface; negative where the ray enters the surface.
     reached : ndarray of bool, shape (m,)
@@ -98,7 +99,11 @@ class RaySearch:
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
     ) -> Iterator[RayHits]:
-        """Hits of rays (m, 3), some rays at a time; ray numbers are those of the query."""
+        """Find the hits of rays (m, 3); yields the hits of some rays at a time.
+
+        Ray numbers are those of the query. If `only_first`, only the first hit of each ray is
+        found.
+        """
         rays = local_rays(self.cells.nets, origins, directions, self.thickness)
         first, size, pairs, self.in_tree = 0, CHUNK, MOST_CLOSE, 0
         while first < len(origins):
@@ -110,7 +115,7 @@ class RaySearch:
             result = self._search(chunk_rays, share, only_first=only_first, can_split=size > FEWEST)
             pairs -= int(share.spent.sum())
             if result is None:
-                # The pairs and cells of fewer rays take less memory.
+                # Search again with fewer rays, whose pairs and cells take less memory.
                 size = max(1, min(size, len(chunk_rays.near)) // 4)
             else:
                 result.hits.ray[:] += first
@@ -123,14 +128,15 @@ class RaySearch:
     def _search(
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> RayHits | None:
-        """Hits of some rays; None if their cells take too much memory."""
+        """Find the hits of some rays; None if their cells take too much memory."""
         merged = self._search_merged(rays, share, only_first=only_first, can_split=can_split)
         if merged is None:
             return None
         hits, reached = merged
         if only_first:
-            hits = _firsts(hits)
-            # An interval is reported in full, although a crossing may be within it.
+            hits = _take_first_hits(hits)
+            # The search ended behind proved crossings, so the intervals of other first hits may be
+            # incomplete: search these rays again for all hits.
             rows = np.flatnonzero(hits.origin != Kind.CROSSING)
             which = hits.ray[rows]
             again = Share(share.pairs - int(share.spent.sum()), len(rows))
@@ -141,7 +147,7 @@ class RaySearch:
                 )
                 share.spent[which] += again.spent
             if complete:
-                strips = _firsts(complete[0])
+                strips = _take_first_hits(complete[0])
                 strips.ray[:] = which[strips.ray]
                 reached[which] &= complete[1]
                 others = np.flatnonzero(hits.origin == Kind.CROSSING)
@@ -156,7 +162,7 @@ class RaySearch:
     def _search_merged(
         self, rays: Rays, share: Share, *, only_first: bool, can_split: bool
     ) -> tuple[Hits, Bools] | None:
-        """Hits of some rays, one for each place, and which rays are reached."""
+        """Find the hits of some rays, merged to one for each place, and which rays are reached."""
         levels = RayLevels(
             self.patches, rays, share, self.each, only_first=only_first, can_split=can_split
         )
@@ -168,6 +174,6 @@ class RaySearch:
         return begin_at_origins(self.cells, rays, merge_hits(hits, rays, self.long)), levels.reached
 
 
-def _firsts(hits: Hits) -> Hits:
+def _take_first_hits(hits: Hits) -> Hits:
     """The first hit of each ray."""
     return hits.take(np.diff(hits.ray, prepend=-1) > 0)

@@ -1,8 +1,8 @@
-"""The side of a closed surface on which points are.
+"""Decides which points are inside a closed surface.
 
 A surface is closed if its patches pass along each edge equally often in both directions
-(`service.engine.mesh.orientation`): then its winding number around every point is an integer
-(`winding`), up to gaps of the size of rounding.
+(`service.engine.mesh.orientation`). Then its winding number about every point is an integer
+(`winding`), except for gaps of the size of rounding.
 """
 
 import numpy as np
@@ -19,19 +19,20 @@ from service.engine.queries.winding import compute_winding_numbers
 from service.surface.lowered import PatchModel
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance
+"""Patches are joined with the default tolerance of meshes."""
 
 SAME_EDGE = 2.0**-40
-"""Bound of the distance between two sides that count as one edge although their weights differ by
-rounding, as a share of the diagonal."""
+"""Two sides may count as one edge although their weights differ by rounding. Their distance is at
+most this share of the diagonal."""
 
 
 def compute_signs(
     model: PatchModel, seams: Seams | None, nets: QueryNets, x: FloatArray, low: FloatArray
 ) -> FloatArray:
-    """Signs (m,) of points: −1 inside, +1 outside, NaN if the side is unknown.
+    """Compute the signs (m,) of points: −1 inside, +1 outside, NaN if this is uncertain.
 
-    A point is inside if the winding number is not 0, for both directions of the normals. All sides
-    are unknown if the surface is open.
+    A point is inside if the winding number is not 0, so the direction of the normals does not
+    matter. If the surface is open, all signs are NaN.
 
     Parameters
     ----------

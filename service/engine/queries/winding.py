@@ -8,31 +8,32 @@ an integer for every x that is not on the surface, where Ω is the signed solid 
 a cell with corners c₀₀, c₁₀, c₁₁, c₀₁ let Ω₂ be the solid angle of the triangles (c₀₀, c₁₀, c₁₁)
 and (c₀₀, c₁₁, c₀₁).
 
-**Theorem.** Let x lie outside a ball that holds the control points of the cell, at a distance r
-from it. Of each side with control points P_0 … P_n let δ_i be the distance of P_i from the chord, ω
-the ratio of the greatest weight to the least, and h the longest step from a P_i to the next. Then
+**Theorem.** Let x lie outside a ball that contains the control points of the cell, at the distance
+r from the ball. For each side, with control points P_0 … P_n, let δ_i be the distance of P_i from
+the chord, ω the ratio of the greatest weight to the least, and h the longest distance from a P_i to
+the next. Then
 
     |Ω − Ω₂| ≤ Σ A / r²,    A = ω³ n h Σ_i δ_i / (n + 1),    the sum over the four sides.
 
-*Proof.* Cell and triangles lie in the ball, so that any two surfaces within it with the same border
-have the same solid angle: no path from one to the other passes x. Their borders differ by four
-lenses between a side and its chord, and |Ω(lens)| ≤ area / r². Let each P_i move along a straight
-line to its nearest point of the chord, so that no step from P_i to the next becomes longer: the
-curve sweeps the lens. Its points move by at most Σ R_i δ_i with the rational basis R_i ≤ ω B_i, and
-along the curve the derivative is at most ω² n h (Floater 1992), so that the area is at most the
-integral over t of ω³ n h Σ B_i δ_i, of which each ∫ B_i is 1 / (n + 1). ∎
+*Proof.* The cell and the triangles lie in the ball, and x does not. So two surfaces within the ball
+that have the same border have the same solid angle. The borders of the cell and of the triangles
+differ by four lenses, each between a side and its chord, and |Ω(lens)| ≤ area / r². Let each P_i
+move along a straight line to the nearest point of the chord; no distance from P_i to the next
+becomes longer, and the curve sweeps the lens. Points of the curve move by at most Σ R_i δ_i, where
+the rational basis has R_i ≤ ω B_i. The derivative along the curve is at most ω² n h (Floater 1992).
+So the area is at most the integral over t of ω³ n h Σ B_i δ_i, and each ∫ B_i is 1 / (n + 1). ∎
 
-Sides that are one edge of the model may differ by rounding, and by the movement of points that
-joined the borders. With a bound g of both, g is added to each δ_i for the strips that close the
-gap.
+Two sides that form one edge of the model may differ by rounding, and by the movement of points when
+borders were joined. Let g be a bound of both. To include the strips that close this gap, g is added
+to each δ_i.
 
-Cells are halved until the sum of these bounds is less than 2π: then w is the integer nearest to the
-sum of angles. At a distance d from the surface, the bounds of cells of size d decrease with d, so
-that each level adds only some cells.
+Cells are halved until the sum of these bounds is less than 2π. Then w is the integer nearest to the
+sum of the angles. At a distance d from the surface, only cells larger than about d must be halved,
+so that each level adds only some cells.
 
-If a ball about x contains no point of the surface, all its points have the same w. So x is replaced
-by the nearest point of a sufficiently fine grid, and one grid point replaces many points. Points
-outside the box of all control points have w = 0.
+If a ball about x contains no point of the surface, all points of the ball have the same w. So x is
+replaced by the nearest point of a sufficiently fine grid; then one grid point replaces many points.
+Points outside the box of all control points have w = 0.
 
 References
 ----------
@@ -52,37 +53,38 @@ from service.engine.queries.cells import CellTree
 from service.engine.queries.chord_models import AREA, CORNERS, SPREAD
 
 ROOM = 0.95 * 2 * pi
-"""The largest sum of bounds of solid angles."""
+"""The largest sum of bounds with which the winding number is certain."""
 
 SMALL = (2.0**-4, 2.0**-7, 2.0**-10)
-"""Bounds below which cells are not halved: the search tries one after another, until the sum of all
-bounds is less than `ROOM`."""
+"""A cell is not halved if its bound is at most this. The search tries these numbers one after
+another, until the sum of all bounds is at most `ROOM`."""
 
 ROUNDING = 1e-6
-"""A bound of the error of sums of solid angles: the error of an angle is at most some 1e-13."""
+"""A bound of the rounding error of a sum of solid angles; the error of one angle is about 1e-13."""
 
 CLEAR = 0.1
-"""The least distance of x from the ball of a cell, in radii, at which the solid angle is
-computed."""
+"""A solid angle is computed only if the distance of x from the ball of the cell is more than this,
+in radii of the ball."""
 
 PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 20_000_000, 1 << 14
-"""The most pairs of a point and a cell: in one chunk; in a request, which take 20 to 35 s; and of
-one point on one level."""
+"""The most pairs of a point and a cell: that are computed at once; in a request, which takes 20 to
+35 s; and of one point on one level."""
 
 FEWEST = 1
-"""The fewest points that are searched together."""
+"""If cells take too much memory, fewer points are searched together, but at least this number."""
 
 
 def compute_winding_numbers(
     cells: CellTree, x: FloatArray, low: FloatArray, gap: float
 ) -> FloatArray:
-    """Winding numbers (m,) of points x (m, 3); NaN where they are uncertain.
+    """Compute the winding numbers (m,) of a closed surface about points x; NaN if uncertain.
 
     Parameters
     ----------
     cells : CellTree
-        The cells of the nets of a closed surface, with the table `CHORDS`; x is in the coordinates
-        of these nets.
+        The cells of the nets of a closed surface, with the table `CHORDS`.
+    x : ndarray of float64, shape (m, 3)
+        In the coordinates of these nets.
     low : ndarray of float64, shape (m,)
         Lower bounds of the distances to the surface.
     gap : float
@@ -111,7 +113,8 @@ def compute_winding_numbers(
                 break
         if cells.is_full and size > FEWEST:
             distinct_numbers[inner[first : first + size]] = np.nan
-            size = min(size, len(inner) - first) // 4  # the cells of fewer points take less memory
+            # Search again with fewer points, whose cells take less memory.
+            size = min(size, len(inner) - first) // 4
         else:
             first += size
         cells.drop_if_large()
@@ -120,14 +123,17 @@ def compute_winding_numbers(
 
 
 def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
-    """For each point a point of a cubic grid that is nearer than half of `low`."""
+    """For each point a grid point whose distance from it is at most half of `low`."""
     _, exponent = np.frexp(0.57 * low)  # half of a diagonal of a grid cell is √3 / 2 of its side
     step = np.ldexp(1.0, exponent - 1)[:, np.newaxis]
     return np.asarray(np.rint(x / step) * step + 0.0)
 
 
 class _Chunk:
-    """Winding numbers of some points (3, m)."""
+    """The search for the winding numbers of some points (3, m).
+
+    Cells with bounds of at most `small` are not halved.
+    """
 
     def __init__(self, cells: CellTree, x: FloatArray, gap: float, small: float) -> None:
         self.cells, self.x, self.gap = cells, np.ascontiguousarray(x), gap
@@ -137,7 +143,7 @@ class _Chunk:
         self.is_open = np.zeros(x.shape[1], bool)
 
     def numbers(self) -> FloatArray:
-        """All levels, until no pair is left."""
+        """The winding numbers (m,), after all levels; NaN where they are uncertain."""
         m = self.x.shape[1]
         point = np.repeat(np.arange(m), self.cells.roots)
         cell = np.tile(np.arange(self.cells.roots), m)
@@ -145,12 +151,12 @@ class _Chunk:
             self.looked += len(point)
             point, cell = self.step(point, cell)
         winding_number = np.rint(self.angle / (4 * pi))
-        is_known = np.abs(self.angle - 4 * pi * winding_number) <= self.bound + ROUNDING
-        is_known &= self.bound <= ROOM
-        return np.where(is_known & ~self.is_open, winding_number, np.nan)
+        is_certain = np.abs(self.angle - 4 * pi * winding_number) <= self.bound + ROUNDING
+        is_certain &= self.bound <= ROOM
+        return np.where(is_certain & ~self.is_open, winding_number, np.nan)
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
-        """The pairs of the next level."""
+        """Add the angles of pairs that are precise enough; returns the pairs of the next level."""
         m = self.x.shape[1]
         angle, bound = self.angles(point, cell)
         ends = self.bound + np.bincount(point, bound, m) <= ROOM
@@ -169,7 +175,10 @@ class _Chunk:
         return point[parents], children
 
     def angles(self, point: Ints, cell: Ints) -> tuple[FloatArray, FloatArray]:
-        """Solid angles of the triangles of cells, and bounds of their errors; ∞ if x is near."""
+        """Solid angles of the triangles of cells, and bounds of their errors.
+
+        A bound is infinite if the point is too near to the ball of the cell.
+        """
         distinct, number = np.unique(cell, return_inverse=True)
         model = self.cells.models[:, distinct]
         areas = model[AREA] + model[SPREAD] * self.gap
@@ -191,7 +200,10 @@ class _Chunk:
 
 
 def _solid_angles(corners: FloatArray) -> FloatArray:
-    """Solid angles at the origin of pairs of triangles with corners (4, 3, n)."""
+    """Solid angles (n,) at the origin of quadrilaterals, each taken as two triangles.
+
+    `corners` has shape (4, 3, n).
+    """
     a, b, c, d = corners
     length = np.sqrt((corners * corners).sum(axis=1))
     return _solid_angle((a, b, c), length[[0, 1, 2]]) + _solid_angle((a, c, d), length[[0, 2, 3]])
@@ -200,6 +212,7 @@ def _solid_angles(corners: FloatArray) -> FloatArray:
 def _solid_angle(
     corners: tuple[FloatArray, FloatArray, FloatArray], length: FloatArray
 ) -> FloatArray:
+    """Solid angles (n,) at the origin of triangles; `length` has the distances of the corners."""
     (a, b, c), (la, lb, lc) = corners, length
     ab, bc, ca = (a * b).sum(axis=0), (b * c).sum(axis=0), (c * a).sum(axis=0)
     volume = a[0] * (b[1] * c[2] - b[2] * c[1])
