@@ -172,7 +172,7 @@ point."""
 
 
 def surface_nets(batches: Sequence[Patches]) -> QueryNets:
-    """The nets of batches of patches; a group has the nets of one degree, with or without weights."""
+    """The nets of batches of patches; each group has one degree, with or without weights."""
     low = np.min([batch.bounds[0] for batch in batches], axis=0)
     high = np.max([batch.bounds[1] for batch in batches], axis=0)
     origin, scale, diagonal = frame(low, high)
