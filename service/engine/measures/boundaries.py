@@ -1,4 +1,4 @@
-"""Open borders: chains of open sides, each with its patches on the left."""
+"""Joins open sides to chains, the open borders of a surface, with its patches on the left."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,10 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """Sides one after another, as patch · 4 + side.
+    """Open sides, each of which begins where the side before ends.
 
-    `is_closed` says whether the last side ends where the first begins.
+    `sides` are numbers patch · 4 + side. `is_closed` says whether the last side ends where the
+    first begins.
     """
 
     sides: tuple[int, ...]
@@ -23,7 +24,8 @@ class Chain:
 def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
     """The open sides as chains with the patches on their left, in the order of their first sides.
 
-    Where several open sides begin at a corner, a chain continues with the least unused one.
+    If several open sides begin at a corner, a chain continues with the unused side of the least
+    number.
     """
     sides = np.flatnonzero(oriented.is_open.ravel())
     begins, ends = (seams.corner[:, which].ravel()[sides] for which in (BEGINS, ENDS))
@@ -32,23 +34,23 @@ def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
     after: dict[int, list[int]] = {}
     for k in range(len(sides) - 1, -1, -1):
         after.setdefault(int(begins[k]), []).append(k)
-    entered = set(ends.tolist())
-    left = np.ones(len(sides), dtype=bool)
+    end_corners = set(ends.tolist())
+    is_unused = np.ones(len(sides), dtype=bool)
     chains = []
-    # Chains begin first at sides that follow no other side; otherwise their chains would be
-    # divided.
-    starts = [k for k, at in enumerate(begins.tolist()) if at not in entered]
+    # Begin first at sides that follow no other side: a chain that began in the middle of an open
+    # border would divide it.
+    starts = [k for k, at in enumerate(begins.tolist()) if at not in end_corners]
     for start in (*starts, *range(len(sides))):
-        if not left[start]:
+        if not is_unused[start]:
             continue
         numbers, k = [], start
         while True:
-            left[k] = False
+            is_unused[k] = False
             numbers.append(int(sides[k]))
             if ends[k] == begins[start]:
                 break
             following = after.get(int(ends[k]), [])
-            while following and not left[following[-1]]:
+            while following and not is_unused[following[-1]]:
                 following.pop()
             if not following:
                 break

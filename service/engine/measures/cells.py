@@ -1,6 +1,6 @@
-"""Cells of nets of one degree: rectangles of parameters, which integrals halve where needed.
+"""Cells: rectangles of the parameters of patches, which are halved to make integrals precise.
 
-Cells are the last, fastest axis of every array, so that a product with one matrix serves them all.
+Cells are the last axis of every array, so that one matrix product computes all cells.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Cells:
 
     @property
     def degree(self) -> tuple[int, int]:
-        """(p, q)."""
+        """Degree (p, q)."""
         return self.nets.shape[1] - 1, self.nets.shape[2] - 1
 
     @property
@@ -77,7 +77,7 @@ class Cells:
 
 
 def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
-    """Products of a matrix (m, n) with nets (d, a, b, K) along a (axis 0) or b (axis 1)."""
+    """Multiply nets (d, a, b, K) by a matrix (m, n), along the axis a (0) or b (1)."""
     d, rows, columns, count = nets.shape
     if axis == 0:
         return (matrix @ nets.reshape(d, rows, -1)).reshape(d, -1, columns, count)
@@ -85,7 +85,10 @@ def along(matrix: FloatArray, nets: FloatArray, axis: int) -> FloatArray:
 
 
 def group_cells(nets: QueryNets, noise: float, patches: Bools | None = None) -> list[Cells]:
-    """The nets of patches (P,), by default all, as cells by degree; `noise` is in model units."""
+    """The nets of a model as cells, one group for each degree.
+
+    `noise` is in model units. `patches` (P,) says which patches are taken, by default all.
+    """
     groups = []
     for group in nets.groups:
         patch = nets.patch[group.first : group.first + len(group.nets)]

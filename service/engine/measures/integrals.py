@@ -1,10 +1,10 @@
-"""Integrals over the patches of a model: cells are halved until all errors together are small.
+"""Integrals over the patches of a model: cells are halved until the sum of their errors is small.
 
-Only bounds are computed while cells are halved; the sums are computed once, in the end. In each
-round the cells with the smallest errors stay, as long as their errors add up to at most half of the
-errors that are still allowed. The other cells are halved, each in the direction in which its
-function changes more. The errors of all cells are part of the interval, even if the budget ends
-before they are small enough.
+Only bounds are computed while cells are halved; the integrals are computed once, at the end. In
+each round the cells with the smallest errors are accepted, as long as their errors add up to at
+most half of the errors that are still allowed. The other cells are halved, each in the direction in
+which its function changes more. The interval always includes the errors of all cells, even if the
+budget ends before they are small enough.
 """
 
 from dataclasses import dataclass
@@ -21,16 +21,16 @@ from service.engine.measures.remainders import Kind, remainders
 from service.engine.measures.rules import apply_rule
 
 NODES = 10
-"""Nodes of a rule in each direction if no rule is exact."""
+"""The number of nodes of a rule in each direction, if no rule is exact."""
 
 ROUGH = 6
-"""Nodes of the rule that estimates an integral."""
+"""The number of nodes, in each direction, of the rule that estimates an integral."""
 
 CHUNK = 1 << 18
-"""Numbers of one array in one chunk."""
+"""How many numbers one array has at most, so that it stays in the processor's cache."""
 
 ROUNDS = 200
-"""The most rounds of halving: every budget ends earlier."""
+"""The most rounds of halving. The budget always ends earlier."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -140,7 +140,7 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
     has_closed_form = kind == "flux"
     exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
     rest = [_bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational]
-    kept: list[BoundedCells] = []
+    accepted: list[BoundedCells] = []
     size = sum(cells_bound.cells.size for cells_bound in rest)
     room, share, excess = max(budget - size, 2 * size), 1.0, 0.0
     for _ in range(ROUNDS):
@@ -165,13 +165,15 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         chosen[order[:few]] = False
         room -= int(points[chosen].sum())
         ends = np.cumsum([0] + [len(cells_bound.cells) for cells_bound in rest])
-        kept += [e.take(~chosen[a:b]) for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)]
+        accepted += [
+            e.take(~chosen[a:b]) for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)
+        ]
         rest = [
             half
             for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)
             for half in e.take(chosen[a:b]).halve(kind)
         ]
-    return Refinement(kind, exact, [*kept, *rest], excess)
+    return Refinement(kind, exact, [*accepted, *rest], excess)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -196,8 +198,8 @@ class BoundedCells:
 
     def halve(self, kind: Kind) -> "list[BoundedCells]":
         """The halves of all cells; an empty list without cells."""
-        turned = ((0, ~self.along_v), (1, self.along_v))
-        parts = [self.cells.take(rows).halve(axis) for axis, rows in turned if rows.any()]
+        directions = ((0, ~self.along_v), (1, self.along_v))
+        parts = [self.cells.take(rows).halve(axis) for axis, rows in directions if rows.any()]
         return [_bound(Cells.join(parts), kind)] if parts else []
 
 

@@ -11,12 +11,12 @@ was computed, halved L times and moved by c has control points with errors of at
 
     ε = (24 n + 64 + (2 n + 6) L) u
 
-in length. For a row of a product with `halves` is a mean of n + 1 numbers, wrong by at most
-(n + 2) u in each of three coordinates; each of the n steps from a triangle to a net is wrong by at
-most 12 u. Steps between control points, times n, are wrong by at most 2 n ε. At a node the product
-of two bases has a relative error of at most 12 n u, and the sum over both indices adds at most
-2 (n + 2) u times the sum of absolute values. So a value of a net whose control vectors have lengths
-up to M is wrong by at most ε + 16 (n + 2) u M.
+in length. The reason is that a product with `halves` takes means of n + 1 numbers, with errors of
+at most (n + 2) u in each of three coordinates, and that each of the n steps from a triangle to a
+net has an error of at most 12 u. The errors of differences of control points, times n, are at most
+2 n ε. At a node, the product of two bases has a relative error of at most 12 n u, and the sum over
+both indices adds at most 2 (n + 2) u times the sum of absolute values. So the error of a value of a
+net is at most ε + 16 (n + 2) u M, if the control vectors are at most M long.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from service.engine.measures.cells import Cells
 from service.engine.measures.tables import UNIT
 
 UPWARDS = 1 + 2.0**-40
-"""Factor that covers the rounding of some hundred operations on numbers that are not negative."""
+"""A factor larger than the rounding of some hundred operations on non-negative numbers."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -33,12 +33,13 @@ from service.surface.lowered import Model
 
 
 def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Measures:
-    """The measures of a surface, or of the members of a group together.
+    """Measure a surface, or all members of a group together.
 
     Parameters
     ----------
     allow : callable
-        Raises an error if a surface, after it was cut for joining, has too many patches.
+        Is called with surfaces whose patches were split to join borders; raises an error if there
+        are too many patches.
 
     Raises
     ------
@@ -94,9 +95,10 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
 def _measure_sizes(
     name: str, groups: list[Cells], part: Ints, count: int, precision: Precision
 ) -> list[Interval]:
-    """Areas or lengths of all cells, then of each of `count` parts; empty before a refusal.
+    """The areas or lengths of all cells together, and then of each of `count` parts.
 
-    They are in the coordinates of the cells, which do not underflow.
+    They are in the coordinates of the cells, which do not underflow. The result is empty if the
+    query will be refused.
     """
     sizes, rounding = estimate(groups, "size")
     integrals = precision.integrate(name, groups, "size", USED * sizes, rounding)
@@ -112,7 +114,10 @@ def _measure_sizes(
 def _measure_boundaries(
     source: Source, oriented: OrientedSides, precision: Precision
 ) -> tuple[Interval, list[Boundary]]:
-    """The length of all open edges, and each chain of them; without chains before a refusal."""
+    """The length of all open edges together, and the open borders.
+
+    The list is empty if the query will be refused.
+    """
     chains = chain_open_sides(source.seams, oriented)
     if not chains:
         return Interval(0.0, 0.0, 0.0), []

@@ -1,8 +1,9 @@
-"""The least width of intervals within the budget of a query, and the refusal of narrower ones.
+"""Integrates within the budget of a query, and refuses tolerances that the budget cannot reach.
 
-Cells are halved before anything is summed (`integrals.refine`): before a refusal only bounds are
-computed. The refusal names the tolerance that can be reached for each quantity. If a quantity
-reaches no allowed tolerance, as a volume of zero, the result has a wider interval.
+Cells are halved before anything is summed (`integrals.refine`), so that only bounds are computed
+before a refusal. The refusal names the tolerance that can be reached for each quantity. If a
+quantity cannot reach any allowed tolerance (for example a volume of zero), the query is not
+refused, and the result has a wider interval.
 """
 
 from dataclasses import dataclass, field
@@ -18,11 +19,12 @@ from service.engine.measures.values import LARGEST_TOLERANCE, MeasureQuery
 from service.errors import Issue, TooLarge
 
 USED = 0.43
-"""The largest share of the width of an interval for the remainder on each side."""
+"""The share of the width of an interval that the remainder may take on each side; the rest is for
+rounding."""
 
 MARGIN = 4
-"""A refusal names this many times the tolerance that was reached, because other cells are halved
-for another tolerance."""
+"""A refusal names this multiple of the tolerance that was reached, because other cells would be
+halved for another tolerance."""
 
 
 @dataclass(slots=True)
@@ -46,7 +48,7 @@ class Precision:
     def integrate(
         self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, least: FloatArray
     ) -> Integrals | None:
-        """The integrals of a quantity; None if the query will be refused.
+        """Compute the integrals of a quantity; None if the query will be refused.
 
         Parameters
         ----------

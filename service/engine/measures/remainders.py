@@ -39,10 +39,10 @@ lengths of complex vectors are Hermitian.
   |f − f₀| ≤ (t + s) (|N₀| + D) − t |N₀|, and of the moment (t + s)² (|N₀| + D) − t² |N₀|.
 - Length of a curve: as area, with A for N₀ and α for D.
 
-If none of the ellipses gives a finite bound, or a small one, the integral and its rule are both
-means of values of f over the cell. So they differ by at most 2 |f − f₀| on the smallest ellipse;
-and for areas and lengths, f ≥ 0, by at most the product of the largest lengths, for a flux by twice
-that.
+If no ellipse gives a small bound, other bounds are used: the integral and the result of its rule
+are both means of values of f over the cell. So they differ by at most 2 |f − f₀| on the smallest
+ellipse. For areas and lengths, where f ≥ 0, they also differ by at most the product of the largest
+lengths; for a flux, by at most twice the largest |f|.
 
 References
 ----------
@@ -72,7 +72,7 @@ class Remainders:
     ----------
     errors : ndarray of float64, shape (1, K), or (2, K) for a flux and its moments
     along_v : ndarray of bool, shape (K,)
-        Whether a cell is better halved along v.
+        Whether halving a cell along v reduces its remainder more than halving along u.
     """
 
     errors: FloatArray
@@ -120,16 +120,16 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Spread:
-    """A function on ellipses.
+    """Bounds of a function on the R ellipses.
 
     Attributes
     ----------
     value : ndarray of float64, shape (d, K)
         A constant.
     off : ndarray of float64, shape (R, K)
-        Bounds of the distance of the function from it on each ellipse.
+        Bounds of the distance of the function from `value` on each ellipse.
     ripple : ndarray of float64, shape (K,)
-        The change of the function in the complex parameter, approximately.
+        Approximately, how much the function changes with the complex parameter.
     """
 
     value: FloatArray

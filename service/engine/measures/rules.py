@@ -10,10 +10,10 @@ B ≥ |S_v|, r ≥ |S − c| and w ≥ w₀ over the cell,
     |error of S − c| ≤ (η_X + r η_w) / w₀ + 8 u r =: σ
     |error of S_u|   ≤ (η_Xu + r η_wu + σ |w_u| + A η_w) / w₀ + 8 u (A + r |w_u| / w₀) =: α
 
-and β likewise for S_v, and ν for N: ν = A β + α B + α β + 8 u A B; of the area ν + 4 u A B. With R
-= |c − o| + r, of the flux R ν + (σ + 4 u R) A B and of the moment R² ν + (2 σ + 8 u R) R A B. The
-relative error of a weight is at most 2 u, and the error of a sum of m² terms is at most (m² + 16) u
-times the largest term.
+The bound β for S_v has the same form. The error of N is at most ν = A β + α B + α β + 8 u A B. With
+R = |c − o| + r, the error of a term is at most ν + 4 u A B for the area, R ν + (σ + 4 u R) A B for
+the flux, and R² ν + (2 σ + 8 u R) R A B for the moment. The relative error of a weight is at most 2
+u, and the error of a sum of m² terms is at most (m² + 16) u times the largest term.
 """
 
 import numpy as np
@@ -59,7 +59,10 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
 
 
 def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
-    """Values of a net (d, a+1, b+1, K) at nodes of 1 or 2 axes, (d, nodes, K); v varies fastest."""
+    """Evaluate a net (d, a+1, b+1, K) at the nodes of a rule along 1 or 2 axes.
+
+    The result has shape (d, nodes, K); v varies fastest.
+    """
     d, rows, columns, size = net.values.shape
     values = along(basis_at_nodes(rows - 1, count), net.values, 0)
     if axes > 1:

@@ -2,9 +2,9 @@
 
     V = ⅓ Σ ∫∫ (S − o) · N        c = o + ¼ Σ ∫∫ (S − o) ((S − o) · N) / V        N = S_u × S_v
 
-over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o): the formulas hold for
-any origin o, and with the middle of the box the numbers are small. V is positive where normals
-point outwards.
+over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o). The formulas are true
+for any origin o; with the middle of the box as origin the numbers are small. V is positive if
+normals point outwards.
 
 **Moved control points.** Let all control points of a closed surface move along straight lines, by
 at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every
@@ -39,10 +39,10 @@ def measure_solids(
     areas: tuple[list[Interval], float],
     precision: Precision,
 ) -> list[Solid]:
-    """Volume and centroid of the surface, then of each part, where they are closed.
+    """The volume and centroid of the whole surface, and then of each part.
 
-    `areas` are the areas of the surface and of each part, and their unit of length in model units.
-    The result is empty if the service will refuse the query.
+    They are None for an open surface or part. `areas` are the areas of the surface and of each
+    part, and their unit of length in model units. The result is empty if the query will be refused.
     """
     is_closed = np.concatenate([[whole_is_closed], closed_parts])
     if not is_closed.any():

@@ -1,8 +1,8 @@
-"""The patches of a surface for measures: placed, and joined to one another.
+"""The patches of a surface for measures, after placement and joining.
 
-Areas are those of the patches of the request. Borders and volumes are those of the patches into
-which `service.engine.joining` turns these, as for meshes; `Source.place` finds the patch and the
-side of the request to which a side belongs.
+Areas are measured on the patches of the request. Borders and volumes are measured on the patches
+that `service.engine.joining` makes of these, as for meshes. `Source.place` finds the patch and the
+side in the request to which a side of a joined patch belongs.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,8 @@ class Source:
         index, model = patch - piece.first, piece.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
         surface, placed, patch_model = piece.members[0]
-        # If s and t of a triangle are exchanged, its side r = 0 stays.
+        # A mirrored patch was transposed, so its sides of u and of v are exchanged; the side r = 0
+        # of a triangle stays.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
         other = side if is_triangle and side == 1 else side ^ 2
         if is_triangle:
@@ -146,6 +147,7 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
 
 
 def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
+    """Place and join the members of a group."""
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
     clusters = {joined.new_numbers[cluster.members[0]]: cluster for cluster in joined.clusters}
@@ -163,17 +165,18 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
         else:
             numbers = (single_members[number],)
             part.append(np.full(model.patch_count, numbers[0]))
-        members = tuple((n, group.members[n], _given(group, n)) for n in numbers)
+        members = tuple((n, group.members[n], _find_model(group, n)) for n in numbers)
         pieces.append(_Piece(first, model, members, number in clusters))
         first += model.patch_count
         stretch = _stretch(member)
         moved = max(moved, model.moved * stretch)
         for n in numbers:
-            noise = max(noise, _bound_placing_error(group.members[n], _given(group, n)))
+            noise = max(noise, _bound_placing_error(group.members[n], _find_model(group, n)))
     return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(pieces))
 
 
-def _given(group: GroupModel, number: int) -> PatchModel:
+def _find_model(group: GroupModel, number: int) -> PatchModel:
+    """The model of member `number` of a group."""
     model = group.models[group.members[number].model]
     assert isinstance(model, PatchModel)  # other kinds have no patches
     return model

@@ -35,10 +35,10 @@ from service.bases.bernstein import bernstein, binomials
 from service.bases.cache import PLANS
 
 UNIT = float(np.finfo(np.float64).eps) / 2
-"""u."""
+"""The unit roundoff u."""
 
 RADII = np.array([1.1, 1.2, 1.35, 1.5, 1.7, 2, 2.4, 2.8, 3.4, 4, 5, 6, 7, 8, 10, 13, 18, 25, 40])
-"""The ρ of the ellipses; the ellipse with the least bound counts."""
+"""The ρ of the ellipses; a remainder is bounded by the best of these ellipses."""
 
 
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:
@@ -48,6 +48,7 @@ def gauss(count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _rule(count: int) -> list[tuple[float, float]]:
+    """Compute pairs (node, weight) for the nodes in [0, ½], in decimal arithmetic."""
     rule = []
     with localcontext() as context:
         context.prec = 40
@@ -87,7 +88,7 @@ def basis_at_nodes(degree: int, count: int) -> FloatArray:
 
 
 def chebyshev(degree: int) -> FloatArray:
-    """The matrix (degree + 1, degree + 1) whose product with a net has the coefficients of the net.
+    """The matrix that converts a Bézier net to Chebyshev coefficients, (degree + 1, degree + 1).
 
         c_k = (2 − [k = 0]) / N Σ_j f(cos φ_j) cos(k φ_j),  φ_j = (j + ½) π / N,  N = n + 1
 
@@ -117,7 +118,7 @@ def ellipse_bounds(degree: int) -> FloatArray:
 
 
 def halves(degree: int) -> FloatArray:
-    """The matrix (2 (n+1), n+1) whose product with a net has the nets over [0, ½] and [½, 1].
+    """The matrix (2 (n+1), n+1) that halves a net: it gives the nets over [0, ½] and over [½, 1].
 
     Row j of the first half has the factors C(j, k) / 2^j of the control points k; the second half
     is its mirror image.

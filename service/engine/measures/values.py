@@ -8,17 +8,19 @@ from service.engine.measures.sources import SidePlace
 from service.engine.options import MeshOptions
 
 TOLERANCE = 1e-6
-"""Relative width of intervals, if the caller gives none."""
+"""The default relative width of intervals."""
 
 LARGEST_TOLERANCE = 0.1
+"""The largest tolerance that a query may ask for."""
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance
+"""The default is that of meshes."""
 
 BUDGET = 1 << 20
-"""Control points of the cells of one integral: some seconds."""
+"""The most control points of the cells of one integral, which takes some seconds."""
 
 LEAST_NORMAL = sys.float_info.min
-"""The least normal float64: smaller products with powers of two are rounded."""
+"""The least normal float64. Below it, products with powers of two are rounded."""
 
 MOST_LISTED = 100
 """The most edges and borders that a response lists."""
@@ -55,7 +57,10 @@ class Interval:
 
     @staticmethod
     def about(value: float, error: float, unit: float = 1.0) -> "Interval":
-        """[value − error, value + error], rounded outward, times `unit`, a power of two or 0."""
+        """The interval [value − error, value + error], rounded outwards, times `unit`.
+
+        `unit` is a power of two, or 0.
+        """
         interval = Interval(value, nextafter(value - error, -inf), nextafter(value + error, inf))
         return interval.times(unit)
 
@@ -99,7 +104,7 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True)
 class FaultyEdge:
-    """A side whose edge is open or not balanced, so that the surface has no volume."""
+    """A side whose edge is open or not balanced; because of such sides a surface has no volume."""
 
     is_open: bool
     place: SidePlace

@@ -1,14 +1,16 @@
-"""Arcs of a section: pairs of nodes on the border of a cell that are the ends of one piece.
+"""Arcs of a section: pairs of nodes on the border of a cell that are the two ends of one piece.
 
-In a graph, in the order of its parameter, beginnings and ends alternate. If f ≤ 0 in the whole
-cell, the section meets at most its border. There f = 0 counts as positive: the nodes at both ends
-of a run of places with f = 0 are one piece, without length or along a side in the plane.
+If the section is a graph in a cell, its nodes in the order of the parameter are in turn beginnings
+and ends of pieces. If f ≤ 0 in the whole cell, the section meets at most the border of the cell. As
+f = 0 counts as positive, the two nodes at the ends of a run of places with f = 0 are one piece,
+which has no length or runs along a side in the plane.
 
-Singular cells that touch each other are one place, a *crossing*: an arc leads from it to each node
-on its border. Two such arcs are joined into one. A crossing without nodes is a point at which the
-surface touches the plane.
+Singular cells that touch each other form one *crossing*. An arc leads from the crossing to each
+node on its border. If there are exactly two such arcs, they are joined to one arc. A crossing
+without nodes is a point at which the surface touches the plane.
 
-Sides in the plane are arcs, unless patches that lie in the plane meet there.
+A side of a cell that lies in the plane is an arc, unless it lies between patches that lie in the
+plane.
 """
 
 from dataclasses import dataclass
@@ -25,18 +27,19 @@ from service.engine.sections.sides import CellSides, CellTable
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Arcs:
-    """Arcs, A in number, and crossings.
+    """The A arcs of some sections, and their crossings.
 
     Attributes
     ----------
     ends : ndarray of int, shape (A, 2)
-        Nodes; crossings follow the nodes of `Segments`.
+        The nodes at both ends. The numbers of crossings follow those of the nodes of `Segments`.
     sense : ndarray of float64, shape (A,)
-        1 where f > 0 lies to the left of the arc in the parameters, −1 to the right, 0 if unknown.
+        In the plane of parameters: 1 if f > 0 lies to the left of the arc, −1 if to the right, 0 if
+        unknown.
     crossing : ndarray of int, shape (n,)
         The crossing to which each cell belongs; −1 for cells that are not singular.
     touching : ndarray of int, shape (k,)
-        Nodes where the surface touches the plane; places and crossings.
+        The nodes and crossings at which the surface only touches the plane.
     """
 
     ends: Ints
@@ -56,10 +59,10 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     key = np.where(kind == OVER_U, u, v)
     around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
     rows = cell[around], side[around]
-    key[around] = _around(cells, segments, rows, (u[around], v[around]))
+    key[around] = _find_positions(cells, segments, rows, (u[around], v[around]))
     paired = np.flatnonzero(kind != SINGULAR)
     paired = paired[np.lexsort((key[paired], cell[paired]))]
-    begin, end = _pairs(cell[paired])
+    begin, end = _pair_entries(cell[paired])
     pairs = np.stack([node[paired[begin]], node[paired[end]]], axis=1)
     owner = cell[paired[begin]]
     loops = pairs[:, 0] == pairs[:, 1]
@@ -67,10 +70,10 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
 
     checkpoint()
     flat, flat_sense = _sides_in_plane(cells, segments)
-    crossing = _crossings(cells, segments)
+    crossing = _number_crossings(cells, segments)
     checkpoint()
     is_singular = kind == SINGULAR
-    on_border = _cover(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
+    on_border = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
     is_joined = is_singular & on_border
     spokes, touching = _spokes(crossing[cell[is_joined]] + nodes, node[is_joined], crossing, nodes)
     ends = np.concatenate([pairs[keep], flat, spokes])
@@ -92,16 +95,17 @@ def _incidences(segments: Segments) -> tuple[Ints, Ints, Ints]:
     return cell, side, first[where] + offset
 
 
-def _around(
+def _find_positions(
     cells: CellTable,
     segments: Segments,
     sides: tuple[Ints, Ints],
     at: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
-    """Positions of nodes around the borders of cells with one sign of f, to pair neighbours.
+    """The positions of nodes around the borders of their cells, by which neighbours are paired.
 
-    They increase from corner (u₀, v₀) along v₀, u₁, v₁ and back. If this corner lies between two
-    nodes of one piece, the first node is moved to the end.
+    In these cells the section is not a graph. Positions increase from the corner (u₀, v₀) along the
+    sides v₀, u₁, v₁ and u₀. If this corner lies between two nodes of one piece, the first node gets
+    a position at the end.
     """
     (cell, side), (u, v) = sides, at
     place = cells.place[:, cell] / ONE
@@ -119,10 +123,11 @@ def _around(
     return np.asarray(key)
 
 
-def _pairs(cell: Ints) -> tuple[Ints, Ints]:
-    """Pair the first and second, then the third and fourth entry of each cell, and so on.
+def _pair_entries(cell: Ints) -> tuple[Ints, Ints]:
+    """Pair the first and second entry of each cell, the third and fourth, and so on.
 
-    Returns the positions of the first and of the second entries in the sorted list.
+    `cell` is the sorted list of the cells of all entries. Returns the positions in this list of the
+    first, and of the second entries of all pairs.
     """
     begins = np.ones(len(cell), bool)
     begins[1:] = cell[1:] != cell[:-1]
@@ -144,8 +149,8 @@ def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
     return along
 
 
-def _cover(segments: Segments, chosen: Bools) -> Ints:
-    """For each segment the number of sides of the chosen cells that contain it, (G,)."""
+def _count_sides(segments: Segments, chosen: Bools) -> Ints:
+    """For each segment, how many sides of the chosen cells contain it: shape (G,)."""
     change = np.zeros(len(segments.ends) + 1, np.intp)
     np.add.at(change, segments.first[chosen].ravel(), 1)
     np.add.at(change, segments.last[chosen].ravel(), -1)
@@ -155,7 +160,8 @@ def _cover(segments: Segments, chosen: Bools) -> Ints:
 def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatArray]:
     """Segments in the plane as arcs, and their senses."""
     is_coplanar = cells.kind == COPLANAR
-    inside = (_cover(segments, is_coplanar) > 1) & (_cover(segments, ~is_coplanar) == 0)
+    inside = _count_sides(segments, is_coplanar) > 1
+    inside &= _count_sides(segments, ~is_coplanar) == 0
     arcs = np.flatnonzero(segments.in_plane & ~inside)
     side_of_plane = np.sign(cells.corner_values().sum(axis=1))
     # If f > 0 above v₀, the arc runs toward larger u; if f > 0 right of u₀, toward smaller v.
@@ -167,8 +173,11 @@ def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatAr
     return segments.ends[arcs], np.sign(total[arcs])
 
 
-def _crossings(cells: CellTable, segments: Segments) -> Ints:
-    """Numbers (n,) of the groups of singular cells that touch each other; −1 for other cells."""
+def _number_crossings(cells: CellTable, segments: Segments) -> Ints:
+    """For each cell the number of its crossing, (n,); −1 for cells that are not singular.
+
+    Singular cells that touch each other belong to the same crossing.
+    """
     singular = np.flatnonzero(cells.kind == SINGULAR)
     crossing = np.full(len(cells.kind), -1)
     if not len(singular):
@@ -204,10 +213,11 @@ def components(count: int, one: Ints, other: Ints) -> Ints:
 
 
 def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, Ints]:
-    """Arcs from crossings to nodes on their borders, and crossings without any.
+    """The arcs from crossings to nodes on their borders, and the crossings without arcs.
 
-    A node between two sides of one crossing has no arc; a crossing with two nodes is one arc
-    between these.
+    `hub` and `node` are the crossing and the node of each meeting. A node that meets a crossing
+    twice is inside the crossing and has no arc. A crossing with two nodes becomes one arc between
+    these nodes.
     """
     pairs, counts = np.unique(np.stack([hub, node], axis=1), axis=0, return_counts=True)
     pairs = pairs[counts % 2 == 1]
@@ -219,7 +229,11 @@ def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, In
 
 
 def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -> Ints:
-    """Find nodes without arcs where the surface meets the plane: corners, double roots, loops."""
+    """Find the nodes without arcs at which the surface meets the plane.
+
+    These are corners with f = 0, double roots, and the nodes `loops`, at which both ends of a piece
+    are one node.
+    """
     is_free = np.zeros(len(segments.node_net), bool)
     is_free[: len(segments.value)] = segments.value == 0
     again = np.diff(segments.root_node, prepend=-1) == 0

@@ -1,13 +1,14 @@
-"""Names for the lines on which borders of nets lie, and for places on the lines.
+"""Numbers for the lines on which borders of nets lie, and coordinates of places on these lines.
 
-Two patches that share an edge must compute the same points of a section on it, bit for bit. So each
-line that two nets may share has a number, and a place on it has an integer coordinate; each root on
-a line and each sign at a place is computed once for all nets that meet there.
+Two patches that share an edge must compute the same points of a section on this edge, bit for bit.
+So each line that two nets may share has a number, and each place on a line has an integer
+coordinate. Each root on a line, and each sign at a place, is computed once for all nets that meet
+there.
 
-Lines are the distinct edges of the patches (`service.engine.mesh.connect`), then three medians of
-every triangle, from the middle of a side to the centroid: between these lie its three nets
-(`service.engine.queries.nets`). Coordinates of lines run from 0 to `LINE`, parameters of nets from
-0 to `ONE`.
+The lines are the distinct edges of the patches (`service.engine.mesh.connect`), and then the three
+medians of every triangle, from the middle of a side to the centroid. The medians are the borders
+between the three nets of a triangle (`service.engine.queries.nets`). Coordinates of lines run from
+0 to `LINE`, parameters of nets from 0 to `ONE`.
 """
 
 from dataclasses import dataclass
@@ -20,32 +21,33 @@ from service.engine.queries.nets import QueryNets
 from service.surface.sides import BEGINS, ENDS
 
 DEPTH = 30
-"""Halvings of a net in each direction."""
+"""The most halvings of a net in each direction."""
 
 ONE = 1 << DEPTH
-"""Coordinate of the parameter 1 of a net."""
+"""The integer that stands for the parameter 1 of a net."""
 
 LINE = 2 * ONE
-"""Coordinate of the end of a line."""
+"""The coordinate of the end of a line."""
 
 CENTROID = -2
-"""First number of a place at the centroid of a triangle; for a corner the first number is −1."""
+"""The first number in the name of a place at the centroid of a triangle. At a corner, the first
+number is −1."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Borders:
-    """Lines of the borders of N nets.
+    """The lines on which the borders of N nets lie.
 
     Attributes
     ----------
     line : ndarray of int, shape (N, 4)
-        Number of the line of each side of a net (`service.surface.sides`).
+        The number of the line of each side of a net (`service.surface.sides`).
     start, step : ndarray of int, shape (N, 4)
-        Coordinate on the line of the parameter t of the side: start + step · t.
+        The parameter t of a side has the coordinate start + step · t on its line.
     is_point : ndarray of bool, shape (L,)
         Whether each line is one point.
     ends : ndarray of int, shape (L, 2, 2)
-        Names of the places at coordinates 0 and `LINE`.
+        The names of the places at both ends of each line; a name is two numbers.
     """
 
     line: Ints
@@ -85,7 +87,7 @@ def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Bord
         owner = patch[rows, np.newaxis]
         line[rows] = np.where(third.inner, medians[owner, sides], seams.edge[owner, sides])
         # On an outer side a net begins at an end of the patch's side and reaches its middle.
-        is_reversed = third.turned != seams.backward[owner, sides]
+        is_reversed = third.is_reversed != seams.backward[owner, sides]
         start[rows] = np.where(third.inner, 0, np.where(is_reversed, LINE, 0))
         step[rows] = np.where(third.inner, 2, np.where(is_reversed, -1, 1))
     return Borders(line, start, step, is_point, ends)
@@ -100,22 +102,25 @@ class _Third:
     rows : ndarray of int, shape (m,)
         Numbers of the nets.
     sides : ndarray of int, shape (4,)
-        The side of the triangle on which each side of a net lies, or on whose median.
+        For each side of a net, the side of the triangle on which it lies, or on whose median it
+        lies.
     inner : ndarray of bool, shape (4,)
-        Whether each side lies on a median.
-    turned : ndarray of bool, shape (4,)
-        Whether each side begins at the end of the side of the triangle.
+        Whether each side of a net lies on a median.
+    is_reversed : ndarray of bool, shape (4,)
+        Whether each side of a net begins at the end of the side of the triangle.
     """
 
     rows: Ints
     sides: Ints
     inner: Bools
-    turned: Bools
+    is_reversed: Bools
 
 
 _THIRDS = (
-    # Nets begin at A, B, C and go right along AB, BC, CA and left along AC, BA, CB. Sides of a
-    # triangle are AC, BC, AB. Sides of a net: to the left, the median right, to the right, left.
+    # For each of the three nets of a triangle A, B, C: the parameters of the corner at which it
+    # begins, `sides` and `is_reversed`. The nets begin at A, B and C. Their parameter a runs along
+    # AB, BC and CA, their parameter b along AC, BA and CB. The sides 0, 1, 2 of a triangle are AC,
+    # BC and AB.
     ((0.0, 0.0), (0, 2, 2, 0), (False, False, False, False)),
     ((1.0, 0.0), (2, 1, 1, 2), (True, False, False, False)),
     ((0.0, 1.0), (1, 0, 0, 1), (True, False, True, False)),
@@ -123,12 +128,12 @@ _THIRDS = (
 
 
 def _thirds(nets: QueryNets, is_triangle: Bools) -> list[_Third]:
-    """The nets that are thirds of triangles, by the corner at which they begin."""
-    # The quadrilateral of a whole triangle of high degree has two corners at C.
+    """The nets that are thirds of triangles, for each of the three corners."""
+    # A triangle of high degree is one net, not three; two of the corners of this net are at C.
     divided = is_triangle & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
     inner = np.array([False, True, False, True])
     thirds = []
-    for corner, sides, turned in _THIRDS:
+    for corner, sides, is_reversed in _THIRDS:
         rows = np.flatnonzero(divided & (nets.corners[:, 0] == corner).all(axis=1))
-        thirds.append(_Third(rows, np.array(sides), inner, np.array(turned)))
+        thirds.append(_Third(rows, np.array(sides), inner, np.array(is_reversed)))
     return thirds

@@ -1,21 +1,24 @@
-"""Cells: rectangles of parameters of a patch, with the coefficients of f, halved by the search.
+"""Cells: rectangles of parameters of a patch, with the coefficients of f over each rectangle.
 
-A cell belongs to a pair of a plane and a net; f is the Bézier polynomial of `heights`.
+A cell belongs to a pair of a plane and a net; f is the Bézier polynomial of `heights`. The search
+halves cells.
 
-Rounding. Halving takes means of two numbers: along u it moves coefficients by at most p u max |f|,
-along v by q u max |f|, u = 2⁻⁵³. There are at most 30 halvings in each direction, and |f| ≤ 3.5 as
-coordinates are at most 1. So coefficients are wrong by at most 105 (p + q) u, which is less than
-`THICKNESS` for p + q ≤ 78 and 1.5e-12 for degrees of 64: the section in each cell is exactly
-that of a surface whose points are moved by at most as much along n.
+Rounding. Halving takes means of two numbers. With u = 2⁻⁵³, it moves coefficients by at most p u
+max |f| along u, and by at most q u max |f| along v. There are at most 30 halvings in each
+direction, and |f| ≤ 3.5, as coordinates are at most 1. So the errors of coefficients are at most
+105 (p + q) u. This is less than `THICKNESS` for p + q ≤ 78, and 1.5e-12 for degrees of 64. The
+section in each cell is therefore exactly that of a surface whose points are moved by at most this
+along n.
 
-On a side f is computed from the control points of this side alone, by the same operations in both
-directions. So f has the same bits in two patches whose control points on an edge are the same. Else
-(degrees differ, or weights by a factor, or nets are thirds of triangles) f differs by at most
+On a side, f is computed from the control points of this side alone, by the same operations in both
+directions. So f has the same bits in two patches whose control points on an edge are the same. If
+they are not the same (because degrees differ, or weights differ by a factor, or nets are thirds of
+triangles), f differs by at most
 
     2 n u Σ_k min(3.5, 7 n / 2^k) ≤ 7 n u (log₂ n + 3),
 
-n being the degree on the edge: on a cell that meets the plane max |f| halves with the cell. That
-and the rounding of the control points are less than `NOISE` for n ≤ 10.
+where n is the degree on the edge, because max |f| halves with a cell that meets the plane. This
+difference and the rounding of the control points together are less than `NOISE` for n ≤ 10.
 """
 
 from dataclasses import dataclass, replace
@@ -28,26 +31,26 @@ from service.engine.queries.halving import halve
 from service.surface.sides import take_side
 
 OVER_U, OVER_V, BELOW, ABOVE, SINGULAR, COPLANAR = range(6)
-"""Kinds of cells: the section is a graph over u, or over v; f ≤ 0; f ≥ 0; undecided; in the
-plane."""
+"""Kinds of cells: the section is a graph over u; a graph over v; f ≤ 0; f ≥ 0; the section is not
+known to be a graph; the patch lies in the plane."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cells:
-    """The cells in which a search ends: n cells of nets of one group.
+    """The n cells of nets of one group in which a search ends.
 
     Attributes
     ----------
     plane, net, kind : ndarray of int, shape (n,)
     place : ndarray of int, shape (4, n)
-        u₀, u₁, v₀, v₁ in units of 1 / `borders.ONE`.
+        The rectangle [u₀, u₁] × [v₀, v₁], in units of 1 / `borders.ONE`.
     sense : ndarray of float64, shape (n,)
-        1 if a graph with f > 0 on its left runs toward larger parameters, −1 if toward smaller
-        parameters; 0 for other kinds.
+        The direction in which a graph has f > 0 on its left: 1 toward larger parameters, −1 toward
+        smaller parameters; 0 for other kinds.
     floor : ndarray of float64, shape (n,)
         The largest |f| that counts as zero, as in `roots`.
     rows : tuple of ndarray of float64
-        f along the four sides, (n, q+1) twice and (n, p+1) twice.
+        The coefficients of f on the four sides: shapes (n, q+1) twice and (n, p+1) twice.
     """
 
     plane: Ints
@@ -61,7 +64,7 @@ class Cells:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class OpenCells:
-    """Cells that a search examines, n in number, each with its coefficients.
+    """The n cells that a search examines, each with the coefficients of f.
 
     Attributes
     ----------
@@ -101,12 +104,12 @@ class OpenCells:
         )
 
     def end(self, kind: Ints, sense: FloatArray) -> Cells:
-        """The cells with their final kinds (n,) and senses (n,)."""
+        """End the search in these cells, with their final kinds (n,) and senses (n,)."""
         a, b, c, d = (take_side(self.nets, side).copy() for side in range(4))
         return Cells(self.plane, self.net, kind, self.place, sense, self.floor, (a, b, c, d))
 
     def halve(self, along_u: Bools, along_v: Bools) -> "OpenCells":
-        """The halves and quarters of the cells that are halved, without the other cells."""
+        """Halve cells along u, along v or along both; cells with neither are omitted."""
         parts = []
         for on_u, on_v in ((True, False), (False, True), (True, True)):
             chosen = self.take(np.flatnonzero((along_u == on_u) & (along_v == on_v)))
@@ -130,6 +133,7 @@ class OpenCells:
         )
 
     def _halves(self, axis: int) -> "tuple[OpenCells, OpenCells]":
+        """The lower halves and the upper halves of all cells along one axis."""
         halves = []
         middle = (self.place[2 * axis] + self.place[2 * axis + 1]) // 2
         for end, nets in enumerate(halve(self.nets[..., np.newaxis], axis + 1)):
@@ -140,7 +144,7 @@ class OpenCells:
 
 
 def join_cells(parts: list[Cells]) -> Cells:
-    """Cells of one group, one list after another."""
+    """Join lists of cells of one group."""
     if not parts:
         none, rows = np.zeros(0, np.intp), np.zeros((0, 2))
         return Cells(

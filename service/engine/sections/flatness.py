@@ -7,20 +7,20 @@ Theorem. For every number λ, each point X of the piece has |g · (X − A)| ≤
 λ h(P_ij)| over the control points P_ij of the rectangle. For every number μ, e · (X − A) lies
 between the least and the greatest of e · (P_ij − A) − μ h(P_ij).
 
-Proof. On the piece h = 0, so that g · (X − A) = g · (X − A) − λ h(X), an affine function of X. X is
-a mean of the P_ij (weights are positive), and an affine function of a mean is the mean of its
-values. ∎
+Proof. On the piece h = 0, so g · (X − A) = g · (X − A) − λ h(X), which is an affine function of X.
+X is a mean of the P_ij, because weights are positive, and an affine function of a mean is the mean
+of its values. ∎
 
-So the distance of X from the chord AB is at most the hypotenuse of the first bound and of the
-length by which the second interval reaches beyond [0, |AB|]. λ and μ are free; they are chosen so
-that the linear terms in the parameters cancel: both bounds are of the second order in the size of
-the rectangle.
+So the distance of X from the chord AB is at most the hypotenuse of two lengths: the first bound,
+and the length by which the second interval reaches beyond [0, |AB|]. λ and μ are free. They are
+chosen so that the linear terms in the parameters cancel; then both lengths are of the second order
+in the size of the rectangle.
 
-Rounding. Restriction takes 2 (p + q) steps of means and sums of p + q + 2 products: errors of
-coordinates of the control points of the rectangle, and of A and B, are at most 8 (p + q) u, u =
-2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; above, it grows in proportion. The heights of A and B
-have the same bound in place of 0, and h has the factors λ and μ in the bounds. So `SLACK` is
-multiplied by 1 + |λ| + |μ|.
+Rounding. Restriction takes 2 (p + q) steps of means, and sums of p + q + 2 products. So the errors
+of the coordinates of A, B and the control points of the rectangle are at most 8 (p + q) u, with u =
+2⁻⁵³. `SLACK` is this bound for p + q ≤ 64; for higher degrees it grows in proportion. The heights
+of A and B are not exactly 0, but at most this bound, and the bounds have h with the factors λ and
+μ. So `SLACK` is multiplied by 1 + |λ| + |μ|.
 """
 
 from dataclasses import dataclass
@@ -37,23 +37,24 @@ from service.engine.sections.heights import LocalPlanes, points_of, restrict
 from service.engine.vectors import cross, dot
 
 SLACK = 2.0**-44
-"""Rounding of control points for p + q ≤ 64, in the coordinates of the nets."""
+"""A bound of the rounding errors of control points for p + q ≤ 64, in the coordinates of the
+nets."""
 
 ROOM = 1 << 19
-"""Coordinates of control points in one chunk."""
+"""How many coordinates of control points one chunk has, to bound the memory."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pieces:
-    """Pieces of sections, m in number: the graph of one parameter over the other.
+    """The m pieces of sections; each is a graph of one parameter over the other.
 
     Attributes
     ----------
     plane, net : ndarray of int, shape (m,)
     begin, end : ndarray of float64, shape (m, 2)
-        Parameters of the ends, in ascending order of the one over which the piece is a graph.
+        The parameters (u, v) of both ends; the parameter over which the piece is a graph ascends.
     low, high : ndarray of float64, shape (m, 2)
-        Corners of a rectangle that contains the piece.
+        The corners of a rectangle of parameters that contains the piece.
     axis : ndarray of int, shape (m,)
         0 for a graph over u, 1 over v; 2 if the piece is monotone in both, so that its ends are
         corners of the rectangle.
@@ -71,8 +72,8 @@ class Pieces:
 def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     """Bound the distances of pieces of nets of one group from their chords: shape (2, m).
 
-    The first row is without rounding, and decreases by halving; the second is the slack for
-    rounding, which is large where the surface is almost parallel to the plane.
+    The first row does not include rounding, and decreases by halving. The second row is the slack
+    for rounding, which is large where the surface is almost parallel to the plane.
     """
     bounds = np.empty((2, len(pieces.net)))
     for rows in row_slices(len(pieces.net), group.nets[0].size, ROOM):
@@ -86,6 +87,7 @@ def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatA
 
 
 def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
+    """Apply the theorem to some pieces; the result is that of `piece_bounds`."""
     nets = group.nets[pieces.net - group.first]
     first, last = _points_at(nets, pieces.begin), _points_at(nets, pieces.end)
     normal = planes.normals[pieces.plane]
@@ -94,7 +96,8 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     length = np.sqrt(dot(chord, chord))
     along = chord / np.where(length > 0, length, 1.0)[:, np.newaxis]
     no_chord = np.flatnonzero(length == 0)
-    if len(no_chord):  # any direction in the plane is valid
+    if len(no_chord):
+        # Both ends are equal: take any direction in the plane.
         direction = np.eye(3)[np.abs(normal[no_chord]).argmin(axis=1)]
         direction = cross(normal[no_chord], direction)
         along[no_chord] = direction / np.sqrt(dot(direction, direction))[:, np.newaxis]
@@ -159,7 +162,7 @@ def _points_at(nets: FloatArray, place: FloatArray) -> FloatArray:
 
 
 def _slopes(values: FloatArray) -> FloatArray:
-    """Mean differences (m, 2) of values (m, p+1, q+1) at the corners, along u and v."""
+    """Mean differences (m, 2) along u and v of the corner values of arrays (m, p+1, q+1)."""
     a, b, c, d = values[:, 0, 0], values[:, 0, -1], values[:, -1, 0], values[:, -1, -1]
     return np.stack([(c + d - a - b) / 2, (b + d - a - c) / 2], axis=1)
 

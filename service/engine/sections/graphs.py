@@ -1,4 +1,4 @@
-"""Cells of patches in which the section is a graph, by the signs of Bézier coefficients alone.
+"""Decides in which cells the section is a graph, by the signs of Bézier coefficients alone.
 
 Theorem. Let f be the polynomial of `heights` over a rectangle of parameters.
 
@@ -13,11 +13,11 @@ Theorem. Let f be the polynomial of `heights` over a rectangle of parameters.
    decreases, and with u and v exchanged.
 
 Proof. A Bézier polynomial is a mean of its coefficients. In the open rectangle all weights of this
-mean are positive; at an inner point of a side, those of the coefficients of this side are. This
-proves 1, and that ∂f/∂v > 0 at every inner point. So f(u, ·) increases, and has a zero if and only
-if f(u, v₀) ≤ 0 ≤ f(u, v₁): the pieces of the graph are the connected parts of the set of all such
-u. Each part is an interval, and at its ends one of the two values changes its sign, or the interval
-of u ends. ∎
+mean are positive. At an inner point of a side, the weights of the coefficients of this side are
+positive. This proves part 1, and that ∂f/∂v > 0 at every inner point. So f(u, ·) increases, and it
+has a zero if and only if f(u, v₀) ≤ 0 ≤ f(u, v₁). The pieces of the graph are the connected parts
+of the set of all such u. Each part is an interval; at its ends one of the two values changes its
+sign, or the interval of u ends. ∎
 """
 
 import numpy as np
@@ -40,8 +40,8 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     Returns
     -------
     kind : ndarray of int, shape (n,)
-        `ABOVE` or `BELOW` by part 1; `OVER_U` or `OVER_V` by part 2, whichever has the larger slope
-        of f in the other parameter; else `SINGULAR`.
+        By part 1 `ABOVE` or `BELOW`; by part 2 `OVER_U` or `OVER_V`, and if both are possible, the
+        one with the larger slope of f in the other parameter; else `SINGULAR`.
     sense : ndarray of float64, shape (n,)
         As in `Cells`.
     is_monotone : ndarray of bool, shape (n,)
@@ -59,7 +59,7 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
         graphs += rises | falls
         steepest[is_better] = slope[is_better]
         kind[is_better] = which
-        # To the left of (f_v, −f_u) in the plane of parameters f is larger.
+        # In the plane of parameters, f is larger to the left of the direction (f_v, −f_u).
         sense[is_better] = np.where(rises == (which == OVER_U), 1.0, -1.0)[is_better]
     flat = nets.reshape(count, -1)
     for which, is_one in ((ABOVE, flat.min(axis=1) >= 0), (BELOW, flat.max(axis=1) <= 0)):
@@ -86,9 +86,9 @@ def crossings(
     Returns
     -------
     cell : ndarray of int, shape (k,)
-        Ascending; each cell an even number of times.
+        The cell of each place, ascending. Each cell occurs an even number of times.
     place : ndarray of float64, shape (k, 2)
-        Parameters (u, v), ascending along the axis for each cell.
+        The parameters (u, v); for each cell, they ascend along the axis.
     """
     cells, places = [], []
     for side in range(4):
@@ -110,7 +110,8 @@ def bound_slopes(cells: OpenCells, axis: int) -> FloatArray:
 
         |dv/du| = |f_u| / |f_v| ≤ max |f_u| / min |f_v|
 
-    The coefficients of a partial derivative bound it. Shape (n,); 1e300 where the least is 0.
+    A partial derivative is bounded by its coefficients. The result has shape (n,), and is 1e300 if
+    the least |f_v| is 0.
     """
     steps = []
     for direction in (0, 1):

@@ -1,17 +1,17 @@
-"""Heights of patches over planes: polynomials whose zero sets are the sections.
+"""Heights of patches over planes: the polynomials f whose zero sets are the sections.
 
 For a patch S(u, v) with control points P_ij, weights w_ij and a plane n · p = d
 
     f(u, v) = Σ_ij B_i^p(u) B_j^q(v) w_ij h_ij,   h_ij = n · P_ij − d
 
-is a scalar Bézier polynomial. It is the height of S over the plane times Σ B_i B_j w_ij, which is
-positive: its zero set is the section, and its sign is the side of the plane.
+is a scalar Bézier polynomial: the height of S over the plane, times Σ B_i B_j w_ij. This factor is
+positive, so the zero set of f is the section, and the sign of f is the side of the plane.
 
-Rounding. Coordinates are those of `QueryNets`, at most 1 in absolute value about the middle of the
-model, and weights are divided by the largest of a net. Heights of at most `THICKNESS` count as
-zero: the section is that of a surface whose control points are moved by at most this distance along
-n. It is far more than the rounding of h, so a patch that lies exactly in the plane also lies in it
-after rounding.
+Rounding. Coordinates are those of `QueryNets`, which are at most 1 in absolute value. Weights are
+divided by the largest weight of a net. Heights of at most `THICKNESS` in absolute value count as
+zero; so the section is that of a surface whose control points are moved by at most this distance
+along n. `THICKNESS` is far more than the rounding errors of h. So a patch that lies exactly in the
+plane also lies in the plane after rounding.
 """
 
 from collections.abc import Iterator
@@ -27,8 +27,8 @@ THICKNESS = 2.0**-40
 """The largest height that counts as zero, in the coordinates of the nets."""
 
 NOISE = 2.0**-44
-"""A bound of the difference of f in two patches on their common edge: if |f| is larger, both see
-the same sign."""
+"""On a common edge of two patches, f differs by at most this. If |f| is larger, f has the same sign
+in both."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,7 +42,8 @@ class LocalPlanes:
     def of(planes: Planes, nets: QueryNets) -> "LocalPlanes":
         """The planes n · x = (d − n · origin) / scale."""
         middle = np.einsum("mk,k->m", planes.normals, nets.origin)
-        with np.errstate(over="ignore"):  # planes at infinity
+        # Planes that are too far away get infinite offsets, and cut nothing.
+        with np.errstate(over="ignore"):
             return LocalPlanes(planes.normals, (planes.offsets - middle) / nets.scale)
 
     def heights(self, plane: Ints, points: FloatArray) -> FloatArray:
@@ -75,7 +76,7 @@ class Boxes:
 
 
 def points_of(nets: FloatArray) -> FloatArray:
-    """Control points of polynomial or homogeneous nets."""
+    """The control points (…, 3) of polynomial or homogeneous nets."""
     return nets if nets.shape[-1] == 3 else nets[..., :3] / nets[..., 3:]
 
 
@@ -88,8 +89,9 @@ def height_nets(
     -------
     nets : ndarray of float64, shape (m, p+1, q+1)
     floor : ndarray of float64, shape (m,)
-        The least |f| at which a point can be `THICKNESS` from the plane, for all weights. coplanar
-        : ndarray of bool, shape (m,) Whether the patch lies in the plane.
+        If |f| is at most this, a point is at most `THICKNESS` from the plane, whatever its weight.
+    coplanar : ndarray of bool, shape (m,)
+        Whether the patch lies in the plane.
     """
     nets = group.nets[net - group.first]
     heights = planes.heights(plane, points_of(nets))
@@ -104,9 +106,9 @@ def height_nets(
 
 
 def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Restrict nets (m, p+1, q+1, D) each to a rectangle; `low` and `high` (m, 2) are its corners.
+    """Restrict nets (m, p+1, q+1, D), each to a rectangle with the corners `low` and `high` (m, 2).
 
-    De Casteljau's construction adds products with factors that are not negative.
+    All factors are not negative, as in de Casteljau's construction, so no digits cancel.
     """
     m, rows, columns, width = nets.shape
     along_u = _restrictions(rows - 1, low[:, 0], high[:, 0])
@@ -116,7 +118,10 @@ def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
 
 
 def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict row k to [low_k, high_k]: to [0, e], then to [s, e]."""
+    """Matrices (m, n+1, n+1) that restrict curve k to [low_k, high_k].
+
+    Each is the product of the restriction to [0, e] and then to [s, e].
+    """
     share = low / np.where(high > 0, high, 1.0)
     begins = _beginnings(degree, high)
     ends = _beginnings(degree, 1.0 - share)[:, ::-1, ::-1]
@@ -124,7 +129,7 @@ def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
 
 
 def _beginnings(degree: int, end: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict to [0, e]: row j has the polynomials B_k^j(e)."""
+    """Matrices (m, n+1, n+1) that restrict curves to [0, e]; row j has the values B_k^j(e)."""
     matrices = np.zeros((len(end), degree + 1, degree + 1))
     matrices[:, 0, 0] = 1.0
     t = end[:, np.newaxis]
@@ -135,7 +140,10 @@ def _beginnings(degree: int, end: FloatArray) -> FloatArray:
 
 
 def runs_of_planes(counts: Ints, most: int) -> Iterator[tuple[int, int]]:
-    """Runs of planes with at most `most` pairs together; a run has at least one plane."""
+    """Split planes into runs [first, last) that have together at most `most` pairs.
+
+    `counts` has the number of pairs of each plane. A run has at least one plane.
+    """
     first, total = 0, 0
     for k, count in enumerate(counts.tolist()):
         if k > first and total + count > most:

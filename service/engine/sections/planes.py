@@ -11,10 +11,10 @@ from service.errors import InvalidRequest, Issue
 from service.surface.lowered import PatchModel
 
 RELATIVE_TOLERANCE = 1e-3
-"""The tolerance in diagonals of the box of control points, if the caller gives none."""
+"""The default tolerance, in diagonals of the box of control points."""
 
 LEAST_TOLERANCE = 1e-9
-"""The least tolerance in diagonals; smaller tolerances are of the size of rounding errors."""
+"""The least tolerance, in diagonals; smaller tolerances would be of the size of rounding errors."""
 
 SINGLE = float(np.finfo(np.float32).eps)
 """The relative precision of float32."""
@@ -37,17 +37,17 @@ class Planes:
 
     @property
     def axes(self) -> tuple[FloatArray, FloatArray]:
-        """Unit vectors x and y (m, 3) within each plane: x × y = n.
+        """Unit vectors x and y, shape (m, 3) each, within each plane, with x × y = n.
 
-        x is the projection of the axis of space that follows the one along which n is longest: for
-        a plane z = d, x and y are the axes of space.
+        Of x, y, z take the axis that follows the one with the largest component of n. The vector x
+        is the projection of this axis. So for a plane z = d, x and y are the axes of space.
         """
         rows = np.arange(len(self.normals))
         start = np.zeros_like(self.normals)
         start[rows, (np.abs(self.normals).argmax(axis=1) + 1) % 3] = 1.0
         along = start - np.einsum("mk,mk->m", start, self.normals)[:, np.newaxis] * self.normals
         along /= np.sqrt(np.einsum("mk,mk->m", along, along))[:, np.newaxis]
-        along += 0.0  # no −0
+        along += 0.0  # −0 becomes 0
         return along, cross(self.normals, along) + 0.0
 
     def __len__(self) -> int:
@@ -70,7 +70,7 @@ class SectionTolerance:
     relative: float = RELATIVE_TOLERANCE
 
     def within(self, model: PatchModel, *, single: bool) -> float:
-        """The tolerance in model units, for points that are stored in float32 if `single`.
+        """The tolerance in model units; `single` says whether points are stored in float32.
 
         Raises
         ------

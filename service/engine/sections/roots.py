@@ -1,14 +1,15 @@
-"""Roots of polynomials in Bernstein form over [0, 1], where their signs change.
+"""Finds the roots of polynomials in Bernstein form over [0, 1] at which their signs change.
 
 The number of sign changes of the coefficients is the number of roots in the open interval, with
-multiplicities, plus an even number (Descartes' rule in Bernstein form): without a change there is
-no root, with one change there is one. Other intervals are halved. Zero counts as positive, for
-coefficients and for values: a root at an end belongs to the interval in which the polynomial
-becomes negative. If all coefficients of an interval are at most `floor`, they count as zero, and
-the interval has one root if the signs at its ends differ, else a double root: the section touches
-the side there, or crosses itself. The same holds for an interval after `DEEPEST` halvings.
+multiplicities, plus an even number (Descartes' rule in Bernstein form). So an interval without sign
+changes has no root, and an interval with one change has one root. Other intervals are halved. Zero
+counts as positive, both for coefficients and for values; so a root at an end belongs to the
+interval in which the polynomial becomes negative. If all coefficients of an interval are at most
+`floor` in absolute value, they count as zero. Such an interval has one root if the signs at its
+ends differ, else a double root, where the section touches the side or crosses itself. The same rule
+is used for an interval after `DEEPEST` halvings.
 
-All operations are elementwise: the roots of a row do not depend on the other rows.
+All operations are elementwise, so the roots of one row do not depend on the other rows.
 
 References
 ----------
@@ -35,15 +36,15 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
     rows : ndarray of float64, shape (m, n+1)
         Bernstein coefficients.
     floor : ndarray of float64, shape (m,)
-        The largest coefficients of each row that count as zero.
+        The largest absolute value of a coefficient that counts as zero, for each row.
 
     Returns
     -------
     row : ndarray of int, shape (k,)
-        Ascending.
+        The row of each root, ascending.
     t : ndarray of float64, shape (k,)
-        Ascending for each row, double roots twice; exactly 0 or 1 if the coefficient at this end
-        is 0 and the root is there.
+        The roots of each row, ascending; double roots occur twice. A root at an end is exactly 0 or
+        1 if the coefficient at this end is 0.
     """
     number, begin, nets, depth = np.arange(len(rows)), np.zeros(len(rows)), rows, 0
     parts: list[tuple[Ints, FloatArray]] = []
@@ -77,6 +78,7 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
 
 
 def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The coefficients (m, n+1) over [0, ½] and over [½, 1]."""
     rows = nets.T
     n = len(rows) - 1
     low, high = np.empty_like(rows), np.empty_like(rows)
@@ -120,7 +122,7 @@ def _find_single(nets: FloatArray, signs: Bools) -> FloatArray:
 
 
 def _values(nets: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and derivatives by de Casteljau's construction."""
+    """Values and derivatives (m,) of polynomials (m, n+1), each at its t, by de Casteljau."""
     rows = nets.T
     slope = np.zeros(len(t))
     while len(rows) > 1:

@@ -1,10 +1,12 @@
 """The search for the cells of a section by halving, which misses no loop.
 
-A cell that is no graph (`graphs`) is halved in both directions. A graph is halved along itself
-until each of its pieces is within the tolerance of its chord (`flatness`), as are sides that lie in
-the plane. A cell that is still no graph at the size `FINEST` is *singular*: near it the surface
-touches the plane, or the section crosses itself. If more than `CROWD` cells of one patch are no
-graphs they lie along a curve, and each is singular from a larger size on: `SHARE` of the tolerance.
+A cell in which the section is not a graph (`graphs`) is halved in both directions. A cell with a
+graph is halved along the parameter of the graph, until each piece of the graph is within the
+tolerance of its chord (`flatness`); cells with a side in the plane are halved in the same way. If
+the section is still not a graph in a cell of the size `FINEST`, the cell is *singular*: near it the
+surface touches the plane, or the section crosses itself. If more than `CROWD` cells of one patch
+are not graphs, they lie along a curve; then a cell is singular already at a larger size, `SHARE` of
+the tolerance.
 """
 
 from collections.abc import Callable
@@ -32,21 +34,22 @@ from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
 from service.surface.sides import take_side
 
 FINEST = 2.0**-20
-"""Size of singular cells, in the coordinates of the nets: heights in them are about `THICKNESS`."""
+"""The size of singular cells, in the coordinates of the nets. Heights in such cells are about
+`THICKNESS`."""
 
 CROWD = 128
-"""If more cells of one patch are open, they lie along a curve. A point where a section crosses
-itself has about 16 open cells around it."""
+"""If more cells of one patch are open, they lie along a curve, because there are only about 16 open
+cells around a point where a section crosses itself."""
 
 SHARE = 1 / 8
-"""Size of singular cells along a curve, in units of the tolerance."""
+"""The size of singular cells along a curve, in units of the tolerance."""
 
 STEADY = 0.1
-"""Relative change of the expected number of pieces from one level to the next that counts as
-small."""
+"""The expected number of pieces is reliable if it changes by at most this share from one level to
+the next."""
 
 ROOM = 1 << 18
-"""Numbers of one array of coefficients in one chunk."""
+"""How many coefficients one array has at most, to bound the memory."""
 
 
 @dataclass(eq=False, slots=True)
@@ -58,10 +61,10 @@ class CellSearch:
     tolerance : float
         In the coordinates of the nets.
     allow : callable
-        Takes a lower bound of the number of cells, and a number that is expected to be exceeded;
-        raises an error if one of them is too large.
+        Is called with a lower bound of the number of cells, and with a number that the final number
+        will probably exceed; raises an error if one of them is too large.
     deviation : float
-        Largest bound of the distance of a piece from its chord.
+        The largest bound of the distance of a piece from its chord.
     """
 
     group: NetGroup
@@ -71,12 +74,16 @@ class CellSearch:
     deviation: float = 0.0
     _ended: list[Cells] = field(default_factory=list)
     _pieces: float = 0.0
-    """The expected number of pieces: the sum of √(bound / tolerance) over the cells of a level, as
-    bounds are of the second order. In tests this was 0.6 to 1.7 times the final number from the
-    third level on, and 0.6 to 1 times if it changed by less than `STEADY`."""
+    """The expected number of pieces: the sum of √(bound / tolerance) over the cells of a level,
+    because bounds are of the second order in the size of cells. In tests this sum was 0.6 to 1.7
+    times the final number from the third level on, and 0.6 to 1 times if it changed by less than
+    `STEADY`."""
 
     def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
-        """The cells of pairs that the section meets, and which pairs (m,) are coplanar."""
+        """Find the cells that the sections meet, for m pairs of a plane and a net.
+
+        Also returns for which pairs (m,) the patch lies in the plane.
+        """
         nets, floor, coplanar = height_nets(self.group, self.planes, plane, net)
         place = np.zeros((4, len(plane)), np.int64)
         place[1], place[3] = ONE, ONE
@@ -128,7 +135,7 @@ class CellSearch:
         return along[0], along[1]
 
     def _sizes(self, cells: OpenCells, long: Ints) -> FloatArray:
-        """Sizes (n,) of cells on the surface, approximately."""
+        """Approximate sizes (n,) of cells on the surface."""
         points = self.group.nets[..., :3]
         if self.group.is_rational:
             points = points / self.group.nets[..., 3:]
@@ -140,10 +147,10 @@ class CellSearch:
         return np.asarray((speeds[0][net] * long[0] + speeds[1][net] * long[1]) / ONE)
 
     def _are_flat(self, cells: OpenCells, axis: int, is_monotone: Bools) -> tuple[Bools, Bools]:
-        """Which graphs over one parameter have all of their pieces near enough to their chords.
+        """In which cells all pieces of the graph are near enough to their chords, shape (n,).
 
-        The second result says in which graphs a piece may reach every value of the other parameter
-        in the cell.
+        The second result, of shape (n,), says in which of the cells a piece may reach every value
+        of the other parameter.
         """
         cell, place = crossings(cells.nets, cells.floor, cells.place / ONE, axis)
         checkpoint()
@@ -164,8 +171,8 @@ class CellSearch:
         pieces = Pieces(cells.plane[first], cells.net[first], begin, end, low, high, kinds)
         bound, slack = piece_bounds(self.group, self.planes, pieces)
         worst = np.zeros(len(cells))
-        # Halving does not reduce rounding: at least half of the tolerance is left for the other
-        # errors.
+        # Halving does not reduce the slack for rounding, so count at most half of the tolerance for
+        # it: then the rest is left for the errors that halving reduces.
         np.maximum.at(worst, first, np.minimum(slack, self.tolerance / 2) + bound)
         is_wide = np.zeros(len(worst), bool)
         is_wide[first] = (high - low)[:, across] * ONE >= cells.place[2 * across + 1, first] - (
@@ -196,14 +203,14 @@ class CellSearch:
 
 
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
-    """The results of `graphs.classify`, for a limited number of cells at a time."""
+    """Call `graphs.classify` for a limited number of cells at a time."""
     parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, ROOM)]
     kind, sense, is_monotone = (np.concatenate(column) for column in zip(*parts, strict=True))
     return kind, sense, is_monotone
 
 
 def _keep_near(cells: OpenCells) -> OpenCells:
-    """The cells that the section may meet, with a margin for rounding."""
+    """The cells that the section may meet; the margin `NOISE` covers rounding."""
     checkpoint()
     low, high = cells.nets.min(axis=(1, 2)), cells.nets.max(axis=(1, 2))
     checkpoint()

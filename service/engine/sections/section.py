@@ -1,7 +1,7 @@
-"""Sections of a surface by planes: cells, segments, arcs, polylines.
+"""Sections of a surface by planes, in four steps: cells, segments, arcs, polylines.
 
-Several planes are treated in one array operation; the section by one plane does not depend on the
-others.
+The arrays of one step are computed for several planes at once. The section by one plane does not
+depend on the other planes.
 """
 
 from collections.abc import Callable
@@ -30,24 +30,24 @@ from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
 PAIRS = 1 << 16
-"""Coefficients of f, before halving, of the patches in one chunk."""
+"""How many coefficients of f, before halving, the patches in one chunk have."""
 
 LEAST = 2.0**-38
 """The least tolerance in the coordinates of the nets, for a surface that is one point."""
 
 NEAR = 2.0**-14
-"""Points nearer than this, in the coordinates of the nets, count as one touching point: several
-cells around it may touch the plane."""
+"""Touching points nearer than this to each other, in the coordinates of the nets, count as one
+point, because several cells around one point may touch the plane."""
 
 NODES = 1 << 14
-"""Points in one chunk."""
+"""How many points are computed at once."""
 
 ALL = 1 << 20
-"""Pairs of a plane and a net whose boxes are compared in one step."""
+"""How many pairs of a plane and a net have their boxes compared at once."""
 
 BELOW = 0.999
-"""Sections are refined to this multiple of the tolerance: formats round the bound up to four
-digits, and it must still be within the tolerance."""
+"""Sections are refined to this multiple of the tolerance. Formats round the bound up to four
+digits, and the rounded bound must still be within the tolerance."""
 
 
 def cut_surface(
@@ -64,9 +64,9 @@ def cut_surface(
     tolerance : float
         Model units.
     allow : callable
-        Takes a lower bound of the number of pieces; raises an error if that is too large. It also
-        takes an estimate that the number will probably exceed, so that a refusal comes before the
-        work.
+        Is called with lower bounds of the number of pieces; raises an error if the number is too
+        large. It is also called with estimates that the number will probably exceed, so that a
+        refusal comes before the work.
     """
     nets = surface_nets(model.batches)
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
@@ -93,6 +93,8 @@ def cut_surface(
 
 @dataclass(eq=False, slots=True)
 class _Search:
+    """The state of cutting a surface: the pieces so far, and the largest deviation."""
+
     nets: QueryNets
     borders: Borders
     local: LocalPlanes
@@ -102,7 +104,7 @@ class _Search:
     deviation: float = 0.0
     count: int = 0
     _before: int = 0
-    """Pieces of the cuts before the last call of `begin`."""
+    """The number of pieces before the last call of `begin`."""
     _pairs: tuple[int, int] = 0, 0
     """The number of pairs of a plane and a net that `begin` announced, and the number that `cut`
     has begun."""
@@ -143,7 +145,7 @@ class _Search:
         ]
 
     def _allow(self, count: int, expected: float) -> None:
-        """Calls `allow` with a lower bound of the pieces, and with an estimate for all pairs."""
+        """Call `allow` with a lower bound of the pieces, and with an estimate for all pairs."""
         self.allow(self.count + count)
         pairs, begun = self._pairs
         pieces = self.count - self._before + expected
@@ -170,14 +172,19 @@ class _Search:
             keep[1:] = (rows[1:] != rows[:-1]).any(axis=1)
             if keep.sum() > 1:
                 polylines[plane[line.nodes[0]] - first].append(Polyline(rows[keep], line.closed))
-            else:  # a patch that is a curve passes through the plane
+            else:
+                # All points are equal: a patch that is only a curve passes through the plane.
                 touching.append(line.nodes[:1])
         degree = np.bincount(arcs.ends.ravel(), minlength=len(points))
-        separate = _apart(points, np.concatenate(touching), np.flatnonzero(degree > 2))
+        separate = _keep_separate(points, np.concatenate(touching), np.flatnonzero(degree > 2))
         return model[separate], plane[separate]
 
     def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
-        """Nodes in the coordinates of the nets, (N, 3), in their planes (N,), crossings last."""
+        """The points (N, 3) of all nodes, and the number of the plane of each node, (N,).
+
+        Points are in the coordinates of the nets, and are projected onto their planes. Crossings
+        come last.
+        """
         plane = segments.node_plane
         points = np.zeros((len(plane), 3))
         used = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
@@ -203,11 +210,11 @@ class _Search:
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
     def _note_crossings(self, cells: CellTable, rows: Ints, away: FloatArray) -> None:
-        """Include the distance of the section from the arcs at crossings in the deviation.
+        """Include in the deviation the distance of the section from the arcs at crossings.
 
-        A crossing lies at the mean of the middles of a group of singular cells. The section in
-        these cells, and the ends of arcs on their borders, are within r = away + size of it. So
-        their distances are at most 2 max r.
+        The point of a crossing is the mean of the middles of a group of singular cells. The section
+        in such a cell, and the ends of arcs on its border, are at most r = away + size from this
+        point. So the distance of the section from the arcs is at most 2 max r.
         """
         low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
         size = np.zeros(len(rows))
@@ -219,13 +226,13 @@ class _Search:
         self.deviation = max(self.deviation, float(2 * (away + size).max()))
 
 
-def _apart(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
+def _keep_separate(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
     """The `nodes` that are not near a crossing, and not near an earlier node."""
-    kept: list[int] = []
+    separate: list[int] = []
     others = points[crossings]
     for k in nodes.tolist():
         checkpoint()
-        near = np.abs(np.concatenate([others, points[kept]]) - points[k]).max(axis=1) <= NEAR
+        near = np.abs(np.concatenate([others, points[separate]]) - points[k]).max(axis=1) <= NEAR
         if not near.any():
-            kept.append(k)
-    return np.array(kept, np.intp)
+            separate.append(k)
+    return np.array(separate, np.intp)

@@ -1,11 +1,11 @@
-"""Sides of cells cut into segments that all cells on them share, and the roots of f on these.
+"""Splits the sides of cells into segments that neighbouring cells share, and finds roots on them.
 
-Cells of different sizes meet along a line. All of their sides on it are dyadic intervals, so two of
-them are nested or disjoint: the smallest are the *segments*, and each side is a row of segments,
-except for gaps in which f has no root. A root is computed once, on its segment, for all cells with
-sides there, and is a *node*; so neighbours share their nodes, and polylines close. Likewise the
-sign of f at a place that is a corner of several cells is decided once, and the polynomial of each
-segment gets the signs of its ends: the values of two patches may differ there by rounding. Zero
+Cells of different sizes meet along a line. Their sides on this line are dyadic intervals, so two
+sides are nested or disjoint. The smallest sides are the *segments*; each side is a row of segments,
+except for gaps in which f has no root. A root of f on a segment is a *node*. It is computed once
+for all cells that have the segment on a side; so neighbours share their nodes, and polylines have
+no gaps. The sign of f at a corner of several cells is decided once, too, because the values of two
+patches may differ by rounding; the polynomials on segments get these signs at their ends. Zero
 counts as positive.
 """
 
@@ -22,33 +22,34 @@ from service.engine.sections.sides import CellSides, CellTable, is_change, numbe
 from service.surface.sides import BEGINS, ENDS
 
 TINY = 2.0**-1000
-"""Absolute value that replaces a coefficient whose sign is wrong by rounding."""
+"""If a coefficient at the end of a segment should be negative, but is not because of rounding, it
+becomes −TINY."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Segments:
-    """Segments, places and nodes of cells.
+    """The segments, places and nodes of n cells.
 
     Attributes
     ----------
     corner : ndarray of int, shape (n, 4)
-        Number of the place at each corner of a cell; place k is node k.
+        The number of the place at each corner of a cell. Place k is node k, too.
     value : ndarray of float64, shape (V,)
-        f at places.
+        f at the places.
     first, last : ndarray of int, shape (n, 4)
-        The segments of a side: first … last − 1.
+        The segments of each side have the numbers first … last − 1.
     ends : ndarray of int, shape (G, 2)
-        Places at which segments begin and end.
+        The places at which the G segments begin and end.
     in_plane : ndarray of bool, shape (G,)
-        Segments that lie in the plane.
+        Whether each segment lies in the plane.
     side_in_plane : ndarray of bool, shape (n, 4)
-        Sides of cells that lie in the plane.
+        Whether each side of a cell lies in the plane.
     backward : ndarray of bool, shape (n, 4)
-        Whether each side runs against its line.
+        Whether each side and its line run in opposite directions.
     root_segment, root_node : ndarray of int, shape (R,)
-        Roots, ascending by segment: the segment, the node.
+        The segment and the node of each root; segments ascend.
     root_at : ndarray of float64, shape (R,)
-        Coordinate on the line.
+        The coordinate of each root on its line.
     node_net, node_plane : ndarray of int, shape (N,)
     node_place : ndarray of float64, shape (2, N)
         The place of each node: a net and its parameters.
@@ -87,7 +88,8 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     at = np.asarray(low + t * (high - low), np.float64)
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
     inner = np.flatnonzero((t > 0) & (t < 1))
-    again = np.zeros(len(inner), bool)  # a double root is one node
+    # A double root is one node.
+    again = np.zeros(len(inner), bool)
     again[1:] = (np.diff(segment[inner]) == 0) & (np.diff(t[inner]) == 0)
     node[inner] = len(value) - 1 + np.cumsum(~again)
     inner = inner[~again]
@@ -121,14 +123,16 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
 
 
 def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
-    """The smallest of all sides with a length; for equal intervals the first side.
+    """Find the smallest sides, which are the segments; of equal sides the first is chosen.
+
+    Sides without length have no segments.
 
     Returns
     -------
     side : ndarray of int, shape (G,)
         The sides that are segments, along each line.
     first, last : ndarray of int, shape (4 n,)
-        The segments of every side: first … last − 1; none for sides without length.
+        The segments of every side have the numbers first … last − 1.
     """
     order = np.lexsort((-sides.high, sides.low, sides.across, sides.line, sides.plane))
     order = order[sides.has_length[order]]
@@ -151,9 +155,18 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
 def _segment_roots(
     cells: CellTable, side: Ints, is_reversed: Bools, ends: FloatArray
 ) -> tuple[Ints, FloatArray, Bools]:
-    """Roots on segments, each a side (G,) of a cell: segment, t on it; and segments in the plane.
+    """Find the roots of f on segments; `side` has the side of a cell that each segment is.
 
-    `ends` (G, 2) are the values of f that determine the signs at the ends.
+    `ends` (G, 2) are the values of f that determine the signs at both ends of a segment.
+
+    Returns
+    -------
+    segment : ndarray of int, shape (R,)
+        The segment of each root.
+    t : ndarray of float64, shape (R,)
+        Its parameter on the segment, from 0 to 1.
+    in_plane : ndarray of bool, shape (G,)
+        Whether each segment lies in the plane.
     """
     cell, number = np.divmod(side, 4)
     in_plane = np.zeros(len(side), bool)

@@ -1,7 +1,8 @@
 """The cells of all groups in one table, and the lines and places on which their sides lie.
 
-Cells of several patches meet on a line of `borders`, those of one patch on lines within it. Names
-of lines and places are numbers: cells that share a line or a corner compute the same name.
+Cells of different patches meet on lines of `borders`; cells of one patch also meet on lines within
+the patch. Lines and places have numbers as names. Cells that share a line or a corner compute the
+same name for it.
 """
 
 from dataclasses import dataclass
@@ -16,9 +17,9 @@ from service.engine.sections.cells import Cells
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CellTable:
-    """Cells of all groups, n in number, one after another; columns as in `Cells`.
+    """The n cells of all groups, one group after another; arrays as in `Cells`.
 
-    `parts` are the cells of each group, `first` the number of the first cell of each group.
+    `parts` are the cells of each group, and `first` has the number of the first cell of each group.
     """
 
     plane: Ints
@@ -31,7 +32,7 @@ class CellTable:
 
     @staticmethod
     def of(parts: tuple[Cells, ...]) -> "CellTable":
-        """The cells of some groups."""
+        """Join the cells of several groups."""
         return CellTable(
             np.concatenate([part.plane for part in parts]),
             np.concatenate([part.net for part in parts]),
@@ -64,17 +65,19 @@ class CellSides:
     ----------
     plane : ndarray of int, shape (4 n,)
     line : ndarray of int, shape (4 n,)
-        Lines of `Borders`, then the direction u and the direction v of every net.
+        The number of the line: first the lines of `Borders`; then for every net one number for all
+        lines of constant u, and one for all lines of constant v.
     across : ndarray of int, shape (4 n,)
-        The parameter that distinguishes parallel lines of a net; 0 on lines of `Borders`.
+        The constant parameter, which distinguishes parallel lines of a net; 0 on lines of
+        `Borders`.
     low, high : ndarray of int, shape (4 n,)
         The interval of coordinates on the line.
     backward : ndarray of bool, shape (4 n,)
-        Whether the side runs against its line.
+        Whether the side and its line run in opposite directions.
     has_length : ndarray of bool, shape (4 n,)
         Whether the line is more than one point.
     start, step : ndarray of int, shape (4 n,)
-        Coordinate of the parameter t along the side: start + step · t.
+        The parameter t along the side has the coordinate start + step · t on the line.
     """
 
     plane: Ints
@@ -117,7 +120,7 @@ class CellSides:
         )
 
     def parameters(self, cells: CellTable, cell: Ints, side: Ints, at: FloatArray) -> FloatArray:
-        """Parameters (2, k), in the nets of cells, of coordinates `at` on lines of their sides."""
+        """Convert coordinates `at` (k,) on the lines of sides to parameters (2, k) of the nets."""
         k = 4 * cell + side
         along = (at - self.start[k]) / self.step[k] / ONE
         fixed = cells.place[side, cell] / ONE
@@ -126,14 +129,14 @@ class CellSides:
 
 
 def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
-    """Number the distinct places at corners of cells.
+    """Number the distinct places of the corners of cells.
 
     Returns
     -------
     number : ndarray of int, shape (n, 4)
-        Number of the place at each corner.
+        The number of the place of each corner.
     corner : ndarray of int, shape (V,)
-        For each place the first of the 4 n corners at this place.
+        For each place, the first of the 4 n corners at this place.
     """
     n = len(cells.net)
     names = np.zeros((2, n, 4), np.int64)

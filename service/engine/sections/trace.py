@@ -1,11 +1,13 @@
 """Joins arcs to polylines that are as long as possible.
 
-At a node with two arcs these are joined. At a node with 4, 6 or more arcs lines go straight on: the
-arcs are ordered by their directions in the plane, and opposite ones are joined. So a figure of
-eight is one closed line, and two circles that cross are two. At other nodes lines end.
+If two arcs meet at a node, they are joined. If 4, 6 or another even number of arcs meet, lines go
+straight on: the arcs are ordered by their directions in the plane, and opposite arcs are joined. So
+a figure of eight is one closed line, and two circles that cross are two closed lines. At other
+nodes lines end.
 
-An arc a is walked as two halves, 2 a and 2 a + 1: the first begins at its node 0, the second at its
-node 1. So `half ^ 1` is the other half of an arc, and `half >> 1` is the arc.
+Arc a has two *halves*, one for each direction in which it can be followed: half 2 a begins at node
+0 of the arc, half 2 a + 1 begins at its node 1. So `half ^ 1` is the half in the other direction,
+and `half >> 1` is the arc.
 """
 
 from collections.abc import Iterator
@@ -17,15 +19,15 @@ from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 
 FAR = 64
-"""The most nodes that determine the direction in which an arc leaves a crossing."""
+"""The direction in which a line leaves a crossing is found from at most this number of nodes."""
 
 CHECKED = 4096
-"""Nodes of a polyline after which the cancellation is checked."""
+"""After this number of nodes of a polyline, the request can be cancelled."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """Nodes of a polyline (k,); if it is closed, the last node repeats the first."""
+    """The nodes (k,) of a polyline; if it is closed, the last node repeats the first."""
 
     nodes: Ints
     closed: bool
@@ -39,14 +41,15 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
     ends : ndarray of int, shape (A, 2)
         The nodes at the two ends of each arc.
     sense : ndarray of float64, shape (A,)
-        Above 0 for arcs in the direction of their polyline, below 0 for arcs against it.
+        Above 0 for arcs that should run from their node 0 to node 1 in a polyline, below 0 for the
+        other direction, 0 if both are possible. The sum over a polyline decides its direction.
     places : ndarray of float64, shape (N, 2)
         Coordinates of the nodes in the plane.
     reach : float
-        Distance from a crossing at which the directions of arcs are compared.
+        At this distance from a crossing the directions of arcs are compared.
     """
     node = ends.ravel()
-    mate = _mates(node, places, reach)
+    mate = _find_mates(node, places, reach)
     nodes, following = node.tolist(), mate.tolist()
     senses = sense.tolist()
     done = bytearray(len(ends))
@@ -71,8 +74,11 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
         yield Line(line, path[0] == path[-1])
 
 
-def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
-    """For each half of an arc, (2 A,), the half that follows at its node, or −1 at line ends."""
+def _find_mates(node: Ints, places: FloatArray, reach: float) -> Ints:
+    """For each half, the other half that begins at its node and to which it is joined: (2 A,).
+
+    It is −1 where lines end. `node` has the node at which each half begins.
+    """
     order = np.argsort(node, kind="stable")
     mate = np.full(len(node), -1)
     begins = np.flatnonzero(np.diff(node[order], prepend=-1))
@@ -85,14 +91,14 @@ def _mates(node: Ints, places: FloatArray, reach: float) -> Ints:
         for k in crossings.tolist():
             checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
-            angles = [_direction(int(h), node, simple, places, reach) for h in halves]
+            angles = [_find_angle(int(h), node, simple, places, reach) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]
             mate[halves] = np.roll(halves, len(halves) // 2)
     return mate
 
 
-def _direction(half: int, node: Ints, mate: Ints, places: FloatArray, reach: float) -> float:
-    """The angle at which a line that begins with a half of an arc leaves its node."""
+def _find_angle(half: int, node: Ints, mate: Ints, places: FloatArray, reach: float) -> float:
+    """The angle in the plane at which the line that begins with a half leaves its node."""
     begin = places[node[half]]
     x = y = 0.0
     for _ in range(FAR):

@@ -22,8 +22,8 @@ class Section:
     Attributes
     ----------
     polylines : tuple of Polyline
-        Seen from the tip of the plane's normal, the normals of the surface point to the right of
-        the polyline: around a body polylines run counter-clockwise.
+        Seen from the tip of the plane's normal, the normals of the surface point to the right of a
+        polyline. So the polylines around a body run counter-clockwise.
     touching : ndarray of float64, shape (k, 3)
         Points where the surface touches the plane, up to rounding.
     coplanar : ndarray of int, shape (c,)
@@ -37,9 +37,9 @@ class Section:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sections:
-    """The sections of a surface by some planes, in their order.
+    """The sections of a surface by some planes, in the order of the planes.
 
-    `deviation_bound`, in model units: no point of a section is farther from its polylines.
+    No point of a section is farther than `deviation_bound`, in model units, from its polylines.
     """
 
     name: str
@@ -50,5 +50,5 @@ class Sections:
 
     @property
     def point_count(self) -> int:
-        """Points of all polylines."""
+        """The number of points of all polylines."""
         return sum(len(line.points) for section in self.sections for line in section.polylines)

@@ -20,10 +20,10 @@ the longest step, or a unit tangent."""
 def compute_frames(
     points: FloatArray, tangents: FloatArray, fractions: FloatArray, *, closed: bool
 ) -> FloatArray:
-    """A unit normal at every sample of K curves, with the least rotation about the curve.
+    """Compute a unit normal at every sample of K curves; normals rotate least about the curve.
 
-    After one turn around a closed curve, the frame would be rotated by some angle. The opposite
-    rotation is spread evenly over the length, so that the frame closes.
+    At the end of a closed curve, the normal would differ from the first normal by some angle. The
+    opposite rotation is distributed evenly over the length, so that both normals are equal.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def compute_frames(
     angle = -twist[:, None] * fractions
     normals, tangents = normals[:, :-1], tangents[:, :-1]
     across = cross(tangents, normals)
-    turned: FloatArray = np.cos(angle)[..., None] * normals + np.sin(angle)[..., None] * across
-    return turned
+    rotated: FloatArray = np.cos(angle)[..., None] * normals + np.sin(angle)[..., None] * across
+    return rotated
 
 
 def find_perpendicular(vectors: FloatArray) -> FloatArray:
@@ -64,7 +64,7 @@ def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> F
     turns = np.zeros((*points.shape[:2], 4))
     turns[:, 0, 0] = 1.0
     turns[:, 1:] = _steps(points, tangents)
-    # Products of the first i rotations for all i, by doubling: each pass spans twice as many.
+    # The products of the first i rotations, for all i: each pass doubles the number of factors.
     span = 1
     while span < turns.shape[1]:
         turns[:, span:] = _multiply(turns[:, span:], turns[:, :-span])
@@ -99,8 +99,8 @@ def _find_least_rotations(before: FloatArray, after: FloatArray) -> FloatArray:
     turns = np.concatenate([1.0 + _dot(before, after)[:, None], cross(before, after)], axis=-1)
     back = turns[:, 0] < NO_PLANE
     turns[back, 0], turns[back, 1:] = 0.0, find_perpendicular(before[back])
-    turned: FloatArray = turns / np.sqrt(_dot(turns, turns))[:, None]
-    return turned
+    unit: FloatArray = turns / np.sqrt(_dot(turns, turns))[:, None]
+    return unit
 
 
 def _multiply(second: FloatArray, first: FloatArray) -> FloatArray:
@@ -114,8 +114,8 @@ def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors after the rotations: v + 2 u × (u × v + w v)."""
     u = turns[..., 1:]
     v = np.broadcast_to(vectors, u.shape)
-    turned: FloatArray = v + 2 * cross(u, cross(u, v) + turns[..., :1] * v)
-    return turned
+    rotated: FloatArray = v + 2 * cross(u, cross(u, v) + turns[..., :1] * v)
+    return rotated
 
 
 def _find_normal_parts(vectors: FloatArray, tangents: FloatArray) -> FloatArray:

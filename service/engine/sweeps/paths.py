@@ -1,10 +1,11 @@
 """Paths of sweeps: the stations of curves, their directions, and mitred or rounded corners.
 
-A station is a place of a ring of a tube, or of a crossbar of a ribbon. A smooth curve has a station
-at every sample. A corner, where the tangent turns by more than the crease angle, has two stations,
-one for each direction. Up to a turn of 90° they are *mitred*: both are in the plane that halves the
-corner, with equal points, and without faces between them. A sharper corner, or a cusp, is
-*rounded*: stations between them turn from one direction to the other in steps of at most 22.5°.
+A station is a place on a curve where a tube has a ring, or a ribbon has a crossbar (the line across
+it). A smooth curve has a station at every sample. A corner, where the tangent turns by more than
+the crease angle, has two stations, one for each direction. Up to a turn of 90° a corner is
+*mitred*: both stations are in the plane that halves the corner, with equal points and without faces
+between them. A sharper corner, or a cusp, is *rounded*: more stations between the two turn from one
+direction to the other in steps of at most 22.5°.
 """
 
 from dataclasses import dataclass
@@ -19,9 +20,11 @@ from service.engine.sweeps.frames import find_perpendicular
 from service.surface.curve_pieces import CurvePieces, to_space
 
 SHARPEST_MITRE = radians(90)
-"""A mitred tube is 1 / cos(half the turn) times as wide across the corner: here 1.41 times."""
+"""The largest turn at a mitred corner. Across the corner a tube is 1 / cos(half the turn) times as
+wide: at this turn 1.41 times."""
 
 ROUND_STEP = radians(22.5)
+"""The largest turn from one station to the next at a rounded corner."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,18 +34,20 @@ class Paths:
     Attributes
     ----------
     points, tangents : ndarray of float64, shape (K, m, 3)
-        The last station of a closed curve is at the place of the first.
+        Of a closed curve, the last station has the point of the first.
     fractions : ndarray of float64, shape (K, m)
-        Length of the curve up to the station, as a share of its length: 0 to 1.
+        The length of the curve up to each station, divided by the whole length: 0 to 1.
     closed : bool
+        Whether the curves are closed.
     parameters : ndarray of float64, shape (m,)
-        The parameters of radii and widths, 0 to 1.
+        The parameters of the stations in the functions of radii and widths, 0 to 1.
     mitres : ndarray of float64, shape (K, m, 3), or None
-        Unit normals of the planes of the stations; None if all are the tangents.
+        The unit normals of the planes of the stations; None if these are the tangents.
     mitred : ndarray of bool, shape (m,)
-        Stations at the place of the station before, without faces between them.
+        Whether each station is the second station of a mitred corner: it has the point of the
+        station before, without faces between them.
     speeds : ndarray of float64, shape (K, m), or None
-        Derivative of the length by the parameters.
+        The derivatives of the length by the parameters.
     """
 
     points: FloatArray
@@ -90,7 +95,8 @@ def build_path(
     mitred, smooth = counts == 2, counts == 1
     before[smooth] = after[smooth] = mean[smooth]
     if closed:
-        # The first station is at the place of the last: stations between them are at the end.
+        # The first and the last sample are one place; all stations of its corner but one are at the
+        # end.
         counts[0] = 1
         counts[-1] -= mitred[-1]
     lengths = arc_lengths(pieces, at)
@@ -100,7 +106,7 @@ def build_path(
     number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = number / np.maximum(counts - 1, 1)[sample]
     if closed:
-        share[0] = 1.0  # its first direction is that after the corner
+        share[0] = 1.0  # the first station has the direction after the corner
     directions = _interpolate(before[sample], after[sample], turn[sample], share)
     planes = np.where(mitred[sample, None], mean[sample], directions)
     arrives = (counts[sample] > 1) & (share == 0)
@@ -129,8 +135,8 @@ def count_most_stations(pieces: CurvePieces, divisions: int, crease_angle: float
 def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_angle: float) -> Ints:
     """The number of stations at every sample.
 
-    If a piece seems to have more corners than it can have cusps, the turns come from rounding, and
-    none of them counts.
+    If a piece seems to have more corners than it can have cusps, these turns are the effect of
+    rounding, and none of them counts as a corner.
     """
     counts = _stations(turn, crease_angle)
     has_corner = (counts > 1) & (at.t > 0) & (at.t < 1)
@@ -141,9 +147,11 @@ def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_ang
 
 
 def _most_cusps(pieces: CurvePieces) -> Ints:
-    """The most cusps of each piece: 0 if all steps of its polygon have one general direction.
+    """Upper bounds of the number of cusps of each piece.
 
-    The same holds with weights: C′ is a sum of P_j − P_i with i < j, times positive functions.
+    A piece has no cusp if all steps of its control polygon have a positive component along the
+    chord. This is true for rational pieces, too, because C′ is a sum of P_j − P_i with i < j, times
+    positive functions.
     """
     steps = np.diff(pieces.points, axis=1)
     chord = pieces.points[:, -1] - pieces.points[:, 0]
@@ -155,7 +163,7 @@ def _most_cusps(pieces: CurvePieces) -> Ints:
 
 
 def _arrive(at: CurveSamples) -> CurveSamples:
-    """The samples, with joints at t = 1 of the piece before."""
+    """The samples, with joints of two pieces at t = 1 of the first, not at t = 0 of the second."""
     joint = (at.t == 0.0) & (at.piece > 0)
     return CurveSamples(at.piece - joint, np.where(joint, 1.0, at.t))
 

@@ -4,16 +4,17 @@ A tube of radius r about a curve C with a rotation-minimising frame n, b = n × 
 
     S(u, φ) = C(u) + r(u) e(φ),  e = cos φ n + sin φ b,  φ from 0 to 2π
 
-so that du × dφ points outwards, along e − r′/|C′| · C′/|C′|: the normal is tilted where the radius
-changes. Where r times the curvature of C exceeds 1, the tube intersects itself on the inner side of
-the bend; it remains closed there.
+The normal du × dφ points outwards, in the direction e − r′/|C′| · C′/|C′|; it is tilted where the
+radius changes. Where r times the curvature of C exceeds 1, the tube intersects itself on the inner
+side of the bend, but it remains closed.
 
 A ribbon of width w about C that faces a direction f:
 
     S(u, v) = C(u) + (v − ½) w(u) s(u),  s = f × C′ normalised,  v from 0 to 1
 
-its normal is the part of f perpendicular to the curve. Where C′ has the direction of f, all
-crossbars are valid, and the crossbar of the station before is repeated.
+The vector s has the direction of the crossbar, the line across the ribbon. The normal of the ribbon
+is the part of f that is perpendicular to the curve. Where C′ has the direction of f, s is not
+defined; there the crossbar of the station before is repeated.
 """
 
 from dataclasses import replace
@@ -29,7 +30,8 @@ from service.engine.sweeps.rows import Rows, SweptGrids, join_rows
 from service.engine.vectors import cross
 
 NO_SIDE = 1e-9
-"""Sine of the angle between curve and facing below which they determine no crossbar."""
+"""If the sine of the angle between the curve and the direction `facing` is at most this, the
+crossbar is not defined."""
 
 
 def build_tubes(
@@ -67,17 +69,17 @@ def build_tubes(
         reach = ring + slide[..., None] * tangents
     checkpoint()
     positions = paths.points[:, :, None] + radius[:, None, None] * reach
-    leaning = ring
+    ring_normals = ring
     if slopes is not None and slopes.any():
-        leaning = ring - slopes[:, :, None, None] * tangents
-        leaning = leaning / np.sqrt(1.0 + slopes**2)[:, :, None, None]
+        ring_normals = ring - slopes[:, :, None, None] * tangents
+        ring_normals = ring_normals / np.sqrt(1.0 + slopes**2)[:, :, None, None]
     checkpoint()
     share = np.arange(sides + 1) / sides
     uvs = np.empty((count, stations, sides + 1, 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share
     rows = Rows(
         positions,
-        leaning,
+        ring_normals,
         uvs,
         ~_find_mitres(paths)[1:],
         radius == 0,
@@ -109,10 +111,10 @@ def build_ribbons(
     stations = paths.points.shape[1]
     width = np.broadcast_to(np.asarray(widths, dtype=np.float64), stations)
     if camera is not None:
-        towards = camera - paths.points
+        directions = camera - paths.points
     else:
-        towards = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
-    side = _crossbars(paths, towards)
+        directions = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
+    side = _find_crossbars(paths, directions)
     normals = cross(paths.tangents, side)
     reach = side
     if paths.mitres is not None:
@@ -144,13 +146,14 @@ def _build_ring(normals: FloatArray, binormals: FloatArray, sides: int) -> Float
     return np.concatenate([ring, ring[:, :, :1]], axis=2)
 
 
-def _crossbars(paths: Paths, towards: FloatArray) -> FloatArray:
-    """Unit vectors perpendicular to the curve and to its facing direction."""
-    size = np.abs(towards).max(axis=2, keepdims=True)
-    side = cross(towards / np.where(size > 0, size, 1.0), paths.tangents)
+def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
+    """Unit vectors (K, m, 3) perpendicular to the curve and to the direction it faces there."""
+    size = np.abs(directions).max(axis=2, keepdims=True)
+    side = cross(directions / np.where(size > 0, size, 1.0), paths.tangents)
     length = np.sqrt(np.square(side).sum(axis=2))
     has_direction = length > NO_SIDE
-    # The crossbar of the last station before that has one, else of the first after it.
+    # If a station has no crossbar, take that of the last station before that has one, else that of
+    # the first station after.
     number = np.where(has_direction, np.arange(side.shape[1]), -1)
     last = np.maximum.accumulate(number, axis=1)
     source = np.where(last >= 0, last, has_direction.argmax(axis=1)[:, None])
@@ -168,6 +171,7 @@ def _crossbars(paths: Paths, towards: FloatArray) -> FloatArray:
 
 
 def _find_mitres(paths: Paths) -> Bools:
+    """Which stations are second stations of mitred corners, (m,)."""
     return np.zeros(paths.points.shape[1], bool) if paths.mitred is None else paths.mitred
 
 
@@ -180,7 +184,7 @@ def _find_same_rows(paths: Paths) -> Ints:
 
 
 def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
-    """The rows with discs at the ends: their rims again, with other normals, and their centres."""
+    """Add discs at the ends; each has two rows: its rim, with normals of its own, and its centre."""
     for at_end in (False, True):
         if not has_caps[at_end]:
             continue

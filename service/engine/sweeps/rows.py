@@ -19,15 +19,16 @@ class SweptGrids:
     ----------
     positions, normals : ndarray of float64, shape (N, 3)
     uvs : ndarray of float64, shape (N, 2)
-        Shares of the length along the curve and of the way across it; on caps, coordinates on a
-        disc.
+        u is the fraction of the length along the curve, v the fraction of the width or of the turn
+        around the curve; on caps, both are coordinates on a disc.
     place : ndarray of int, shape (N,)
-        For each sample, the number of one sample at its position, the same for all samples there.
+        For each sample, the number of a sample with the same position; equal for all samples at one
+        position.
     triangles, quads : ndarray of uint32, shapes (T, 3) and (Q, 4)
-        Samples, counter-clockwise seen from the normal's tip; each curve has the same number of
-        faces.
+        Numbers of samples, counter-clockwise seen from the normal's tip. Each curve has the same
+        number of faces.
     grids : tuple of ndarray of uint32, shapes (K, rows, columns)
-        The samples of every run of stations that one surface joins.
+        The samples of each run of stations that faces connect.
     """
 
     positions: FloatArray
@@ -43,10 +44,18 @@ class SweptGrids:
 class Rows:
     """Rows of samples, one after another along each of K curves.
 
-    `positions`, `normals` (K, rows, columns, 3), `uvs` (K, rows, columns, 2). `drawn` (rows − 1,)
-    marks the gaps between rows that have faces, `pointed` (rows,) the rows that are one point,
-    `same` (rows,) the first row with the same positions. With `around` the last column is the
-    first.
+    Attributes
+    ----------
+    positions, normals : ndarray of float64, shape (K, rows, columns, 3)
+    uvs : ndarray of float64, shape (K, rows, columns, 2)
+    drawn : ndarray of bool, shape (rows − 1,)
+        Whether there are faces between each row and the next.
+    pointed : ndarray of bool, shape (rows,)
+        Whether each row is one point.
+    same : ndarray of int, shape (rows,)
+        For each row, a row with the same positions; the row itself if it is the first of these.
+    around : bool
+        Whether the last column has the positions of the first.
     """
 
     positions: FloatArray

@@ -17,8 +17,8 @@ STEEPEST = 1e6
 normal almost like that of a disc."""
 
 EFFORT = 40
-"""Multiplications for the length of one station are at most this times (degree + 1)²: two rules of
-quadrature, on up to two intervals."""
+"""To compute the length up to a station takes at most this number times (degree + 1)²
+multiplications: for two rules of quadrature, on up to two intervals."""
 
 
 def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -58,7 +58,7 @@ def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, in
 
 
 def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
-    """The number of multiplications for the lengths, the largest part at high degrees."""
+    """The number of multiplications for all lengths, which take most time at high degrees."""
     stations = model.pieces.count * options.resolution[0]
     return stations * EFFORT * (model.pieces.degree + 1) ** 2
 

@@ -1,4 +1,4 @@
-"""Swept grids as one mesh: samples welded to vertices, and the report."""
+"""Makes one mesh from swept grids: welds samples to vertices, and computes the report."""
 
 import numpy as np
 
@@ -91,7 +91,7 @@ def _polygon_overlay(
 
 
 def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
-    """Makes vertices from samples: one for each sample, or one for samples that are welded."""
+    """Make vertices from samples: one for each sample, or one for each set of welded samples."""
     identity = np.arange(len(swept.place))
     if not options.weld:
         return Welding(identity, identity, identity)
@@ -103,7 +103,7 @@ def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) ->
 
 
 def _welds(welding: Welding) -> IndexArray | None:
-    """The first vertex at each vertex's position; None where all positions differ."""
+    """For each vertex the first vertex at its position; None if all positions differ."""
     if (welding.welds == np.arange(len(welding.welds))).all():
         return None
     return welding.welds.astype(np.uint32)

@@ -23,16 +23,17 @@ from service.engine.wires.paths import build_wire_paths
 from service.surface.lowered import Color, PatchModel
 
 NAME = "isocurves"
+"""The name of the part or overlay with the curves."""
 
 SHARE = 1 / 300
-"""Default width of a wire, in units of the diagonal of the control points' bounds."""
+"""The default width of a wire, as a share of the diagonal of the box of control points."""
 
 LIFT = 1 / 20
-"""Distance of ribbons from the faces, in units of their width: at equal depth, a renderer would
-show parts of both."""
+"""The distance of ribbons from the faces, in units of their width. Without it, faces and ribbons
+have the same depth, and a renderer shows parts of both."""
 
 COLOR: Color = (0.93, 0.54, 0.25, 1.0)
-"""The colour of tubes and ribbons; lines have the same."""
+"""The colour of tubes and ribbons."""
 
 
 def draw_without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
@@ -54,12 +55,12 @@ def build_line_mesh(
     dtype: Real,
 ) -> Mesh:
     """A mesh without faces, from overlays in the precision and with the origin of the file."""
-    nothing = np.empty((0, 3), dtype)
+    no_vertices = np.empty((0, 3), dtype)
     low, high = _find_bounds(overlays, origin, model.bounds)
     return Mesh(
         name=model.name,
-        positions=nothing,
-        normals=nothing if options.normals else None,
+        positions=no_vertices,
+        normals=no_vertices if options.normals else None,
         uvs=None,
         triangles=np.empty((0, 3), np.uint32),
         quads=np.empty((0, 4), np.uint32),
@@ -101,7 +102,7 @@ def add_wires(
 
 
 def _convert_positions(positions: RealArray, mesh: Mesh) -> RealArray:
-    """Converts positions in model coordinates to the origin, grid and precision of a mesh."""
+    """Convert positions from model coordinates to the origin, grid and precision of a mesh."""
     if mesh.step:
         positions = round_to_grid(positions.astype(np.float64), mesh.step)
     written: RealArray = (positions - mesh.origin).astype(mesh.positions.dtype)
@@ -111,10 +112,11 @@ def _convert_positions(positions: RealArray, mesh: Mesh) -> RealArray:
 def _add_solids(
     mesh: Mesh, model: PatchModel, options: MeshOptions, curves: Sequence[IsoCurves]
 ) -> Mesh:
-    """The mesh with tubes or ribbons along the isoparametric curves as one more part.
+    """The mesh with one more part: tubes or ribbons along the isoparametric curves.
 
-    Ribbons face along the normals of the surface; along an edge, along those of one of its patches.
-    They lie on the surface, or a little above it if its faces are drawn too.
+    Ribbons face in the direction of the surface's normals; on an edge, those of one of its patches.
+    Ribbons lie on the surface; if the faces of the surface are drawn, too, ribbons lie a little
+    above them.
     """
     width = find_width(model, options)
     swept = [
@@ -166,7 +168,7 @@ def _add_solids(
 
 
 def find_width(model: PatchModel, options: MeshOptions) -> float:
-    """The width of wires that have faces."""
+    """The width of tubes or ribbons, in model units."""
     if options.wire_width is not None:
         return options.wire_width
     low, high = model.bounds
@@ -174,8 +176,11 @@ def find_width(model: PatchModel, options: MeshOptions) -> float:
 
 
 def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
-    """Most vertices, triangles and quads of `curves` curves with `samples` samples in all."""
-    # If two curves are joined, both the last and the first station stay.
+    """Upper bounds of the vertices, triangles and quads of tubes or ribbons.
+
+    There are `curves` curves with together `samples` samples.
+    """
+    # If two curves are joined, the last station of one and the first of the other both remain.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples
     around = options.wire_sides + 1
@@ -187,7 +192,7 @@ def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[
 
 
 def _join_sweeps(swept: Sequence[SweptGrids]) -> SweptGrids:
-    """Joins the arrays of several sweeps."""
+    """Join the arrays of several sweeps."""
     first = np.cumsum([0, *(len(one.positions) for one in swept)])[:-1]
     return SweptGrids(
         positions=np.concatenate([one.positions for one in swept]),

@@ -1,9 +1,9 @@
 """Isoparametric curves of a model: the lines u = i/n_u and v = j/n_v of every patch.
 
-Borders are the edges that patches share, each drawn once, through the samples that the faces of a
-mesh by resolution use. Curves across a patch are samples of the patch. They begin and end at points
-that are computed from an edge alone, so that the curves of two neighbours meet bit for bit. On a
-triangle the curves are r, s, t = i/n. A curve that is one point is not drawn.
+The borders of patches are drawn, too; an edge that patches share is drawn once, through the samples
+that the faces of a mesh by resolution use. Curves across a patch begin and end at points that are
+computed from an edge alone, so that the curves of two neighbouring patches meet, bit for bit. On a
+triangle the curves are r = i/n, s = i/n and t = i/n. A curve that is one point is not drawn.
 """
 
 from collections.abc import Iterator
@@ -45,9 +45,9 @@ class IsoCurves:
     ----------
     points : ndarray of float64, shape (N, R+1, 3)
     patch : ndarray of int, shape (N,)
-        A patch that each curve lies on.
+        For each curve, a patch on which it lies.
     first, last : ndarray of float64, shape (N, 2)
-        Parameters of the patch between which the curve runs straight.
+        In the parameters of this patch, the curve is the straight line from `first` to `last`.
     """
 
     points: FloatArray
@@ -64,14 +64,14 @@ class IsoCurves:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Divisions:
-    """Numbers of divisions of curves.
+    """The numbers of divisions of curves.
 
     Attributes
     ----------
     edges : ndarray of int, shape (E,)
-        The distinct edges of the model.
+        For each of the distinct edges of the model.
     along_u, along_v : ndarray of int, shape (P,)
-        Divisions of curves of constant v, and of constant u, across each patch; equal on triangles.
+        For the curves of constant v, and of constant u, across each patch; equal on triangles.
     """
 
     edges: Ints
@@ -105,7 +105,7 @@ class Divisions:
 def sample_isocurves(
     model: PatchModel, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> list[IsoCurves]:
-    """All curves of a mesh by resolution; see `sample_divided_isocurves`.
+    """Sample all curves of a mesh by resolution, as `sample_divided_isocurves` does.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def sample_isocurves(
 def sample_divided_isocurves(
     model: PatchModel, seams: Seams, divisions: Divisions, counts: tuple[int, int]
 ) -> list[IsoCurves]:
-    """All curves that are more than a point, borders first; float64, in model coordinates.
+    """Sample all curves that are more than a point, borders first; in float64, model coordinates.
 
     Parameters
     ----------
@@ -154,9 +154,9 @@ def sample_divided_isocurves(
 
 
 def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tuple[int, Ints]]:
-    """The distinct numbers of divisions in ascending order, and the rows that have each.
+    """For each distinct number of divisions, ascending: the number, and the rows that have it.
 
-    Yields nothing if no curve runs between these `ends`.
+    Yields nothing if no curve runs between the `ends`.
     """
     if ends is not None and ends.count < 2:
         return
@@ -199,7 +199,7 @@ class _EdgePoints:
 
 
 def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
-    """Every drawn edge once, with the parameters of one of its patches."""
+    """Sample every edge that is drawn once, with the parameters of one of its patches."""
     sides = np.flatnonzero(_find_drawn(seams, counts))
     edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
     owner = sides[place]
@@ -225,7 +225,10 @@ def _sample_across_grids(
     axis: int,
     ends: _EdgePoints,
 ) -> Iterator[IsoCurves]:
-    """Curves of constant u (axis 0) or v (axis 1) between the borders, a parameter at a time."""
+    """Sample the curves of constant u (axis 0) or v (axis 1) between the borders of patches.
+
+    Yields the curves of one constant parameter at a time.
+    """
     steps = (ends.count, divisions) if axis == 0 else (divisions, ends.count)
     grids = evaluate(batch, steps, normals=False).positions
     for i in range(1, ends.count):
@@ -242,7 +245,10 @@ def _sample_across_grids(
 def _sample_across_triangles(
     batch: TrianglePatches, patches: Ints, divisions: int, ends: _EdgePoints
 ) -> Iterator[IsoCurves]:
-    """Curves s, r and t = i/n between the borders of triangles, as parameters (s, t)."""
+    """Sample the curves s = i/n, r = i/n and t = i/n between the borders of triangles.
+
+    Their parameters are (s, t).
+    """
     n = ends.count
     for i in range(1, n):
         # With this count, samples of the mesh on the curve are also samples of the curve.

@@ -1,10 +1,10 @@
 """Joins isoparametric curves to the paths of tubes and ribbons.
 
-If exactly two curves across patches end in the same point, bit for bit, and it is not a corner of a
-patch, they are joined. A curve that ends at its first point is closed. At a corner, where more
-curves meet, two curves are joined if they run straight through it. A bend of up to 90° is mitred:
-one station for each direction, both in the plane that halves the bend. At a sharper bend both
-curves end.
+If exactly two curves end in the same point, bit for bit, and this point is not a corner of a patch,
+they are joined. A curve that ends at its first point is closed. At a corner of patches more curves
+may meet; there, two curves are joined if they run straight through the corner. A bend of up to 90°
+is mitred: it has one station for each direction, and both stations are in the plane that halves the
+bend. At a sharper bend both curves end.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,12 +26,13 @@ LEAST_MITRE = 2.0**-0.5
 """Length of the mean of two unit vectors at an angle of 90°."""
 
 SLOW = 1e-9
-"""A derivative below this, in units of the largest along the curve, has lost its direction."""
+"""A derivative that is at most this, in units of the largest derivative along the curve, has no
+reliable direction."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WirePaths:
-    """Paths, and the surface's unit normals at their stations, (K, m, 3)."""
+    """Paths, and the unit normals of the surface at their stations, (K, m, 3)."""
 
     paths: Paths
     normals: FloatArray
@@ -57,12 +58,12 @@ class _Curve:
 def build_wire_paths(
     model: PatchModel, runs: Sequence[IsoCurves], crease_angle: float
 ) -> Iterator[WirePaths]:
-    """All curves as joined paths; paths with one pattern of stations come together."""
+    """Join all curves to paths; paths with the same pattern of stations are yielded together."""
     curves = [curve for run in runs for curve in _build_curves(model, run)]
     groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
     for chain, closed in _find_chains(curves, _find_joints(model, curves, crease_angle)):
-        curve, arriving, bends = _join_chain(chain, closed, crease_angle)
-        groups.setdefault((closed, bends.tobytes()), []).append((curve, arriving, bends))
+        curve, before, bends = _join_chain(chain, closed, crease_angle)
+        groups.setdefault((closed, bends.tobytes()), []).append((curve, before, bends))
     for (closed, _), members in groups.items():
         yield _build_paths(members, closed)
 
@@ -95,7 +96,7 @@ def _build_curves(model: PatchModel, run: IsoCurves) -> Iterator[_Curve]:
 
 
 def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
-    """Unit tangents, with the directions of chords where the derivative vanishes."""
+    """Unit tangents from derivatives; where a derivative vanishes, the direction of a chord."""
     chords = np.empty_like(points)
     chords[:, 1:-1] = points[:, 2:] - points[:, :-2]
     chords[:, 0], chords[:, -1] = points[:, 1] - points[:, 0], points[:, -1] - points[:, -2]
@@ -103,7 +104,8 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     slow = size <= SLOW * size.max(axis=1, keepdims=True)
     vectors = np.where(slow[:, :, None], chords, slopes)
     size = np.abs(vectors).max(axis=2)
-    # Where points repeat, too, the direction is that of the last step before, or the first after.
+    # If points repeat, too, take the direction of the last sample before, or the first after, that
+    # has one.
     number = np.maximum.accumulate(np.where(size > 0, np.arange(size.shape[1]), -1), axis=1)
     source = np.where(number >= 0, number, (size > 0).argmax(axis=1)[:, None])
     vectors = np.take_along_axis(vectors, source[..., None], axis=1)
@@ -113,7 +115,10 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: float) -> Ints:
-    """For each end of each curve, 2 k and 2 k + 1, the end with which it is joined, or −1."""
+    """For each end of a curve, the end with which it is joined, or −1.
+
+    The ends of curve k are 2 k and 2 k + 1.
+    """
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
     _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)
@@ -121,13 +126,13 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     at_corner[number[len(ends) :]] = True
     number = number[: len(ends)]
     outside = np.flatnonzero(~at_corner[number])
-    met = np.flatnonzero(at_corner[number])
+    inside = np.flatnonzero(at_corner[number])
     tangents = [t for curve in curves for t in (curve.tangents[0], -curve.tangents[-1])]
     straight = _find_continuations(
-        number[met], np.array(tangents).reshape(-1, 3)[met], crease_angle
+        number[inside], np.array(tangents).reshape(-1, 3)[inside], crease_angle
     )
     other = np.full(len(ends), -1, dtype=np.intp)
-    for pairs in (outside[_find_pairs(number[outside])], met[straight]):
+    for pairs in (outside[_find_pairs(number[outside])], inside[straight]):
         other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     # A curve that ends at its first point is closed, even if other curves end there.
     ring = 2 * np.flatnonzero(number[::2] == number[1::2])
@@ -138,7 +143,7 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
 
 
 def _find_pairs(number: Ints) -> Ints:
-    """Pairs (n, 2) of rows whose number no other row has."""
+    """Pairs (n, 2) of rows that have the same number, which no third row has."""
     _, back, uses = np.unique(number, return_inverse=True, return_counts=True)
     order = np.argsort(back, kind="stable")
     pairs: Ints = order[uses[back[order]] == 2].reshape(-1, 2)
@@ -146,10 +151,11 @@ def _find_pairs(number: Ints) -> Ints:
 
 
 def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Ints:
-    """Pairs (n, 2) of ends that meet in one point, of this number, in opposite directions.
+    """Pairs (n, 2) of ends that meet in one point and run straight through it.
 
-    The matrix d dᵀ represents the line along d in both directions; the distance of the matrices of
-    two lines at a small angle is √2 times the angle.
+    `number` has the number of the point of each end, and `outwards` its unit tangent. The matrix d
+    dᵀ represents the line along d, in both directions; for two lines at a small angle, the distance
+    of their matrices is √2 times the angle.
     """
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
     _, first, back = np.unique(number, return_index=True, return_inverse=True)
@@ -196,6 +202,7 @@ def _split_at_bends(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list
 
 
 def _mean_length(a: FloatArray, b: FloatArray) -> float:
+    """The length of the mean of two unit vectors: 1 if they are equal, less at a bend."""
     return float(np.sqrt(np.square((a + b) / 2).sum()))
 
 
@@ -225,7 +232,7 @@ def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) 
     points = np.stack([curve.points for curve, _, _ in members])
     after = np.stack([curve.tangents for curve, _, _ in members])
     normals = np.stack([curve.normals for curve, _, _ in members])
-    before = np.stack([arriving for _, arriving, _ in members])
+    before = np.stack([tangents for _, tangents, _ in members])
     bends = members[0][2]
     planes = before + after
     planes /= np.sqrt(np.square(planes).sum(axis=2, keepdims=True))
