@@ -184,7 +184,7 @@ def _find_same_rows(paths: Paths) -> Ints:
 
 
 def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
-    """Add discs at the ends; each has two rows: its rim, with normals of its own, and its centre."""
+    """Add discs at the ends; each has two rows: its rim, with other normals, and its centre."""
     for at_end in (False, True):
         if not has_caps[at_end]:
             continue
