@@ -95,7 +95,7 @@ def write_readme(text: str) -> str:
         (f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_list_contents(f)))
         for f in FORMATS
     ]
-    text = _replace_table(text, ("format", "suffix", "media type", "holds"), rows)
+    text = _replace_table(text, ("format", "suffix", "media type", "content"), rows)
     calls = [
         (f"`POST {route.path}`", route.summary or "")
         for route in create_app(Settings()).routes
