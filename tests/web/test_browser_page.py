@@ -168,7 +168,7 @@ def test_responses_may_be_cached_as_the_table_says(server: str) -> None:
 def test_meshes_of_another_engine_are_gone_as_the_page_says(server: str) -> None:
     response = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?engine=1")
     assert (response.status_code, response.json()["code"]) == (410, "engine_gone")
-    assert "`410` with the code `engine_gone`" in " ".join(TEXT.split())
+    assert "`410` and the code `engine_gone`" in " ".join(TEXT.split())
 
 
 def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
