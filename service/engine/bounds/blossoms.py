@@ -134,34 +134,28 @@ def build_triangle_nets(
         triangles with one of the `SHAPES` in their boxes are made of nets over these boxes, which
         have fewer points.
     """
+    p, q = nets.shape[2] - 1, nets.shape[3] - 1
     if ordered:
-        return _combine(nets, places, _build_triangle_shares(nets.shape[2] - 1, nets.shape[3] - 1))
+        return _blossom(nets, places) @ _build_triangle_shares(p, q)
     shape, boxes = _find_shapes(places)
-    occurring = np.bincount(shape).nonzero()[0].tolist()
-    if len(occurring) == 1:
-        return _combine_shape(nets, places, boxes, occurring[0])
-    many = comb(nets.shape[2] + nets.shape[3], 2)
-    triangles = np.empty((*nets.shape[:2], many))
-    for number in occurring:
-        rows = (shape == number).nonzero()[0]
-        triangles[rows] = _combine_shape(
-            nets.take(rows, axis=0), places.take(rows, axis=2), boxes.take(rows, axis=2), number
-        )
+    triangles = np.empty((*nets.shape[:2], comb(p + q + 2, 2)))
+    is_other = shape == len(SHAPES)
+    rows, rest = (~is_other).nonzero()[0], is_other.nonzero()[0]
+    if len(rest):
+        other_nets = _blossom(nets.take(rest, axis=0), places.take(rest, axis=2))
+        triangles[rest] = other_nets @ _build_triangle_shares(p, q)
+    if len(rows):
+        box_nets = _blossom(nets.take(rows, axis=0), boxes.take(rows, axis=2))
+        for number in np.bincount(shape[rows]).nonzero()[0].tolist():
+            chosen = (shape[rows] == number).nonzero()[0]
+            triangles[rows[chosen]] = box_nets.take(chosen, axis=0) @ _build_box_shares(
+                p, q, number
+            )
     return triangles
 
 
-def _combine_shape(
-    nets: FloatArray, places: FloatArray, boxes: FloatArray, shape: int
-) -> FloatArray:
-    """Nets over triangles of one shape, a result of `_find_shapes`."""
-    p, q = nets.shape[2] - 1, nets.shape[3] - 1
-    if shape == len(SHAPES):
-        return _combine(nets, places, _build_triangle_shares(p, q))
-    return _combine(nets, boxes, _build_box_shares(p, q, shape))
-
-
-def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatArray:
-    """Sums of the blossoms of nets at arguments (k, 2, m), times `shares`: shape (m, D, N)."""
+def _blossom(nets: FloatArray, places: FloatArray) -> FloatArray:
+    """Blossoms of nets (m, D, p+1, q+1) at all mixtures of arguments (k, 2, m): (m, D, U V)."""
     p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
     if p == q:  # both directions in one product
         along = build_blossoms(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
@@ -170,8 +164,7 @@ def _combine(nets: FloatArray, places: FloatArray, shares: FloatArray) -> FloatA
         both = build_box_nets(
             nets, build_blossoms(p, places[:, 0]), build_blossoms(q, places[:, 1])
         )
-    triangles: FloatArray = both.reshape(*both.shape[:2], -1) @ shares
-    return triangles
+    return both.reshape(*both.shape[:2], -1)
 
 
 def _find_shapes(places: FloatArray) -> tuple[Ints, FloatArray]:
