@@ -55,7 +55,7 @@ def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
     stage, requests = locked_editor
     page = stage.page
     # The dialog is visible and announced, and works with the keyboard alone.
-    assert "have a key" in page.inner_text("#access-why")
+    assert "needs a key" in page.inner_text("#access-why")
     assert page.evaluate("document.activeElement.id") == "access-key"
     assert list_violations(page) == []
     # A text that is not a key is not sent; for an unknown key the dialog shows an error.
