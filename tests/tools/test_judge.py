@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import product
 from math import comb
 from typing import Any
@@ -13,13 +14,22 @@ from service.api.app import create_app
 from service.settings.values import Settings
 from service.surface.bspline import BsplineSurface
 from tests.api.client import Client, start_client
+from tests.oracles.distance import measure_distances
 from tests.oracles.sheets import TensorSheet, build_sheets
 from tests.strategies import Array
 from tools.certify.surfaces import FAMILIES
 from tools.judge.__main__ import Case, Verdict, judge, judge_cases, list_cases, write_document
 from tools.judge.enclosures import enclose_least_distances
-from tools.judge.exact import list_nets, read_glb
-from tools.judge.proof import Mesh, _bound_distances, _halve_pieces, _project_points, prove
+from tools.judge.exact import Exact, list_nets, read_glb, to_fractions
+from tools.judge.hulls import cut_net, is_hull_near, measure_square
+from tools.judge.proof import (
+    Mesh,
+    _bound_distances,
+    _find_closest,
+    _halve_pieces,
+    _project_points,
+    prove,
+)
 
 ACCURACY = {"relative_tolerance": 3e-2}
 
@@ -53,15 +63,18 @@ def test_bounds_of_built_in_multipatches_are_proved() -> None:
     assert (hull.proof.undecided, hull.proof.beyond) == (0, None)
 
 
+def request_mesh(client: Client, surface: dict[str, Any]) -> tuple[list[Exact], Array, float]:
+    """The nets of a surface, the corners of its mesh, and the bound."""
+    request = {"surface": surface, "normals": False, **ACCURACY}
+    response = client.post("/v1/mesh?format=glb", request)
+    corners, origin = read_glb(response.content)
+    return list_nets(surface, origin), corners, float(response.headers["surface-deviation-bound"])
+
+
 @pytest.mark.parametrize("family", ["bicubic, wild", "NURBS", "rational triangles"])
 def test_a_moved_vertex_and_a_missing_triangle_are_detected(client: Client, family: str) -> None:
     """A vertex is moved by three times the bound; then the largest triangle is removed."""
-    surface: dict[str, Any] = write_document(FAMILIES[family].surface(7))
-    response = client.post(
-        "/v1/mesh?format=glb", {"surface": surface, "normals": False, **ACCURACY}
-    )
-    corners, origin = read_glb(response.content)
-    nets, bound = list_nets(surface, origin), float(response.headers["surface-deviation-bound"])
+    nets, corners, bound = request_mesh(client, write_document(FAMILIES[family].surface(7)))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     largest = np.linalg.norm(normals, axis=1).argmax()
     around = (corners == corners[largest, 0]).all(axis=2)
@@ -80,7 +93,8 @@ def test_nets_of_a_document_give_the_points_of_the_surface(family: str) -> None:
     for seed in range(2):
         surface = FAMILIES[family].surface(seed)
         (sheet,) = build_sheets(surface)
-        (nets,) = list_nets(write_document(surface), sheet.origin)
+        (exact,) = list_nets(write_document(surface), sheet.origin)
+        nets = exact.astype(np.float64)
         halves = [np.array([comb(n - 1, k) / 2.0 ** (n - 1) for k in range(n)])
                   for n in nets.shape[1:3]]  # fmt: skip
         middles = np.einsum("i,j,mijk->mk", *halves, nets)
@@ -91,6 +105,77 @@ def test_nets_of_a_document_give_the_points_of_the_surface(family: str) -> None:
             places = np.array([[0.25, 0.25]])
         assert isinstance(surface, BsplineSurface) or len(nets) == 1
         np.testing.assert_allclose(middles[:, :3] / middles[:, 3:], sheet.at(places), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("family", "seed"),
+    [("triangles", 5026), ("rational triangles", 5036), ("poles", 5197), ("flat", 5000)],
+)
+def test_bounds_as_small_as_the_rounding_of_vertices_are_decided(
+    client: Client, family: str, seed: int
+) -> None:
+    """Flat surfaces whose vertices are rounded to float32, and the same mesh beyond its bound."""
+    nets, corners, bound = request_mesh(client, write_document(FAMILIES[family].surface(seed)))
+    assert bound < 2e-7
+    proof = prove(nets, corners, bound)
+    assert (proof.undecided, proof.beyond) == (0, None)
+    normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
+    step = 1.0001 * bound * normal / np.linalg.norm(normal)
+    # Vertices may be rounded towards one side of the surface.
+    beyond = [prove(nets, corners + by, bound).beyond or 0 for by in (-step, step)]
+    assert max(beyond) > bound
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_distance_that_is_almost_the_bound_is_decided_exactly(count: int) -> None:
+    """A square, and one half of it, above triangles that are parallel to it."""
+    x = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 1]]]) / 3
+    net = np.append(x, np.ones((2, 2, 1)), axis=-1)
+    if count == 1:
+        net[1, 1] = net[1, 0]
+    (a, b), (c, d) = x
+    corners = np.array([[a, b, c], [d, c, b]])[:count]
+    bound = 1e-8
+    normal = np.array([-1, 0, 1]) / np.sqrt(2)
+    for factor in (1 - 1e-6, 1 + 1e-6):
+        proof = prove([to_fractions(net[np.newaxis])], corners + factor * bound * normal, bound)
+        assert proof.undecided == 0
+        assert (proof.exact > 0, proof.beyond is None) == (factor < 1, factor < 1)
+
+
+def test_exact_distances_and_hulls() -> None:
+    rng = np.random.default_rng(2)
+    triangles = rng.uniform(-1, 1, (40, 3, 3))
+    triangles[0, 2] = triangles[0, 1]
+    triangles[1] = triangles[1, 0]
+    points = rng.uniform(-2, 2, (40, 3))
+    exact = map(measure_square, to_fractions(points), to_fractions(triangles))
+    true = measure_distances(points, triangles)
+    np.testing.assert_allclose([float(square) ** 0.5 for square in exact], true, rtol=1e-12)
+
+    a, b, c, d = to_fractions(np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]))
+    hull = np.stack([a, b, c, d]) + np.array([0, 0, Fraction(1, 3)])
+    host, twin = np.stack([b, c, a]), np.stack([c, b, d])
+    assert is_hull_near(hull, host, twin, Fraction(1, 3))
+    assert not is_hull_near(hull, host, twin, Fraction(1, 3) - Fraction(1, 10**40))
+    assert not is_hull_near(hull, host, None, Fraction(1, 3))
+    assert is_hull_near(hull, host, None, Fraction(9, 10))
+
+
+def test_nearest_points_of_needles_are_near() -> None:
+    """Triangles of length 1 that are narrower than float64 can resolve."""
+    rng = np.random.default_rng(4)
+    corners = rng.uniform(-1, 1, (300, 3, 3))
+    share = rng.uniform(0, 1, (300, 1))
+    width = 10 ** rng.uniform(-14, -1, (300, 1))
+    along = corners[:, 0] + share * (corners[:, 1] - corners[:, 0])
+    corners[:, 2] = along + width * corners[:, 2]
+    points = np.einsum("mk,mki->mi", rng.dirichlet(np.ones(3), 300), corners)
+    points += 10 ** rng.uniform(-9, -1, (300, 1)) * rng.uniform(-1, 1, points.shape)
+    gaps, _, _ = _find_closest(points.T[..., np.newaxis], corners.transpose(1, 2, 0)[..., None])
+    for gap, point, each in zip(gaps[:, 0], *map(to_fractions, (points, corners)), strict=True):
+        least = float(measure_square(point, each)) ** 0.5
+        assert least - 1e-15 <= gap <= least + 1e-4
 
 
 def crumple_square(rng: np.random.Generator, spread: float) -> Array:
@@ -113,13 +198,16 @@ def test_distances_of_all_points_of_a_piece_are_within_its_bound(spread: float) 
         net = np.append(rng.uniform(0, 1, (3, 3, 3)), rng.uniform(0.3, 3, (3, 3, 1)), axis=-1)
         net[..., 2] *= spread
         net[..., :3] *= net[..., 3:]
-        pieces = np.moveaxis(net, -1, 0)[:, np.newaxis]
+        pieces, places = np.moveaxis(net, -1, 0)[:, np.newaxis], np.array([[0], [1], [1]])
         for _ in range(6):
             points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
             distances = mesh.soup.distances((points[..., :3] / points[..., 3:]).reshape(-1, 3))
-            bounds = _bound_distances(mesh, _project_points(pieces), of_all=False)
+            bounds, _, _ = _bound_distances(mesh, _project_points(pieces), of_all=False)
             assert (distances.reshape(len(bounds), -1).max(axis=1) <= bounds + 1e-12).all()
-            pieces = _halve_pieces(pieces, _project_points(pieces))
+            pieces, places = _halve_pieces(pieces, places, _project_points(pieces))
+            for piece, (_, u, v) in zip(np.moveaxis(pieces, 0, -1), places.T, strict=True):
+                cut = cut_net(to_fractions(net), u, v).astype(np.float64)
+                np.testing.assert_allclose(piece, cut, rtol=0, atol=1e-15)
 
 
 def test_every_family_has_200_cases() -> None:

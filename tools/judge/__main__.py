@@ -162,7 +162,7 @@ def main(arguments: list[str]) -> int:
                 continue
             case, proof = verdict.case, verdict.proof
             counts = Counter(
-                surfaces=1, triangles=verdict.triangles, pieces=proof.pieces,
+                surfaces=1, triangles=verdict.triangles, pieces=proof.pieces, exact=proof.exact,
                 violations=int(proof.beyond is not None), undecided=proof.undecided,
                 milliseconds=round(1e3 * verdict.seconds),
             )  # fmt: skip
@@ -174,7 +174,9 @@ def main(arguments: list[str]) -> int:
             if proof.undecided or proof.beyond is not None:
                 lines.append(f"{case}: bound {verdict.bound}, {proof}")
                 failed |= proof.beyond is not None or case.family != ALMOST_LINES
-    columns = ("surfaces", "triangles", "pieces", "violations", "undecided", "milliseconds")
+    columns = (
+        "surfaces", "triangles", "pieces", "exact", "violations", "undecided", "milliseconds"
+    )  # fmt: skip
     print(f"{'family':28}" + "".join(f"{name:>13}" for name in columns))
     for kind in sorted(totals, key=[*FAMILIES, "examples", "all"].index):
         print(f"{kind:28}" + "".join(f"{totals[kind][name]:13}" for name in columns))

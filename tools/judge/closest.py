@@ -96,7 +96,7 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     if surface:
         sampled = np.arange(seed % EACH, len(points), EACH)
         origin = (low + high) / 2
-        nets = list_nets(write_document(surface), origin)
+        nets = [net.astype(np.float64) for net in list_nets(write_document(surface), origin)]
         lows, highs = enclose_least_distances(nets, points[sampled] - origin, WIDTH * diagonal)
         outside[sampled] |= (bounds[sampled, 1] + slack[sampled] < lows) | (
             bounds[sampled, 0] > highs

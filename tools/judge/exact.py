@@ -1,6 +1,6 @@
 """Reads the inputs of the proof: homogeneous Bézier nets of a document, and triangles of a file.
 
-All numbers are exact fractions until the nets are rounded once. The module reads only public
+All numbers of nets are exact fractions. The module reads only public
 formats: the JSON of a surface, binary STL, and glTF with at most one translation.
 """
 
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Exact: TypeAlias = NDArray[np.object_]
+
+to_fractions = np.vectorize(Fraction, otypes=[object])
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -51,18 +53,15 @@ def read_glb(content: bytes) -> tuple[Array, Array]:
     return np.concatenate(corners).astype(np.float64), np.array(places[0] if places else [0.0] * 3)
 
 
-def list_nets(surface: dict[str, Any], origin: Array) -> list[Array]:
+def list_nets(surface: dict[str, Any], origin: Array) -> list[Exact]:
     """All Bézier pieces of a surface, one array for each degree: (wx, wy, wz, w) about the origin.
 
-    Each array is (m, p+1, q+1, 4), its numbers rounded once. Triangles become patches with one side
-    collapsed to a point: u leads away from their first corner, v along the opposite side.
+    Each array is (m, p+1, q+1, 4), of fractions. Triangles become patches with one side collapsed
+    to a point: u leads away from their first corner, v along the opposite side.
     """
     pieces = list(_iterate_pieces(surface, origin))
     shapes = dict.fromkeys(net.shape for net in pieces)
-    return [
-        np.stack([net.astype(np.float64) for net in pieces if net.shape == shape])
-        for shape in shapes
-    ]
+    return [np.stack([net for net in pieces if net.shape == shape]) for shape in shapes]
 
 
 def _iterate_pieces(surface: dict[str, Any], origin: Array) -> Iterator[Exact]:
@@ -87,13 +86,10 @@ def _iterate_pieces(surface: dict[str, Any], origin: Array) -> Iterator[Exact]:
             yield _to_square([points[row] for row in rows])
 
 
-_fractions = np.vectorize(Fraction, otypes=[object])
-
-
 def _to_homogeneous(points: Any, weights: Any, origin: Array) -> Exact:
-    local = _fractions(np.array(points, dtype=np.float64)) - _fractions(origin)
+    local = to_fractions(np.array(points, dtype=np.float64)) - to_fractions(origin)
     loads = np.ones(local.shape[:-1]) if weights is None else np.array(weights, dtype=np.float64)
-    exact = _fractions(loads)[..., np.newaxis]
+    exact = to_fractions(loads)[..., np.newaxis]
     return np.concatenate([local * exact, exact], axis=-1)
 
 
@@ -138,7 +134,7 @@ def _compute_blossoms(knots: Sequence[Fraction], p: int, span: int) -> Exact:
     rows = []
     for i in range(p + 1):
         at = [knots[span]] * (p - i) + [knots[span + 1]] * i
-        points = list(_fractions(np.eye(p + 1)))
+        points = list(to_fractions(np.eye(p + 1)))
         for r in range(1, p + 1):
             for j in range(p, r - 1, -1):
                 low, high = knots[j + span - p], knots[j + 1 + span - r]

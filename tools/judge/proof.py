@@ -19,29 +19,37 @@ Halving a net of degree p takes p averages one after the other, each with an err
 quotient X/w adds the rounding of X and of w over the least weight. q_i has coefficients that are
 not negative and add up to less than one, so it is in its triangle, no matter how it was found; it
 and P_i − q_i are computed in some dozen operations of numbers that are no larger than the
-coordinates.
+coordinates. A piece or a point whose distance differs from the bound by no more than its error is
+decided without rounding (`tools.judge.hulls`).
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, nextafter
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tests.oracles.distance import Soup, measure_distances
-from tools.judge.exact import Array
+from tools.judge.exact import Array, Exact, to_fractions
+from tools.judge.hulls import cut_net, is_hull_near, measure_square
 
 Index: TypeAlias = NDArray[np.intp]
 
 U = 2.0**-53
-CHUNK = 2048
-"""Number of pieces of the surface that are started together."""
+CHUNK, SEARCHED = 2048, 256
+"""Numbers of pieces of the surface that are started together, and of points whose nearest triangles
+are searched together."""
 
-TINY, FLAT = 1e-300, 1e-18
-"""`TINY` replaces zero in divisors. A squared sine below `FLAT` counts as no angle."""
+TINY = 1e-300
+"""It replaces zero in divisors."""
 
 DEEPEST, MOST = 60, 1 << 16
 """Most halvings of a piece, and most pieces at a time; beyond these, pieces stay undecided."""
+
+SLENDER = 16.0
+"""Most times that a piece may be longer in the direction in which its distances do not change."""
 
 FEW = 3
 """Number of triangles among which the nearest is searched at first."""
@@ -50,17 +58,23 @@ LOOKED_AT = 5
 """Levels after which points of the remaining pieces are tested for a violation."""
 
 WITNESSES = 64
+"""Most pieces whose corners are tested."""
+
+NEEDLE = 2.0**-23
+"""Error of distances to triangles that are almost segments, as a share of the size of the mesh."""
 
 
 @dataclass
 class Proof:
     """Result of a proof: the pieces examined, those that stay undecided, and a violation.
 
-    `beyond` is a violation, which ends the proof: the distance of a point of the surface from the
-    whole mesh, less its rounding error, that exceeds the bound.
+    `exact` counts the pieces that were proved without rounding. `beyond` is a violation, which ends
+    the proof: the distance, rounded, of a point of the surface whose exact distance from the whole
+    mesh exceeds the bound.
     """
 
     pieces: int = 0
+    exact: int = 0
     undecided: int = 0
     beyond: float | None = None
 
@@ -90,7 +104,14 @@ class Mesh:
         gaps = measure_distances(every, self.corners[owners.ravel()]).reshape(owners.shape)
         best = gaps.argmin(axis=1)[:, np.newaxis]
         owner, least = (np.take_along_axis(x, best, 1)[:, 0] for x in (owners, gaps))
-        for tree, triangles, radius in self.soup.balls if of_all else ():
+        for start in range(0, len(points) if of_all else 0, SEARCHED):
+            some = slice(start, start + SEARCHED)
+            self._search_all(points[some], owner[some], least[some])
+        return np.asarray(owner, dtype=np.intp)
+
+    def _search_all(self, points: Array, owner: Index, least: Array) -> None:
+        """Replaces triangles (m,) and their distances (m,) from points by the nearest."""
+        for tree, triangles, radius in self.soup.balls:
             near = tree.query_ball_point(points, least + radius)
             row = np.repeat(np.arange(len(points)), [len(each) for each in near])
             chosen = triangles[np.array([k for each in near for k in each], dtype=np.intp)]
@@ -98,30 +119,56 @@ class Mesh:
             order = np.argsort(-gap)  # the least value is written last
             order = order[gap[order] < least[row[order]]]
             owner[row[order]], least[row[order]] = chosen[order], gap[order]
-        return np.asarray(owner, dtype=np.intp)
+
+    def is_near(self, net: Exact, edge: int, bound: float) -> bool:
+        """Whether a piece (p+1, q+1, 4) is proved to be near the triangles at an edge."""
+        points = (net[..., :3] / net[..., 3:]).reshape(-1, 3)
+        host = np.roll(self.corners[edge // 3], -(edge % 3), axis=0)
+        other = self.across.flat[edge]
+        twin = to_fractions(self.corners[other // 3]) if other >= 0 else None
+        return is_hull_near(points, to_fractions(host), twin, Fraction(bound))
+
+    def is_beyond(self, point: Exact, bound: float, error: float) -> bool:
+        """Whether a point (3,) is further than `bound` from every triangle. Distances in float64
+        have an error of at most `error`."""
+        places = np.tile(point.astype(np.float64), (len(self.corners), 1))
+        near = measure_distances(places, self.corners) <= bound + error
+        square = Fraction(bound) ** 2
+        return all(
+            measure_square(point, each) > square for each in to_fractions(self.corners[near])
+        )
 
 
-def prove(nets: list[Array], corners: Array, bound: float) -> Proof:
+def prove(nets: list[Exact], corners: Array, bound: float) -> Proof:
     """Shows that all points of all nets (m, p+1, q+1, 4) are within `bound` of the triangles."""
     proof, mesh = Proof(), Mesh(corners)
     total = sum(map(len, nets))
     for net in nets:
-        pieces, halvings = np.moveaxis(net, -1, 0), 0
-        scale = np.abs(net).reshape(-1, 4).max(axis=0)
+        rounded = net.astype(np.float64)
+        pieces, halvings = np.moveaxis(rounded, -1, 0), 0
+        places = np.stack([np.arange(len(net)), *np.ones((2, len(net)), dtype=np.intp)])
+        scale = np.abs(rounded).reshape(-1, 4).max(axis=0)
         while pieces.shape[1] < len(corners) / 2 * len(net) / total:
-            pieces, halvings = _halve_pieces(pieces, _project_points(pieces)), halvings + 1
+            pieces, places = _halve_pieces(pieces, places, _project_points(pieces))
+            halvings += 1
         for start in range(0, pieces.shape[1], CHUNK):
-            part = pieces[:, start : start + CHUNK]
-            _prove(proof, mesh, part, halvings, scale=scale, bound=bound)
+            some = slice(start, start + CHUNK)
+            part = pieces[:, some], places[:, some]
+            _prove(proof, mesh, net, *part, halvings=halvings, scale=scale, bound=bound)
             if proof.beyond is not None:
                 return proof
     return proof
 
 
 def _prove(
-    proof: Proof, mesh: Mesh, pieces: Array, halvings: int, *, scale: Array, bound: float
-) -> None:
-    """Prove pieces (4, m, p+1, q+1), cut `halvings` times from nets with numbers up to `scale`."""
+    proof: Proof, mesh: Mesh, net: Exact, pieces: Array, places: Index, *,
+    halvings: int, scale: Array, bound: float
+) -> None:  # fmt: skip
+    """Prove pieces (4, m, p+1, q+1), cut `halvings` times from nets with numbers up to `scale`.
+
+    The columns of `places` (3, m) say which pieces of `net` these are: the row of `net`, and the
+    two numbers for `cut_net`.
+    """
     first = halvings
     while pieces.shape[1]:
         proof.pieces += pieces.shape[1]
@@ -133,19 +180,45 @@ def _prove(
         each = (steps * float(scale[:3].max()) + size * lost) / (least - lost)
         radius = 2 * each + 512 * U * size
         late = halvings - first >= LOOKED_AT
-        left = np.flatnonzero(~(_bound_distances(mesh, points, of_all=late) + radius <= bound))
-        pieces, points = pieces[:, left], points[:, left]
+        bounds, edges, gaps = _bound_distances(mesh, points, of_all=late)
+        is_left = ~(bounds + radius <= bound)
+        for k in np.flatnonzero(is_left & (bounds - radius <= bound)):
+            row, u, v = places[:, k].tolist()
+            if mesh.is_near(cut_net(net[row], u, v), edges[k], bound):
+                is_left[k], proof.exact = False, proof.exact + 1
+        left = np.flatnonzero(is_left)
+        pieces, places, points = pieces[:, left], places[:, left], points[:, left]
         if late and len(left):
-            witnesses = points[:, :: 1 + len(left) // WITNESSES, 0, 0].T
-            # The tree of the mesh may treat a triangle lower than 1e-10 as flat.
-            far = float(mesh.soup.distances(witnesses).max()) - radius - 1e-9 * mesh.size
-            if far > bound:
-                proof.beyond = far
+            proof.beyond = _find_violation(mesh, net, points, places, bound=bound, radius=radius)
+            if proof.beyond is not None:
                 return
         if halvings == DEEPEST or len(left) > MOST:
             proof.undecided += len(left)
             return
-        pieces, halvings = _halve_pieces(pieces, points), halvings + 1
+        # A piece across narrow triangles is halved across them, again and again.
+        lengths = np.concatenate([points / SLENDER, gaps[np.newaxis, left]])
+        pieces, places = _halve_pieces(pieces, places, lengths)
+        halvings += 1
+
+
+def _find_violation(
+    mesh: Mesh, net: Exact, points: Array, places: Index, *, bound: float, radius: float
+) -> float | None:
+    """The distance of a corner of a piece that is further than `bound` from the mesh, or None.
+
+    It looks at some of the pieces. `radius` is the error of the control points (3, m, p+1, q+1).
+    """
+    some = np.arange(0, points.shape[1], 1 + points.shape[1] // WITNESSES)
+    corners = points[:, some][:, :, [0, 0, -1, -1], [0, -1, 0, -1]]
+    distances = mesh.soup.distances(corners.reshape(3, -1).T)
+    k, farthest = int(distances.argmax()), float(distances.max())
+    error = radius + NEEDLE * mesh.size
+    if farthest + error > bound:
+        row, u, v = places[:, some[k // 4]].tolist()
+        corner = cut_net(net[row], u, v)[-(k // 2 % 2), -(k % 2)]
+        if mesh.is_beyond(corner[:3] / corner[3], bound, error):
+            return max(farthest, nextafter(bound, inf))
+    return None
 
 
 def _project_points(pieces: Array) -> Array:
@@ -153,15 +226,18 @@ def _project_points(pieces: Array) -> Array:
     return np.asarray(pieces[:3] / pieces[3])
 
 
-def _halve_pieces(pieces: Array, points: Array) -> Array:
-    """Both halves of every piece, along the direction in which its net is longer."""
+def _halve_pieces(pieces: Array, places: Index, points: Array) -> tuple[Array, Index]:
+    """Both halves of every piece, along the direction in which the net of `points` is longer."""
     long_u, long_v = (
         np.sqrt((np.diff(points, axis=axis) ** 2).sum(axis=0)).sum(axis=axis - 1).max(axis=1)
         for axis in (2, 3)
     )
     along_u = long_u >= long_v
     turned = np.swapaxes(_split(np.swapaxes(pieces[:, ~along_u], 2, 3)), 2, 3)
-    return np.concatenate([_split(pieces[:, along_u]), turned], axis=1)
+    halves = np.concatenate([_split(pieces[:, along_u]), turned], axis=1)
+    (row, u, v), (other, s, t) = places[:, along_u], places[:, ~along_u]
+    numbers = [[row, 2 * u, v], [row, 2 * u + 1, v], [other, s, 2 * t], [other, s, 2 * t + 1]]
+    return halves, np.concatenate(numbers, axis=1)
 
 
 def _split(pieces: Array) -> Array:
@@ -174,10 +250,11 @@ def _split(pieces: Array) -> Array:
     return np.concatenate([np.stack(left, axis=2), np.stack(right[::-1], axis=2)], axis=1)
 
 
-def _bound_distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
-    """For every piece, an upper bound of the distance of its hull from one or two triangles,
-    (m,)."""
-    points = points.reshape(3, points.shape[1], -1)
+def _bound_distances(mesh: Mesh, points: Array, *, of_all: bool) -> tuple[Array, Index, Array]:
+    """For every piece, an upper bound of the distance of its hull from one or two triangles, (m,);
+    their common edge, (m,), where corner k of triangle t begins edge 3 t + k; and the distances of
+    its control points from one triangle, (m, p+1, q+1)."""
+    shape, points = points.shape[1:], points.reshape(3, points.shape[1], -1)
     triangle = mesh.nearest(points.mean(axis=2).T, of_all=of_all)
     corners = mesh.corners[triangle].transpose(1, 2, 0)[..., np.newaxis]
     gaps, shares, reach = _find_closest(points, corners)
@@ -198,7 +275,7 @@ def _bound_distances(mesh: Mesh, points: Array, *, of_all: bool) -> Array:
     )
     both = np.where(is_nearer, gaps[rows], beside).max(axis=1) + fold
     bounds[rows] = np.fmin(bounds[rows], both)
-    return bounds
+    return bounds, 3 * triangle + edge, gaps.reshape(shape)
 
 
 def _find_closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
@@ -214,22 +291,23 @@ def _find_closest(points: Array, corners: Array) -> tuple[Array, Array, Array]:
     reach = np.stack([1 - s - t, s, t])
     zero = np.zeros_like(s)
     along = np.clip((df - de + ee - ef) / np.maximum(ee - 2 * ef + ff, TINY), 0, 1)
-    sides = [
-        (np.clip(de / np.maximum(ee, TINY), 0, 1), zero),
-        (zero, np.clip(df / np.maximum(ff, TINY), 0, 1)),
+    least, best = np.full_like(s, np.inf), np.stack([zero, zero])
+    # The projection, if it is in the triangle, and the nearest points of the sides.
+    nearest = [
+        (np.where(reach.min(axis=0) >= 0, s, 0), t),
+        (de / np.maximum(ee, TINY), zero),
+        (zero, df / np.maximum(ff, TINY)),
         (1 - along, along),
     ]
-    over = (reach.min(axis=0) >= 0) & (area > FLAT * ee * ff)
-    best = np.where(over, -np.inf, np.inf)
-    for x, y in sides:
-        cost = x * (x * ee + 2 * y * ef - 2 * de) + y * (y * ff - 2 * df)
-        nearer = cost < best
-        best, s, t = np.where(nearer, cost, best), np.where(nearer, x, s), np.where(nearer, y, t)
-    s, t = (np.clip(x, 0, 1) for x in (s, t))
-    scale = (1 - 8 * U) / np.maximum(s + t, 1)
-    s, t = s * scale, t * scale
-    rest = d - s * e - t * f
-    return np.sqrt(_dot(rest, rest)), np.stack([1 - s - t, s, t]), reach
+    for each in nearest:
+        places = np.clip(each, 0, 1)
+        places *= (1 - 8 * U) / np.maximum(places.sum(axis=0), 1)
+        rest = d - places[0] * e - places[1] * f
+        square = _dot(rest, rest)
+        nearer = square < least
+        least, best = np.where(nearer, square, least), np.where(nearer, places, best)
+    s, t = best
+    return np.sqrt(least), np.stack([1 - s - t, s, t]), reach
 
 
 def _fold(host: Array, twin: Array, ours: Array, theirs: Array) -> Array:
