@@ -16,7 +16,7 @@ ACCURACY_OPTIONS = (*TOLERANCES, "angle_tolerance", *BUDGETS)
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """The properties of a perspective camera that determine how large an error looks.
+    """The properties of a perspective camera that determine the size of an error in the picture.
 
     Attributes
     ----------
@@ -71,15 +71,16 @@ class Accuracy:
     relative_tolerance : float or None
         The tolerance as a share of the diagonal of the box about the control points.
     angle_tolerance : float or None
-        Radians between the normals of neighbouring vertices; aimed at, not certified.
+        Largest angle, in radians, between the normals of neighbouring vertices; a goal that is not
+        certified.
     max_triangles, max_bytes : int or None
-        Budget of triangles, or of bytes of the file; the mesh has the least deviation within it.
+        Budget of triangles, or of bytes of the file. The mesh has the least deviation that the
+        budget allows.
     two_sided : bool
-        Whether the distance from the mesh to the surface is bounded as well, by twice the
-        tolerance.
+        Whether the distance from the mesh to the surface is bounded too, by twice the tolerance.
     camera : Camera or None
     pixel_tolerance : float or None
-        Largest size in pixels of an error, seen from the camera.
+        Largest size of an error in the picture of the camera, in pixels.
     """
 
     tolerance: float | None = None

@@ -55,14 +55,14 @@ def assemble(
     triangulation : Triangulation
         The triangles of all faces.
     overlays : tuple of Overlay
-        Lines beside the faces, as they are stored.
+        Lines in addition to the faces, with stored positions.
     origin : ndarray of float64, shape (3,)
         The origin of stored positions, in model coordinates.
     closure : Closure or None
         The result of `find_closure`, for the report.
     """
     dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
-    if not storage.step:  # on a grid triangles may have no area
+    if not storage.step:  # on a grid, triangles without area are allowed
         triangulation = drop_flat_triangles(triangulation, stored)
     samples, corners = find_samples(faces, triangulation)
     order, parts = _sort_by_part(
@@ -147,7 +147,7 @@ def _weld_samples(
     channels: tuple[ChannelRows, ...],
     options: MeshOptions,
 ) -> Welding:
-    """Makes vertices from samples; the place of a sample is the first sample of the same vertex."""
+    """Merge samples to vertices; the place of a sample is the first sample of the same vertex."""
     number = np.arange(len(samples.vertex))
     first = np.zeros(samples.vertex.max(initial=0) + 1, dtype=np.intp)
     first[samples.vertex[::-1]] = number[::-1]
@@ -159,9 +159,9 @@ def _weld_samples(
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
-    """An order of triangles, given their patches (T,), in which each part is a run; and the parts.
+    """An order of triangles in which each part is a run, and the parts.
 
-    All patches of a face are pieces of one surface, so they are in one part.
+    `patch` (T,) has a patch of each triangle. All patches of a face belong to one part.
     """
     if model.sequence is not None:
         position = np.empty(model.patch_count, dtype=np.intp)
@@ -193,7 +193,7 @@ def draw_overlays(
 
 
 def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -> Overlay:
-    """The control net, in stored form."""
+    """The control net as lines, with stored positions."""
     if not storage.step:
         return control_net(model, origin, storage.dtype)
     net = control_net(model, np.zeros(3), np.float64)
@@ -201,18 +201,18 @@ def _draw_control_net(model: PatchModel, storage: Storage, origin: FloatArray) -
 
 
 def _draw_sides(border: Border, storage: Storage, origin: FloatArray) -> Overlay:
-    """Every side of every face once, through the vertices of the triangles."""
+    """All sides of faces as lines through vertices of the mesh; a shared side occurs once."""
     ends = _list_segments(border)
-    used, back = np.unique(ends, return_inverse=True)
-    segments = back.reshape(-1, 2).astype(np.uint32)
+    used, number = np.unique(ends, return_inverse=True)
+    segments = number.reshape(-1, 2).astype(np.uint32)
     return Overlay("boundary", storage.store_positions(border.points[used], origin), segments)
 
 
 def _list_segments(border: Border) -> Ints:
     """Pairs (L, 2) of neighbouring vertices on the sides, each pair once, in order of sides."""
-    follows = np.ones(len(border.vertex), dtype=bool)
-    follows[border.start[1:] - 1] = False
-    begin = follows.nonzero()[0]
+    has_next = np.ones(len(border.vertex), dtype=bool)
+    has_next[border.start[1:] - 1] = False
+    begin = has_next.nonzero()[0]
     pairs = np.stack([border.vertex[begin], border.vertex[begin + 1]], axis=1)
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     pairs.sort(axis=1)

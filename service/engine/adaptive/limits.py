@@ -27,9 +27,14 @@ class Effort:
     reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Add to the work spent; raise `TooLarge` beyond the limit, `Cancelled` once cancelled.
+        """Add to the work spent, before the work is done.
 
-        Work beyond the limit does not count, because it is not done.
+        Raises
+        ------
+        TooLarge
+            `too_costly` if the work exceeds the limit. It does not count, because it is not done.
+        Cancelled
+            If the work is cancelled.
         """
         checkpoint()
         if self.spent + work > self.limit - self.reserve:
@@ -45,7 +50,7 @@ class Effort:
         self.spent += work
 
     def reserve_rest(self, work: float) -> None:
-        """Reserve the rest of the work, except for the given amount."""
+        """Reserve the rest of the limit, except for this amount of work."""
         self.reserve = max(self.limit - self.spent - work, 0.0)
 
 
@@ -61,7 +66,7 @@ class MeshLimits:
         self.effort.spend(work)
 
     def count(self, triangles: int) -> None:
-        """Raise `TooLarge` if this number of triangles, a lower bound, is beyond the limit."""
+        """Raise `TooLarge` if this lower bound of the number of triangles exceeds the limit."""
         if triangles > self.triangles:
             raise TooLarge(
                 Issue(
@@ -84,7 +89,7 @@ class SidePieces:
         self.triangles, self._limits = -2 * faces, MeshLimits(most)
 
     def add(self, uses: Ints) -> None:
-        """Count a piece for each number of sides that use it, `uses` (n,)."""
+        """Count n pieces; `uses` (n,) has the number of sides that have each piece."""
         self.triangles += int(uses.sum())
         self._limits.count(self.triangles)
 

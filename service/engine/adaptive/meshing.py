@@ -70,18 +70,19 @@ class ModelMesher:
         goal : Goal
             In the coordinates of the model.
         most : int
-            Number of triangles that are allowed.
+            Largest number of triangles.
         effort : Effort, optional
             Limit of the work of all meshes of a request.
         normals : SideNormals, optional
-            Normals along its edges, if it is meshed with other models and the goal has an angle.
+            Normals along the edges of the model, if it is meshed together with other models and the
+            goal has an angle.
 
         Raises
         ------
         InvalidRequest
-            `tolerance_too_small` if it is below the rounding errors.
+            `tolerance_too_small` if the tolerance is below the rounding errors.
         TooLarge
-            `too_many_triangles` or `too_costly`, as soon as more are needed.
+            `too_many_triangles` or `too_costly`, as soon as it is known that a limit is too low.
         """
         model, options, storage = self.model, self._options, self._storage
         origin = self._origin
@@ -91,7 +92,7 @@ class ModelMesher:
         goal = limit_tolerance(goal, model.diagonal, least)
         check_goal(goal, least, goal.find_nearest_distance(*model.bounds))
         if goal.angle < pi:
-            # An impossible angle is refused at once, not after all the work that is allowed.
+            # An impossible angle is refused at once, not after all the work of refinement.
             MeshLimits(most).count(int(estimate_least_triangles(model, goal.angle)))
         if normals is None and goal.angle < pi:
             (normals,) = build_side_normals([(model.batches, self.seams)])
@@ -118,14 +119,14 @@ class ModelMesher:
             lines = build_line_mesh(model, options, overlays, origin, storage.dtype)
             mesh = replace(lines, step=storage.step)
         if options.has_wires:
-            left = most - len(mesh.triangles)
-            curves = sample_goal_isocurves(model, self.seams, goal, options, left)
+            rest = most - len(mesh.triangles)
+            curves = sample_goal_isocurves(model, self.seams, goal, options, rest)
             mesh = add_wires(mesh, model, options, curves)
         return mesh
 
 
 class GroupMesher:
-    """Builds scenes of a group: each different model is meshed once, for its most demanding copy.
+    """Builds scenes of a group: each different model is meshed once, for all its copies.
 
     If the goal has a camera, every copy has a mesh of its own.
 
@@ -136,9 +137,10 @@ class GroupMesher:
     options : MeshOptions
     storage : Storage
     nodes : bool
-        Whether the format stores meshes and placements apart; otherwise the result is one mesh.
+        Whether the format stores meshes and placements separately; otherwise the result is one
+        mesh.
     quantized : bool
-        Whether positions are rounded to grids; only for formats that have nodes.
+        Whether positions are rounded to grids; only for formats with nodes.
     """
 
     def __init__(
@@ -164,9 +166,9 @@ class GroupMesher:
         ]
 
     def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
-        """The scene, or the mesh, that meets a goal; errors are those of `ModelMesher`."""
+        """The scene or the mesh that meets a goal; errors are those of `ModelMesher`."""
         group, low, high = self._group, *self._group.bounds
-        # If copies become one mesh, they are placed first and rounded after that.
+        # If copies become one mesh, they are placed first and then rounded.
         flat = self._storage.single and not self._nodes
         origin = self._storage.choose_origin(low, high)
         rounding = self._storage.bound_storage_rounding(origin, low, high) if flat else 0.0
@@ -197,7 +199,7 @@ def build_mesher(
     nodes: bool,
     quantized: bool = False,
 ) -> ModelMesher | GroupMesher:
-    """The mesher of a model or group, for a format with or without nodes, with grids or without."""
+    """The mesher of a model or group; see `GroupMesher` for the parameters."""
     if isinstance(model, GroupModel):
         joined = join_group(model, options)
         return GroupMesher(joined, options, storage, nodes=nodes, quantized=quantized)

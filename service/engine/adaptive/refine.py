@@ -5,28 +5,31 @@
 Each round proves only the triangles that the round before changed (`drafts`).
 
 **Refined bounds.** A part whose bound is a little too large is cut into four at the middles of its
-edges: the nets of the quarters are nearer to the surface. Each quarter is certified against the
-host of the part. The bound of the part is the largest bound of its quarters.
+edges, because the nets of the quarters are nearer to the surface. Each quarter is certified against
+the reference triangle of the part. The bound of the part is the largest bound of its quarters.
 
-**Why this ends.** Let ε be the tolerance, or its least value if it differs from place to place.
-Every round with a failure makes a leaf a fan, which happens once to a leaf, or cuts a leaf in two,
-or halves the height of a strip twice. There are finitely many boxes of places and finitely many
-heights, so the rounds end, with a mesh or with `tolerance_too_small`. Only rounding can cause this
-error:
+**Theorem: the rounds end**, with a mesh or with `tolerance_too_small`. Proof: every round with a
+failure makes a leaf a fan, which happens at most once to a leaf, or cuts a leaf in two, or halves
+the height of a strip twice. The number of boxes of places is finite, and so is the number of
+heights.
+
+**Only rounding can cause this error.** Let ε be the tolerance, or its least value if it differs
+from place to place.
 
 1. A leaf that is cut is not small. Let the net of a leaf be within ε of each of its points. Then
-   all its triangles pass: each has a vertex of the leaf, which is on the surface over it, so the
-   net over the triangle is within ε of its host. (A host beside the triangle has a vertex in common
-   with it.) The cut is in the direction in which the surface bends more, with a bonus for the
-   longer direction. As a leaf becomes short in one direction, it stops bending in it, and is cut in
-   the other. So lengths in both directions go to 0. (A cut to vertices of the leaves beside it
-   may be in the other direction, but only while the leaf is not much longer in this one.)
-2. The strip over a segment of the border, as it becomes flat, has nets that contract into the hull
-   of the segment's own net, which is within 0.95 ε of the segment (by `divide_border`),
-   and the segment is a side of the strip's own base triangle, so the strip passes.
-3. A leaf does not cover a piece of the border, or has an edge that exists already, only if two of
-   its corners are one vertex. Two places inside a face are different vertices, so such a leaf
-   reaches from side to side, and is cut between these sides.
+   all its triangles pass: each has a vertex of the leaf, which is on the surface over the leaf, so
+   the net over the triangle is within ε of the reference triangle. (If this is another triangle, it
+   has a vertex in common with the triangle.) A leaf is cut in the direction in which the surface
+   bends more, with a bonus for the longer direction. If a leaf becomes short in one direction, it
+   stops bending in this direction and is cut in the other. So its lengths in both directions go
+   to 0. (`_prefer_vertices` may choose the other direction, but not for a leaf that is much longer
+   in this one.)
+2. As the strip over a segment of the border becomes flat, its nets contract into the hull of the
+   net of the segment. This net is within 0.95 ε of the segment (by `divide_border`), and the
+   segment is a side of the base triangle of the strip. So the strip passes.
+3. A leaf may be cut because it does not cover a piece of the border, or because one of its edges
+   exists already. This happens only if two of its corners are one vertex. Two places inside a face
+   are different vertices, so the leaf reaches from side to side, and is cut between these sides.
 """
 
 from dataclasses import replace
@@ -56,13 +59,14 @@ PLAIN = 4
 """Number of corners of a leaf that is two triangles."""
 
 LONG = 8.0
-"""A leaf this many times as long in one direction is cut in it, wherever it has vertices."""
+"""A leaf that is this many times as long in one direction is cut in this direction, wherever it has
+vertices."""
 
 FLATTER = 2
 """Number of halvings of the height of a strip that fails."""
 
 CLOSE = 1.5
-"""A part is tried if its bound is at most this factor above the allowed deviation."""
+"""The bound of a part is refined if it is at most this factor above the allowed deviation."""
 
 QUARTERS = np.array(
     [
@@ -85,23 +89,23 @@ def triangulate(
     most: int,
     effort: Effort | None = None,
 ) -> Triangulation:
-    """The mesh of all faces, every triangle of which meets the goal.
+    """The mesh of all faces, in which every triangle meets the goal.
 
     Parameters
     ----------
     store : callable
-        Rounds positions (V, 3) as the format stores them, and returns them as float64.
+        See `Store`.
     most : int
-        Number of triangles that are allowed.
+        Largest number of triangles.
     effort : Effort, optional
         Limit of the work, and count of the work done.
 
     Raises
     ------
     TooLarge
-        `too_many_triangles` as soon as that is certain, `too_costly`.
+        `too_many_triangles` as soon as this is certain, or `too_costly`.
     InvalidRequest
-        `tolerance_too_small` if places are not fine enough.
+        `tolerance_too_small` if leaves would be smaller than the least cell.
     """
     task = Task(patch_nets, faces, goal, MeshLimits(most, effort or Effort()))
     draft, proofs = Draft(task, border, store), Proofs()
@@ -109,7 +113,7 @@ def triangulate(
     while True:
         task.limits.count(int(draft.triangles.is_written.sum()))
         proofs.renew(draft)
-        cut, along_v, strips = _find_failing(draft, proofs.passed)
+        cut, along_v, strips = _find_failing(draft, proofs.meets_goal)
         if not len(cut) and not len(strips):
             return draft.finish(proofs.deviation, proofs.mesh if goal.two_sided else None)
         draft.halvings[strips] += FLATTER
@@ -120,11 +124,12 @@ def triangulate(
 
 
 def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools) -> Leaves:
-    """The leaves in place of those that fail: fans where these may pass, elsewhere halves.
+    """The leaves that replace failing leaves: fans where these may pass, elsewhere halves.
 
-    A fan changes no leaf beside it. It is tried only in place of two triangles, and if the surface,
-    taken as quadratic, is within the allowed deviation of it: along the sides, and along the spokes
-    from the middle to the corners, whose heights are 1/4 of those of the diagonals.
+    A fan changes no leaf beside it. It replaces only a leaf of two triangles, and only if a
+    quadratic surface (`Leaves.form`) is within the allowed deviation of the fan: along the sides,
+    and along the lines from the middle to the corners, over which heights are 1/4 of those over the
+    diagonals.
     """
     a, b, c = failing.form[3:6]
     one, other = (a + 2.0 * b + c) * 0.25, (a - 2.0 * b + c) * 0.25
@@ -145,67 +150,69 @@ class Proofs:
     ----------
     deviation, mesh : ndarray of float64, shape (T,)
         Bounds of the distance from the surface to the mesh, and from the mesh to the surface.
-    passed : ndarray of bool, shape (T,)
+    meets_goal : ndarray of bool, shape (T,)
     """
 
     def __init__(self) -> None:
         self.deviation = self.mesh = np.zeros(0)
-        self.passed = np.zeros(0, dtype=bool)
+        self.meets_goal = np.zeros(0, dtype=bool)
 
     def renew(self, draft: Draft) -> None:
-        """Prove all triangles that are new, or were measured against changed triangles."""
+        """Prove all triangles that changed, or whose reference or base triangle changed."""
         triangles = draft.triangles
         count, changed = len(triangles), triangles.is_changed
-        more = count - len(self.passed)
+        more = count - len(self.meets_goal)
         self.deviation = np.concatenate([self.deviation, np.full(more, np.inf)])
         self.mesh = np.concatenate([self.mesh, np.zeros(more)])
-        self.passed = np.concatenate([self.passed, np.zeros(more, dtype=bool)])
-        todo = changed | changed[triangles.host]
+        self.meets_goal = np.concatenate([self.meets_goal, np.zeros(more, dtype=bool)])
+        todo = changed | changed[triangles.reference]
         todo |= (triangles.base >= 0) & changed[triangles.base]
-        todo &= triangles.is_alive & (triangles.host >= 0)
+        todo &= triangles.is_alive & (triangles.reference >= 0)
         rows = todo.nonzero()[0]
         for first, last in row_runs(len(rows), CHUNK):
             self._prove(draft, rows[first:last])
 
     def _prove(self, draft: Draft, rows: Ints) -> None:
-        """Prove some triangles: against their hosts, or else the bases of their strips."""
+        """Prove some triangles: against their reference triangles or the bases of their strips."""
         task, triangles, samples, count = draft.task, draft.triangles, draft.samples, len(rows)
         base = triangles.base[rows]
         other = ((base >= 0) & (base != rows)).nonzero()[0]
         measured = np.concatenate([rows, rows[other]])
-        hosts = np.concatenate([triangles.host[rows], base[other]])
+        references = np.concatenate([triangles.reference[rows], base[other]])
         corners = triangles.corners[measured]
         face = samples.face[corners[:, 0]]
         places = np.stack([samples.u[corners], samples.v[corners]], 2)
         task.limits.spend(task.estimate_work(face, places))
-        across = triangles.across[hosts]
-        parts = Parts(face, places, triangles.vertices[hosts], across, hosts == measured)
+        across = triangles.across[references]
+        parts = Parts(face, places, triangles.vertices[references], across, references == measured)
         bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
         deviation, allowed = bounds.deviation[:count], bounds.allowed
-        passed = bounds.passed[:count]
+        meets_goal = bounds.meets_goal[:count]
         mesh = np.zeros(count) if bounds.mesh is None else bounds.mesh[:count]
         if len(other):
-            better = ~passed[other] & (bounds.deviation[count:] <= allowed[count:])
+            better = ~meets_goal[other] & (bounds.deviation[count:] <= allowed[count:])
             better &= mesh[other] <= 2.0 * allowed[count:]
             chosen = other[better]
-            deviation[chosen], passed[chosen] = bounds.deviation[count:][better], True
-        near = ~passed & (mesh <= 2.0 * allowed[:count]) & (deviation <= CLOSE * allowed[:count])
+            deviation[chosen], meets_goal[chosen] = bounds.deviation[count:][better], True
+        near = (
+            ~meets_goal & (mesh <= 2.0 * allowed[:count]) & (deviation <= CLOSE * allowed[:count])
+        )
         tried = near.nonzero()[0]
         if len(tried):
             refined = refine_bounds(draft, rows[tried])
             is_met = refined < np.inf
-            deviation[tried[is_met]], passed[tried[is_met]] = refined[is_met], True
-        self.deviation[rows], self.mesh[rows], self.passed[rows] = deviation, mesh, passed
+            deviation[tried[is_met]], meets_goal[tried[is_met]] = refined[is_met], True
+        self.deviation[rows], self.mesh[rows], self.meets_goal[rows] = deviation, mesh, meets_goal
 
 
-def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
-    """Leaves to be cut, whether across v, and segments of the border whose strips fail."""
+def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
+    """The leaves to be cut, whether to halve v, and segments of the border whose strips fail."""
     leaves, triangles, samples = draft.polygons.leaves, draft.triangles, draft.samples
     assert leaves is not None
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
     box = leaves.box
-    is_hosted = triangles.host >= 0
-    orphans = triangles.leaf[triangles.is_alive & ~is_hosted & (triangles.leaf >= 0)]
+    has_reference = triangles.reference >= 0
+    orphans = triangles.leaf[triangles.is_alive & ~has_reference & (triangles.leaf >= 0)]
     degenerate = np.concatenate([orphans, triangles.bare])
     if len(degenerate):
         fails[degenerate] = True
@@ -223,7 +230,7 @@ def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
         fails[leaf], along_v[leaf] = True, (extent[1] > extent[0])[leaf]
     # The direction of the cut matters for these leaves.
     is_free = ~fails
-    failing = triangles.is_alive & ~passed & is_hosted
+    failing = triangles.is_alive & ~meets_goal & has_reference
     leaf = triangles.leaf[failing]
     fails[leaf[leaf >= 0]] = True
     cut = (fails & draft.polygons.is_present).nonzero()[0]
@@ -233,11 +240,12 @@ def _find_failing(draft: Draft, passed: Bools) -> tuple[Ints, Bools, Ints]:
 
 
 def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
-    """Whether to cut leaves across v: where more ends of that cut are vertices already.
+    """Whether to halve v, not u: the direction in which more ends of the cut are vertices already.
 
-    Such a cut adds fewer vertices to the leaves beside it. Without this choice the leaves of a ring
-    of equal leaves fail one after another, each because the leaf beside it was cut. A leaf that is
-    `LONG` times as long in the other direction is not cut so.
+    A cut between vertices adds fewer vertices to the leaves beside it. Without this choice the
+    leaves of a ring of equal leaves fail one after another, each because the leaf beside it was
+    cut. `along_v` decides if both numbers are equal, or if the leaf is `LONG` times as long in the
+    other direction.
     """
     polygons, samples = draft.polygons, draft.samples
     leaf, place = expand_runs(polygons.size[cut], polygons.first[cut])
@@ -256,20 +264,21 @@ def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
 
 
 def refine_bounds(draft: Draft, rows: Ints) -> FloatArray:
-    """Bounds (m,) of the parts over these triangles by their quarters; inf if one of them fails."""
+    """Bounds (m,) of the parts over these triangles by their quarters; inf if a quarter fails."""
     task, triangles, samples = draft.task, draft.triangles, draft.samples
     corners = triangles.corners[rows]
     places = np.stack([samples.u[corners], samples.v[corners]], axis=2)
-    # Only parts in one patch whose halved corners are places (integers): so quarters cover them.
+    # Only parts in one patch whose quarters have corners at places (integers), so that the quarters
+    # cover the part.
     inner = places.max(axis=1) <= (places.min(axis=1) // SPAN + 1) * SPAN
     even = QUARTERS.reshape(12, 3) @ places % 2 == 0
     cut = (inner.all(axis=1) & even.all(axis=(1, 2))).nonzero()[0]
     places = (QUARTERS @ places[cut, np.newaxis] // 2).reshape(-1, 3, 2)
     face = samples.face[corners[cut, 0]].repeat(4)
-    host = triangles.host[rows[cut]].repeat(4)
+    reference = triangles.reference[rows[cut]].repeat(4)
     task.limits.spend(task.estimate_work(face, places))
     is_own = np.zeros(len(face), dtype=bool)
-    parts = Parts(face, places, triangles.vertices[host], triangles.across[host], is_own)
+    parts = Parts(face, places, triangles.vertices[reference], triangles.across[reference], is_own)
     bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
     quarters = np.where(bounds.deviation <= bounds.allowed, bounds.deviation, np.inf)
     refined = np.full(len(rows), np.inf)

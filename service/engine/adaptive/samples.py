@@ -1,9 +1,9 @@
 """The samples of a triangulation as parameters of patches, and values of channels there.
 
-A place on a knot line inside a face belongs to the patches on both sides of the line. Where the
-surface has a crease there, it has two normals. So triangles on different sides get separate
-samples, which are merged to one vertex later if their normals agree. A triangle that spans several
-patches uses, at each of its corners, the patch on the side of the triangle.
+A place on a knot line inside a face belongs to the patches on both sides of the line. If the
+surface has a crease along the line, it has two normals at this place. So triangles on different
+sides get separate samples, which later become one vertex if their normals agree. A triangle that
+spans several patches uses, at each of its corners, the patch on the side of the triangle.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from service.surface.lowered import PatchModel
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchPlaces:
-    """N samples as parameters of patches.
+    """N samples, given by parameters of patches.
 
     Attributes
     ----------
@@ -59,9 +59,8 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
     key = triangulation.triangles * 4 + below
     used = np.zeros(4 * len(triangulation.face), dtype=bool)
     used[key] = True
-    kept = used.nonzero()[0]
     number = np.cumsum(used, dtype=np.uint32) - np.uint32(1)
-    row, side = kept // 4, kept % 4
+    row, side = np.divmod(used.nonzero()[0], 4)
     span_u, u = _split_places(triangulation.u[row], side & 1, spans[row, 0])
     span_v, v = _split_places(triangulation.v[row], side >> 1, spans[row, 1])
     face = triangulation.face[row]
@@ -70,7 +69,7 @@ def find_samples(faces: Faces, triangulation: Triangulation) -> tuple[PatchPlace
 
 
 def _is_before_knot(at: Ints, triangles: Ints, inner: Bools) -> Bools:
-    """Whether a triangle lies before the knot line that its corner is on, (T, 3)."""
+    """Whether a triangle lies before the knot line through its corner: shape (T, 3)."""
     places = at[triangles]
     before: Bools = inner[triangles] & (places.sum(axis=1, keepdims=True) < 3 * places)
     return before
@@ -85,7 +84,10 @@ def _split_places(at: Ints, below: Ints, spans: Ints) -> tuple[Ints, FloatArray]
 def evaluate_channels(
     model: PatchModel, samples: PatchPlaces, dtype: Real, *, uvs: bool
 ) -> tuple[ChannelRows, ...]:
-    """Every channel of the model; with `uvs`, parameters where it has no texture coordinates."""
+    """All channels of the model at samples.
+
+    If `uvs` is true and the model has no texture coordinates, parameters are added as `uvs`.
+    """
     channels = model.batches[0].channels
     evaluated = [
         ChannelRows(channel.name, channel.kind, _evaluate_channel(model, samples, number, dtype))
@@ -139,12 +141,15 @@ def _evaluate_channel(
                 values[samples_of_part] = np.einsum("mj,mjd->md", along_v, lines)
     if model.batches[0].channels[number].kind == "colors":
         np.clip(values, 0.0, 1.0, out=values)
-    # As for points: adding 0.0 turns -0.0 into 0.0.
+    # Adding 0.0 turns -0.0 into 0.0.
     return (values + 0.0).astype(dtype)
 
 
 def _find_parameters(model: PatchModel, samples: PatchPlaces) -> FloatArray:
-    """Parameters (N, 2): in the domain of the surface, or in the patch; (s, t) for triangles."""
+    """Parameters (N, 2) of samples: (s, t) of triangles, otherwise (u, v).
+
+    They are in the domain of the surface if the model has domains, otherwise in the patch.
+    """
     parameters = np.stack([samples.u, samples.v], axis=1)
     for batch, _, rows in group_by_batch(model.batches, samples.patch):
         if isinstance(batch, TrianglePatches):

@@ -4,12 +4,12 @@ Every triangle within a cell of sides h_u, h_v is within (h_u² M_uu + 2 h_u h_v
 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε')) and so on, with ε' a third of ε, are fine enough for
 ε. Estimates and certificates use nets, which are further away than the surface, but hardly twice as
 far: cells that are fine enough for ε/2 are not cut. So a patch is cut into at most the number of
-cells computed here, where both numbers are powers of 2.
+cells computed here, where the numbers along u and along v are powers of 2.
 
-A cut adds at most two vertices to the inside of a face, and a fan, in place of a cut, one. A face
-with V_i vertices inside and V_b on its border has 2 V_i + V_b − 2 triangles; so n cells with b
+A cut adds at most two vertices to the inside of a face; a fan, which replaces a cut, adds one. A
+face with V_i vertices inside and V_b on its border has 2 V_i + V_b − 2 triangles. So n cells with b
 pieces around them have at most 2 n + b vertices and 4 n + b triangles. Most meshes have a tenth of
-that.
+these numbers.
 """
 
 from math import sqrt
@@ -30,13 +30,16 @@ from service.engine.wires.isocurves import IsoCurves, sample_divided_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
-PARTS, FINEST, FEWEST = 6, 30, 4
-"""Each of the three terms may take a share of 1/`PARTS` of the tolerance; sides are halved at most
-`FINEST` times here, and have at least `FEWEST` pieces, as closed ones do."""
+PARTS = 6
+"""Each of the three terms may take a share of 1/`PARTS` of the tolerance."""
+
+FINEST, FEWEST = 30, 4
+"""Sides are halved at most `FINEST` times here, and have at least `FEWEST` pieces, because closed
+sides have."""
 
 SAMPLES, SMOOTH, CHUNK = 8, 0.5, 1 << 16
-"""Divisions of patches whose normals are sampled; distance of unit normals beyond which a step is
-no smooth turn; and samples in one block."""
+"""Divisions of patches whose normals are sampled; the largest distance of unit normals of
+neighbouring samples that counts as a smooth turn; samples in one block."""
 
 
 def sample_goal_isocurves(
@@ -47,8 +50,8 @@ def sample_goal_isocurves(
     Raises
     ------
     TooLarge
-        `too_many_triangles` if they have more than `most` samples, or as tubes or ribbons more
-        triangles than that.
+        `too_many_triangles` if lines have more than `most` samples, or tubes or ribbons more than
+        `most` triangles.
     """
     divisions = count_goal_divisions(model, seams, goal)
     MeshLimits(most).count(
@@ -58,15 +61,15 @@ def sample_goal_isocurves(
 
 
 def count_line_pieces(size: tuple[int, int], options: MeshOptions) -> int:
-    """The count of curves of a size (curves, samples) against the limit of triangles.
+    """The number that curves of a size (curves, samples) add to the number of triangles.
 
-    Lines count their samples; tubes and ribbons count their triangles.
+    For lines it is the number of samples, for tubes and ribbons the number of triangles.
     """
     return count_most_solids(*size, options)[1] if options.has_solid_wires else size[1]
 
 
 class MostTriangles(NamedTuple):
-    """Upper bounds: vertices, triangles, and points of the lines beside them."""
+    """Upper bounds of the numbers of vertices, of triangles, and of points of lines."""
 
     vertices: int
     triangles: int
@@ -74,9 +77,9 @@ class MostTriangles(NamedTuple):
 
 
 def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> MostTriangles:
-    """Bounds for one model.
+    """Bounds for one model; cuts for angles are not counted.
 
-    Vertices are counted once for every patch. Cuts for angles are not counted.
+    A vertex that patches share is counted for each of them.
     """
     cells, pieces = _bound_cells(model, goal)
     vertices, triangles = (2 * cells + pieces, 4 * cells + pieces) if options.has_faces else (0, 0)
@@ -95,12 +98,13 @@ def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> Most
 
 
 def estimate_least_triangles(model: PatchModel, angle: float) -> float:
-    """The number of triangles that a mesh needs, at least, to keep to an angle along each edge.
+    """The least number of triangles of a mesh whose normals turn by at most an angle along edges.
 
-    On the unit sphere the normals of a mesh are triangles with sides up to the angle α, of the area
-    √3/4 α² at most; together they cover ∫ |K| dA, which is estimated from some samples. An eighth
-    of that number is returned: an estimate with a wide margin, not a proof. Places where normals
-    turn far between two samples do not count: they may be creases, where no division helps.
+    The normals at the corners of a triangle of the mesh are a triangle on the unit sphere. Its
+    sides are at most the angle α, so its area is about √3/4 α² or less. Together these triangles
+    cover ∫ |K| dA, which is estimated from some samples. The result is 1/8 of the quotient: an
+    estimate with a wide margin, not a proof. Places where normals turn far between two samples do
+    not count: they may be creases, where no division helps.
     """
     area = 0.0
     for batch in model.batches:
@@ -118,7 +122,7 @@ def estimate_least_triangles(model: PatchModel, angle: float) -> float:
 
 
 def _bound_cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
-    """Upper bounds of the cells, and of the pieces of the borders of patches."""
+    """Upper bounds of the numbers of cells and of pieces of the borders of patches."""
     nearest = np.array([goal.find_nearest_distance(*model.bounds)])
     part = max(float(goal.find_allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
     cells = pieces = 0

@@ -1,8 +1,8 @@
 """The goal of each model of a request, in the model's own units.
 
-A mesh within ε of its model is, once it is placed by x ↦ L x + t, within S ε + δ of the placed
-surface: S is the largest scaling of L, δ the rounding of placing. So the tolerance of a model is
-the least (ε − δ)/S of its copies.
+If a mesh is within ε of its model, and both are placed by x ↦ L x + t, then the placed mesh is
+within S ε + δ of the placed surface. S is the largest scaling of L, and δ the rounding of placing.
+So, for a tolerance ε of the group, the tolerance of a model is the least (ε − δ)/S of its copies.
 """
 
 from dataclasses import replace
@@ -22,8 +22,8 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
 
 ANYTHING = 4.0
-"""Tolerance of requests without tolerance, in diagonals of the model: no two points of model and
-mesh are further apart."""
+"""Tolerance of requests without tolerance, in diagonals of the model: no point of the mesh is
+further from any point of the model."""
 
 NEAR = 1e-3
 """Least distance to the eye that counts, as a share of the model's diagonal: anything nearer fills
@@ -33,14 +33,14 @@ SHARE = 2.0
 """A tolerance must be at least this factor times the rounding of placing and storing."""
 
 ENOUGH = 0.96
-"""Share of a tolerance that rounding must leave for edges to be divided by the full tolerance."""
+"""Edges are divided by the full tolerance if rounding leaves at least this share of it."""
 
 LEAST_ANGLE = 2.0**-24
-"""Radians; normals that turn by less are equal in float32."""
+"""Least angle of goals, in radians; normals that turn by less are equal in float32."""
 
 LESS = 1 - 2.0**-40
-"""Factor that keeps a number from growing by rounding when it is divided by a scaling and
-multiplied by it again."""
+"""Factor for a tolerance that is divided by a scaling, so that the product with the scaling is not
+larger than before, in spite of rounding."""
 
 
 def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
@@ -67,7 +67,7 @@ def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
 
 
 def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal, ...]:
-    """The goal of each model of a group, with which all its copies meet the goal of the group.
+    """The goal of each model of a group: if the mesh meets it, all copies meet the group's goal.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if rounding takes most of it; without a pointer.
+        `tolerance_too_small` if rounding is most of the tolerance; without a pointer.
     """
     goals: dict[int, Goal] = {}
     for member in group.members:
@@ -93,13 +93,14 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
 
 
 def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) -> Goal:
-    """The goal of a model between these bounds, with which its placed copy meets a goal.
+    """The goal of a model between these bounds: if the mesh meets it, the placed copy meets `goal`.
 
-    A point at the distance d from the eye in the model is at least s d from it once it is placed,
-    where a rate r allows r s d; and an error there is at most S times that of the model.
+    Let s and S be the least and the largest scaling. A point of the model at the distance d from
+    the eye is, when placed, at least s d from the eye, where a rate r allows r s d. An error there
+    is at most S times the error in the model. So the rate of the model is r s / S.
     """
-    (least, most), taken = scalings(matrix), bound_placing_error(matrix, *bounds) + error
-    goal = subtract_rounding(goal, taken, place_bounds(bounds, matrix))
+    (least, most), rounding = scalings(matrix), bound_placing_error(matrix, *bounds) + error
+    goal = subtract_rounding(goal, rounding, place_bounds(bounds, matrix))
     view = goal.view
     if view is not None:
         eye = view.eye
@@ -115,7 +116,7 @@ def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if rounding takes most of it; without a pointer.
+        `tolerance_too_small` if rounding is most of the tolerance; without a pointer.
     """
     if not rounding:
         return goal
@@ -127,7 +128,7 @@ def subtract_rounding(goal: Goal, rounding: float, bounds: Box) -> Goal:
 
 
 def _subtract(tolerance: float, rounding: float) -> float:
-    """A tolerance less `rounding`."""
+    """The tolerance less `rounding`; an error if rounding is most of it."""
     if tolerance < SHARE * rounding:
         raise build_tolerance_error(f"a distance of {tolerance:.6g}", SHARE * rounding)
     return tolerance - rounding
@@ -136,9 +137,10 @@ def _subtract(tolerance: float, rounding: float) -> float:
 def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
     """The goal by which edges are divided, if storing moves vertices by up to `rounding`.
 
-    Edges are divided until they are within 0.95 of the tolerance of their chords. Rounding moves
-    the chords; where it may move them by more than the rest, the goal is less. Everywhere else the
-    full goal is kept, so that the division of an edge does not depend on the model it is in.
+    Edges are divided until they are within 0.95 tolerances of their chords. Rounding moves the
+    chords. If it may move them by more than the other 0.05, the tolerance for edges is reduced.
+    Otherwise edges are divided by the full goal, so that the division of an edge does not depend on
+    the model that contains it.
     """
     less = subtract_rounding(goal, rounding, bounds)
     tight = less.tolerance < ENOUGH * goal.tolerance
@@ -148,10 +150,10 @@ def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
 
 
 def limit_tolerance(goal: Goal, diagonal: float, least: float) -> Goal:
-    """The goal with a tolerance of at most `ANYTHING` diagonals, which changes no mesh.
+    """The goal with a tolerance of at most `ANYTHING` diagonals; the limit changes no mesh.
 
-    All edges are nearer to their chords than that, so they are divided in the same way. The limit
-    is not below `least`, the least tolerance of the surface in its format.
+    All edges are nearer to their chords than the limit, so they are divided in the same way. The
+    limit is not below `least`, the least tolerance of the surface in its format.
     """
     limit = max(ANYTHING * diagonal, least) if diagonal else inf
     return replace(goal, tolerance=min(goal.tolerance, limit))

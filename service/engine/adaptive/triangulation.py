@@ -1,14 +1,14 @@
 """The result of refinement: vertices, triangles and bounds; and how formats store positions.
 
-**Flat triangles**, of which two corners are one place in the file, are left out. A side that is
-nearly a point has vertices that differ in float64 but not in float32. Where two vertices joined by
-an edge are stored at one place, they become one vertex, and the triangles at that edge, which have
-no area in the file, are removed. The mesh stays closed where it was: each removed triangle had two
-other edges, which are one now.
+**Flat triangles** are omitted: triangles of which two corners are at one place in the file. A side
+that is nearly a point, for example, has vertices that differ in float64 but not in float32. If two
+vertices joined by an edge are stored at one place, they become one vertex, and the triangles at
+that edge are removed. The mesh stays closed where it was closed: the two other edges of each
+removed triangle become one edge.
 
-**Why the bound holds.** A triangle whose corners a and b are one place is the segment from a to c.
-It is left out only if a triangle of the same face that stays has that segment as an edge; the
-part of the surface near the segment is as near to that triangle, which takes over its bound.
+**Why the bound holds.** A triangle whose corners a and b are at one place is the segment from a to
+c. It is omitted only if this segment is an edge of a triangle of the same face that stays. The part
+of the surface near the segment is at least as near to that triangle, which takes over the bound.
 """
 
 from dataclasses import dataclass, replace
@@ -32,9 +32,10 @@ class Storage:
     single : bool
         Whether positions are float32 instead of float64.
     local : bool
-        Whether the format can store positions about an origin, which models far from zero need.
+        Whether the format can store positions relative to an origin, which keeps models far from
+        zero exact in float32.
     step : float
-        Positions and origin are multiples of it (`service.engine.grid`); 0 without a grid.
+        Positions and origin are multiples of `step` (`service.engine.grid`); 0 without a grid.
     """
 
     single: bool = False
@@ -54,7 +55,7 @@ class Storage:
     def bound_storage_rounding(
         self, origin: FloatArray, low: FloatArray, high: FloatArray
     ) -> float:
-        """Bound of the distance that storing moves a vertex between these bounds."""
+        """Bound of the distance by which storing moves a vertex between these bounds."""
         moved = CORNER * self.step
         return moved + bound_single_error(low, high, origin) if self.single else moved
 
@@ -64,7 +65,7 @@ class Storage:
             positions = round_to_grid(positions, self.step)
         if self.single:
             return (positions - origin).astype(np.float32)
-        # Adding 0.0 turns -0.0 into 0.0, which is better to read in text formats.
+        # Adding 0.0 turns -0.0 into 0.0, which is easier to read in text formats.
         return positions + 0.0
 
     def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
@@ -76,7 +77,7 @@ class Storage:
 
 
 def bound_origin_error(origin: FloatArray, low: FloatArray, high: FloatArray) -> float:
-    """Rounding of adding the origin: half a unit in the last place of each coordinate."""
+    """Bound of the rounding of adding the origin: half a unit in the last place of coordinates."""
     if not origin.any():
         return 0.0
     return EPS * hypot(*np.maximum(np.abs(low), np.abs(high)).tolist())
@@ -116,7 +117,8 @@ class Triangulation:
     mesh_bounds: FloatArray | None
 
 
-NEXT = ((0, 1), (1, 2), (2, 0))
+EDGES = ((0, 1), (1, 2), (2, 0))
+"""The corners at both ends of each edge of a triangle."""
 
 
 def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Triangulation:
@@ -138,7 +140,7 @@ def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Tria
     equal = np.logical_and.reduce([x.take(corners) == x.take(following) for x in stored.T])
     if not equal.any():
         return triangulation
-    pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(NEXT)])
+    pairs = np.concatenate([corners[equal[:, k]][:, [i, j]] for k, (i, j) in enumerate(EDGES)])
     vertex = _merge_vertices(len(stored), pairs)
     corners = vertex[corners]
     flat = (corners == corners[:, [1, 2, 0]]).any(axis=1)
@@ -175,10 +177,10 @@ def _merge_vertices(count: int, pairs: Ints) -> Ints:
 
 def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     """For each flat triangle a triangle of its face that stays and has its segment; or −1."""
-    kept = np.flatnonzero(~flat)
-    edges = np.sort(corners[kept][:, NEXT].reshape(-1, 2), axis=1)
+    staying = np.flatnonzero(~flat)
+    edges = np.sort(corners[staying][:, EDGES].reshape(-1, 2), axis=1)
     size = int(corners.max()) + 1
-    keys = (face[kept].repeat(3) * size + edges[:, 0]) * size + edges[:, 1]
+    keys = (face[staying].repeat(3) * size + edges[:, 0]) * size + edges[:, 1]
     order = np.argsort(keys, kind="stable")
     ends = np.sort(corners[flat], axis=1)
     segments = (face[flat] * size + ends[:, 0]) * size + ends[:, 2]
@@ -186,11 +188,11 @@ def _find_triangles_beside(face: Ints, corners: Ints, flat: Bools) -> Ints:
     if not len(keys):
         return np.full(len(segments), -1)
     row = order[row]
-    return np.where(keys[row] == segments, kept[row // 3], -1)
+    return np.where(keys[row] == segments, staying[row // 3], -1)
 
 
 def _raise_bounds(bounds: FloatArray, flat: Bools, beside: Ints) -> FloatArray:
-    """Bounds of all triangles; a triangle beside a flat one takes over the bound of that one."""
+    """Bounds of all triangles; a triangle beside a flat triangle takes over its bound if larger."""
     raised = bounds.copy()
     np.maximum.at(raised, beside, bounds[flat])
     return raised

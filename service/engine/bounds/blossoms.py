@@ -29,28 +29,24 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
+from service.engine.bounds.vectors import BEFORE, NEXT
 
 Exponents: TypeAlias = tuple[int, ...]
-
-NEXT, BEFORE = [1, 2, 0], [2, 0, 1]
-"""For each corner or edge of a triangle the index of the next one, and of the one before."""
-
 
 SHAPES = (
     ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)),
     ((0.0, 0.0), (1.0, 0.0), (0.5, 1.0)),
     ((0.0, 0.0), (0.0, 1.0), (1.0, 0.5)),
 )
-"""Corners (u, v) of triangles in the unit square: half of it, as for two triangles in place of a
-cell, and the triangles of fans with a base along u and along v."""
+"""Corners (u, v) of the usual triangles in the box about them, if the box is [0, 1]²: half of the
+box, and the triangles of fans, with a base along u and with a base along v."""
 
 
 @lru_cache(maxsize=256)
 def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
     """The multiplicity of each argument in each mixture, in the order of `build_blossoms`.
 
-    A mixture extends a shorter mixture by one argument; mixtures to which the first argument was
-    added come first.
+    A mixture extends a shorter mixture by one argument. Mixtures are sorted by that argument.
     """
     if degree == 0:
         return ((0,) * arguments,)
@@ -64,7 +60,7 @@ def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
 
 @lru_cache(maxsize=256)
 def _find_parents(arguments: int, degree: int) -> tuple[Ints, Ints]:
-    """For each mixture the shorter mixture that it extends, and the argument that is added."""
+    """The shorter mixture that each mixture extends, and the argument that extends it."""
     counts = [comb(degree - 1 + last, last) for last in range(arguments)]
     parent = np.concatenate([np.arange(count) for count in counts])
     return parent, np.repeat(np.arange(arguments), counts)
@@ -157,7 +153,7 @@ def build_triangle_nets(
 def _blossom(nets: FloatArray, places: FloatArray) -> FloatArray:
     """Blossoms of nets (m, D, p+1, q+1) at all mixtures of arguments (k, 2, m): (m, D, U V)."""
     p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
-    if p == q:  # both directions in one product
+    if p == q:  # one call for both directions is faster than two
         along = build_blossoms(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
         both = build_box_nets(nets, along[:count], along[count:])
     else:
@@ -170,13 +166,13 @@ def _blossom(nets: FloatArray, places: FloatArray) -> FloatArray:
 def _find_shapes(places: FloatArray) -> tuple[Ints, FloatArray]:
     """The shapes (m,) of triangles (3, 2, m), and boxes (2, 2, m) about them.
 
-    A shape is a number in `SHAPES`, or `len(SHAPES)` for all other triangles. A box is two of its
-    opposite corners: the triangle has the shape where these are (0, 0) and (1, 1).
+    A shape is a number in `SHAPES`, or `len(SHAPES)` for all other triangles. A box is given by two
+    opposite corners. The triangle has the corners in `SHAPES` if these two are (0, 0) and (1, 1).
     """
     after, before = places.take(NEXT, axis=0), places.take(BEFORE, axis=0)
     same_after, same_before, level = places == after, places == before, after == before
     halfway = 2.0 * places == after + before
-    # Rows: the shape, and the corner at the right angle or opposite the base.
+    # Axes: the shape, the corner that is at the right angle or opposite the base, the triangle.
     fits = np.empty((len(SHAPES), *same_after[:, 0].shape), dtype=bool)
     fits[0] = (same_after & same_before[:, ::-1]).any(axis=1)
     fits[1], fits[2] = level[:, 1] & halfway[:, 0], level[:, 0] & halfway[:, 1]
@@ -217,7 +213,7 @@ def _build_triangle_shares(p: int, q: int) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def _build_box_shares(p: int, q: int, shape: int) -> FloatArray:
-    """The matrix ((p+1) (q+1), N) from the net over a box to that over a triangle of a shape."""
+    """The matrix ((p+1)(q+1), N) from the net over a box to the net over a triangle in it."""
     u, v = np.array(SHAPES[shape]).T[..., np.newaxis]
     along_u, along_v = build_blossoms(p, u), build_blossoms(q, v)
     matrix: FloatArray = np.kron(along_u[0], along_v[0]).T @ _build_triangle_shares(p, q)

@@ -2,36 +2,38 @@
 
 No point of the surface is further from the mesh than the largest bound of its parts. The proof:
 
-1. **The parts are all of the surface.** They are triangles of places that divide the faces, and
-   places are whole numbers. Cut at knot lines, they still cover every place (`clip`), and each
-   piece is in one Bézier patch, at parameters that float64 holds exactly.
+1. **The parts cover the whole surface.** A part is a triangle of places (integers); the parts
+   divide the faces. Cut into pieces at knot lines, they still cover every place (`clip`). Each
+   piece is in
+   one Bézier patch, at parameters that are exact in float64.
 2. **Over a piece the surface is in the hull of a net.** A polynomial of degree (p, q) is, over a
    triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
    Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
    / Σ B_ijk w_ijk, a mean of the b_ijk as well, because blossoms of positive weights at parameters
    in [0, 1] are positive. Where p + q is large, S is near a net of lower degree
    (`degree_reduction`).
-3. **No point of such a mean is further from its host than the farthest point of the net**, because
-   the distance to a convex set is a convex function. Heights and places in the host's plane may be
-   bounded separately, and the host may be enlarged by parts of its neighbours (`distance`). Heights
-   are bounded by their quadratic part and a remainder. For rational heights
+3. **The distance from a piece to a triangle of the mesh, the reference triangle of its part, is at
+   most the distance from the farthest point of the net**, because the distance to a convex set is a
+   convex function. Heights over the plane of the reference triangle and places in it may be bounded
+   separately, and the reference triangle may be enlarged by parts of its neighbours (`distance`).
+   Heights are bounded by their quadratic part and a remainder. For rational heights
 
        h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk
 
    the numerator is bounded in this way, and the bound is divided by the least w_ijk.
 
-4. **The host may be any triangle of the mesh.** The bound is that of the distance to this triangle,
-   or to it and its neighbours.
-5. **Rounding** is added, derived in `certificate_rounding`. The positions are those that are
-   stored, so their rounding is in the distances themselves.
+4. **The reference triangle may be any triangle of the mesh**, because the distance to the mesh is
+   at most the distance to this triangle, or to this triangle and its neighbours.
+5. **Rounding** is added; `certificate_rounding` derives its bound. The positions are those that are
+   stored, so their rounding is part of the distances.
 
-The distance from the mesh to the surface: let A be the affine map of a part to its host. A point
-A(x) of the host is at most |A(x) − S(x)| away from the surface, and S − A has a net over each
-piece. The images of the pieces of a part, cut at knot lines, fill its host (`clip.find_images`),
-with one affine map each.
+**The distance from the mesh to the surface.** Let A be the affine map of a part to its reference
+triangle. A point A(x) of the reference triangle is at most |A(x) − S(x)| away from the surface, and
+S − A has a net over each piece. The images of the pieces of a part, with one affine map each, fill
+the reference triangle (`clip.find_images`).
 
-The bound tends to the truth as parts shrink: quadratic parts are exact, and both remainders and the
-terms of neighbours are of third order.
+As parts shrink, the bound divided by the true distance tends to 1: quadratic parts are exact, and
+both remainders and the terms of neighbours are of third order.
 """
 
 from collections.abc import Iterator
@@ -51,13 +53,13 @@ from service.engine.bounds.local_frames import LocalFrames, build_local_frames
 from service.engine.bounds.patch_nets import Nets, PatchNets
 
 BLOCK = 1 << 16
-"""The most pieces in one block, unless one part alone has more."""
+"""The most pieces in one block, unless a single part has more."""
 
 CHUNK = 1 << 17
-"""Numbers in the nets of one chunk: temporary arrays stay in the cache."""
+"""Numbers in the nets of one chunk, so that temporary arrays stay in the cache."""
 
 COVERED = 16
-"""The least number of patches inside one part for which hulls are tried first."""
+"""The least number of patches inside one part for which the hulls of patches are tried first."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,7 +78,10 @@ class PieceMeasure:
     shares: FloatArray | None
 
     def bound_pieces(self, bounds: FloatArray, rows: Ints) -> None:
-        """Write bounds of pieces into the columns `rows` of `bounds`, (3, M), as `_bound_parts`."""
+        """Write the bounds of these pieces into the columns `rows` of `bounds` (3, M).
+
+        The rows of `bounds` are those of the result of `_bound_parts`.
+        """
         patch_nets, pieces = self.patch_nets, self.pieces
         deviation, eye_distance, mesh = bounds
         for nets, selected in patch_nets.split_by_group(pieces.patch[rows]):
@@ -117,25 +122,26 @@ class PieceMeasure:
         return bounds
 
     def _build_frames(self, nets: Nets, rows: Ints) -> LocalFrames:
-        """The frames of some pieces, of one degree."""
+        """The frames of these pieces, which lie in patches of one degree."""
         part, patch = self.pieces.part[rows], self.pieces.patch[rows]
-        host, beyond = self.parts.host[part].T, self.parts.across[part].T
+        reference, beyond = self.parts.reference[part].T, self.parts.across[part].T
         vertices, across = (
             np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
-            for ids in (host, beyond)
+            for ids in (reference, beyond)
         )
         beside, ordered = (across, beyond >= 0), self.goal.two_sided
         return build_local_frames(self.patch_nets, nets, patch, vertices, beside, ordered=ordered)
 
 
 def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | None:
-    """Bounds of pieces by the hulls of their whole patches, and the pieces to be bounded first.
+    """Bounds (M,) of pieces by the hulls of their whole patches; the pieces (M,) to bound first.
 
-    First are the pieces in the covered patch with the largest hull. Most other patches of the part
-    have hulls below the bound of these pieces, and need no net of their own pieces.
+    In a part that covers at least `COVERED` whole patches, the piece in the covered patch with the
+    largest hull is bounded first. Most other patches of the part have hulls below the bound of this
+    piece, so their pieces need no nets.
 
-    The bounds (M,) are infinite in parts that do not cover `COVERED` whole patches. All depends on
-    the part of a piece alone. The result is None if no part covers `COVERED` patches.
+    In all other parts the bounds are infinite, and all pieces are bounded first. The results for a
+    piece depend on its part alone. The result is None if no part covers `COVERED` patches.
     """
     pieces = measure.pieces
     if np.bincount(pieces.part).max(initial=0) < 2 * COVERED:
@@ -159,15 +165,15 @@ def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | Non
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PartBounds:
-    """Proved bounds of m parts, in model units; see `Triangulation` for how a mesh keeps them.
+    """Proved bounds of m parts, in model units.
 
     Attributes
     ----------
     deviation : ndarray of float64, shape (m,)
         No point of the part is further than this from the mesh.
     mesh : ndarray of float64, shape (m,), or None
-        No point of the host is further than this from the surface; 0 where the host is not the
-        part's own.
+        No point of the reference triangle is further than this from the surface; 0 where this
+        triangle is not the image of the part (`Parts.is_own`). None unless the goal has two sides.
     allowed : ndarray of float64, shape (m,)
         The deviation that the goal allows at the part's distance from the eye.
     """
@@ -177,12 +183,12 @@ class PartBounds:
     allowed: FloatArray
 
     @property
-    def passed(self) -> Bools:
-        """Which parts meet the goal."""
-        passed: Bools = self.deviation <= self.allowed
+    def meets_goal(self) -> Bools:
+        """Which parts meet the goal, shape (m,)."""
+        meets_goal: Bools = self.deviation <= self.allowed
         if self.mesh is not None:
-            passed &= self.mesh <= 2 * self.allowed
-        return passed
+            meets_goal &= self.mesh <= 2 * self.allowed
+        return meets_goal
 
 
 def certify(
@@ -207,7 +213,7 @@ def certify(
 
 
 def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[slice]:
-    """Runs of parts that have at most about `BLOCK` pieces together; one part may have more."""
+    """Runs of parts with at most about `BLOCK` pieces together; a single part may have more."""
     if len(parts.face) * int((faces.spans + 1).prod(axis=1).max()) <= BLOCK:
         yield slice(None)
         return
@@ -221,9 +227,9 @@ def _split_into_blocks(faces: Faces, parts: Parts) -> Iterator[slice]:
 def _bound_parts(
     patch_nets: PatchNets, faces: Faces, parts: Parts, positions: FloatArray, goal: Goal
 ) -> FloatArray:
-    """Deviation, distance from the eye, and deviation of the mesh, (3, m).
+    """Bounds (3, m) of parts: deviation, distance from the eye, and deviation of the mesh.
 
-    The second is 0 without a view, the third is 0 unless the goal has two sides.
+    The second row is 0 without a view. The third row is 0 unless the goal has two sides.
     """
     corners = parts.corners.transpose(1, 2, 0)
     pieces = clip_parts(faces, parts.face, corners)
@@ -250,7 +256,7 @@ def _bound_parts(
 
 
 def _join(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:
-    """The largest, or the least, value of the pieces of each part; 0 of a part without any."""
+    """The largest or the least value of the pieces of each part; 0 for a part without pieces."""
     if len(values) == count:
         return values
     begins = np.diff(part, prepend=-1).nonzero()[0]

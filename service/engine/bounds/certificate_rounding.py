@@ -1,10 +1,11 @@
 """The rounding in the bounds of the certificate, and the least tolerance.
 
-The relative error of one operation is at most u = 2^-53. A piece has coordinates relative to the
-middle of the patch, in units in which no coordinate of a control point or of a vertex of a host
-exceeds 1. So no difference of two points is longer than 2√3 < 4.
+The relative error of one operation is at most u = 2^-53. The coordinates of a piece are relative to
+the middle of the patch. Their unit is such that no coordinate of a control point, or of a vertex of
+a reference triangle, exceeds 1. So no difference of two points is longer than 2√3 < 4.
 
-**Nets.** On its way from the given control points to a net over a triangle, a number is rounded by
+**Nets.** From the control points of the request to a net over a triangle, a number is rounded r
+times, in these steps:
 
     P − M, times its weight                                2
     three a level where a row of a triangle is raised      3 max(p, q)
@@ -14,25 +15,25 @@ exceeds 1. So no difference of two points is longer than 2√3 < 4.
     its share, and adding up (p+1)(q+1) terms at most      2 + (p+1)(q+1); where degrees are
                                                            reduced, p + q + 4 are enough
 
-r roundings in all. Points are only combined with factors that are not negative. So the error of a
-coordinate (of a homogeneous point: relative to its weight) is at most 4 r u, and the relative error
-of a weight at most r u; dividing by the weight doubles this. The error of a point is at most √3 · 2
-r · 4 u < 16 r u.
+Points are only combined with factors that are not negative. So the error of a coordinate (of a
+homogeneous point: relative to its weight) is at most 4 r u, and the relative error of a weight at
+most r u; dividing by the weight doubles this. The error of a point is at most √3 · 2 r · 4 u <
+16 r u.
 
 The error of a sum of k products is at most k u times the sum of their sizes, in any order of
 addition, with fused operations or without (Higham, Accuracy and stability of numerical algorithms,
-section 3.1). The order of such sums is the library's own; it is the same for every item of stacked
+section 3.1). NumPy chooses the order of these sums; it is the same for every item of stacked
 matrices.
 
-**Distances.** `bound_distances` and `bound_heights` do a few more operations with such coordinates:
-at most 16 in a row, and one for each point of an edge whose values half-way are added, p + q + 1.
-The greatest value of Q has a factor 4/3, and the part subtracted for R has at most 8/3 in one row,
-for 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2: together 4 · 4 (n + 1) u and less than 60 u more, which is
-below 16 (16 + p + q) u. Errors of wedges are at most 8 u times the length of an edge: see
-`reference_triangles`.
+**Distances.** `bound_distances` and `bound_heights` do a few more operations with these
+coordinates: at most 16 in a row, and p + q + 1 more for the value half-way along an edge, one for
+each point of the edge. The greatest value of Q has a factor 4/3, and the net of Q that is
+subtracted for R has at most the factor 8/3 in one row, because 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2.
+Together these are 4 · 4 (n + 1) u and less than 60 u more, which is below 16 (16 + p + q) u. Errors
+of wedges are at most 8 u times the length of an edge (`reference_triangles`).
 
-**Vertices.** X − M is rounded, relative to 1. A position that is stored about an origin, and given
-here as one number, may be off by u |X| in each coordinate. Adding the middle of the patch to a
+**Vertices.** X − M is rounded, relative to 1. A position that is stored relative to an origin is
+one number here, which may be off by u |X| in each coordinate. Adding the middle of the patch to a
 point also rounds, but the surface is defined by the control points, which do not change.
 """
 
@@ -54,23 +55,23 @@ def count_roundings(p: int, q: int) -> int:
 
 
 def bound_storage_error(far: FloatArray) -> FloatArray:
-    """Bounds of the error of stored vertices with coordinates up to `far`, shape (m,)."""
+    """Bounds (m,) of the errors of stored vertices whose coordinates are up to `far`, (m,)."""
     slack: FloatArray = 4 * UNIT * far
     return slack
 
 
 LEAST = 2.0**-1000
-"""The least tolerance of any surface, in model units: numbers that are much smaller are subnormal,
-so the rounding of their products is not relative to them."""
+"""The least tolerance of any surface, in model units: much smaller numbers are subnormal, and the
+rounding of their products is not relative to their size."""
 
 
 def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
-    """The least tolerance that is worth an attempt, in model units.
+    """The least tolerance for which a mesh is attempted, in model units.
 
     The bounds of every mesh, however fine, contain the rounding above and the distance of its
     vertices from the surface. This distance comes from evaluation, which rounds less than the
-    certificate does, and from storing, with an error of at most `step`. The sum is doubled, so that
-    the surface may bend. The result is at least `LEAST`, also for a surface whose points are all 0.
+    certificate does, and from storing, with an error of at most `step`. The sum is doubled to leave
+    room for the bending of the surface. The result is at least `LEAST`, also if all points are 0.
     """
     least = 0.0
     for nets in patch_nets.groups:

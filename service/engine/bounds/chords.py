@@ -5,11 +5,13 @@ positive weights. The distance to a segment is a convex function d, so
 
     d(C(t)) ≤ Σ_i R_i(t) d(P_i) ≤ f max_{0<i<n} d(P_i) + max(d(P_0), d(P_n)),
 
-where f bounds R_1 + … + R_{n−1}: polynomial, 1 − B_0 − B_n ≤ 1 − 2^{1−n}. That is ½ at degree 2 and
-¾ at degree 3, so for a symmetric arch the bound is its true height.
+where f bounds R_1 + … + R_{n−1}. For a polynomial curve this sum is 1 − B_0 − B_n ≤ s, with
+s = 1 − 2^{1−n}. That is ½ at degree 2 and ¾ at degree 3, so for a symmetric arch the bound is its
+true height. For a rational curve f = s W / (s W + (1 − s) w), where W is the greatest weight of
+the inner points and w the lesser weight of the two ends.
 
-Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1). Every number depends on its curve alone,
-bit for bit, and not on other curves.
+Nets are (M, n+1, d), or (w x …, w) of shape (M, n+1, d+1). The bits of the numbers of a curve do
+not depend on other curves.
 """
 
 import numpy as np
@@ -70,7 +72,7 @@ def measure_distances(points: FloatArray, chords: FloatArray) -> FloatArray:
 
 
 def find_row_maxima(values: FloatArray) -> FloatArray:
-    """Largest number of every row (M, m): column by column, which is faster where m is small."""
+    """Largest number (M,) of every row (M, m); column by column, which is faster if m is small."""
     maxima = values[:, 0].copy()
     for k in range(1, values.shape[1]):
         np.maximum(maxima, values[:, k], out=maxima)
@@ -78,7 +80,7 @@ def find_row_maxima(values: FloatArray) -> FloatArray:
 
 
 def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
-    """Inner products, the axes one after the other."""
+    """Inner products of vectors, given as lists of coordinates that are added in order."""
     total = one[0] * other[0]
     for x, y in zip(one[1:], other[1:], strict=True):
         total = total + x * y
@@ -86,12 +88,12 @@ def _dot(one: list[FloatArray], other: list[FloatArray]) -> FloatArray:
 
 
 def project_nets(nets: FloatArray, dimension: int) -> FloatArray:
-    """Points of nets that may be homogeneous."""
+    """Control points of nets; those of homogeneous nets are divided by their weights."""
     return nets if nets.shape[-1] == dimension else nets[..., :-1] / nets[..., -1:]
 
 
 def halve(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The nets of both halves, the middle point in both."""
+    """The nets of the first and of the second halves, by de Casteljau's algorithm."""
     left, right = [nets[:, 0]], [nets[:, -1]]
     row = nets
     while row.shape[1] > 1:

@@ -1,11 +1,13 @@
 """Parts of faces, cut at knot lines: pieces, each over one patch, that together cover each part.
 
-Where an edge of a part crosses a knot line it is cut at the nearest place; the coordinates of
+Where an edge of a part crosses a knot line, it is cut at the nearest place; the coordinates of
 places are integers (`service.engine.bounds.faces`). That place is computed from the two ends of the
-edge, in dictionary order, so it is the same for the two parts that share the edge. Hence rounding
-leaves no gap, by counting parity: before and after the cut, each edge inside the face is a side of
-an even number of triangles, and each edge on the border of the face is a side of an odd number. So
-the number of pieces that cover a place is odd everywhere in the face, and thus at least one.
+edge, in dictionary order, so it is the same for the two parts that share the edge.
+
+Theorem: the pieces leave no gap. Proof by parity: before and after the cut, each edge inside the
+face is a side of an even number of triangles, and each edge on the border of the face is a side of
+an odd number of triangles. So the number of pieces that cover a place of the face is odd
+everywhere, and thus at least one.
 """
 
 from dataclasses import dataclass
@@ -17,10 +19,10 @@ from service.bases.row_batches import expand_runs
 from service.engine.bounds.faces import SPAN, Faces
 
 ON_EDGE = 2.0**-16
-"""Share of a part's height within which a place counts as on its edge."""
+"""A place counts as on an edge of a part if it is nearer than this share of the part's height."""
 
 THIN = 2.0**17
-"""The least height of a part, in units of places, for which `ON_EDGE` is larger than rounding."""
+"""If a part is at least this high, in units of places, rounding is below the share `ON_EDGE`."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,19 +34,20 @@ class Parts:
     face : ndarray of int, shape (m,)
     corners : ndarray of int, shape (m, 3, 2)
         Places of the face. Neighbouring parts share complete edges.
-    host : ndarray of int, shape (m, 3)
-        The vertices of the triangle of the mesh that the part is measured against, its host. If
-        `is_own`, vertex k is the image of corner k.
+    reference : ndarray of int, shape (m, 3)
+        The vertices of the reference triangle of each part: the triangle of the mesh from which
+        distances are measured. If `is_own`, vertex k is the image of corner k.
     across : ndarray of int, shape (m, 3)
-        The vertex opposite edge (k, k + 1) of the host in the triangle beyond it; -1 if there is
-        none or it is not known.
+        For edge (k, k + 1) of the reference triangle, the opposite vertex of the triangle beyond
+        the edge; -1 if that triangle does not exist or is unknown.
     is_own : ndarray of bool, shape (m,), or None
-        Whether the host of a part is its own image, not another triangle; None if all are.
+        Whether the reference triangle is the image of the part, not another triangle; None if all
+        are.
     """
 
     face: Ints
     corners: Ints
-    host: Ints
+    reference: Ints
     across: Ints
     is_own: Bools | None = None
 
@@ -52,7 +55,7 @@ class Parts:
         """The parts with these rows."""
         is_own = None if self.is_own is None else self.is_own[rows]
         return Parts(
-            self.face[rows], self.corners[rows], self.host[rows], self.across[rows], is_own
+            self.face[rows], self.corners[rows], self.reference[rows], self.across[rows], is_own
         )
 
 
@@ -105,9 +108,10 @@ def clip_parts(faces: Faces, face: Ints, corners: Ints) -> PatchPieces:
 def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
     """Barycentric coordinates (3, 3, M) of the corners of pieces in their parts (3, 2, m).
 
-    A corner cut out of an edge lies on the edge, except for the rounding of its place. The images
-    of the pieces have to fill the image of the part, so each corner within 2^-16 of an edge is put
-    on the edge. Where a part is thin enough for rounding to exceed that, coordinates are NaN.
+    A corner that was cut out of an edge lies on the edge, except for the rounding of its place. The
+    images of the pieces must fill the image of the part. So each coordinate below `ON_EDGE` is set
+    to 0. If a part is so thin that rounding may exceed this share, the coordinates are NaN; then
+    the bound of the distance from the mesh is NaN too, and the part does not meet the goal.
     """
     shares = np.repeat(np.eye(3)[..., np.newaxis], len(pieces.part), axis=2)
     if len(pieces.part) == corners.shape[2]:
@@ -164,7 +168,8 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
 
 def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
     """The intersections of triangles with spans: convex polygons (5, 2, M); corners may repeat."""
-    # The corners A, B, C in the order of their coordinates along the axis, then of the other ones.
+    # A, B, C: the corners, sorted by their coordinates along the axis, then by the other
+    # coordinate.
     along, across = corners[:, axis], corners[:, 1 - axis]
     order = np.lexsort((across, along), axis=0)
     along = np.take_along_axis(along, order, axis=0).take(source, axis=1)
@@ -172,14 +177,14 @@ def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints
     a, b, c = ((along[k], across[k]) for k in range(3))
     low, high = np.maximum(span * SPAN, a[0]), np.minimum((span + 1) * SPAN, c[0])
     turns = (low < b[0]) & (b[0] < high)
-    opens, shuts = _cross_chain(a, b, c, low), _cross_chain(a, b, c, high)
+    at_low, at_high = _cross_chain(a, b, c, low), _cross_chain(a, b, c, high)
     ring = np.empty((5, 2, len(span)), dtype=corners.dtype)
     ring[:, axis] = low, low, np.where(turns, b[0], low), high, high
     ring[:, 1 - axis] = (
         _cross_edge(a, c, low),
-        opens,
-        np.where(turns, b[1], opens),
-        shuts,
+        at_low,
+        np.where(turns, b[1], at_low),
+        at_high,
         _cross_edge(a, c, high),
     )
     return ring
@@ -193,7 +198,7 @@ def _cross_chain(
 
 
 def _cross_edge(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
-    """The place nearest to the crossing of an edge and a line; ends of edges are exact."""
+    """The place nearest to the point where an edge crosses a line; ends of edges are exact."""
     run = np.maximum(b[0] - a[0], 1)
     share = np.clip((at - a[0]) / run, 0.0, 1.0)
     place = a[1] + np.rint((b[1] - a[1]) * share).astype(a[1].dtype)

@@ -1,10 +1,11 @@
-"""Bounds of the distance of parts of the surface whose triangles have no area.
+"""Bounds of the distance from the mesh to parts of the surface whose triangles the mesh omits.
 
-If two samples are at one place, a triangle of a pattern has no area, and the mesh omits it. Its
-part of the surface is then near the line between its two places. Usually that line is a side of the
-face beside it, so the bound of that face holds. But at a corner between two sides that are one
-edge, or if a patch between two poles has one division only, the line may be no side of any face.
-Then the distance to the nearest vertex of the mesh bounds the distance to the mesh.
+If two corners of a triangle are at one place, the triangle has no area, and the mesh omits it. Its
+part of the surface is then near the line between its two places. Usually that line is a side of a
+face that is in the mesh, so the bound of that face holds. But at a corner between two sides that
+are one edge, or if a patch between two poles has only one division, the line may not be a side of
+any face. Then the triangle is *missing*, and the distance to the nearest vertex of the mesh bounds
+the distance to the mesh.
 
 Only samples on the border of a patch can share their place with others. So only the *rim* is
 examined: the triangles with a corner on the border.
@@ -28,7 +29,7 @@ from service.engine.mesh.patterns import (
 )
 from service.engine.options import Faces, MeshOptions
 
-NOTHING = (False, False, False, False)
+NOT_COLLAPSED = (False, False, False, False)
 
 CANDIDATES = 64
 """The number of vertices examined when a missing triangle has no corner in the mesh."""
@@ -37,13 +38,14 @@ CANDIDATES = 64
 def bound_missing_distances(
     layout: Layout, options: MeshOptions, positions: RealArray
 ) -> FloatArray:
-    """Bounds (P,) of the increase of the deviation of each patch by missing triangles.
+    """Bounds (P,) of the distance that missing triangles add to the deviation of each patch.
 
-    All are 0 where `layout.may_lose_faces` is false.
+    Bounds are 0 for patches without missing triangles, thus if `layout.may_lose_faces` is false.
 
     Parameters
     ----------
     positions : ndarray, shape (N, 3)
+        The samples in the precision of the file.
     """
     # Without welding, two samples share a place only on sides that are one point.
     folds = layout.may_fold and options.weld
@@ -70,7 +72,7 @@ def bound_missing_distances(
 
 
 def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
-    """Whether a patch of this shape has missing triangles because sides of it are one point."""
+    """Whether a patch of this shape has missing triangles because some of its sides are points."""
 
     def build() -> Bools:
         place = merge_collapsed(shape)[np.newaxis]
@@ -112,31 +114,31 @@ def build_rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints
     if kind == "quads":
         # The halves of a cell, (00, 10, 01) and (10, 11, 01), follow one another.
         first = np.flatnonzero(np.tile(rim[:, 3] > 0, len(place)))[::2]
-        shut = a[first] == b[first + 1]
-        written[first] &= ~shut
-        written[first + 1] &= ~shut
+        is_folded = a[first] == b[first + 1]
+        written[first] &= ~is_folded
+        written[first + 1] &= ~is_folded
         halves[first] = halves[first + 1] = written[first] & written[first + 1]
         corners[first + 1] = np.roll(corners[first + 1], -1, axis=1)
     return corners, written, halves
 
 
 def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bools:
-    """Which triangles are not written and do not lie on a side of a written one."""
+    """Which triangles (m,) are not written and do not lie on a side of a written triangle."""
     checkpoint()
-    kept, gone = corners[written], np.sort(corners[~written], axis=1)
-    points = np.repeat(kept.reshape(-1, 1), 2, axis=1)
-    sides = np.concatenate([kept[:, :2], kept[:, ::2], kept[~halves[written], 1:], points])
-    # A triangle without area is a line or a point: two places in any case.
+    present, omitted = corners[written], np.sort(corners[~written], axis=1)
+    points = np.repeat(present.reshape(-1, 1), 2, axis=1)
+    sides = np.concatenate([present[:, :2], present[:, ::2], present[~halves[written], 1:], points])
+    # A triangle without area is a line or a point: the first and the last place are its ends.
     step = [int(corners.max()) + 1, 1]
     missing = ~written
-    missing[~written] = ~np.isin(gone[:, ::2] @ step, np.sort(sides, axis=1) @ step)
-    # Both halves of a quad that is shut like a book have an area.
-    missing[~written] |= (np.diff(gone, axis=1) > 0).all(axis=1)
+    missing[~written] = ~np.isin(omitted[:, ::2] @ step, np.sort(sides, axis=1) @ step)
+    # A quad whose halves are folded onto each other is omitted, but its halves have an area.
+    missing[~written] |= (np.diff(omitted, axis=1) > 0).all(axis=1)
     return missing
 
 
 def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> FloatArray:
-    """Bounds (m,) of the distance from any point of triangles (m, 3) to a place of the mesh."""
+    """Bounds (m,) of the distance from any point of a triangle (m, 3) to the nearest vertex."""
     if not len(vertices):
         return np.full(len(corners), np.inf)
     others = vertices[:: -(-len(vertices) // CANDIDATES)]
@@ -156,7 +158,7 @@ def _build_rim(shape: AnyShape) -> IndexArray:
     Triangles without area are included; a cell has both of its halves here, or neither.
     """
     if any(shape.collapsed):
-        return _build_rim(replace(shape, collapsed=NOTHING))
+        return _build_rim(replace(shape, collapsed=NOT_COLLAPSED))
 
     def build() -> IndexArray:
         corners = build_faces(shape, "triangles")[0]

@@ -1,19 +1,19 @@
 """Cubic nets near nets of high degree, and bounds of the distance between the two.
 
-The triangular net of a tensor net of degree (p, q) has (p+q+1)(p+q+2)/2 points, each a sum of many.
-Above a certain degree it is cheaper to use a net V of degree at most (3, 3) that is near the net W
-over the box about the triangle. With E V for V elevated to the degree of W, the hull property of
-the difference gives, polynomial or homogeneous,
+The triangular net of a tensor net of degree (p, q) has (p+q+1)(p+q+2)/2 points, each a sum of many
+terms. Above a certain degree it is cheaper to use a net V of degree at most (3, 3) that is near the
+net W over the box about the triangle. Let E V be V elevated to the degree of W. Then the hull
+property of the difference gives, for polynomial (first line) and for homogeneous nets,
 
     |S − S'| ≤ max_i ‖W_i − (E V)_i‖,
     |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X and X' about C, a corner
              ≤ (max_i ‖X_i − (E X')_i‖ + max_i |w_i − (E w')_i| max ‖S' − C‖) / min_i w_i.
 
-V is the least-squares net in the Bernstein basis that keeps the ends of every line, hence the
-corners. Any V may be used, because the bound holds for every V. The error of this one is of fourth
-order in the size of the box.
+The bound holds for every V. The V that is used is the least-squares net in the Bernstein basis with
+the same ends of every line, hence with the same corners. Its error is of fourth order in the size
+of the box.
 
-Triangles that share a box share V and its error, so they are handled in the order of their boxes.
+Triangles in one box share V and its error, so triangles are sorted by their boxes.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ from service.bases.cache import PLANS
 from service.engine.bounds.blossoms import build_blossoms, build_box_nets
 
 DIRECT = 8
-"""Degree p + q up to which the nets of triangles are computed directly, without reduction."""
+"""Up to this degree p + q the nets of triangles are computed directly, without reduction."""
 
 LOW = 3
 """Degree to which nets are reduced."""
@@ -37,7 +37,7 @@ their ratio."""
 
 
 def sort_by_box(patch: Ints, places: FloatArray) -> Ints:
-    """An order of triangles (3, 2, m) of patches (m,) that keeps those in equal boxes together."""
+    """An order of triangles (3, 2, m) of patches (m,) in which equal boxes are neighbours."""
     return np.lexsort((*places.max(axis=0), *places.min(axis=0), patch))
 
 
@@ -57,12 +57,13 @@ def reduce_boxes(
     Returns
     -------
     box : ndarray of int, shape (m,)
+        The box of each triangle.
     whole : ndarray of float64, shape (B, D, p+1, q+1)
         The nets over the boxes.
     low : ndarray of float64, shape (B, D, min(p, 3)+1, min(q, 3)+1)
-        Nets near them.
+        Nets of low degree that are near the nets over the boxes.
     gap : ndarray of float64, shape (B,)
-        No point of one surface is further than this from that of the other, at any parameters.
+        Bounds of the distance between the surfaces of both nets at equal parameters.
     """
     sides = np.array([places.min(axis=0), places.max(axis=0)])
     new = np.ones(len(patch), dtype=bool)

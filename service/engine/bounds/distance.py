@@ -1,41 +1,45 @@
 """Bounds of the distance from a surface to a triangle of a mesh, by a net in the triangle's frame.
 
-Let c_i = (x_i, h_i) be the points of a net that has the hull property, h_i their heights over the
-plane of the reference triangle T, x_i their places in it; a point of the surface is S = Σ_i β_i c_i
-with β_i ≥ 0 and Σ β_i = 1.
+Let c_i = (x_i, h_i) be the points of a net that has the hull property: h_i are their heights over
+the plane of the reference triangle T, x_i their places in this plane. A point of the surface is
+S = Σ_i β_i c_i with β_i ≥ 0 and Σ β_i = 1.
 
 **Distance to T.** The distance to a convex set is a convex function, so its maximum over the hull
 of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²).
 
-**Height apart.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S. If H ≥ |h(S)|
-comes from another bound, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). H is the exact maximum of the
-quadratic part of the heights, plus a bound of the remainder by its hull. With m_k the value of a
-triangular net h of degree n ≥ 2 half-way along edge k,
+**A separate bound of the height.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S.
+If another bound proves that |h(S)| ≤ H, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). This H is the
+exact maximum of the quadratic part of the heights, plus a bound of the remainder by its hull. Let
+m_k be the value of a triangular net h of degree n ≥ 2 half-way along edge k. Then
 
     h = Q + R,  Q = 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0),
 
-and R, which vanishes half-way along the edges, is bounded by its own net, h minus the net of Q
-elevated to degree n, of which point (i_0, i_1, i_2) is 4 Σ_k m_k i_k i_{k+1} / (n (n − 1)).
+and R, which is 0 half-way along the edges, is bounded by its own net: h minus the net of Q elevated
+to degree n, whose point (i_0, i_1, i_2) is 4 Σ_k m_k i_k i_{k+1} / (n (n − 1)).
 
-The greatest value of Q over the triangle has a closed form. Were the m_k the squared sides of a
-triangle, Q would be four times Σ λ_a λ_b |P_a − P_b|² = ρ² − |P(λ) − O|², with O and ρ the middle
-and radius of its circumscribed circle. If that triangle is acute, O is in it and the maximum
-4 ρ² = m_c / sin² C, where m_c is the largest side and C its angle; else, and if there is no such
-triangle, the maximum is the largest of 0 and the m_k. With m_a ≤ m_b ≤ m_c the law of cosines is
+The greatest value of Q over the triangle has a closed form. If a triangle P has the squared sides
+m_k, then Q is four times Σ λ_a λ_b |P_a − P_b|² = ρ² − |P(λ) − O|², where O and ρ are the middle
+and the radius of the circumscribed circle of P. If P is acute, it contains O and the maximum is
+4 ρ² = m_c / sin² C, where m_c is the largest squared side and C the angle opposite. If P is not
+acute, or does not exist, the maximum is the largest of 0 and the m_k. With m_a ≤ m_b ≤ m_c the law
+of cosines is
 
-    cos² C = (m_a + m_b − m_c)² / (4 m_a m_b), at most 1/4, 0 instead where m_a + m_b ≤ m_c,
+    cos² C = (m_a + m_b − m_c)² / (4 m_a m_b),
 
-so that nothing cancels in 1 − cos² C.
+at most 1/4, and it is replaced by 0 where m_a + m_b ≤ m_c. So 1 − cos² C loses no digits.
 
-**Lens.** Let K be T with its wedges (`reference_triangles`), and k_i any point of K: then
-k = Σ β_i k_i is in K, which is convex, and both bounds hold for |S − k|, with |x_i − k_i| for
-d(x_i, T). If k is in wedge e, its height over the edge is at most δ_e, the greatest height over
-edge e of any k_i, for that height is affine; folded back it moves by 2 δ_e sin(θ_e/2) at most. A
-point is in one wedge at most. So max_e 2 δ_e sin(θ_e/2) is added once.
+**Lens.** Let the lens K be T with its wedges (`reference_triangles`), and let k_i be any points of
+K. Then k = Σ β_i k_i is in K, because K is convex, and both bounds hold for |S − k|, with
+|x_i − k_i| in place of d(x_i, T). If k is in wedge e, its height over edge e is at most δ_e, the
+greatest height of any k_i over edge e, because this height is affine. Folded back into the mesh, k
+moves by at most 2 δ_e sin(θ_e/2). A point is in at most one wedge. So max_e 2 δ_e sin(θ_e/2) is
+added once:
 
-    d(S, mesh) ≤ min(own, lens + fold), each the lesser of two bounds.
+    d(S, mesh) ≤ min(d(S, T), d(S, K) + max_e 2 δ_e sin(θ_e/2)),
 
-**Few points.** A place inside T has distance 0 from it, and most places of a net are inside. Every
+where d(S, T) and d(S, K) stand for the lesser of their two bounds.
+
+**Few points.** A place inside T has distance 0 from T, and most places of a net are inside. Every
 other place is measured to all three edges, and to the wedges on them.
 
 A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, as long
@@ -54,10 +58,11 @@ from service.engine.bounds.blossoms import list_exponents
 from service.engine.bounds.reference_triangles import ReferenceTriangles
 
 INSIDE = 2.0**-46
-"""A place counts as inside T if it is inside by at least this, more than rounding; coordinates are
-below 1. All other places are measured to the edges."""
+"""A place counts as inside T if it is at least this far from every edge; that is more than
+rounding. All other places are measured to the edges."""
 
 TINY = float(np.finfo(np.float64).tiny)
+"""The least positive number with full precision; a divisor in place of 0."""
 
 
 def bound_distances(
@@ -68,9 +73,9 @@ def bound_distances(
     Parameters
     ----------
     points : ndarray of float64, shape (m, 3, N)
-        Their nets: x, y and h in the frames of the triangles.
+        The nets of the surfaces: x, y and h in the frames of the triangles.
     rise : ndarray of float64, shape (m,)
-        Bounds of their absolute heights h, found in another way.
+        H, separate bounds of the absolute heights of the surfaces.
     """
     count, _, many = points.shape
     squared = points[:, 2] * points[:, 2]
@@ -78,11 +83,11 @@ def bound_distances(
     out = _measure_outside(points[:, 0], points[:, 1], triangles)
     worst = np.maximum(np.maximum(out[0], out[1]), out[2])
     # A triangle with an edge that is a point has no inside.
-    point = triangles.lengths.min(axis=0) == 0
-    if point.any():
-        worst[point] = np.maximum(worst[point], 0.0)
+    is_line = triangles.lengths.min(axis=0) == 0
+    if is_line.any():
+        worst[is_line] = np.maximum(worst[is_line], 0.0)
     # Rows: the largest squares of distances of each net in the plane to T and to K, the largest
-    # squares of distances in space to T and to K, and what folding back adds.
+    # squares of distances in space to T and to K, and the distance that folding back adds.
     largest = np.zeros((5, count))
     is_beyond = worst > -INSIDE
     beyond = is_beyond.ravel().nonzero()[0]
@@ -119,7 +124,9 @@ def _measure_outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles
 def _measure_to_edges(
     x: FloatArray, y: FloatArray, out: FloatArray, triangles: ReferenceTriangles, which: Ints
 ) -> FloatArray:
-    """Squared distances of K places from edges and wedges, two unset rows, and folds: (5, K).
+    """Squared distances of K places from edges and from wedges, and folding distances: (5, K).
+
+    Rows 2 and 3 are for the caller; they are not set.
 
     Parameters
     ----------
@@ -136,7 +143,7 @@ def _measure_to_edges(
     along += y * tangents[:, 1].take(which, axis=1)
     along -= begin.take(which, axis=1)
     length = triangles.lengths.take(which, axis=1)
-    # The nearest point of the edge, and the height of the wedge there.
+    # `foot` is the nearest point of the edge, as a distance from its beginning.
     foot = np.maximum(along, 0.0)
     np.minimum(foot, length, out=foot)
     along -= foot
@@ -145,7 +152,7 @@ def _measure_to_edges(
     np.subtract(length, foot, out=foot)
     foot *= triangles.ends.take(which, axis=1)
     np.minimum(wedge, foot, out=wedge)
-    # The height of the wedge there, or that of the place if it is less.
+    # The lesser of the height of the wedge and the height of the place.
     np.minimum(wedge, out, out=wedge)
     np.maximum(wedge, 0.0, out=wedge)
     values = np.empty((5, len(which)))
@@ -161,13 +168,13 @@ def _measure_to_edges(
 
 
 def bound_heights(h: FloatArray, degree: int) -> FloatArray:
-    """A bound of |h| over the triangle, nets (m, k, N): shape (m, k)."""
+    """Bounds (m, k) of |h| over a triangle, for nets (m, k, N) of heights."""
     halfway, elevated = _build_quadratic_tables(degree)
     values = h @ halfway
-    rest = h - values @ elevated
+    remainder = h - values @ elevated
     up, down = maximize_both_ways(values.transpose(2, 0, 1))
-    up += np.maximum(rest.max(axis=-1), 0.0)
-    down -= np.minimum(rest.min(axis=-1), 0.0)
+    up += np.maximum(remainder.max(axis=-1), 0.0)
+    down -= np.minimum(remainder.min(axis=-1), 0.0)
     bound: FloatArray = np.maximum(up, down)
     return bound
 
@@ -195,7 +202,10 @@ def maximize_quadratics(m: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def _build_quadratic_tables(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Matrix (N, 3) from nets to their values half-way along edges; nets (3, N) of 4 λ_k λ_{k+1}.
+    """Two matrices for nets of N points of one degree.
+
+    The first (N, 3) maps nets to their values half-way along the edges; the second (3, N) has the
+    nets of 4 λ_k λ_{k+1}.
 
     Half-way along an edge a net is Σ_i C(n, i) h_i / 2^n.
     """

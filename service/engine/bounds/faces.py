@@ -13,6 +13,7 @@ DEPTH = 30
 """A knot span is 2^DEPTH units long; places are integers, so the least length is 1."""
 
 SPAN = 1 << DEPTH
+"""Length of a knot span in units of places."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,9 +47,9 @@ class Faces:
 def find_faces(model: PatchModel, seams: Seams) -> Faces:
     """The faces of a model: few large ones for each parametric surface, one for each other patch.
 
-    A face ends at a knot line if an edge on the line is a point, or belongs to other patches than
-    the two beside it, as where a surface touches itself. It also ends where its side changes from a
-    line to a point. So either all edges of a side are points, or none is.
+    A face ends at a knot line if an edge on the line is a point, or if patches other than the two
+    beside it have this edge too, because the surface touches itself. A face also ends where its
+    side changes from a line to a point. So either all edges of a side are points, or none is.
     """
     divided = [domain for domain in model.domains if domain.patch_count > 1]
     is_single = np.ones(model.patch_count, bool)
@@ -75,13 +76,13 @@ def _split_domain(domain: Domain, seams: Seams) -> Faces:
         for values in (seams.edge, seams.backward, seams.collapsed)
     )
     inner = (seams.users[edge] == 2) & ~collapsed
-    one_u = inner[1:, :, 0] & (edge[:-1, :, 1] == edge[1:, :, 0])
-    one_u &= backward[:-1, :, 1] == backward[1:, :, 0]
-    one_u &= (collapsed[:-1, :, 2:] == collapsed[1:, :, 2:]).all(axis=2)
-    one_v = inner[:, 1:, 2] & (edge[:, :-1, 3] == edge[:, 1:, 2])
-    one_v &= backward[:, :-1, 3] == backward[:, 1:, 2]
-    one_v &= (collapsed[:, :-1, :2] == collapsed[:, 1:, :2]).all(axis=2)
-    u, v = _find_ends(one_u.all(axis=1)), _find_ends(one_v.all(axis=0))
+    joined_u = inner[1:, :, 0] & (edge[:-1, :, 1] == edge[1:, :, 0])
+    joined_u &= backward[:-1, :, 1] == backward[1:, :, 0]
+    joined_u &= (collapsed[:-1, :, 2:] == collapsed[1:, :, 2:]).all(axis=2)
+    joined_v = inner[:, 1:, 2] & (edge[:, :-1, 3] == edge[:, 1:, 2])
+    joined_v &= backward[:, :-1, 3] == backward[:, 1:, 2]
+    joined_v &= (collapsed[:, :-1, :2] == collapsed[:, 1:, :2]).all(axis=2)
+    u, v = _find_ends(joined_u.all(axis=1)), _find_ends(joined_v.all(axis=0))
     first = domain.first + u[:-1, None] * columns + v[:-1]
     spans = np.meshgrid(np.diff(u), np.diff(v), indexing="ij")
     return Faces(
@@ -89,6 +90,10 @@ def _split_domain(domain: Domain, seams: Seams) -> Faces:
     )
 
 
-def _find_ends(one: Bools) -> Ints:
-    """Lines at which faces begin and end, borders included; `one` is true at lines they cross."""
-    return np.concatenate([[0], (~one).nonzero()[0] + 1, [len(one) + 1]]).astype(np.intp)
+def _find_ends(is_crossed: Bools) -> Ints:
+    """Numbers of the knot lines at which faces begin or end, including both borders.
+
+    `is_crossed` marks the inner knot lines inside a face.
+    """
+    ends = (~is_crossed).nonzero()[0] + 1
+    return np.concatenate([[0], ends, [len(is_crossed) + 1]]).astype(np.intp)

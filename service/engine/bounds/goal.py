@@ -35,8 +35,8 @@ class Goal:
     Attributes
     ----------
     tolerance : float
-        Model units. Where only angles or pixels count, it is larger than the deviation of any mesh
-        of the model.
+        Model units. If the request gives only an angle or a pixel tolerance, it is larger than the
+        deviation of any mesh of the model.
     angle : float
         Radians between normals of neighbouring vertices; infinite if the request has no angle.
     two_sided : bool
@@ -50,14 +50,17 @@ class Goal:
     view: View | None = None
 
     def find_allowed(self, distance: FloatArray) -> FloatArray:
-        """Allowed deviations, shape (m,), at least distances from the eye, shape (m,)."""
+        """The deviations (m,) that the goal allows at these distances (m,) from the eye."""
         if self.view is None:
             return np.full(distance.shape, self.tolerance)
         allowed_by_view = self.view.rate * np.maximum(distance, self.view.near)
         return np.minimum(allowed_by_view, self.tolerance)
 
     def measure_distances_to_eye(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Distances from the eye to boxes, corners (m, 3): shape (m,); 0 without a view."""
+        """Distances (m,) from the eye to boxes; 0 without a view.
+
+        `low` and `high`, (m, 3) each, are the least and the greatest corners of the boxes.
+        """
         if self.view is None:
             return np.zeros(len(low))
         outside = np.maximum(np.maximum(low - self.view.eye, self.view.eye - high), 0.0)
@@ -70,7 +73,7 @@ class Goal:
 
 
 def build_tolerance_error(got: str, least: float, pointer: str = "") -> InvalidRequest:
-    """The error for a goal below the bound of rounding errors."""
+    """The error `tolerance_too_small` for a goal below `least`, the bound of rounding errors."""
     return InvalidRequest(
         Issue(
             "tolerance_too_small",

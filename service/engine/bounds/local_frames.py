@@ -1,8 +1,8 @@
-"""Pieces of a surface in the frames of their reference triangles: their nets and bounds.
+"""Nets and bounds of pieces of a surface, in the frames of their reference triangles.
 
-Each piece has a unit, a power of two, in which no coordinate about the middle of the patch is above
-1, neither of control points nor of vertices. A power of two changes no digits, and squares neither
-overflow nor underflow.
+Each piece has a unit of length: a power of two for which no coordinate of a control point or of a
+vertex, relative to the middle of the patch, is above 1. Division by a power of two is exact, and
+with this unit squares neither overflow nor underflow.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ FAR = 2.0**300
 """Distance, in units of a piece, beyond which neighbours are ignored and eyes are moved nearer."""
 
 DOUBTFUL = 1 / 8
-"""Share of a bound that may come of reducing degrees; above it, the full nets are bounded too."""
+"""If more than this share of a bound comes from reducing degrees, the full net is bounded too."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,9 +33,9 @@ class LocalNets:
     Attributes
     ----------
     net : ndarray of float64, shape (m, D, N)
-        Triangular nets, of the pieces or of surfaces near them.
+        Triangular nets of the pieces, or nets of lower degree that are near the pieces.
     gap : ndarray of float64, shape (m,), or 0
-        Bounds of the distances from the surfaces of the nets to the pieces.
+        Bounds of the distances from the surfaces of these nets to the pieces.
     deviation : ndarray of float64, shape (m,)
         Bounds of the distances from the surface to the reference triangles and their neighbours.
     """
@@ -61,7 +61,7 @@ class LocalFrames:
     rounding : float
         Bound of the rounding of a point, and of distances, in local units.
     ordered : bool
-        Whether the corners of nets must be in the order of the places.
+        The parameter of `build_triangle_nets`.
     """
 
     triangles: ReferenceTriangles
@@ -72,7 +72,15 @@ class LocalFrames:
     ordered: bool
 
     def restrict(self, nets: FloatArray, places: FloatArray) -> LocalNets:
-        """Nets of patches (m, D, p+1, q+1), in model units, over triangles of places (3, 2, m)."""
+        """The nets of pieces, with bounds of their deviations.
+
+        Parameters
+        ----------
+        nets : ndarray of float64, shape (m, D, p+1, q+1)
+            The nets of the patches of the pieces, in model units.
+        places : ndarray of float64, shape (3, 2, m)
+            The corners of the pieces, as parameters of the patches.
+        """
         framed = self.triangles.to_frames(nets, 1.0 / self.unit)
         net = build_triangle_nets(framed, places, ordered=self.ordered)
         return LocalNets(net, 0.0, self._bound_deviation(net))
@@ -80,18 +88,18 @@ class LocalFrames:
     def restrict_reduced(
         self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray
     ) -> LocalNets:
-        """Cubic nets near patches of high degree, over triangles in the order of `sort_by_box`.
+        """Nets near pieces of patches of high degree, with bounds of the deviations of the pieces.
 
         Parameters
         ----------
         nets : ndarray of float64, shape (P, D, p+1, q+1)
             Nets of different patches, in model units.
         patch : ndarray of int, shape (m,)
-            The patch of each triangle, rising.
+            The patch of each piece; pieces are in the order of `sort_by_box`.
         sizes : ndarray of float64, shape (P,)
             Sizes of the patches (`PatchNets.sizes`).
         places : ndarray of float64, shape (3, 2, m)
-            The triangles.
+            The corners of the pieces, as parameters of the patches.
         """
         units = find_units(sizes)
         scaled = nets.copy()
@@ -105,7 +113,7 @@ class LocalFrames:
         net = build_triangle_nets(framed, inner, ordered=self.ordered)
         gap = gaps[box] * share
         bound = self._bound_deviation(net) + gap
-        # A net that hardly bends may be near the triangle although no cubic net is near it.
+        # A net may be near the triangle although no cubic net is near that net.
         rows = (gap > bound * DOUBTFUL).nonzero()[0]
         if len(rows):
             hulls = _bound_by_hulls(whole[box[rows]], self.triangles.take(rows), share[rows])
@@ -122,26 +130,27 @@ class LocalFrames:
         return bounds
 
     def bound_distances_to_eye(self, piece: LocalNets, eye: FloatArray) -> FloatArray:
-        """Lower bounds of the distances from pieces to the eye (3,), by boxes about nets."""
-        # Moving a distant eye to the border of this box never brings it further from the piece.
+        """Lower bounds (m,) of the distances from pieces to the eye (3,), by boxes about nets."""
+        # A distant eye is moved to the border of this box, which never increases its distance.
         difference = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
         framed = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
         points = project_local_nets(piece.net)
         gap = np.maximum(points.min(axis=2) - framed, framed - points.max(axis=2)).T
         gap = np.maximum(gap, 0.0)
         length = np.sqrt(gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2])
-        # Far from the middle the eye's own coordinates are rounded.
+        # If the eye is far from the middle, its coordinates are rounded.
         length = length * (1.0 - 2.0**-40) - piece.gap - self.rounding
         least: FloatArray = np.maximum(length * self.unit - self.slack, 0.0)
         return least
 
     def bound_reverse_distances(self, piece: LocalNets, images: FloatArray) -> FloatArray:
-        """Bounds of |S − A| for A affine with these images of the corners, shape (3, 3, m).
+        """Bounds (m,) of |S − A|, where A is the affine map from a piece to its image.
 
-        Images are barycentric coordinates on the reference triangle, axis 1. S − A is
-        (X − w A) / w, where X − w A is a triangular net of one degree more. Its point
-        (i_0, i_1, i_2) is the mean, with weights i_e, of X − w A_e at the point with one less of
-        i_e, over the corners e with i_e > 0. The net of w is elevated in the same way.
+        `images` (3, 3, m) has the images of the corners of pieces, as barycentric coordinates (axis
+        1) on the reference triangles. S − A is (X − w A) / w, where X − w A is a triangular net of
+        one degree more. Its point (i_0, i_1, i_2) is the mean, with weights i_e, of X − w A_e at
+        the point with i_e reduced by 1, over the corners e with i_e > 0. The net of w is elevated
+        in the same way.
         """
         net = piece.net
         a, b, c = self.triangles.corners
@@ -165,7 +174,7 @@ class LocalFrames:
         return bound_distances(project_local_nets(net), self.triangles, rise)
 
     def _bound_quotients(self, numerator: FloatArray, net: FloatArray) -> FloatArray:
-        """Bounds (m,) of quotients by weights, given bounds (m,) of numerators in local units.
+        """Bounds (m,) of heights or lengths, given bounds (m,) of their numerators.
 
         The error of a point of a numerator is at most `rounding` times its weight, hence times the
         largest weight; the point is divided by the least weight. The factor 2 is for three
@@ -188,8 +197,8 @@ def _build_raising(degree: int) -> FloatArray:
     for at, key in enumerate(keys):
         for corner in range(3):
             if key[corner]:
-                less = tuple(n - (k == corner) for k, n in enumerate(key))
-                shares[corner, place[less], at] = key[corner] / (degree + 1)
+                lower = tuple(n - (k == corner) for k, n in enumerate(key))
+                shares[corner, place[lower], at] = key[corner] / (degree + 1)
     shares.flags.writeable = False
     return shares
 
@@ -197,7 +206,7 @@ def _build_raising(degree: int) -> FloatArray:
 def _bound_by_hulls(
     nets: FloatArray, triangles: ReferenceTriangles, scale: FloatArray
 ) -> FloatArray:
-    """Bounds (m,) by the hulls of nets (m, D, …), times scales (m,)."""
+    """Bounds (m,) of deviations by the hulls of nets (m, D, …), whose points are scaled first."""
     net = triangles.to_frames(nets.reshape(*nets.shape[:2], -1), scale)
     return bound_distances(project_local_nets(net), triangles)
 
@@ -208,7 +217,7 @@ def project_local_nets(net: FloatArray) -> FloatArray:
 
 
 def find_units(sizes: FloatArray) -> FloatArray:
-    """The least powers of two above sizes, at least 2^-1000."""
+    """The least power of two above each size, but at least 2^-1000."""
     unit: FloatArray = np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
     return unit
 
@@ -222,14 +231,19 @@ def build_local_frames(
     *,
     ordered: bool,
 ) -> LocalFrames:
-    """The frames of pieces over these patches, of one degree.
+    """The frames of m pieces in patches of one degree.
 
     Parameters
     ----------
+    nets : Nets
+        The nets of the patches of this degree.
+    patch : ndarray of int, shape (m,)
+        The patch of each piece.
     vertices : ndarray of float64, shape (3, 3, m)
-        The vertices of their reference triangles, in model coordinates.
+        The vertices of the reference triangles, in model coordinates.
     beyond : ndarrays of shapes (3, 3, m) and (3, m)
-        The vertices across their edges, in model coordinates, and whether these exist.
+        The vertices across the edges of these triangles, in model coordinates, and whether they
+        exist.
     """
     across, joined = beyond
     middle = patch_nets.middles.take(patch, axis=1)

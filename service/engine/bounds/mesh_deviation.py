@@ -1,13 +1,13 @@
 """Bounds of the deviation of a mesh of equal divisions from its surface, patch by patch.
 
 Three bounds are added: of the bending of patches between their samples (`second_derivatives`), of
-the distance from written vertices to these samples (`vertex_rounding`), and of the parts of the
-surface that faces without area leave out (`degenerate_faces`).
+the distance from stored vertices to these samples (`vertex_rounding`), and of the parts of the
+surface that the mesh omits because their triangles have no area (`degenerate_faces`).
 
 The bound divided by the largest deviation that dense sampling finds is, at 16 divisions: 1.5 on the
 teapot's patches, 2.1 on the sphere's, 2.7 on random bicubic patches, 4.3 on patches with wildly
-scattered control points. There a factor of 2.4 comes of comparing points of equal parameters, where
-another point of the mesh is nearer.
+scattered control points. Of the last number a factor of 2.4 comes from comparing points of equal
+parameters, although another point of the mesh is nearer.
 """
 
 from decimal import ROUND_CEILING, Context
@@ -52,7 +52,7 @@ def bound_deviations(
     *,
     origin: FloatArray,
 ) -> FloatArray:
-    """Bounds (P,) of the deviation of each patch: bending, rounding, joining, and missing faces.
+    """Bounds (P,) of the deviation of each patch: bending, rounding, joining, omitted triangles.
 
     Parameters
     ----------
@@ -67,7 +67,8 @@ def bound_deviations(
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
-            # For exactly the patches evaluated together: their number chooses the formulation.
+            # Exactly the patches that were evaluated together, because their number chooses the
+            # formulation.
             moved = bound_vertex_error(patches, block.resolution, options.normals, dtype, origin)
         else:
             samples = rows.positions[block.base : block.base + block.count * len(block.patches)]
@@ -92,7 +93,10 @@ def round_up(bound: float) -> float | None:
 
 
 def bound_parts(model: PatchModel, bounds: FloatArray) -> list[float | None]:
-    """For each part the largest bound of its patches, given those of all (P,); None without any."""
+    """The largest bound of each part, given bounds (P,) of all patches.
+
+    A bound is None if it is infinite, or if the part has no patches.
+    """
     if model.sequence is not None:
         bounds = bounds[model.sequence]
     values = bounds.tolist()
@@ -124,8 +128,9 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
             patches, 1 / ru, 1 / rv
         )
     sides = np.where(is_separate, layout.inner[numbers] + 1, np.inf)
-    # A strip between lines of m and of n divisions goes along both in step: each of its triangles
-    # lies within 1/m or 1/n along them, and within a cell across; but anywhere among the blocks.
+    # A strip joins a line of m divisions to a line of n divisions. Each of its triangles is at most
+    # 1/m or 1/n long along these lines, and one cell wide across them. It may lie in any block, so
+    # the whole patch is taken as one block.
     along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))
     along_u = 1 / np.minimum(ru, sides[:, 2:].min(axis=1))
     bends = bound_second_derivatives(patches, (ru, rv), (1, 1))

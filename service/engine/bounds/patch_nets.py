@@ -1,7 +1,7 @@
-"""The patches of a model as nets about their own middles, and points and partials of them.
+"""The patches of a model as nets about their own middles, and points of the patches.
 
-The last axis of every array counts parts, places or patches, and all arithmetic is elementwise, in
-one order. So the bits of the numbers of a patch do not depend on other patches.
+The last axis of every array counts places or patches, and all arithmetic is elementwise, in one
+order. So the bits of the numbers of a patch do not depend on other patches.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ class Nets:
     Attributes
     ----------
     patches : ndarray of int, shape (k,)
-        Their numbers.
+        Numbers of the patches in the model.
     values : ndarray of float64, shape (p+1, q+1, 3, k), or (p+1, q+1, 4, k) if rational
         Points, or (w x, w y, w z, w) with weights of at most 1. Model units.
     """
@@ -48,17 +48,17 @@ class Nets:
 
     @property
     def piece_cost(self) -> int:
-        """Cost of certifying a piece over one of the patches, in multiplications, about.
+        """Approximate cost of certifying a piece over one of the patches, in multiplications.
 
-        A net of (p+1) (q+1) points is blossomed in p + q steps, and each of the (p+q+1) (p+q+2) / 2
-        points of the triangle's net is compared with the triangle.
+        Blossoming takes p + q steps for a net of (p+1)(q+1) points. Then the (p+q+1)(p+q+2) / 2
+        points of the triangular net are compared with the reference triangle.
         """
         p, q = self.degree
         return (p + q + 2) * (10 * (p + 1) * (q + 1) + 30 * (p + q + 1))
 
     @cached_property
     def items(self) -> FloatArray:
-        """The nets one after another, shape (k, D, p+1, q+1)."""
+        """The nets with patches as the first axis, shape (k, D, p+1, q+1)."""
         return np.ascontiguousarray(self.values.transpose(3, 2, 0, 1))
 
     def take(self, rows: Ints) -> FloatArray:
@@ -68,7 +68,7 @@ class Nets:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchNets:
-    """All patches of a model; triangles as tensor patches of which the side v = 1 is one point.
+    """All patches of a model; triangular patches are tensor patches whose side v = 1 is one point.
 
     Attributes
     ----------
@@ -82,8 +82,8 @@ class PatchNets:
     sizes : ndarray of float64, shape (P,)
         The largest absolute coordinate of each net, about its middle.
     lowering : float
-        Bound of the distance between the patches and the surface that they were lowered from: by
-        rounding, and by points that were made equal.
+        Bound of the distance between the patches and the surface of the request. It comes from the
+        rounding of lowering, and from points that were made equal.
     """
 
     groups: tuple[Nets, ...]
@@ -116,7 +116,7 @@ class PatchNets:
         )
 
     def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
-        """The groups of patches (m,), each with the rows of its patches."""
+        """The groups that have some of the patches (m,), each with the rows of its patches."""
         if len(self.groups) == 1:
             yield self.groups[0], np.arange(len(patch))
             return
@@ -127,7 +127,7 @@ class PatchNets:
                 yield nets, rows
 
     def evaluate_points(self, patch: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
-        """Points of the surface at parameters of patches, shape (m, 3), model coordinates."""
+        """Points (m, 3) of patches at parameters u, v in [0, 1], in model coordinates."""
         points = np.empty((3, len(patch)))
         for nets, rows in self._chunks(patch):
             ids = patch[rows]
@@ -149,12 +149,13 @@ class PatchNets:
 def bound_lowering_error(model: PatchModel) -> float:
     """Bound of the rounding in patches lowered from B-splines; other patches are as given: 0.
 
-    A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points and then q + 1,
-    M near them. The c_i come of 2 p convex combinations the factors of which have 3 roundings, so
-    their errors are at most 10 p ε/2, and a little more for means and sums; up to degree 64 that is
-    2^-40. The shares at the ends of a closed curve may be made equal, which changes them by 2^-41
-    (`SAME_SHARE`). Two directions, numerator and denominator: 2^-38 of the extent of the control
-    points. Adding M rounds once a direction, relative to the coordinate.
+    A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points, and then over
+    q + 1, where M is near these points. The c_i are results of 2 p convex combinations, whose
+    factors have 3 roundings, so their errors are at most 10 p ε/2, and a little more for means and
+    sums; up to degree 64 that is 2^-40. The shares at the ends of a closed curve may be made equal,
+    which changes them by 2^-41 (`SAME_SHARE`). For two directions, and for numerator and
+    denominator, the sum is 2^-38 of the extent of the control points. Adding M rounds once for each
+    direction, relative to the coordinate.
     """
     if not model.control_nets:
         return 0.0
@@ -181,7 +182,7 @@ def _center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
     sizes = np.abs(values).max(axis=tuple(range(values.ndim - 1)))
     if batch.weights is not None:
         weights = np.moveaxis(batch.weights, 0, -1)
-        # Only the ratio of weights matters, and a power of two costs no digit.
+        # Only the ratio of weights matters, and division by a power of two is exact.
         largest = weights.max(axis=tuple(range(weights.ndim - 1)))
         weights = np.ldexp(weights, -np.frexp(largest)[1])[..., np.newaxis, :]
         values = np.concatenate([values * weights, weights], axis=-2)
@@ -193,8 +194,8 @@ def _center_nets(batch: Patches) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _build_tensor_nets(nets: FloatArray) -> FloatArray:
     """Triangular nets (K, D, k) as tensor nets (n+1, n+1, D, k), with s = u (1 − v) and t = v.
 
-    Row j of a triangle, a curve of degree n − j, becomes column j of the square by raising its
-    degree to n, one by one: P*_i = (i P_{i−1} + (d − i) P_i) / d for i = 0 … d.
+    Row j of a triangle is a curve of degree n − j. Elevated to degree n, it is column j of the
+    tensor net. Each elevation of d points is P*_i = (i P_{i−1} + (d − i) P_i) / d for i = 0 … d.
     """
     n = degree_of(len(nets))
     starts = row_starts(n)

@@ -5,13 +5,13 @@ The bound is that of `service.engine.bounds.second_derivatives`, block by block:
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
 The first matrix, which contains the factors, computes the second differences of all patches in
-float64. Over a block the control points of a polynomial are means of those over the patch: the
-second matrix, one for each kind of difference, computes these for all blocks in float32, and its
-last block is the patch itself. A
-mean of K vectors, the longest of length L, is then wrong by (K + 2) 2^-24 L in each coordinate: the
-bound of the patch, times (K + 8) 2^-23, is added to the bounds of its blocks. Lengths are in units
-of the largest factor times the diagonal of all patches: underflow costs less than 2^-62 of that,
-for which `vertex_rounding.bound_bending_rounding` has room.
+float64. Over a block the control points of a polynomial are means of those over the patch. The
+second matrix, one for each kind of difference, computes these means for all blocks in float32; its
+last block is the patch itself. So a mean of K vectors, the longest of length L, has an error of at
+most (K + 2) 2^-24 L in each coordinate. Therefore the bound of the patch, times (K + 8) 2^-23, is
+added to the bounds of its blocks. Lengths are in units of the largest factor times the diagonal of
+all patches. Underflow costs less than 2^-62 of this unit;
+`vertex_rounding.bound_bending_rounding` has room for it.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ ORDERS = ((2, 0), (1, 1), (0, 2))
 
 
 def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
-    """Whether this module's product is the fastest way; rational patches need several products."""
+    """Whether `bound_grid_deviations` is the fastest way; it does not support rational patches."""
     return patches.weights is None and _is_small_plan(patches.degree, divisions)
 
 
@@ -120,16 +120,17 @@ class _Plan:
     Attributes
     ----------
     seconds : ndarray of float64, shape (3 N, (p+1)(q+1))
-        From nets to N second differences of each kind, times their factors over the largest
-        factor. Kinds with fewer vectors are filled with zeros to the same number.
+        Maps nets to N second differences of each kind, times their factors over the largest factor.
+        A kind with fewer than N differences is filled with zeros.
     means : ndarray of float32, shape (3, N (blocks + 1), N)
-        From second differences of a kind to those over the blocks and over the patch, rows (vector,
+        Maps second differences of a kind to those over the blocks and over the patch, rows (vector,
         block).
     blocks : int
+        Number of blocks of a patch.
     unit : float
-        The largest factor.
+        The largest factor, rounded up.
     rounding : float
-        Share of the bound of a patch that covers the rounding of float32.
+        Share of the bound of a patch that is added for the rounding of float32.
     """
 
     seconds: FloatArray
@@ -170,7 +171,7 @@ def _build_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> _Plan:
 
 
 def _build_differences(degree: int, order: int) -> FloatArray:
-    """Matrix (n+1−order, n+1) of differences of n + 1 numbers; no rows if the order is above n."""
+    """Matrix (n+1−order, n+1) of differences of n + 1 numbers; it has no rows if the order > n."""
     differences: FloatArray = np.diff(np.eye(degree + 1), order, axis=0)
     return differences
 

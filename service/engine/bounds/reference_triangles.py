@@ -4,14 +4,16 @@ In its frame a triangle T has the vertices A = (0, 0), B = (b, 0), C = (x, y) wi
 height 0 except for rounding, which is bounded by `tilt`. Edge k runs from vertex k to the next, T
 on its left.
 
-**Edge wedges.** A mesh goes on beyond the edges of a triangle. Over edge k, beyond which there is a
-known neighbour N, let the wedge be the flat triangle in the plane of T with angles α and β at the
-ends of the edge. Folded about the edge by the dihedral angle θ it lies in the plane of N, and, if
-α and β are no larger than the angles of N there, in N itself: a point of the wedge at height δ over
-the edge is 2 δ sin(θ/2) away from the mesh. If the wedges that meet at a vertex have, together with
-the angle of T, at most π there, T and its wedges are one convex set K.
+**Edge wedges.** A mesh continues beyond the edges of a triangle. Let N be a neighbour beyond edge
+k. The wedge over edge k is a triangle in the plane of T, on the other side of the edge, with angles
+α and β at the ends of the edge. Folded about the edge by the dihedral angle θ, the wedge lies in
+the plane of N; it lies in N itself if α and β are no larger than the angles of N at these ends. So
+a point of the wedge at height δ over the edge is at most 2 δ sin(θ/2) away from the mesh. If at
+each vertex the angles of T and of the two wedges there add up to at most π, T and its wedges
+together are one convex set K.
 
-Angles are vectors (cos, sin) up to a factor; no inverse trigonometric function is computed.
+An angle is stored as a vector (cos, sin) of any length, so no inverse trigonometric function is
+needed.
 
 **Rounding.** Coordinates are at most 1 (`local_frames`), so errors of vertices are at most a few u
 = 2^-53, and those of wedges at most 8 u times the length of their edge; wedges are made lower by
@@ -23,8 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
-from service.engine.bounds.blossoms import BEFORE, NEXT
-from service.engine.bounds.vectors import Columns, Vectors, cross, dot, length
+from service.engine.bounds.vectors import BEFORE, NEXT, Columns, Vectors, cross, dot, length
 
 SHRUNK = 1.0 - 2.0**-40
 """Factor that lowers wedges by more than the error of their angles."""
@@ -33,8 +34,8 @@ STEEPEST = 16.0
 """Largest slope of a wedge."""
 
 THIN = 2.0**-20
-"""Triangles thinner than this share of their length get no wedges: these would gain less than the
-height of the triangle."""
+"""A triangle whose height is below this share of its length gets no wedges, because they would
+lower the bound by less than that height."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,16 +49,17 @@ class ReferenceTriangles(Columns):
     axes : ndarray of float64, shape (3, 3, m)
         Orthonormal: along A B, across it towards C, and the normal.
     corners : ndarray of float64, shape (3, 2, m)
-        The vertices in the plane.
+        The vertices in the plane of the triangle.
     tangents : ndarray of float64, shape (3, 2, m)
         Unit vectors along the edges, (1, 0) where an edge is a point.
     lengths : ndarray of float64, shape (3, m)
+        Lengths of the edges.
     tilt : ndarray of float64, shape (m,)
         No vertex is further than this from its place in the plane.
     begins, ends : ndarray of float64, shape (3, m)
-        Slopes of the wedge over each edge; 0 where there is none.
+        Slopes (tan α, tan β) of the wedge at both ends of each edge; 0 for an edge without a wedge.
     folds : ndarray of float64, shape (3, m)
-        2 sin(θ/2).
+        2 sin(θ/2) of each edge.
     """
 
     origin: FloatArray
@@ -71,9 +73,9 @@ class ReferenceTriangles(Columns):
     folds: FloatArray
 
     def to_frames(self, nets: FloatArray, scale: FloatArray) -> FloatArray:
-        """Nets (m, 3, …), or homogeneous ones (m, 4, …), in the frames; weights do not change.
+        """Nets (m, 3, …), or homogeneous nets (m, 4, …), in the frames; weights do not change.
 
-        Coordinates are multiplied by `scale` (m,), powers of two, first.
+        Coordinates are first multiplied by `scale` (m,), powers of two.
         """
         flat = nets.reshape(*nets.shape[:2], -1)
         origin, turn = self.origin.T[..., np.newaxis], self.axes.transpose(2, 0, 1)
@@ -100,20 +102,20 @@ def build_reference_triangles(
     origin = vertices[0]
     away = np.concatenate([vertices[1:], across]) - origin
     axes = _build_axes(away[:2])
-    seen = away[:, :1] * axes[:, 0]
-    seen += away[:, 1:2] * axes[:, 1]
-    seen += away[:, 2:] * axes[:, 2]
-    (b, low, up_b), (_, y, up_c) = seen[:2]
+    local = away[:, :1] * axes[:, 0]
+    local += away[:, 1:2] * axes[:, 1]
+    local += away[:, 2:] * axes[:, 2]
+    (b, low, up_b), (_, y, up_c) = local[:2]
     tilt = np.maximum(np.abs(up_b), np.abs(up_c)) + np.abs(low)
     corners = np.zeros((3, 2, len(b)))
-    corners[1, 0], corners[2] = b, seen[1, :2]
+    corners[1, 0], corners[2] = b, local[1, :2]
     along = corners[NEXT] - corners
     lengths = np.sqrt(along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1])
-    point = lengths == 0
-    tangents = along / np.where(point, 1.0, lengths)[:, np.newaxis]
-    tangents[:, 0][point] = 1.0
+    is_point = lengths == 0
+    tangents = along / np.where(is_point, 1.0, lengths)[:, np.newaxis]
+    tangents[:, 0][is_point] = 1.0
     joined = joined & (y > THIN * lengths.max(axis=0))
-    wedges = _build_wedges(corners, tangents, lengths, seen[2:], joined)
+    wedges = _build_wedges(corners, tangents, lengths, local[2:], joined)
     return ReferenceTriangles(origin, axes, corners, tangents, lengths, tilt, *wedges)
 
 
@@ -121,23 +123,23 @@ def _build_axes(sides: Vectors) -> FloatArray:
     """Orthonormal axes (3, 3, m): along the first of two sides, towards the second, their product.
 
     The second axis is made orthogonal twice, so it is orthogonal to a few units in the last place
-    however small the angle is. If the second side is parallel to the first, any direction will do:
-    the height of the third vertex then counts as tilt.
+    however small the angle between the sides is. If the second side is parallel to the first, the
+    second axis may have any direction: the height of the third vertex then counts as tilt.
     """
     (first, second), (size, other) = sides, length(sides)
-    point = size == 0
-    if point.any():
-        first, size = np.where(point, second, first), np.where(point, other, size)
+    is_point = size == 0
+    if is_point.any():
+        first, size = np.where(is_point, second, first), np.where(is_point, other, size)
     one = first / np.where(size > 0, size, 1.0)
     one[0][size == 0] = 1.0
     two = _orthogonalize(second, one)
     size = length(two)
-    # A second side along the first gives no direction; a coordinate axis does.
-    lost = size <= 2.0**-48 * other
-    if lost.any():
+    # In place of a second side that is parallel to the first, take a coordinate axis.
+    is_parallel = size <= 2.0**-48 * other
+    if is_parallel.any():
         least = np.abs(one).argmin(axis=0)
         axis = (np.arange(3)[:, np.newaxis] == least).astype(np.float64)
-        two = np.where(lost, _orthogonalize(axis, one), two)
+        two = np.where(is_parallel, _orthogonalize(axis, one), two)
         size = length(two)
     two = two / size
     return np.array([one, two, cross(one, two)])
@@ -157,7 +159,10 @@ def _build_wedges(
     far: FloatArray,
     joined: Bools,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Slopes at the beginning and at the end of each edge, and the chords of the folds."""
+    """Slopes of wedges at the beginning and at the end of each edge, and 2 sin(θ/2): (3, m) each.
+
+    `far` (3, 3, m) has the vertices across the edges, in the frames of the triangles.
+    """
     (x, y), (along, across) = (far[:, :2] - corners).swapaxes(0, 1), tangents.swapaxes(0, 1)
     s, out, high = x * along + y * across, x * across - y * along, far[:, 2]
     reach = np.sqrt(out * out + high * high)
@@ -172,13 +177,14 @@ def _build_wedges(
     angle[1, 0], angle[1, 1] = reach, reach[BEFORE]
     x, y = tangents[BEFORE].swapaxes(0, 1)
     cosine, sine = x * along + y * across, np.maximum(x * across - y * along, 0.0)
-    # The angle that the other wedge at the vertex leaves, or half of the angle to be shared.
-    other, left = angle[:, ::-1], np.empty_like(angle)
-    left[0] = cosine * other[0] + sine * other[1]
-    left[1] = sine * other[0] - cosine * other[1]
+    # Two wedges at a vertex share π less the angle of T. Each may have half of it, or the rest that
+    # the other wedge does not need.
+    other, most = angle[:, ::-1], np.empty_like(angle)
+    most[0] = cosine * other[0] + sine * other[1]
+    most[1] = sine * other[0] - cosine * other[1]
     half = np.array([1.0 + cosine, sine])[:, np.newaxis]
-    left = np.where(half[0] * left[1] <= left[0] * half[1], half, left)
-    angle = np.where(angle[0] * left[1] >= left[0] * angle[1], angle, left)
+    most = np.where(half[0] * most[1] <= most[0] * half[1], half, most)
+    angle = np.where(angle[0] * most[1] >= most[0] * angle[1], angle, most)
     # Tangents of angles of at most π.
     steep = angle[0] * STEEPEST <= angle[1]
     slope = np.where(steep, STEEPEST, angle[1] / np.where(steep, 1.0, angle[0])) * SHRUNK

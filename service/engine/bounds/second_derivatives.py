@@ -1,12 +1,12 @@
 """Bounds of the second derivatives of patches, and of the distance to triangles between points.
 
-Let τ be a triangle of parameters in a box of sides h_u, h_v, with corners a_i, and x = Σ λ_i a_i a
-point of it. Write S = X/w, where w = 1 for a polynomial patch. The point
+Let τ be a triangle of parameters in a box of sides h_u, h_v, with corners a_i, and let
+x = Σ λ_i a_i be a point of τ. Write S = X/w, where w = 1 for a polynomial patch. The point
 
     L = Σ λ_i w(a_i) S(a_i) / Σ λ_i w(a_i)
 
-lies on the triangle of the mesh, since no λ_i w(a_i) is negative. For any point c, with Y = X − c w
-and E f = f(x) − Σ λ_i f(a_i), the error of linear interpolation of f,
+lies on the triangle of the mesh, because no λ_i w(a_i) is negative. For any point c let Y = X − c
+w, and let E f = f(x) − Σ λ_i f(a_i) be the error of linear interpolation of f. Then
 
     w(x) (S(x) − L) = E Y − (L − c) E w.
 
@@ -16,10 +16,11 @@ By Taylor's formula about x, whose first order vanishes because Σ λ_i (a_i −
           ≤ ½ (max |f_uu| Σ λ_i d_i² + 2 max |f_uv| Σ λ_i |d_i e_i| + max |f_vv| Σ λ_i e_i²)
           ≤ ⅛ (h_u² max |f_uu| + 2 h_u h_v max |f_uv| + h_v² max |f_vv|)
 
-with (d_i, e_i) = a_i − x: numbers within an interval of length h have a variance of h²/4 at most,
-and the inequality of Cauchy and Schwarz does the rest. For right triangles of a polynomial patch
-this is the bound of Filip, Magedson and Markot; proved so, it holds for every triangle in the box,
-hence for a cell cut along either diagonal and for the strips that join a grid to other edges.
+with (d_i, e_i) = a_i − x. The last step holds because numbers in an interval of length h have a
+variance of at most h²/4, and by the inequality of Cauchy and Schwarz. For right triangles of a
+polynomial patch this is the bound of Filip, Magedson and Markot. This proof holds for every
+triangle in the box, hence for a cell cut along either diagonal and for the strips that join a grid
+to other edges.
 
 The second derivatives are Bézier again, Y_uu = p (p−1) Σ B Δ_u² Y and so on, and by the hull
 property none is longer than the longest vector of its net. The nets are cut along lines of the grid
@@ -52,18 +53,18 @@ CHUNK = 1 << 17
 """Numbers in the cut nets of one chunk: they fit the second-level cache."""
 
 MOST_BLOCKS = 8
-"""Most blocks in one direction: more would hardly lessen the bound."""
+"""Most blocks in one direction: more blocks would hardly lower the bound."""
 
 MOST_LINES = 64
-"""Most control points of all blocks in one direction: high degrees have fewer blocks."""
+"""Most control points of all blocks in one direction: patches of high degree have fewer blocks."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SecondDerivativeBounds:
-    """M_uu, M_uv and M_vv of the blocks of patches: shapes (M_u, M_v, P).
+    """M_uu, M_uv and M_vv of the M_u × M_v blocks of P patches: shape (M_u, M_v, P) each.
 
-    `across` (M_u, M_v, P) is the diameter of their hulls: an upper bound of the distance from any
-    point to any triangle between other points.
+    `across` (M_u, M_v, P) has upper bounds of the diameters of the hulls of blocks. The distance
+    from a point of the block to a triangle between other points of the block is never larger.
     """
 
     uu: FloatArray
@@ -74,7 +75,7 @@ class SecondDerivativeBounds:
     def bound_deviations(
         self, along_u: FloatArray | float, along_v: FloatArray | float
     ) -> FloatArray:
-        """The bound for triangles in boxes of these sides, the largest of all blocks: (P,)."""
+        """Bounds (P,) of the distances to triangles in boxes of these sides: maxima over blocks."""
         bounds = along_u**2 * self.uu
         bounds += 2 * along_u * along_v * self.uv
         bounds += along_v**2 * self.vv
@@ -84,14 +85,14 @@ class SecondDerivativeBounds:
 
 
 def count_blocks(divisions: int, degree: int) -> int:
-    """Number of blocks along R divisions: few, so that their nets have about R points at most."""
+    """Number of blocks along R divisions; their nets have about R points together, or fewer."""
     return max(1, min(MOST_BLOCKS, min(MOST_LINES, divisions) // (degree + 1)))
 
 
 def bound_second_derivatives(
     patches: TensorPatches, divisions: tuple[int, int], blocks: tuple[int, int]
 ) -> SecondDerivativeBounds:
-    """The bounds over blocks of the grid of each patch; `blocks` are their numbers along u, v."""
+    """The bounds over the blocks of each patch; `blocks` has their numbers along u and along v."""
     p, q = patches.degree
     bounds = np.zeros((4, *blocks, patches.count))
     bounds[3] = patches.diagonal
@@ -114,10 +115,10 @@ def bound_second_derivatives(
 
 
 def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> FloatArray:
-    """The bound for the small triangles of triangular patches at R divisions: (P,).
+    """Bounds (P,) of the distances from triangular patches to their small triangles at R divisions.
 
-    Here the three sides of τ count alike. With e_ij from corner i to corner j, and as
-    a_1 − x = −λ_2 e_12 − λ_3 e_13 and so on,
+    Here the three sides of τ count alike. Let e_ij be the vector from corner i to corner j. Because
+    x − a_1 = λ_2 e_12 + λ_3 e_13 and so on,
 
         |E f| ≤ ½ Σ λ_i max |D²f[a_i − x, a_i − x]|
               ≤ ½ (Σ_ij M_ij λ_i λ_j (λ_i + λ_j) + 2 λ_1 λ_2 λ_3 Σ N_i)
@@ -132,7 +133,7 @@ def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> Float
     if degree < 2:
         return bounds
     for rows in row_slices(patches.count, 4 * patches.points.shape[1], CHUNK):
-        # The whole patch is one block; its net is the first of the two axes of a grid's.
+        # The whole patch is one block. The points of its net are on the first axis of a grid.
         net = _build_local_nets(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
         ds, dt = partial_nets(net.swapaxes(0, 1))
         (ss, st), tt = partial_nets(ds), partial_nets(dt)[1]
@@ -149,7 +150,7 @@ def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> Float
 
 
 def _build_local_nets(patches: Patches, rows: slice) -> FloatArray:
-    """Planes (d, …, m) of nets about the middle of all patches, homogeneous if they are rational.
+    """Nets (d, …, m) about the middle of all patches; homogeneous nets if the patches are rational.
 
     Coordinates are the outermost axis and patches the innermost one, so that all operations run
     over long contiguous rows.
@@ -162,7 +163,7 @@ def _build_local_nets(patches: Patches, rows: slice) -> FloatArray:
 
 
 def _subtract_neighbours(net: FloatArray, axis: int) -> FloatArray:
-    """Differences of neighbours along u (1) or along v (2)."""
+    """Differences of neighbouring points of nets along u (axis 1) or along v (axis 2)."""
     if axis == 1:
         return net[:, 1:] - net[:, :-1]
     return net[:, :, 1:] - net[:, :, :-1]
@@ -182,7 +183,10 @@ def _cut_into_blocks(
 
 
 def build_block_shares(degree: int, divisions: int, blocks: int) -> FloatArray:
-    """Matrix from a net to the control points of its blocks, rows (i, block): cached, read-only."""
+    """Matrix from a net to the control points of its blocks, rows (i, block).
+
+    The matrix is cached and read-only.
+    """
 
     def build() -> FloatArray:
         lines = np.arange(blocks + 1) * divisions // blocks / divisions

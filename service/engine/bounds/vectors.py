@@ -9,8 +9,8 @@ from service.bases.arrays import Bools, FloatArray, Ints
 Vectors: TypeAlias = FloatArray
 """Shape (…, 3, m)."""
 
-AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""The coordinate after each of three, and the one before it."""
+NEXT, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""For each of three coordinates, or corners or edges of a triangle: the next and the one before."""
 
 
 def dot(a: Vectors, b: Vectors) -> FloatArray:
@@ -23,9 +23,9 @@ def dot(a: Vectors, b: Vectors) -> FloatArray:
 
 def cross(a: Vectors, b: Vectors) -> Vectors:
     """Products a × b, shape (…, 3, m)."""
-    product = a.take(AFTER, axis=-2)
+    product = a.take(NEXT, axis=-2)
     product *= b.take(BEFORE, axis=-2)
-    product -= a.take(BEFORE, axis=-2) * b.take(AFTER, axis=-2)
+    product -= a.take(BEFORE, axis=-2) * b.take(NEXT, axis=-2)
     return product
 
 
@@ -42,7 +42,7 @@ class Columns:
     __dataclass_fields__: dict[str, object]
 
     def take(self, index: Ints | Bools | slice) -> Self:
-        """The chosen items."""
+        """The items with these indices, or those that a mask marks."""
         columns = (getattr(self, name) for name in self.__dataclass_fields__)
         if isinstance(index, slice):
             return type(self)(*(column[..., index] for column in columns))

@@ -1,13 +1,14 @@
 """Bounds of the distance from stored vertices to their points of the surface.
 
-If errors of the corners of a triangle are at most e, so are errors of its points. So this bound is
-added to the bound of bending. Parameters are rounded, too: i/R is off by one unit in the last
-place. A triangulation of the rounded parameters is as good; its boxes are larger by a share of
-2^-30 at most (`STEPS`).
+If the error of each corner of a triangle is at most e, then the error of each of its points is at
+most e. So this bound is added to the bound of bending. Parameters are rounded too: i/R is off by
+one unit in the last place. The proof of bending holds for triangles of the rounded parameters;
+their boxes are larger by a share of at most 2^-30 (`STEPS`).
 
 The error of a sum of K products is at most K units in the last place of the sum of their sizes, in
 any order of addition (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section
-3.1). Bases sum to one: the error of a point is a number of units times the size of the net.
+3.1). The functions of a basis add up to 1, so the error of a point is a number of units times the
+size of the net.
 """
 
 from math import hypot, sqrt
@@ -42,7 +43,7 @@ PRECISIONS: dict[Real, tuple[float, float]] = {
     dtype: (float(np.finfo(dtype).eps) / 2, float(np.finfo(dtype).tiny))
     for dtype in (np.float32, np.float64)
 }
-"""The unit of the last place of 1, halved, and the least number that keeps all digits."""
+"""For each type, the relative error of one operation and the least number with full precision."""
 
 CHUNK_SAMPLES = 1 << 15
 """Samples in one chunk of comparisons."""
@@ -65,7 +66,7 @@ def bound_vertex_error(
         # The net, the basis, and the error of the basis: one unit each.
         grids = far * ((terms + 4) * unit + basis + UNIT)
     else:
-        # Numerator and denominator, their quotient; the way back from the middle.
+        # The numerator and the denominator, their quotient, and adding the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
     tiny = (terms + 8) * find_weight_ratio(patches) * least
@@ -73,10 +74,10 @@ def bound_vertex_error(
 
 
 def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
-    """Further errors of edges: where degrees were matched, and where another method is used.
+    """Bound of the errors of edges by matching degrees, and by methods other than `matrix`.
 
-    Samples of edges are float64. Those beside the grid of a framed patch are compared here with
-    samples by `matrix`; all others are compared with their patch (`measure_errors`).
+    Samples of edges are float64. The samples beside the grid of a framed patch are compared here
+    with samples by `matrix`; `measure_errors` compares all others with their patch.
     """
     curves = seams.curves
     error = 0.0
@@ -96,12 +97,13 @@ def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
 def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> float:
     """Bound of the rounding in the bounds of bending, for boxes of these sides.
 
-    Errors are at most, in units in the last place of the largest number: 5 for a coordinate of P −
-    c, and 28 for a second difference. Cutting takes means of differences, of at most 4 times the
-    size, by sums of n + 1 products with bases whose errors are at most 3 n units: 8 (p + q) + 16 in
-    all. If one product takes second differences (`service.engine.bounds.products`), it is a sum of
-    (p + 1)(q + 1) products; errors of their factors are at most 2 units and at most 4 in all: 4 ((p
-    + 1)(q + 1) + 2) + 20 units at most. All other rounding is relative, and covered by `STEPS`.
+    In units in the last place of the largest number, the error of a coordinate of P − c is at most
+    5, and that of a second difference at most 28. Cutting into blocks takes means of differences,
+    which are at most 4 times the size, by sums of n + 1 products with bases whose errors are at
+    most 3 n units: 8 (p + q) + 16 in all. If one matrix product takes the second differences
+    (`service.engine.bounds.products`), each is a sum of (p + 1)(q + 1) products; the sizes of the
+    factors add up to at most 4, and their errors are at most 2 units: 4 ((p + 1)(q + 1) + 2) + 20
+    units at most. All other rounding is relative, and `STEPS` includes it.
     """
     p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
     units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
@@ -118,15 +120,16 @@ def find_weight_ratio(patches: Patches) -> float:
 def measure_errors(
     patches: Patches, resolution: tuple[int, int], positions: RealArray, origin: FloatArray
 ) -> FloatArray:
-    """Errors of vertices (m,) by methods other than `matrix`: their distance to it in float64.
+    """Bounds (m,) of the errors of vertices by methods other than `matrix`.
 
-    No bound from the degree alone would be of use for forward differences; and each of these
-    methods takes several times as long as the comparison.
+    Vertices are compared with points by `matrix` in float64. For forward differences a bound that
+    depends on the degree alone would be too large to be useful. Each of these methods takes several
+    times as long as the comparison.
 
     Parameters
     ----------
     positions : ndarray, shape (m, samples, 3)
-        The samples of the m patches, as they are stored.
+        The stored samples of the m patches.
     """
     shift = origin - patches.middle
     nets = to_homogeneous(patches.points - patches.middle, patches.weights)
@@ -161,7 +164,7 @@ def _bound_edge_samples(
 
 
 def _evaluate(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
-    """Nets (m, p+1, q+1, d), or of triangles (m, K, d), at all samples: shape (d, m, samples)."""
+    """Values (d, m, samples) of nets (m, p+1, q+1, d), or of triangular nets (m, K, d)."""
     if nets.ndim == 3:
         return np.moveaxis(triangle_basis.evaluate_triangles(nets, resolution[0]), -1, 0)
     along_u, along_v = (
@@ -172,7 +175,11 @@ def _evaluate(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
 
 
 def _measure_sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
-    """Bounds of the length of control points in model coordinates, about the origin, the middle."""
+    """Bounds of the lengths of control points.
+
+    They are in model coordinates, about the origin of the mesh, and about the middle of the
+    patches.
+    """
     (low_x, low_y, low_z), (high_x, high_y, high_z) = patches.box
     x, y, z = origin.tolist()
     world = hypot(max(-low_x, high_x), max(-low_y, high_y), max(-low_z, high_z))
@@ -181,7 +188,7 @@ def _measure_sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, 
 
 
 def _count_terms(patches: Patches, resolution: tuple[int, int], normals: bool) -> tuple[int, int]:
-    """Number of terms in the sums of a grid, one sum after another, and the sum of the degrees."""
+    """Number of terms in all sums that compute a point of a grid, and the sum of the degrees."""
     if isinstance(patches, TrianglePatches):
         n, divisions = patches.degree, resolution[0]
         small = triangle_basis.is_small(n, divisions)

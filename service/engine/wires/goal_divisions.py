@@ -1,13 +1,13 @@
 """The divisions of isoparametric curves that a goal needs.
 
 Curves are divided evenly, finely enough for the goal. A chord over an interval of length h is
-within h² max |C″| / 8 of its curve, parameter by parameter. The second derivatives of all curves of
-a patch along u are within M_uu of the patch, and so along v
-(`service.engine.bounds.second_derivatives`); those of its sides are those of the edges' own nets.
-The curves of a triangular patch are parallel to its sides, so bounds for small triangles hold for
-their edges.
+within h² max |C″| / 8 of its curve, at equal parameters. The second derivatives of all curves of a
+patch along u are at most M_uu of the patch, and those along v at most M_vv
+(`service.engine.bounds.second_derivatives`). Edges have bounds of their own, from their own nets.
+The curves of a triangular patch are parallel to its sides, so the bounds for small triangles hold
+for these curves.
 
-For angles, a Bézier curve turns by no more than its control polygon, so the number of its pieces is
+For angles: a Bézier curve turns by no more than its control polygon, so the number of its pieces is
 the turn of the polygon divided by the angle. As for meshes, the angle is a goal, not a proved
 bound.
 """
@@ -35,7 +35,7 @@ MOST_PIECES = 1 << 12
 """Most divisions for angles: at a cusp no number of divisions is enough."""
 
 BLOCKS = 8
-"""Number of parts of each direction whose second derivatives are bounded one by one."""
+"""Number of divisions of each direction for which second derivatives are bounded block by block."""
 
 
 def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
@@ -49,13 +49,13 @@ def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisio
 
 
 def _divide_edges(group: EdgeCurves, goal: Goal) -> Ints:
-    """Numbers of divisions of edges (E,), taken as patches of degree 0 in the other direction."""
+    """Numbers of divisions (E,) of edges, which are taken as patches of degree 0 along v."""
     weights = None if group.weights is None else group.weights[:, :, None]
     return _divide_batch(TensorPatches(group.points[:, :, None], weights), goal)[0]
 
 
 def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
-    """Numbers of divisions along u and along v of the patches of a batch, (P,) each."""
+    """Numbers of divisions (P,) along u, and along v, of the patches of a batch."""
     points = batch.points.reshape(batch.count, -1, 3)
     allowed = SHARE * goal.find_allowed(
         goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
@@ -81,25 +81,28 @@ def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
 
 
 def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
-    """The least R with bend / (8 R²) within what is allowed, at most `MAX_RESOLUTION`."""
+    """The least numbers R (P,) with bend / (8 R²) ≤ allowed, but at most `MAX_RESOLUTION`."""
     with np.errstate(over="ignore", divide="ignore"):
         pieces = np.ceil(np.sqrt(bend / allowed / 8))
     return np.clip(pieces, 1, MAX_RESOLUTION).astype(np.intp)
 
 
 def _count_pieces_by_angle(turns: FloatArray, goal: Goal) -> Ints:
-    """Numbers of pieces of curves with these turns, at most `MOST_PIECES`."""
+    """Numbers of pieces (P,) of curves that turn by these angles, at most `MOST_PIECES`."""
     return np.clip(np.ceil(turns / goal.angle), 1, MOST_PIECES).astype(np.intp)
 
 
 def _measure_turns(points: FloatArray) -> FloatArray:
-    """Largest turns, in radians, of control polygons along the second axis of (P, n+1, m, 3)."""
+    """Largest turns (P,), in radians, of the control polygons of curves.
+
+    The last index of `points` (P, n+1, m, 3) is the coordinate; each patch has m curves.
+    """
     legs = np.diff(points, axis=1)
     length = np.sqrt(np.square(legs).sum(axis=-1))
     one, two = legs[:, :-1], legs[:, 1:]
     cosine = (one * two).sum(axis=-1)
     cosine /= np.maximum(length[:, :-1] * length[:, 1:], np.finfo(float).tiny)
-    still = (length[:, :-1] == 0) | (length[:, 1:] == 0)
-    angle = np.where(still, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))
+    has_no_angle = (length[:, :-1] == 0) | (length[:, 1:] == 0)
+    angle = np.where(has_no_angle, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))
     turns: FloatArray = angle.sum(axis=1).max(axis=1, initial=0.0)
     return turns

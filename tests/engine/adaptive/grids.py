@@ -20,7 +20,7 @@ class Regular:
 
     faces: Faces
     border: Border
-    made: Triangulation
+    triangulation: Triangulation
 
 
 def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Regular:

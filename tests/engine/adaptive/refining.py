@@ -26,11 +26,11 @@ class Refined(NamedTuple):
     patch_nets: PatchNets
     faces: Faces
     border: Border
-    made: Triangulation
+    triangulation: Triangulation
 
     def of_face(self, face: int) -> tuple[bytes, bytes]:
         """Places and positions of the triangles of one face, bit for bit, in their order."""
-        built = self.made
+        built = self.triangulation
         corners = built.triangles[built.face[built.triangles[:, 0]] == face]
         places = np.stack([built.u[corners], built.v[corners]])
         return places.tobytes(), built.positions[built.vertex[corners]].tobytes()

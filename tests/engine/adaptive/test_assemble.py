@@ -41,7 +41,7 @@ def assemble_regular(
     origin = storage.choose_origin(*model.bounds)
     lines = draw_overlays(model, built.border, expected, storage, origin)
     return assemble(
-        *(model, built.faces, built.made, expected, lines),
+        *(model, built.faces, built.triangulation, expected, lines),
         storage=storage,
         origin=origin,
         closure=find_closure(model),
@@ -134,7 +134,7 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> N
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = lower_patches("bspline-hills")
     built = build_regular(model, 3, skip=skip)
-    samples, corners = find_samples(built.faces, built.made)
+    samples, corners = find_samples(built.faces, built.triangulation)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
     span = np.stack(np.divmod(samples.patch, columns), axis=1)[corners]
@@ -142,32 +142,41 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> N
     assert corner_places.min() == 0
     assert corner_places.max() == 1
     places = span + corner_places
-    given = np.stack([built.made.u, built.made.v], axis=1)[built.made.triangles] / SPAN
+    given = (
+        np.stack([built.triangulation.u, built.triangulation.v], axis=1)[
+            built.triangulation.triangles
+        ]
+        / SPAN
+    )
     np.testing.assert_allclose(places, given, atol=1e-9)
     middle = places.mean(axis=1, keepdims=True)
     ahead = places + 1e-3 * (middle - places) - span
     assert ahead.min() >= -1e-9
     assert ahead.max() <= 1 + 1e-9
-    np.testing.assert_array_equal(samples.vertex[corners], built.made.vertex[built.made.triangles])
+    np.testing.assert_array_equal(
+        samples.vertex[corners], built.triangulation.vertex[built.triangulation.triangles]
+    )
 
 
 def test_parts_are_runs_with_bounds_of_their_own() -> None:
     model = lower_patches("utah-teapot")
     built = build_regular(model, 2)
     mesh = assemble_regular(model)
-    patch = built.made.face[built.made.triangles[:, 0]]
+    patch = built.triangulation.face[built.triangulation.triangles[:, 0]]
     sequence = np.arange(model.patch_count) if model.sequence is None else model.sequence
     result = []
     for part, mesh_part in zip(model.parts, mesh.parts, strict=True):
         inside = np.isin(patch, sequence[part.first : part.last])
         first, last = mesh_part.triangles
         assert last - first == np.count_nonzero(inside)
-        assert mesh_part.deviation_bound == built.made.bounds[inside].max()
-        corners = built.made.positions[built.made.vertex[built.made.triangles[inside]]]
+        assert mesh_part.deviation_bound == built.triangulation.bounds[inside].max()
+        corners = built.triangulation.positions[
+            built.triangulation.vertex[built.triangulation.triangles[inside]]
+        ]
         ours = mesh.positions[mesh.triangles[first:last]]
         order, other = (np.lexsort(c.mean(axis=1).round(9).T) for c in (corners, ours))
         np.testing.assert_array_equal(corners[order], ours[other])
-        result.append(float(built.made.bounds[inside].max()))
+        result.append(float(built.triangulation.bounds[inside].max()))
     assert mesh.report.deviation_bound == max(result)
     assert len(model.parts) > 1
 

@@ -83,7 +83,7 @@ def test_no_fan_where_the_border_has_a_vertex_that_halves_the_cell() -> None:
 def test_a_fan_has_one_triangle_for_each_piece_of_its_boundary() -> None:
     refined = build_refined(build_model([build_quadratic(0.01, 0.01)]), Goal(0.016))
     check_refined(refined, 0.016)
-    built = refined.made
+    built = refined.triangulation
     middle = np.flatnonzero((built.u == SPAN // 2) & (built.v == SPAN // 2))
     assert len(middle) == 1
     assert (built.triangles == middle).any(axis=1).all()

@@ -78,7 +78,7 @@ def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
     tolerance = share * float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     result = build_refined(model, Goal(tolerance))
     check_refined(result, tolerance)
-    assert len(result.made.triangles) <= triangles
+    assert len(result.triangulation.triangles) <= triangles
 
 
 def test_a_ring_of_equal_leaves_is_cut_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +104,7 @@ def test_near_the_eye_there_is_more() -> None:
     net = np.stack([u, v, 0.3 * rng.uniform(-1, 1, u.shape)], axis=-1)
     model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
     result = build_refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
-    built = result.made
+    built = result.triangulation
     middles = built.positions[built.vertex[built.triangles], 0].mean(axis=1)
     near, far = (middles < 2).sum(), (middles > 8).sum()
     assert near > 2 * far
@@ -120,8 +120,8 @@ def test_the_proof_is_about_the_stored_positions() -> None:
     rounded = build_refined(
         model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64)
     )
-    assert exact.made.bounds.max() < 1e-10
-    assert 1e-5 < rounded.made.bounds.max() < 1e-3
+    assert exact.triangulation.bounds.max() < 1e-10
+    assert 1e-5 < rounded.triangulation.bounds.max() < 1e-3
 
 
 def test_more_triangles_than_allowed_are_refused() -> None:

@@ -16,7 +16,7 @@ CLOSED = ("tori", "pyramids", "prisms", "double pyramids")
 
 def count_uses(refined: Refined) -> Counter[frozenset[int]]:
     """The number of triangles at every edge, over all patches."""
-    rows = refined.made.vertex[refined.made.triangles].tolist()
+    rows = refined.triangulation.vertex[refined.triangulation.triangles].tolist()
     return Counter(frozenset(edge) for row in rows for edge in pairwise([*row, row[0]]))
 
 
@@ -26,7 +26,7 @@ def list_side_bytes(refined: Refined, face: int) -> list[bytes]:
     for side in range(4):
         if not refined.border.collapsed[face, side]:
             rows = slice(*refined.border.start[4 * face + side : 4 * face + side + 2])
-            points = refined.made.positions[refined.border.vertex[rows]]
+            points = refined.triangulation.positions[refined.border.vertex[rows]]
             bits.append(min(points.tobytes(), points[::-1].tobytes()))
     return sorted(bits)
 

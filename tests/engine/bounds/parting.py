@@ -47,7 +47,7 @@ def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) 
 
 
 def build_parts(places: Index, corners: Index, beyond: Index) -> Parts:
-    """Parts with one triangle each, which is the host of its part."""
+    """Parts with one triangle each, which is the reference triangle of its part."""
     none = np.zeros(len(corners), dtype=np.intp)
     return Parts(none, places[corners], corners, beyond)
 
@@ -55,12 +55,15 @@ def build_parts(places: Index, corners: Index, beyond: Index) -> Parts:
 def measure_deviations(
     patch_nets: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
-    """The largest distance from samples of each part to its host and the neighbours, (m,)."""
+    """The largest distances (m,) from samples of parts to the nearest triangle.
+
+    The triangles are the reference triangle of the part and its neighbours.
+    """
     weights, points = sample_parts(patch_nets, faces, parts, divisions)
     count = len(weights)
-    result = measure_distances(points, np.repeat(positions[parts.host], count, axis=0))
+    result = measure_distances(points, np.repeat(positions[parts.reference], count, axis=0))
     for k in range(3):
-        near = parts.host[:, [k, (k + 1) % 3]]
+        near = parts.reference[:, [k, (k + 1) % 3]]
         has = parts.across[:, k] >= 0
         beyond = np.concatenate([near, np.where(has, parts.across[:, k], near[:, 0])[:, None]], 1)
         result = np.minimum(
@@ -81,12 +84,13 @@ def sample_parts(
     return weights / divisions, evaluate_places(patch_nets, faces, places.reshape(-1, 2))
 
 
-def measure_host_distances(
+def measure_reference_distances(
     patch_nets: PatchNets, faces: Faces, parts: Parts, positions: Array, divisions: int = 12
 ) -> Array:
-    """The largest distance between samples of parts and the same places on their hosts, (m,)."""
+    """The largest distances (m,) of samples of parts from the points of the reference triangles
+    that have the same barycentric coordinates."""
     weights, points = sample_parts(patch_nets, faces, parts, divisions)
-    gap = points.reshape(-1, len(weights), 3) - weights @ positions[parts.host]
+    gap = points.reshape(-1, len(weights), 3) - weights @ positions[parts.reference]
     furthest: Array = np.linalg.norm(gap, axis=2).max(axis=1)
     return furthest
 

@@ -24,7 +24,7 @@ from tests.engine.bounds.parting import (
     drop_neighbours,
     evaluate_places,
     measure_deviations,
-    measure_host_distances,
+    measure_reference_distances,
 )
 
 
@@ -121,8 +121,8 @@ def test_pieces_of_the_covered_patch_with_the_largest_hull_are_bounded_first() -
     net = build_net(np.random.default_rng(15), 15, 15, 0.02)
     patch_nets, faces = PatchNets.of(BsplineSurface(net, (3, 3)).lower()), build_face(13, 13)
     corners = SPAN * np.array([[[0, 0], [13, 3], [4, 13]], [[0, 1], [12, 0], [10, 13]]])
-    host = np.arange(6).reshape(2, 3)
-    parts = build_parts(corners.reshape(-1, 2), host, np.full((2, 3), -1))
+    reference = np.arange(6).reshape(2, 3)
+    parts = build_parts(corners.reshape(-1, 2), reference, np.full((2, 3), -1))
     pieces = clip_parts(faces, parts.face, parts.corners.transpose(1, 2, 0))
     positions = evaluate_places(patch_nets, faces, corners.reshape(-1, 2))
     measure = PieceMeasure(patch_nets, parts, pieces, positions, GOAL, None)
@@ -146,8 +146,8 @@ def test_pieces_of_the_covered_patch_with_the_largest_hull_are_bounded_first() -
 
 def test_parts_pass_with_the_allowed_deviation_and_twice_that_for_the_mesh() -> None:
     deviation, mesh = np.array([1.0, 1.0, 1.1]), np.array([2.0, 2.1, 0.0])
-    assert PartBounds(deviation, mesh, np.ones(3)).passed.tolist() == [True, False, False]
-    assert PartBounds(deviation, None, np.ones(3)).passed.tolist() == [True, True, False]
+    assert PartBounds(deviation, mesh, np.ones(3)).meets_goal.tolist() == [True, False, False]
+    assert PartBounds(deviation, None, np.ones(3)).meets_goal.tolist() == [True, True, False]
 
 
 def test_a_plane_has_distance_zero_from_two_triangles_however_it_is_parametrised() -> None:
@@ -170,7 +170,7 @@ def test_a_plane_has_distance_zero_from_two_triangles_however_it_is_parametrised
 
 
 @pytest.mark.parametrize("fault", ["one point", "two points", "a line", "near a line"])
-def test_hosts_that_are_no_triangles(fault: str) -> None:
+def test_bounds_hold_for_reference_triangles_without_area(fault: str) -> None:
     rng = np.random.default_rng(14)
     patch_nets, faces = PatchNets.of(BezierSurface(build_net(rng, 3, 3, 0.3)).lower()), build_face()
     places, corners, beyond = divide_face(divide_evenly(2), divide_evenly(2))
@@ -189,7 +189,7 @@ def test_hosts_that_are_no_triangles(fault: str) -> None:
 
 
 def test_folded_neighbours_do_not_lower_the_bound_too_far() -> None:
-    """The bound also holds if a neighbour lies over the host, or at right angles to it."""
+    """The bound also holds if a neighbour lies over the reference triangle, or is orthogonal."""
     rng = np.random.default_rng(18)
     patch_nets, faces = PatchNets.of(BezierSurface(build_net(rng, 3, 3, 0.6)).lower()), build_face()
     for _ in range(40):
@@ -217,12 +217,14 @@ def test_the_goal_grows_with_the_least_distance_from_the_eye() -> None:
     assert (bounds.allowed <= 0.01 * np.abs(to_eye)).all()
     nearest = np.linalg.norm(positions[corners] - eye, axis=2).min(axis=1)
     assert (bounds.allowed >= 0.01 * (nearest - 0.15)).all()
-    np.testing.assert_array_equal(bounds.passed, bounds.deviation <= bounds.allowed)
+    np.testing.assert_array_equal(bounds.meets_goal, bounds.deviation <= bounds.allowed)
 
 
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize(("p", "q"), [(1, 2), (3, 3), (6, 5), (3, 12)])
-def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rational: bool) -> None:
+def test_no_point_of_a_reference_triangle_is_beyond_the_bound_of_the_mesh(
+    p: int, q: int, rational: bool
+) -> None:
     rng = np.random.default_rng(22)
     net = build_net(rng, p, q, 0.3)
     weights = np.exp(rng.uniform(-1, 1, net.shape[:2])) if rational else None
@@ -232,14 +234,16 @@ def test_no_point_of_a_host_is_beyond_the_bound_of_the_mesh(p: int, q: int, rati
         parts = build_parts(places, corners, beyond)
         positions = evaluate_places(patch_nets, faces, places)
         bounds = certify(patch_nets, faces, parts, positions, replace(GOAL, two_sided=True))
-        result = measure_host_distances(patch_nets, faces, parts, positions)
+        result = measure_reference_distances(patch_nets, faces, parts, positions)
         assert bounds.mesh is not None
         assert (result <= bounds.mesh).all()
         assert np.median(bounds.mesh / result) < 1.5
-        np.testing.assert_array_equal(bounds.passed, (bounds.deviation <= 1) & (bounds.mesh <= 2))
+        np.testing.assert_array_equal(
+            bounds.meets_goal, (bounds.deviation <= 1) & (bounds.mesh <= 2)
+        )
 
 
-def test_the_bound_of_the_mesh_holds_across_knot_lines_and_is_0_for_hosts_of_other_parts() -> None:
+def test_the_bound_of_the_mesh_is_0_for_reference_triangles_of_other_parts() -> None:
     rng = np.random.default_rng(23)
     patch_nets, faces = (
         PatchNets.of(BsplineSurface(build_net(rng, 7, 6, 0.2), (3, 2)).lower()),
@@ -251,7 +255,7 @@ def test_the_bound_of_the_mesh_holds_across_knot_lines_and_is_0_for_hosts_of_oth
     positions = evaluate_places(patch_nets, faces, places)
     mesh = certify(patch_nets, faces, parts, positions, replace(GOAL, two_sided=True)).mesh
     assert mesh is not None
-    result = measure_host_distances(patch_nets, faces, parts, positions)
+    result = measure_reference_distances(patch_nets, faces, parts, positions)
     assert (result[is_own_part] <= mesh[is_own_part] + 1e-8).all()
     assert np.median(mesh[is_own_part] / result[is_own_part]) < 1.5
     assert (mesh[~is_own_part] == 0).all()

@@ -1,4 +1,4 @@
-"""The certificate for degenerate hosts, neighbours and surfaces."""
+"""The certificate for degenerate reference triangles, neighbours and surfaces."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,8 @@ def nets(draw: st.DrawFn) -> tuple[Array, Array | None]:
 
 @given(nets(), arrays.arrays(np.float64, (9, 3), elements=COARSE), st.booleans())
 def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, flat: bool) -> None:
-    """Hosts and neighbours that coincide, overlap, are points and lines; in a plane, if `flat`."""
+    """Reference triangles and neighbours that coincide or overlap, or are points or lines; if
+    `flat`, all vertices are in one plane."""
     patch_nets, faces = PatchNets.of(BezierSurface(*net).lower()), build_face()
     places, corners, beyond = divide_face(divide_evenly(2), divide_evenly(2))
     if flat:
@@ -69,12 +70,12 @@ def test_the_wedge_of_a_folded_neighbour_lowers_the_bound(lift: float) -> None:
     positions = evaluate_places(patch_nets, faces, places)
     parts = build_parts(places, corners, beyond)
     bounds, _ = check_bounds(patch_nets, faces, parts, positions)
-    alone = Parts(parts.face, parts.corners, parts.host, np.full((2, 3), -1))
+    alone = Parts(parts.face, parts.corners, parts.reference, np.full((2, 3), -1))
     without = certify(patch_nets, faces, alone, positions, GOAL).deviation
     assert without[0] > 0.15
     assert bounds.deviation[0] <= without[0]
     if abs(lift) < 0.1:
-        # The height over the host, and the loss by folding back.
+        # The height over the reference triangle, and the loss by folding back.
         assert bounds.deviation[0] < 2 * lift + 1e-12
 
 

@@ -119,7 +119,7 @@ def test_a_tolerance_below_the_least_is_refused(degree: int) -> None:
     parts = build_parts(places, corners, beyond)
     assert certify(
         patch_nets, faces, parts, evaluate_places(patch_nets, faces, places), goal
-    ).passed.all()
+    ).meets_goal.all()
     with pytest.raises(InvalidRequest) as caught:
         check_goal(replace(goal, tolerance=least / 2), least)
     (issue,) = caught.value.issues

@@ -1,4 +1,4 @@
-"""The vertices on the sides of faces, placed by the edges, and by normals if angles count.
+"""The vertices on the sides of faces; the goal for distances and angles determines their places.
 
 The division of the sides is a `Border`; `BorderPlaces` are its vertices as places of the faces,
 sorted so that leaves can look up their corners.
@@ -24,14 +24,15 @@ from service.surface.sides import BEGINS
 class Border:
     """The divisions of all sides of faces; sides as in `service.surface.sides`.
 
-    Side s of face f has the vertices `vertex[start[4f+s] : start[4f+s+1]]` at the places
-    `at[…]` along it, rising, in units of the face, from end to end. A side that is one point has
-    two places, its ends, and one vertex at both.
+    The entries of side s of face f are `start[4f+s] : start[4f+s+1]`: its vertices from end to end,
+    with their places along the side in ascending order, in units of the face. A side that is one
+    point has two entries, its ends, with one vertex.
 
     Attributes
     ----------
     start : ndarray of int, shape (4F+1,)
     at, vertex : ndarray of int, shape (M,)
+        Place and vertex of each entry.
     points : ndarray of float64, shape (B, 3)
         The vertices, in model coordinates.
     collapsed : ndarray of bool, shape (F, 4)
@@ -48,23 +49,23 @@ class Border:
 def divide_border(
     faces: Faces, seams: Seams, goal: Goal, most: int, normals: SideNormals | None = None
 ) -> Border:
-    """Divides the sides of all faces; edges that sides share are divided once.
+    """Divide the sides of all faces; edges that sides share are divided once.
 
     Parameters
     ----------
     seams : Seams
         The seams of the model of the faces, in model coordinates.
     most : int
-        Number of triangles that are allowed.
+        Largest number of triangles.
     normals : SideNormals, optional
-        Normals, which turn by at most the angle of the goal between two vertices.
+        Normals that may turn by at most the angle of the goal between two vertices.
 
     Raises
     ------
     InvalidRequest
-        `tolerance_too_small` if it is below the rounding errors.
+        `tolerance_too_small` if the tolerance is below the rounding errors.
     TooLarge
-        `too_many_triangles`, as soon as the sides alone need more.
+        `too_many_triangles`, as soon as the sides alone need more triangles than `most`.
     """
     chains = find_chains(faces, seams)
     division = divide_chains(chains, seams, goal, len(faces.first), most, normals=normals)
@@ -73,11 +74,11 @@ def divide_border(
     poles = seams.corner[begin, BEGINS][collapsed]
     # Corners that are vertices come first, then the vertices between them.
     knots = division.corner >= 0
-    met = np.concatenate([division.corner[knots], poles])
-    first, number = unique_values(met)
-    used = met[first]
+    corners = np.concatenate([division.corner[knots], poles])
+    first, number = unique_values(corners)
+    used = corners[first]
     vertex = np.empty(len(division.at), dtype=np.intp)
-    vertex[knots] = number[: len(met) - len(poles)]
+    vertex[knots] = number[: len(corners) - len(poles)]
     vertex[~knots] = len(used) + np.arange(np.count_nonzero(~knots))
     points = np.concatenate([seams.corner_points[used], division.points[~knots]])
 
@@ -97,13 +98,13 @@ def divide_border(
     at[target], listed[target] = chains.first[run] * SPAN + along, vertex[source]
     single = start[:-1][collapsed.ravel()]
     at[single + 1] = spans[collapsed] * SPAN
-    listed[single] = listed[single + 1] = number[len(met) - len(poles) :]
+    listed[single] = listed[single + 1] = number[len(corners) - len(poles) :]
     return Border(start.astype(np.intp), at, listed, points, collapsed)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BorderPlaces:
-    """The vertices of the border as places of the faces; the boundaries of all rounds share it.
+    """The entries of the border as places of the faces; all rounds of refinement share this value.
 
     Attributes
     ----------
@@ -114,11 +115,11 @@ class BorderPlaces:
     base : ndarray of int, shape (4F,)
         Offset added to places along each side, so that places of all sides differ.
     key : ndarray of int, shape (M,)
-        Places of the entries along their sides, plus the offset; rising.
+        Places of the entries along their sides, plus the offset; in ascending order.
     low : ndarray of int, shape (2, F)
         Offsets added to u and to v, so that lines of all faces differ.
-    pole : ndarray of bool, shape (B,)
-        Vertices that are whole sides.
+    is_pole : ndarray of bool, shape (B,)
+        Whether a vertex is a whole side.
     """
 
     faces: Faces
@@ -129,7 +130,7 @@ class BorderPlaces:
     base: Ints
     key: Ints
     low: Ints
-    pole: Bools
+    is_pole: Bools
 
     @classmethod
     def of(cls, faces: Faces, border: Border) -> "BorderPlaces":
@@ -141,7 +142,7 @@ class BorderPlaces:
         v = np.where(s < 2, at, np.where(s == 3, far[1], 0))
         length = size[[1, 1, 0, 0]].T.ravel() + 1
         base = length.cumsum() - length
-        pole = np.zeros(len(border.points), dtype=bool)
-        pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
+        is_pole = np.zeros(len(border.points), dtype=bool)
+        is_pole[border.vertex[border.start[:-1][border.collapsed.ravel()]]] = True
         low = (size + 1).cumsum(axis=1) - size - 1
-        return cls(faces, border, side, u, v, base, base[side] + at, low, pole)
+        return cls(faces, border, side, u, v, base, base[side] + at, low, is_pole)

@@ -16,8 +16,8 @@ from service.surface.sides import BEGINS, ENDS
 class Chains:
     """C distinct chains, and the sides along which they run; no chain is a point.
 
-    Chain c is the edges `edge[start[c] : start[c+1]]`, one after another. Its direction depends on
-    their control points alone, not on their numbers in a model.
+    Chain c has the edges `edge[start[c] : start[c+1]]`, in order. The direction of a chain depends
+    on the control points of its edges alone, not on their numbers in a model.
 
     Attributes
     ----------
@@ -54,9 +54,10 @@ class Chains:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Steps:
-    """The edges of the sides of faces, without sides that are points; all of shape (N,).
+    """The edges along the sides of faces, without sides that are points; all of shape (N,).
 
-    `side` is 4 f + s, in order, `span` counts along it; `begin` and `end` are corners.
+    `side` is 4 f + s, in ascending order; `span` counts the edges along a side; `begin` and `end`
+    are the corners at both ends of an edge.
     """
 
     side: Ints
@@ -69,10 +70,10 @@ class _Steps:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _ChainRuns:
-    """Distinct chains of one length n, and the runs along them.
+    """K distinct chains of one length n, and the runs along them.
 
-    `steps` (K, n) in the order of the chain, `turned` (K,) whether these steps run against it;
-    `side`, `first`, `chain` and `reversed` as in `Chains`.
+    `steps` (K, n) has the steps of each chain, in its order; `turned` (K,) marks chains against
+    whose direction these steps run; `side`, `first`, `chain` and `reversed` are those of `Chains`.
     """
 
     steps: Ints
@@ -86,9 +87,9 @@ class _ChainRuns:
 def find_chains(faces: Faces, seams: Seams) -> Chains:
     """The chains of the sides of all faces.
 
-    A side is one chain if its edges are of one degree and every side with one of these edges has
-    all of them, in this order or in the opposite one. Otherwise each of its edges is a separate
-    chain: the division of a shared edge must not depend on edges that are not shared.
+    A side is one chain if its edges have one degree, and if every side with one of these edges has
+    all of them, in this order or in the opposite order. Otherwise each of its edges is a separate
+    chain, because the division of a shared edge must not depend on edges that are not shared.
     """
     steps = _list_steps(faces, seams)
     count = np.bincount(steps.side, minlength=4 * len(faces.first))
@@ -111,14 +112,13 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         is_alike = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
         is_alike &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
         single[rows[is_alike]] = False
-        kept = is_alike[first]
-        leaders = np.where(turned[first[kept], None], rows[first[kept], ::-1], rows[first[kept]])
-        place = (np.cumsum(kept) - 1)[number[is_alike]]
+        is_chain = is_alike[first]
+        chosen = first[is_chain]
+        leaders = np.where(turned[chosen, None], rows[chosen, ::-1], rows[chosen])
+        place = (np.cumsum(is_chain) - 1)[number[is_alike]]
         side = steps.side[rows[is_alike, 0]]
         groups.append(
-            _ChainRuns(
-                leaders, turned[first[kept]], side, np.zeros_like(side), place, turned[is_alike]
-            )
+            _ChainRuns(leaders, turned[chosen], side, np.zeros_like(side), place, turned[is_alike])
         )
     return _join_chains(steps, [_list_single_chains(steps, single), *groups])
 
@@ -142,8 +142,8 @@ def _list_steps(faces: Faces, seams: Seams) -> _Steps:
 def _number_steps(steps: _Steps, seams: Seams, selected: Bools) -> tuple[Ints, Ints]:
     """Two numbers for each selected step: one for its direction, one for the opposite direction.
 
-    Numbers are in the order of degrees and control points of the edges; on one edge, along comes
-    before against. So their order does not depend on the model.
+    Numbers are in the order of degrees and control points of the edges. The direction of an edge
+    has a lower number than the opposite direction. So the order does not depend on the model.
     """
     used = np.zeros(len(seams.users), dtype=bool)
     used[steps.edge[selected]] = True
@@ -164,14 +164,14 @@ def _number_steps(steps: _Steps, seams: Seams, selected: Bools) -> tuple[Ints, I
         rank[ids[np.lexsort(columns.T[::-1])]] = ranked + np.arange(len(rows))
         symmetric[ids] = same
         ranked += len(rows)
-    # An edge that is equal to its reverse has only one direction.
+    # An edge that is equal to its reverse has one number for both directions.
     backward = steps.backward & ~symmetric[steps.edge]
     along = 2 * rank[steps.edge] + backward
     return along, np.where(symmetric[steps.edge], along, along ^ 1)
 
 
 def _is_before(rows: Ints, others: Ints) -> Bools:
-    """Which rows come before the others in dictionary order."""
+    """Which rows come before the rows of `others` in dictionary order; equal rows do not."""
     differs = rows != others
     at = np.arange(len(rows)), differs.argmax(axis=1)
     before: Bools = rows[at] < others[at]

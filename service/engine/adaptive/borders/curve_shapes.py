@@ -26,17 +26,16 @@ class Shapes:
     Attributes
     ----------
     net, curve : ndarray of float64, shape (M,)
-        Distances from the net, elevated by one degree, and from the curve to the chord, at most.
-        Nets are elevated because a surface has at least degree 1 across its sides.
+        Bounds of the distances to the chord from the net, elevated by one degree, and from the
+        curve. Nets are elevated because a surface has at least degree 1 across its sides.
     apart : ndarray of float64, shape (M,)
-        Distance from the curve to the point of the chord at the same parameter, at most; 0 if that
-        is not measured.
+        Bounds of the distances between curve and chord at equal parameters; 0 if not measured.
     chord : ndarray of float64, shape (M,)
-        Length of the chord.
+        Lengths of the chords.
     cosine : ndarray of float64, shape (M,)
-        Least cosine between a leg of the net and the tangents at both ends.
+        Least cosines between the legs of the net and the tangents at both ends.
     low, high : ndarray of float64, shape (M, 3)
-        Box about the net.
+        Boxes about the nets.
     """
 
     net: FloatArray
@@ -48,7 +47,7 @@ class Shapes:
     high: FloatArray
 
     def combine_runs(self, begin: Ints) -> "Shapes":
-        """Shapes of runs of pieces, each run as one piece; `begin` has the first piece of each."""
+        """Shapes of runs of pieces, each run as one piece that begins at the pieces `begin`."""
         greatest, least = np.maximum.reduceat, np.minimum.reduceat
         return Shapes(
             greatest(self.net, begin),
@@ -75,9 +74,10 @@ def measure_shapes(
     nets : ndarray of float64, shape (M, n+1, 3), or (M, n+1, 4) if homogeneous
     chords : ndarray of float64, shape (M, 2, 3)
     shares : ndarray of float64, shape (M, 2, 3), or None
-        Ends of the part of the chord that belongs to each piece; None if parameters do not matter.
+        Ends of the part of the chord that has the parameters of each piece; None to leave `apart`
+        0.
     tangents : two arrays, or None
-        Those of `find_tangents`; None if angles do not matter.
+        The result of `find_tangents`; None to leave `cosine` 1.
     """
     points = project_nets(nets, 3)
     weights = nets[..., 3] if nets.shape[2] == 4 else None
@@ -95,9 +95,10 @@ def measure_shapes(
 
 
 def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors along curves (M, n+1, …) at both ends, (M, 3) each; 0 for curves of no length.
+    """Unit vectors (M, 3) along curves (M, n+1, …) at their first and last points.
 
-    They are along the first and the last leg of the net that is longer than its rounding.
+    They have the directions of the first and the last leg of the net that is longer than its
+    rounding; they are 0 if the net has no such leg.
     """
     legs, length = _find_legs(project_nets(nets, 3))
     real = length > slack[:, None]
@@ -111,11 +112,10 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
 
 
 def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatArray:
-    """Bounds (M,) of the rounding of nets by halving and moving.
+    """Bounds (M,) of the rounding of nets by halving and by subtracting their first points.
 
-    Each of the n levels of a halving computes means, with errors of half an ε of the largest
-    coordinate; weights, quotients and distances add a few more, and storing the ends of a chord
-    adds 2 ε `far`.
+    Each of the n levels of a halving computes means, with errors of ε/2 of the largest coordinate.
+    Weights, quotients and distances add a few ε, and storing the ends of a chord adds 2 ε `far`.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _bound_apart(points: FloatArray, weights: FloatArray | None, shares: FloatAr
 
 
 def _find_least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Least cosine between the legs of nets and tangents, both without vectors of length 0."""
+    """Least cosines (M,) between legs of nets and tangents; vectors of length 0 do not count."""
     legs, length = _find_legs(points)
     least = np.ones(len(points))
     for tangent in tangents:

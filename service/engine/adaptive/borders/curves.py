@@ -1,7 +1,7 @@
 """Chains as curves, the turns of normals along them, and the trees of their halves.
 
-All models of a request are taken together: edges of two models with equal control points are one
-edge, and are divided in the same way.
+The normals of all models of a request count together: edges of two models with equal control points
+are one edge here, and are divided in the same way.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +32,8 @@ class SideNormals:
     batches : tuple of TensorPatches or TrianglePatches
         The patches of all models, numbered from one batch to the next.
     side, backward : ndarray of int and of bool, shape (N,)
-        Sides of patches (4 p + s) that are lines, edge by edge; whether each runs against its edge.
+        Sides of patches (4 p + s) that are not points, sorted by their edges; whether a side runs
+        against its edge.
     start, count : ndarray of int, shape (D,)
         The first side of each distinct edge, and the number of its sides.
     number : ndarray of int, shape (E,)
@@ -49,10 +50,10 @@ class SideNormals:
     def measure_turns(
         self, edge: Ints, against: Bools, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Distances of unit normals at both ends of parts of edges from those in the middle.
+        """Turns of unit normals along parts of edges, as distances of unit vectors.
 
-        Returns the larger of the two distances, (M,), and their sum, (M,); each is the largest of
-        all patches at the edge.
+        The distances of the normals at both ends of a part from the normal in its middle are
+        measured on all patches at the edge.
 
         Parameters
         ----------
@@ -60,7 +61,12 @@ class SideNormals:
         against : ndarray of bool, shape (M,)
             Whether parameters are counted against the direction of the edge.
         begin, end : ndarray of float64, shape (M,)
-            Parameters, in [0, 1].
+            Parameters of the ends of parts, in [0, 1].
+
+        Returns
+        -------
+        half, total : ndarray of float64, shape (M,)
+            The larger of the two distances, and their sum; each is the largest of all patches.
         """
         run = self.number[edge]
         part, row = expand_runs(self.count[run], self.start[run])
@@ -133,7 +139,7 @@ AHEAD = 1 << 11
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Curves:
-    """Chains of edges of one degree: nets about the first point of the chain, in its direction.
+    """Chains of edges of one degree; nets are about the first points of the chains, in their order.
 
     Attributes
     ----------
@@ -145,7 +151,7 @@ class Curves:
         The chain, one of C, that each edge belongs to.
     nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
     origin, slack : ndarray of float64, shapes (C, 3) and (C,)
-        The first points, and bounds of the rounding of nets.
+        The first points of the chains, and bounds of the rounding of nets.
     edge, backward : ndarray of int and of bool, shape (N,)
         The number of each edge, and whether the chain runs against it.
     normals : SideNormals or None
@@ -166,7 +172,7 @@ class Curves:
     def measure_turns(
         self, rows: Ints, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
-        """Turns of normals along parts of edges, if the goal has an angle."""
+        """Turns along parts of edges (`SideNormals.measure_turns`); None without an angle."""
         if self.normals is None:
             return None
         return self.normals.measure_turns(self.edge[rows], self.backward[rows], begin, end)
@@ -174,9 +180,9 @@ class Curves:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tree:
-    """M pieces: level by level their halves, halves of these, and so on.
+    """M pieces, level by level: pieces, their halves, the halves of these, and so on.
 
-    Level k is the rows `level[k]`; `parent` (M,) is the piece of which each is a half.
+    Level k has the rows `level[k]`; each piece is a half of the piece `parent` (M,).
     """
 
     level: list[slice]
@@ -184,7 +190,7 @@ class Tree:
 
     @property
     def depth(self) -> Ints:
-        """The level of each, (M,)."""
+        """The level (M,) of each piece."""
         sizes = [rows.stop - rows.start for rows in self.level]
         return np.repeat(np.arange(len(sizes)), sizes)
 
@@ -244,7 +250,7 @@ def group_curves(chains: Chains, seams: Seams, normals: SideNormals | None) -> I
 
 
 def build_halving_tree(count: int, levels: int) -> Tree:
-    """The tree of pieces that are all halved `levels` − 1 times; it has at least one level."""
+    """The tree of `count` pieces that are all halved `levels` − 1 times, or not at all."""
     ends = [count * (2**k - 1) for k in range(max(levels, 1) + 1)]
     level = [slice(*pair) for pair in pairwise(ends)]
     number = np.arange(ends[-1])
@@ -255,9 +261,10 @@ def build_halving_tree(count: int, levels: int) -> Tree:
 
 
 def halve_nets(tree: Tree, at: Ints, depth: int, nets: FloatArray) -> tuple[Ints, FloatArray]:
-    """Places and nets (M, n+1, D) of parts of edges and of all their halves in a tree.
+    """Places (M,) and nets (M, n+1, D) of parts of edges and of all their halves in a tree.
 
-    The given parts were halved `depth` times. In each level first halves come before second halves.
+    `at` and `nets` are those of the first level, which are results of `depth` halvings of edges. In
+    each level first halves come before second halves.
     """
     if len(tree.level) == 1:
         return at, nets

@@ -1,12 +1,12 @@
 """The division of chains, which depends on the chain itself and on the goal alone.
 
-Only where a goal bounds angles, the normals of all patches along the chain count, too: then the
-places depend on the models that are meshed together.
+Goals with an angle are an exception: then the normals of all patches along the chain count too, and
+the places depend on the models that are meshed together.
 
-A chain of several edges is tried as one straight segment, then cut at the knot in the middle, and
-so on; single edges are halved. All arithmetic is elementwise, in coordinates about the chain's
-first point and in its own direction. So a chain has the same places and points, bit for bit, in
-every model.
+A chain of several edges is cut at the knot in the middle, and again, until each piece may be a
+straight segment; single edges are halved. All arithmetic is elementwise, in coordinates about the
+first point of the chain and in the direction of the chain. So a chain has the same places and
+points, bit for bit, in every model.
 """
 
 from dataclasses import dataclass, replace
@@ -44,23 +44,23 @@ CHUNK = 1 << 18
 """Coordinates of the nets in one block."""
 
 ROUGH = 5
-"""The number of halvings of an edge for its normals, even if they do not help, so that a narrow
-bend does not count as a crease."""
+"""If its normals turn too far, an edge is halved this number of times even if that does not help,
+so that a narrow bend does not count as a crease."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Division:
-    """The vertices of chains: of chain c `start[c]` to `start[c+1]`, both ends among them.
+    """The vertices of chains: those of chain c are `start[c] : start[c+1]`, including both ends.
 
     Attributes
     ----------
     start : ndarray of int, shape (C+1,)
     at : ndarray of int, shape (D,)
-        Places along the chain, rising; an edge is SPAN units long.
+        Places along the chain, in ascending order; an edge is SPAN units long.
     corner : ndarray of int, shape (D,)
-        The corner that the vertex is, or -1 inside an edge.
+        The corner at the vertex, or -1 inside an edge.
     points : ndarray of float64, shape (D, 3)
-        Model coordinates; without meaning at corners.
+        Model coordinates; not valid at corners.
     """
 
     start: Ints
@@ -78,23 +78,12 @@ def divide_chains(
     *,
     normals: SideNormals | None,
 ) -> Division:
-    """Divides every chain into pieces that may be straight.
+    """Divide every chain into pieces that may be straight; other parameters: `divide_border`.
 
     Parameters
     ----------
     faces : int
         Number of faces that have the chains as sides.
-    most : int
-        Number of triangles that are allowed.
-    normals : SideNormals or None
-        Normals that may turn at most by the angle of the goal between two vertices.
-
-    Raises
-    ------
-    InvalidRequest
-        `tolerance_too_small`.
-    TooLarge
-        `too_many_triangles`, as soon as the sides alone need more.
     """
     pieces = SidePieces(faces, most)
     pieces.add(chains.uses)
@@ -114,7 +103,7 @@ def divide_chains(
 
 
 def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints, Ints, FloatArray]:
-    """Chains, places and points of all pieces, in any order."""
+    """The chain, the place and the first point of each piece, in any order."""
     several = curves.start[1:] - curves.start[:-1] > 1
     row = curves.start[:-1][~several]
     cuts, again = np.zeros_like(row), np.zeros(len(row), dtype=bool)
@@ -132,9 +121,10 @@ def _divide_curves(curves: Curves, goal: Goal, pieces: SidePieces) -> tuple[Ints
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _EdgeParts:
-    """M parts of edges (`row`) that begin at the places `at`, all halved `depth` times; their nets.
+    """M parts of edges (`row`) that begin at the places `at`, and their nets.
 
-    `cuts` (M,) is the number of cuts that led to each part; parts marked in `again` must be cut.
+    All are results of `depth` halvings of their edges. `cuts` (M,) is the number of cuts, at knots
+    too, that led to each part; parts marked in `again` must be cut.
     """
 
     row: Ints
@@ -182,10 +172,10 @@ def halve_edges(
         done = (real & ~cut).nonzero()[0]
         straight_parts.append((row[done], at[done], nets[done, 0]))
         last = tree.level[-1]
-        left = last.start + cut[last].nonzero()[0]
+        open_ = last.start + cut[last].nonzero()[0]
         depth = parts.depth + len(tree.level)
-        for begin, end in row_runs(len(left), max(1, block // 2)):
-            rows = left[begin:end]
+        for begin, end in row_runs(len(open_), max(1, block // 2)):
+            rows = open_[begin:end]
             at_both, both = halve_nets(
                 build_halving_tree(len(rows), 2), at[rows], depth - 1, nets[rows]
             )
@@ -201,9 +191,9 @@ def halve_edges(
 def _judge_parts(
     curves: Curves, parts: _EdgeParts, further: Ints, goal: Goal
 ) -> tuple[CutDecision, FloatArray]:
-    """Whether parts of edges, which were halved `further` times more, may be straight.
+    """Which parts of edges must be cut, and bounds (M,) of the rounding of their nets.
 
-    Also returns bounds of the rounding of the nets of each part.
+    `further` (M,) are halvings in addition to `parts.depth`.
     """
     owner, nets, depth = curves.owner[parts.row], parts.nets, parts.depth + further
     slack = curves.slack[owner]

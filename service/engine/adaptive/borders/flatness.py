@@ -31,10 +31,10 @@ OF_NET = 0.95
 narrow triangles along a side shrink towards this net, so they pass once they are narrow enough."""
 
 SHAPELY = (1 / 16, 1 / 2, 1 / 2)
-"""Largest deviation of the net of a chain, as a share of its chord, without a cut, for every
-tolerance; then that of its halves, and of their halves. So a curve that turns back on itself is not
-lost between two vertices; and two chains between the same two corners, as at the end of a wing, do
-not become one segment unless both are nearly straight, turning by some twenty degrees at most."""
+"""Largest deviations of nets, as shares of their chords, for every tolerance: of a chain that was
+not cut, of its halves, and of their halves. So two vertices always show that a curve turns back on
+itself. And two chains between the same two corners, as at the end of a wing, become one segment
+only if both are nearly straight: they turn by at most some twenty degrees."""
 
 RETURNS = 8
 """Number of cuts after which a piece is no longer cut because it ends where it began."""
@@ -44,6 +44,7 @@ CORNERS = 12
 of halvings is enough."""
 
 NEARLY_CLOSED = 2.0**-20
+"""A piece ends where it began if its chord is at most this share of the deviation of its net."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -79,14 +80,15 @@ def decide_cuts(
 ) -> CutDecision:
     """Decide which pieces must be cut.
 
-    A piece is cut if it is too far from its chord (at equal parameters where the goal has two
-    sides) or turns too much; and, in the first few cuts, if its deviation is large for its length.
+    A piece is cut if it is too far from its chord (at equal parameters if the goal has two sides)
+    or turns too much. After fewer than three cuts, it is also cut if its deviation is large for its
+    length.
 
     Why equal parameters are enough for two sides: let D be the vector from the chord to the curve.
-    On a flat strip beside the piece the affine map onto a triangle (a, c, d) differs from that of
-    the chord by the D of its corners. So the net of the difference to the surface, a blossom of D
-    less shares of D(c) and D(d), is at most twice as long as that of D: within the two tolerances
-    that are allowed between mesh and surface.
+    On a flat strip beside the piece, the affine map onto a triangle (a, c, d) differs from the map
+    onto the chord by the D of the corners. So the net of the difference to the surface, a blossom
+    of D less shares of D(c) and D(d), is at most twice as long as the net of D. That is within the
+    two tolerances that are allowed from the mesh to the surface.
 
     Parameters
     ----------
@@ -150,15 +152,15 @@ def _build_error(allowed: float, slack: float, goal: Goal) -> InvalidRequest:
 def cut_at_knots(
     curves: Curves, chains: Ints, goal: Goal, pieces: SidePieces
 ) -> tuple[Ints, Ints, Ints, Bools]:
-    """Chains of several edges cut at the knot in the middle until they may be straight.
+    """Cut chains of several edges at the knot in the middle until the pieces may be straight.
 
     Returns
     -------
     straight : ndarray of int
-        Edges at which straight pieces of several begin.
+        First edges of straight pieces of several edges.
     row, cuts, again : ndarrays of int, int and bool
-        Single edges that remain to be halved, the cuts that led to them, and whether they must be
-        cut in any case.
+        Single edges that remain to be halved, the number of cuts that led to each, and whether each
+        must be cut in any case.
     """
     first, last = curves.start[chains], curves.start[chains + 1]
     cuts, again = np.zeros_like(first), np.zeros(len(first), dtype=bool)
@@ -184,9 +186,9 @@ def cut_at_knots(
 def _judge_runs(
     curves: Curves, first: Ints, last: Ints, cuts: Ints, goal: Goal
 ) -> tuple[CutDecision, FloatArray]:
-    """Whether runs of edges may be straight: the nets of all edges of a run against one chord.
+    """Which runs of edges must be cut, and bounds of the rounding of the nets of each run.
 
-    Also returns bounds of the rounding of the nets of each run.
+    The nets of all edges of a run are compared with one chord.
     """
     count = last - first
     begin = np.cumsum(count) - count

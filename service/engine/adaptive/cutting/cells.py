@@ -1,4 +1,4 @@
-"""Cells, which are boxes of places of a face; leaves, which are cells that need no cut; their nets.
+"""Cells are boxes of places of a face; leaves are cells that need no cut. Nets of cells.
 
 Nets are arrays (p+1, q+1, D, m): the last axis counts cells, and all arithmetic is elementwise, so
 that the bits of the net of a cell do not depend on other cells. D is 3, or 4 if the net is
@@ -20,7 +20,7 @@ from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.bounds.vectors import Columns, Vectors
 
 SHORTEST = 16
-"""Least side of a cell, in units of places: a corner may be lifted by a share of it."""
+"""Least side of a cell, in units of places, so that a corner can be lifted by a share of it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,7 +34,10 @@ class Cells(Columns):
         return len(self.face)
 
     def halve(self, along_v: Bools) -> tuple["Cells", "Cells"]:
-        """First and second halves: v is halved where `along_v`, u elsewhere; at a knot, if any."""
+        """First and second halves: v is halved where `along_v` is true, u elsewhere.
+
+        A cell of several spans is cut at the knot nearest its middle, another cell at its middle.
+        """
         low = np.where(along_v, self.box[2], self.box[0])
         high = np.where(along_v, self.box[3], self.box[1])
         knot = (low // SPAN + high // SPAN) // 2 * SPAN
@@ -51,17 +54,18 @@ class Cells(Columns):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Leaves(Cells):
-    """m cells that are estimated to be near enough to their triangles, or candidates for that.
+    """m cells that are estimated to be near enough to their triangles, or candidates for leaves.
 
-    The triangles of a leaf are two on either side of a diagonal, or a fan: one for each piece of
-    its boundary, with the middle of the leaf as the third corner. A fan has one vertex more. It is
-    nearer to the surface, and it adds no vertex to the leaves beside it, as a cut does.
+    A leaf becomes two triangles on either side of a diagonal, or a fan: one triangle for each piece
+    of its boundary, with the middle of the leaf as the third corner. A fan has one vertex more than
+    two triangles. It is nearer to the surface, and it adds no vertex to the leaves beside it, as a
+    cut does.
 
     Attributes
     ----------
     along_v : ndarray of bool, shape (m,)
-        The direction of a cut, if there is one: v is halved, not u.
-    rising : ndarray of bool, shape (m,)
+        Whether a cut halves v, not u.
+    is_rising : ndarray of bool, shape (m,)
         Whether the diagonal (0, 0)–(1, 1) is better than (1, 0)–(0, 1).
     is_fan : ndarray of bool, shape (m,)
         Whether the triangles are a fan.
@@ -73,7 +77,7 @@ class Leaves(Cells):
     """
 
     along_v: Bools
-    rising: Bools
+    is_rising: Bools
     is_fan: Bools
     form: FloatArray
 
@@ -116,19 +120,20 @@ class Task:
         return self.patch_nets.evaluate_points(self.find_patches_at(face, u, v), *inner)
 
     def estimate_work(self, face: Ints, places: Ints) -> float:
-        """Cost of certifying triangles (m, 3, 2) of places of faces, in multiplications, about."""
+        """Approximate cost of certifying triangles (m, 3, 2) of places, in multiplications."""
         costs = np.array([nets.piece_cost for nets in self.patch_nets.groups], dtype=np.float64)
         costs = costs[self.patch_nets.group[self.faces.first[face]]]
         if int(self.faces.spans.max()) == 1:
             return 1.5 * float(costs.sum())
-        # A triangle has a piece in half of the patches in its box, and along one of its edges.
+        # A triangle has pieces in half of the patches of its box, and in those along one of its
+        # edges.
         first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
         long, wide = np.maximum(last - first, 1).T.astype(np.float64)
         pieces = (long * wide + long + wide) / 2
         return float((pieces * costs).sum())
 
     def find_eyes(self, patch: Ints) -> Vectors | None:
-        """The eye of the goal's view in the coordinates of the nets of these patches."""
+        """The eye (3, m) in the coordinates of the nets of these patches; None without a view."""
         if self.goal.view is None:
             return None
         return self.goal.view.eye[:, np.newaxis] - self.patch_nets.middles.take(patch, axis=1)
@@ -144,15 +149,15 @@ def build_whole_cells(faces: Faces) -> Cells:
 def halve(nets: FloatArray, axis: int, halves: FloatArray) -> None:
     """Write nets over both halves of every cell, divided along u (axis 0) or v (axis 1).
 
-    de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on; the first
-    of each row make the first half, the last ones the second. Powers of two are exact, so sums are
-    halved at the end.
+    This is de Casteljau's algorithm at ½: means of neighbours, means of those means, and so on. The
+    first mean of each row is a point of the first half, the last mean a point of the second half.
+    Sums are multiplied by a power of two at the end, which is exact.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (p+1, q+1, D, m)
     halves : ndarray of float64, shape (p+1, q+1, D, 2, m)
-        The array that they are written to.
+        The array for the result.
     """
     rest, both = nets.swapaxes(0, axis), halves.swapaxes(0, axis)
     first, second, share = both[..., 0, :], both[::-1, ..., 1, :], 1.0
@@ -195,7 +200,7 @@ def project_cells(nets: FloatArray) -> FloatArray:
 def _evaluate_middle(rows: FloatArray) -> FloatArray:
     """Value at ½ along the first axis: Σ binom(n, i) / 2^n P_i."""
     degree = len(rows) - 1
-    if degree > 50:  # A binomial or a sum of them would be rounded.
+    if degree > 50:  # binomials, or sums of binomials, would be rounded
         while len(rows) > 1:
             rows = (rows[:-1] + rows[1:]) * 0.5
         middle: FloatArray = rows[0]
@@ -214,8 +219,8 @@ def _build_binomials(degree: int) -> FloatArray:
 def build_quadratic_matrix(degree: int) -> FloatArray:
     """Matrix (n+1, 3) from values of a quadratic at 0, ½ and 1 to its net of degree n ≥ 2.
 
-    As a net of degree 2 they are x_0, 2 x_½ − ½ (x_0 + x_1), x_1. Point i of the net raised to
-    degree n has the shares (n−i)(n−i−1), 2 i (n−i) and i (i−1), over n (n−1).
+    The net of degree 2 is x_0, 2 x_½ − ½ (x_0 + x_1), x_1. In point i of the net elevated to degree
+    n, these have the shares (n−i)(n−i−1), 2 i (n−i) and i (i−1), divided by n (n−1).
     """
     i = np.arange(degree + 1)[:, np.newaxis]
     shares = np.concatenate(
@@ -228,7 +233,7 @@ def build_quadratic_matrix(degree: int) -> FloatArray:
 
 
 def restrict(nets: Nets, rows: Ints, cells: Cells) -> FloatArray:
-    """Nets of patches, given by their rows, over cells of one span; both degrees at least 2."""
+    """Nets over cells of one span, with degrees of at least 2, from patches in rows of `nets`."""
     low, high = cells.box[::2], cells.box[1::2]
     first = low // SPAN * SPAN
     if (high - low == SPAN).all():

@@ -1,8 +1,8 @@
-"""Estimates whether a cell is near enough to two triangles, and in which direction to cut it.
+"""Estimates whether a cell is near enough to two triangles or to a fan, and how to cut it.
 
 The estimate need not be exact, because the certificate decides. But it must not miss a bend, so it
 uses the whole net, not only samples of the surface: a cell is a biquadratic surface through nine of
-its points plus a remainder, of which all control points count (`planes`).
+its points, plus a remainder whose control points all count (`planes`).
 """
 
 import numpy as np
@@ -26,19 +26,19 @@ from service.engine.bounds.goal import Goal
 from service.engine.bounds.vectors import Vectors, dot, length
 
 REST, OF_FAN = 0.5, 0.95
-"""A cell passes as two triangles if its height plus `REST` of its remainder is at most the allowed
-deviation, and as a fan if it is at most `OF_FAN` of it. Points of the surface are nearer than
-control points, and the certificate, which also uses the neighbours of a triangle, passes most such
-cells. With less `REST`, or more `OF_FAN`, meshes have fewer triangles, but more of them fail the
-certificate."""
+"""A cell passes as two triangles if its height plus `REST` times its remainder is at most the
+allowed deviation, and as a fan if this sum is at most `OF_FAN` times the allowed deviation. Most of
+these cells pass the certificate, because points of the surface are nearer than control points, and
+because the certificate also uses the neighbours of a triangle. With a smaller `REST` or a larger
+`OF_FAN` meshes have fewer triangles, but more of them fail the certificate."""
 
 OF_CURVE = 0.7
 """Share of the tolerance up to which a piece of the border may deviate from its chord; the rest is
-for the surface beside it. So a cell whose side on the border deviates more has vertices there, and
-halving it costs no more vertices than a fan does."""
+for the surface beside it. If the side of a cell on the border deviates more, the border has
+vertices there, and halving the cell costs no more vertices than a fan."""
 
 SKEW = 0.25
-"""Share of a cell's skewness that counts for its longer side in the choice of a direction."""
+"""Share of a cell's skewness that counts for the longer side when a direction is chosen."""
 
 LENGTH = 1e-3
 """Share of the allowed deviation that counts for the longer side; it breaks ties."""
@@ -53,7 +53,7 @@ def estimate_cells(
     scale: Scale | None,
     at_border: Bools,
 ) -> tuple[Bools, Leaves]:
-    """Which of the cells, of one span each, must be cut; and all cells as leaves.
+    """Which cells must be cut, and all cells as leaves; each cell is in one span.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def estimate_cells(
     eye : ndarray of float64, shape (3, m), or None
         The eye of the goal's view, in the coordinates of each net.
     scale : Scale or None
-        Sizes of the cells: small cells are not cut for the sake of their normals. None if the goal
-        bounds no angle.
+        Sizes of the cells, because small cells are not cut for their normals. None if the goal has
+        no angle.
     at_border : ndarray of bool, shape (4, m)
         Whether the sides ab, bc, cd, da of the cells are on the border of the face.
     """
@@ -114,7 +114,10 @@ def estimate_cells(
 def build_forms(
     steps: FloatArray, normal: Vectors, bends: FloatArray, allowed: FloatArray
 ) -> FloatArray:
-    """`Leaves.form` of cells from their `STEPS`, normals, and bends (2, m) along u and v."""
+    """`Leaves.form` of cells, given their steps and normals (`find_planes`).
+
+    `bends` (2, m) are the heights of cells over chords along u and along v.
+    """
     along = (steps[:2] - steps[2:4]) * 0.5
     form = np.empty((7, len(allowed)))
     form[:2], form[2] = dot(along[0], along), dot(along[1], along[1])
@@ -128,17 +131,18 @@ def choose_directions(
 ) -> Bools:
     """Whether to halve v and not u: the direction in which the cell bends more.
 
-    The height of a cell whose corners are not in a plane is halved by a cut in either direction, so
-    a share of it counts for the longer side; so does a small share of the allowed deviation.
+    If the corners of a cell are not in a plane, a cut in either direction halves their height over
+    a plane. So a share of this height counts for the longer side, and a small share of the allowed
+    deviation too.
 
     Parameters
     ----------
     bends, lengths : ndarray of float64, shape (2, m)
-        Along u and along v.
+        Heights over chords, and lengths of cells, along u and along v.
     skew : ndarray of float64, shape (m,)
         (S_00 − S_10 + S_11 − S_01) · n.
     """
-    finite = np.where(allowed < np.inf, allowed, 0.0)  # 0: where no deviation is too large
+    finite = np.where(allowed < np.inf, allowed, 0.0)  # no share of an infinite deviation
     tie = LENGTH * finite + SKEW * np.abs(skew)
     tie /= np.maximum(lengths[0] + lengths[1], np.finfo(float).tiny)
     chosen: Bools = bends[0] + tie * lengths[0] < (bends[1] + tie * lengths[1]) * NEARLY
@@ -146,7 +150,7 @@ def choose_directions(
 
 
 def find_allowed(nets: FloatArray, goal: Goal, eye: Vectors | None) -> FloatArray:
-    """Deviation allowed at the least distance of the box about each net from the eye."""
+    """The deviations (m,) allowed at the least distances of boxes about nets from the eye."""
     if eye is None:
         return np.full(nets.shape[3], goal.tolerance)
     net = project_cells(nets)

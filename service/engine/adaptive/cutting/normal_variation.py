@@ -1,10 +1,10 @@
 """Turns of normals within cells, and whether cutting a cell reduces them.
 
-Where the surface is smooth, normals turn half as far in each half of a small cell. At a fold, a
-cusp or a crease inside a patch, they turn in one of the halves as far as in the cell, even in small
-cells: there no cut helps. So a cell may always be cut while it is a large part of its patch, so
-that a narrow bend does not count as a crease. Smaller cells are cut only if that helps or costs
-little.
+Where the surface is smooth, normals turn half as far in each half of a small cell as in the cell.
+At a fold, a cusp or a crease inside a patch, normals turn in one of the halves as far as in the
+cell, even in small cells, so no cut helps. Therefore small cells are cut only if that helps or
+costs little. Cells that are a large part of their patch may always be cut, because there a narrow
+bend may look like a crease.
 """
 
 from dataclasses import dataclass
@@ -16,27 +16,26 @@ from service.bases.arrays import Bools, FloatArray
 from service.engine.adaptive.cutting.cells import project_cells
 from service.engine.bounds.vectors import Vectors, cross, dot, length
 
-NONE = 1e-7
+TINY = 1e-7
 """Partials have no normal if the sine of their angle is below this (at a pole, or along a cusp), or
-if one of them is shorter than this share of the longest in the cell."""
+if one of them is shorter than this share of the longest partial in the cell."""
 
 ROUGH, WIDE = 1 / 32, 1 / 8
 """A cell may always be cut while it is longer than this share of its patch, `ROUGH` in parameters
-or `WIDE` in space: where weights differ much, the two differ much."""
+or `WIDE` in space. Where weights differ much, its shares in parameters and in space differ much."""
 
 FINEST = 1 / 1024
-"""A cell is not cut for its normals if it is shorter than this in parameters, or if the cut is not
-cheap (`_is_halving_helpful`)."""
+"""A small cell is not cut for its normals if it is shorter than this in parameters."""
 
 GRAIN = 2.0**-16
-"""A cell is not cut for its normals if it is shorter than this share of the patch's size."""
+"""No cell is cut for its normals if it is shorter than this share of the patch's size in space."""
 
 FALLING = 0.8
 """Halving helps if normals turn in each half by at most this share of their turn in the whole."""
 
 CORNERS = ((0, 0), (0, 2), (2, 0), (2, 2))
 
-ONE, OTHER = np.array(
+PAIRS = np.array(
     [
         ((i, j), (k, m))
         for i in range(2)
@@ -68,9 +67,9 @@ class Scale:
 def compare_normals(
     at: FloatArray, angle: float, scale: Scale, nets: FloatArray | None = None
 ) -> tuple[Bools, Bools]:
-    """Which cells must be cut for their normals, and whether to halve v and not u.
+    """Which cells must be cut for their normals, and whether to halve v, not u.
 
-    Normals in nine places are compared in pairs.
+    The normals at nine points are compared in pairs.
 
     Parameters
     ----------
@@ -96,7 +95,7 @@ def compare_normals(
             halves, wholes, scale.shares, longs, wholes[::-1], strict=True
         )
     ]
-    across = _measure_apart(normals[*ONE], normals[*OTHER]).max(axis=0)
+    across = _measure_apart(normals[*PAIRS[0]], normals[*PAIRS[1]]).max(axis=0)
     helps = _measure_apart(normals[::2, ::2], normals[1, 1]).max(axis=(0, 1)) <= FALLING * across
     helps |= (np.maximum(*scale.shares) > ROUGH) | (np.maximum(*longs) > WIDE * scale.size)
     gains = [np.where(own, total, -1.0) for own, total in zip(may, wholes, strict=True)]
@@ -124,8 +123,8 @@ def _is_halving_helpful(
     extent, size : ndarray of float64, shape (m,)
         Lengths of the cells in space, and sizes of their patches.
     alone : ndarray of bool, shape (m,)
-        Whether normals turn little enough in the other direction. Then each halving adds one cell;
-        a fold that is along neither direction needs twice as many cells for every halving.
+        Whether normals turn little enough in the other direction. Then each halving adds one cell.
+        For a fold along neither direction each halving doubles the number of cells.
     """
     half, total = turn
     cheap = ((half <= FALLING * total) | alone) & (share > FINEST)
@@ -136,9 +135,10 @@ def _is_halving_helpful(
 def find_height_limit(angle: float, size: FloatArray, scale: Scale | None = None) -> FloatArray:
     """Heights (m,) above chords of sizes (m,) that prove that normals turn by more than the angle.
 
-    A curve that begins and ends on a chord of length d, and is nowhere steeper against it than α/2,
-    stays below d tan(α/2) / 2. Heights are measured for the whole net of a cell, normals in nine
-    places only, so this limit finds bends between these places. For small cells it is infinite.
+    A curve that begins and ends on a chord of length d, and is nowhere steeper against the chord
+    than α/2, stays below d tan(α/2) / 2. Heights are measured for the whole net of a cell, but
+    normals only at nine points, so this limit finds bends between these points. It is infinite for
+    small cells.
     """
     if angle >= pi:
         return np.full(size.shape, np.inf)
@@ -150,10 +150,10 @@ def find_height_limit(angle: float, size: FloatArray, scale: Scale | None = None
 
 
 def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> FloatArray:
-    """Unit normals of biquadratic surfaces at the nine points that define them; or zero.
+    """Unit normals of biquadratic surfaces at the nine points that define them; 0 for no normal.
 
     With nets, the normals at the corners are those of the nets. A normal that is missing at the end
-    of a line (at a pole) is extrapolated from the other end and the middle.
+    of a line (at a pole) is extrapolated from the other end and the middle of the line.
 
     Parameters
     ----------
@@ -166,13 +166,13 @@ def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> FloatArr
     ndarray of float64, shape (3, 3, 3, m)
     """
     u, v = _find_slopes(at), _find_slopes(at.swapaxes(0, 1)).swapaxes(0, 1)
-    real_u, real_v = (NONE * length(slopes).max(axis=(0, 1)) for slopes in (u, v))
+    real_u, real_v = (TINY * length(slopes).max(axis=(0, 1)) for slopes in (u, v))
     if nets is not None:
         for i, j in CORNERS:
             u[i, j], v[i, j] = _find_legs(nets, i == 2, j == 2)
     normals = cross(u, v)
     size, long_u, long_v = length(normals), length(u), length(v)
-    is_regular = (size > NONE * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
+    is_regular = (size > TINY * long_u * long_v) & (long_u > real_u) & (long_v > real_v)
     normals *= (is_regular / np.where(is_regular, size, 1.0))[:, :, np.newaxis]
     for lines in (normals, normals.swapaxes(0, 1)):
         a, b, c = lines
@@ -186,24 +186,24 @@ def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> FloatArr
 
 
 def find_chord(angle: float) -> float:
-    """Distance of unit vectors at an angle."""
+    """The distance of two unit vectors at this angle; at most 2, as for π."""
     return 2.0 * sin(min(angle, pi) / 2.0)
 
 
 def _measure_apart(a: Vectors, b: Vectors) -> FloatArray:
-    """Distances of unit normals (…, 3, m); 0 where one is missing."""
+    """Distances of unit normals (…, 3, m); 0 where a normal is missing."""
     missing = (dot(a, a) == 0.0) | (dot(b, b) == 0.0)
     return np.where(missing, 0.0, length(a - b))
 
 
 def _find_slopes(at: FloatArray) -> FloatArray:
-    """Derivatives at 0, ½ and 1, axis 0, of quadratic curves through three points, axis 0."""
+    """Derivatives (axis 0) at 0, ½ and 1 of quadratic curves, given their points (axis 0) there."""
     a, b, c = at
     return np.array([4.0 * b - 3.0 * a - c, c - a, a + 3.0 * c - 4.0 * b])
 
 
 def _find_legs(nets: FloatArray, far_u: bool, far_v: bool) -> tuple[Vectors, Vectors]:
-    """Directions of the partials at a corner of nets (p+1, q+1, D, m)."""
+    """Vectors along both partials at a corner of nets (p+1, q+1, D, m)."""
     p, q = len(nets) - 1, nets.shape[1] - 1
     rows, columns = (p, p - 1) if far_u else (0, 1), (q, q - 1) if far_v else (0, 1)
     near = project_cells(nets[np.ix_(rows, columns)])

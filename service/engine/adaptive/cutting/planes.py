@@ -1,7 +1,8 @@
-"""The triangles that may replace a cell, and heights of its nine points over them.
+"""Heights of cells over the triangles that may replace them.
 
-A cell is replaced by two triangles, on either side of one of its diagonals. Their heights are those
-of a biquadratic surface through nine points of the cell, and those of the control points over it.
+A cell is replaced by two triangles, on either side of one of its diagonals, or by a fan of four
+triangles around its middle. The heights are those of a biquadratic surface through nine points of
+the cell over the triangles, and those of the control points over this surface.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.cutting.cells import build_quadratic_matrix
 from service.engine.bounds.distance import maximize_both_ways
-from service.engine.bounds.vectors import Vectors, cross, dot, length
+from service.engine.bounds.vectors import BEFORE, NEXT, Vectors, cross, dot, length
 
 THIN = 1e-9
 """A triangle has no plane if its area is below this share of its longest side's square."""
@@ -20,54 +21,55 @@ NEARLY = 1.0 - 1e-9
 """The least ratio of numbers that count as equal, so that rounding does not decide between the two
 sides of a symmetric cell."""
 
-# Nine points of a cell are counted 3 i + j for S(i/2, j/2): the corners are a, b, c, d =
-# 0, 6, 8, 2, counter-clockwise; 3, 7, 5, 1 are the middles of ab, bc, cd, da, and 4 is that of the
-# cell.
+# The nine points of a cell have the numbers 3 i + j for S(i/2, j/2). The corners a, b, c, d,
+# counter-clockwise, are 0, 6, 8, 2; the middles of ab, bc, cd, da are 3, 7, 5, 1; the middle of the
+# cell is 4.
 STEPS = np.array([[6, 8, 2, 0, 8, 2], [0, 6, 8, 2, 0, 6]])
-"""Ends and beginnings of ab, bc, cd, da, ac, bd."""
+"""The points at the ends (first row) and at the beginnings of the steps ab, bc, cd, da, ac, bd."""
 
 FACTORS = 3 * np.array([[0, 3, 3, 1, 4], [4, 4, 0, 5, 5]])[..., np.newaxis]
-"""Numbers of the two steps whose vector products are the normals of abc, acd, abd, bcd, and of the
-cell, times 3."""
+"""The first and the second factors of the vector products that are the normals of abc, acd, abd,
+bcd, and of the cell: numbers of steps, times 3 coordinates."""
 
-CYCLES = FACTORS + np.array([1, 2, 0]), FACTORS + np.array([2, 0, 1])
-"""Rows of coordinates in a vector product: (first factors, second factors)."""
+CYCLES = FACTORS + NEXT, FACTORS + BEFORE
+"""Rows of the coordinates that are multiplied in these vector products."""
 
 TRIANGLE_SIDES = np.array([[0, 1, 4], [2, 3, 4], [0, 3, 5], [1, 2, 5]])
 """The steps that are the sides of abc, acd, abd, bcd."""
 
 HALFWAY = np.array([[3, 4, 3, 7], [7, 5, 4, 5], [4, 1, 1, 4]])
-"""The points at the middles of these sides: of first sides, second sides, third sides."""
+"""The points at the middles of these sides; row k has side k of all four triangles."""
 
 TRIANGLE_CORNERS = np.array([0, 0, 6, 6])
 """A corner of each of these triangles, from which heights are measured."""
 
 BENDS = np.array([[3, 7, 5, 1, 4, 4], [0, 6, 8, 2, 1, 3], [6, 8, 2, 0, 7, 5]])
-"""First row: middles of ab, bc, cd, da, and two times that of the cell. Below each of them, both
-ends of a line through it."""
+"""Columns: the middle and both ends of the lines ab, bc, cd, da, and of the lines along u and along
+v through the middle of the cell."""
 
 FAN_CORNERS = np.array([[0, 6, 8, 2], [6, 8, 2, 0]])
-"""Both ends of ab, bc, cd, da, the sides of the triangles of a fan."""
+"""Both ends of ab, bc, cd, da, on which the triangles of a fan stand."""
 
 OPPOSITE, AFTER_CORNER = np.array([2, 3, 0, 1]), np.array([1, 2, 3, 0])
 """For each of four corners the opposite one, and the next one."""
 
 NO_DIFFERENCE = np.zeros(1, dtype=np.intp)
+"""`Planes.worse` if all triangles have an area."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Planes:
-    """Unit normals of the two triangles under and over either diagonal of cells.
+    """Unit normals of the two triangles on either side of each diagonal of m cells.
 
     Attributes
     ----------
     normals : ndarray of float64, shape (4, 3, m)
-        Two for the rising diagonal, two for the falling one. A triangle without area has the normal
-        of the other triangle, which replaces it.
+        Two for the rising diagonal ac, then two for the falling diagonal bd. A triangle without
+        area has the normal of the other triangle of the pair.
     flat : ndarray of bool, shape (m,)
-        Cells of which no triangle has an area.
+        Whether no triangle of the cell has an area.
     worse : ndarray of int, shape (m,) or (1,)
-        Triangles without area at the rising diagonal, less those at the falling one.
+        Number of triangles without area at the rising diagonal, less the number at the falling one.
     """
 
     normals: FloatArray
@@ -84,9 +86,9 @@ def find_planes(at: FloatArray) -> tuple[Planes, Vectors, FloatArray, FloatArray
     normal : ndarray of float64, shape (3, m)
         Unit normals of the cells, orthogonal to both diagonals; or zero.
     steps : ndarray of float64, shape (6, 3, m)
-        See `STEPS`.
+        The vectors of `STEPS`.
     squares : ndarray of float64, shape (6, m)
-        The squares of their lengths.
+        The squares of the lengths of these vectors.
     """
     steps = at.take(STEPS[0], axis=0)
     steps -= at.take(STEPS[1], axis=0)
@@ -115,12 +117,14 @@ def measure_heights(
     Returns
     -------
     over : ndarray of float64, shape (2, m)
-        Over the triangles of the rising diagonal, and of the falling one.
+        Largest heights over the triangles of the rising diagonal, and over those of the falling
+        one.
     signed : ndarray of float64, shape (6, m)
-        Heights of `BENDS` over the middles of their lines, along the normal of the cell.
+        Heights of the middles of `BENDS` over the middles of the chords, along the normal of the
+        cell.
     bends : ndarray of float64, shape (6, m)
-        These heights; but distances where a cell has no plane, and absolute values of at least half
-        the distance if the goal has two sides.
+        The same heights; but distances if a cell has no plane, and the larger of the absolute
+        height and half the distance if the goal has two sides.
     """
     difference = at.take(HALFWAY, axis=0)
     difference -= at.take(TRIANGLE_CORNERS, axis=0)
@@ -132,29 +136,29 @@ def measure_heights(
     bends += at.take(BENDS[0], axis=0)
     signed = heights = dot(bends, normal)
     if two_sided or planes.flat.any():
-        stray = np.sqrt(dot(bends, bends))
+        distances = np.sqrt(dot(bends, bends))
         across = at[4] - (at[[0, 6]] + at[[8, 2]]) * 0.5
-        wide = np.maximum(stray[:4].max(axis=0), np.sqrt(dot(across, across)))
-        over = np.where(planes.flat, wide, over)
-        heights = np.where(planes.flat, stray, heights)
+        largest = np.maximum(distances[:4].max(axis=0), np.sqrt(dot(across, across)))
+        over = np.where(planes.flat, largest, over)
+        heights = np.where(planes.flat, distances, heights)
         if two_sided:
-            over = np.maximum(over, wide * 0.5)
-            heights = np.maximum(np.abs(heights), stray * 0.5)
+            over = np.maximum(over, largest * 0.5)
+            heights = np.maximum(np.abs(heights), distances * 0.5)
     return over, signed, heights
 
 
 def measure_fans(at: FloatArray, two_sided: bool) -> FloatArray:
     """Largest heights (m,) of cells over fans: four triangles between a side and the middle.
 
-    Along a diagonal of a quadratic cell, half-way between a corner and the middle, the height over
-    the chord from the corner to the middle is 1/4 of that of the middle over the diagonal.
+    The spokes of a fan are the lines from its middle to the corners. Half-way along a spoke of a
+    quadratic cell, the height over the spoke is 1/4 of the height of the middle over the diagonal.
 
     Parameters
     ----------
     at : ndarray of float64, shape (9, 3, m)
         Nine points of each cell.
     two_sided : bool
-        Whether half of each distance at equal parameters counts, too.
+        Whether half of each distance at equal parameters counts too.
     """
     corners, after, middle = at.take(FAN_CORNERS[0], axis=0), at.take(FAN_CORNERS[1], axis=0), at[4]
     normals = cross(after - corners, middle - corners)
@@ -169,7 +173,7 @@ def measure_fans(at: FloatArray, two_sided: bool) -> FloatArray:
 
 
 def maximize_heights(m: FloatArray) -> FloatArray:
-    """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m has shape (3, …)."""
+    """Largest |4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0)| on a triangle; m is (3, …)."""
     highs: FloatArray = np.maximum(*maximize_both_ways(m))
     return highs
 
@@ -177,19 +181,19 @@ def maximize_heights(m: FloatArray) -> FloatArray:
 def measure_remainder(
     net: FloatArray, at: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool
 ) -> FloatArray:
-    """The largest height (m,) of a control point of a net less its biquadratic part.
+    """The largest heights (m,) of control points of nets less their biquadratic parts.
 
     Parameters
     ----------
     net : ndarray of float64, shape (p+1, q+1, 3, m)
     at : ndarray of float64, shape (3, 3, 3, m)
-        Nine points of each.
+        Nine points of each cell.
     normals : ndarray of float64, shape (2, 3, m)
         Normals of both triangles.
     flat : ndarray of bool, shape (m,)
-        Cells without normals, of which lengths count instead of heights.
+        Cells without normals, for which lengths count instead of heights.
     two_sided : bool
-        Whether half of each length counts, too.
+        Whether half of each length counts too.
     """
     normals = normals[:, np.newaxis, np.newaxis]
     heights: FloatArray
@@ -197,16 +201,17 @@ def measure_remainder(
         np.abs(_subtract_biquadratic(dot(net, normals), dot(at, normals))), axis=(0, 1, 2)
     )
     if flat.any() or two_sided:
-        left = _subtract_biquadratic(
+        rest = _subtract_biquadratic(
             net.swapaxes(0, 2).swapaxes(1, 2), at.swapaxes(0, 2).swapaxes(1, 2)
         )
-        stray = np.sqrt(np.add.reduce(left * left, axis=0).max(axis=(0, 1)))
-        heights = np.where(flat, stray, np.maximum(heights, stray * (0.5 if two_sided else 0.0)))
+        lengths = np.sqrt(np.add.reduce(rest * rest, axis=0).max(axis=(0, 1)))
+        share = 0.5 if two_sided else 0.0
+        heights = np.where(flat, lengths, np.maximum(heights, lengths * share))
     return heights
 
 
 def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bool) -> FloatArray:
-    """Heights of nets over chords along u, and along v, by second differences: (2, m).
+    """Bounds (2, m) of the heights of nets over chords along u and along v, by second differences.
 
     The arguments are those of `measure_remainder`.
     """
@@ -218,8 +223,8 @@ def measure_sag(net: FloatArray, normals: FloatArray, flat: Bools, two_sided: bo
         bend = step[1:] - step[:-1]
         size = np.abs(dot(bend, normals[:, np.newaxis, np.newaxis])).max(axis=(0, 1, 2))
         if flat.any() or two_sided:
-            stray = np.sqrt(dot(bend, bend).max(axis=(0, 1)))
-            size = np.where(flat, stray, np.maximum(size, stray * (0.5 if two_sided else 0.0)))
+            lengths = np.sqrt(dot(bend, bend).max(axis=(0, 1)))
+            size = np.where(flat, lengths, np.maximum(size, lengths * (0.5 if two_sided else 0.0)))
         sag[axis] = size * (degree * (degree - 1) / 8)
     return sag
 
@@ -230,7 +235,7 @@ def _subtract_biquadratic(values: FloatArray, at: FloatArray) -> FloatArray:
     row = along_u[:, 0, np.newaxis] * at[:, np.newaxis, 0]
     row += along_u[:, 1, np.newaxis] * at[:, np.newaxis, 1]
     row += along_u[:, 2, np.newaxis] * at[:, np.newaxis, 2]
-    left = values - along_v[:, 0] * row[:, :, np.newaxis, 0]
-    left -= along_v[:, 1] * row[:, :, np.newaxis, 1]
-    left -= along_v[:, 2] * row[:, :, np.newaxis, 2]
-    return left
+    rest = values - along_v[:, 0] * row[:, :, np.newaxis, 0]
+    rest -= along_v[:, 1] * row[:, :, np.newaxis, 1]
+    rest -= along_v[:, 2] * row[:, :, np.newaxis, 2]
+    return rest

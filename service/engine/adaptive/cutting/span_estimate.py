@@ -33,7 +33,7 @@ from service.engine.bounds.vectors import Vectors, dot, length
 
 
 def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
-    """Which of the cells, of several spans each, must be cut, and the leaves for all cells."""
+    """Which cells must be cut, and all cells as leaves; each cell has several spans."""
     pieces, goal = split_cells(cells), task.goal
     one_span, cell = pieces.as_cells, pieces.cell
     patch = task.find_patches(one_span)
@@ -49,31 +49,31 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     if goal.angle < np.pi:
         size = np.sqrt(np.maximum(squares[4], squares[5]))
         allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
-    stray = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
+    distance_share = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
     box, size = cells.box.take(cell, axis=1), cells.box[1::2] - cells.box[::2]
     low, high = ((one_span.box[k::2] - box[::2]) / size.take(cell, axis=1) for k in (0, 1))
     places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
-    triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, stray)
+    triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, distance_share)
     around = np.repeat(places[0], 3, axis=0), np.tile(places[1], (3, 1))
     heights = pieces.find_largest(triangles.measure_heights(at, around, cell))
-    rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
-    best = np.where(rising, heights[0], heights[1])
+    is_rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
+    best = np.where(is_rising, heights[0], heights[1])
     fails = best > allowed
     if goal.angle < np.pi:
         fails |= _find_turning(pieces, at, normal, goal.angle)
 
     bends, lengths = _measure_bends(triangles, pieces, at, places[:, 1], normal)
     if not fails.all():
-        chosen = np.where(rising, planes.normals[:2], planes.normals[2:])
-        left = _measure_remainders(task, pieces, (points, planes.flat), chosen, ~fails)
-        worse = ~fails & (best + left[0] > allowed)
-        fails |= worse
-        bends = np.where(worse, left[1:], bends)
+        chosen = np.where(is_rising, planes.normals[:2], planes.normals[2:])
+        rest = _measure_remainders(task, pieces, (points, planes.flat), chosen, ~fails)
+        fails_by_rest = ~fails & (best + rest[0] > allowed)
+        fails |= fails_by_rest
+        bends = np.where(fails_by_rest, rest[1:], bends)
     form = build_forms(steps, normal, bends, allowed)
     along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
     is_fan = np.zeros(len(cells), dtype=bool)
-    return fails, Leaves(cells.face, cells.box, along_v, rising, is_fan, form)
+    return fails, Leaves(cells.face, cells.box, along_v, is_rising, is_fan, form)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,16 +83,16 @@ class _CellTriangles:
     Attributes
     ----------
     corner : ndarray of float64, shape (4, 3, m)
-        a, b, c, d.
+        The corners a, b, c, d.
     planes : Planes
-    stray : ndarray of float64, shape (m,)
-        Factor of the distance between points of equal parameters: the largest of a height and
-        this product counts. 1 for cells without planes, ½ if the goal has two sides, otherwise 0.
+    distance_share : ndarray of float64, shape (m,)
+        1 for cells without planes, ½ for other cells if the goal has two sides, otherwise 0. The
+        larger of a height and this share of the distance at equal parameters counts.
     """
 
     corner: FloatArray
     planes: Planes
-    stray: FloatArray
+    distance_share: FloatArray
 
     def measure_heights(
         self, points: FloatArray, places: tuple[FloatArray, FloatArray], cell: Ints
@@ -110,22 +110,22 @@ class _CellTriangles:
         under = self.planes.normals.take(cell, axis=-1)
         a, b, c, d = self.corner.take(cell, axis=-1)
         heights = np.empty((2, len(cell)))
-        stray = self.stray[cell]
+        share = self.distance_share[cell]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
             difference = points - from_
             one, two = dot(difference, under[2 * way]), dot(difference, under[2 * way + 1])
             high = np.abs(np.where(below, one, two))
-            if stray.any():
-                # The points of the triangles that have the same parameters.
+            if share.any():
+                # The points of the triangles at the same parameters.
                 s, t = x[:, np.newaxis], y[:, np.newaxis]
                 if from_ is a:
                     lower, upper = a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d)
                 else:
                     lower = a + s * (b - a) + t * (d - a)
                     upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
-                gone = points - np.where(below[:, np.newaxis], lower, upper)
-                distance = stray * np.sqrt(dot(gone, gone))
-                high = np.maximum(np.where(stray == 1.0, 0.0, high), distance)
+                offset = points - np.where(below[:, np.newaxis], lower, upper)
+                distance = share * np.sqrt(dot(offset, offset))
+                high = np.maximum(np.where(share == 1.0, 0.0, high), distance)
             heights[way] = high.max(axis=0)
         return heights
 
@@ -137,28 +137,29 @@ def _measure_bends(
     middle: FloatArray,
     normal: Vectors,
 ) -> tuple[FloatArray, FloatArray]:
-    """Heights (2, m) of middles of pieces over chords of cells along u and v; lengths of chords.
+    """Largest heights of middles of pieces over chords, and largest lengths of chords: (2, m) each.
 
-    The chords join the middles of the outer sides of the first and last pieces of a line;
-    `middle` (2, N) is the share of the chord at which the middle of each piece is.
+    Rows are for u and for v. A chord joins the middles of the outer sides of the first and the last
+    piece of a line of pieces; `middle` (2, N) is the share of the chord at which the middle of each
+    piece is.
     """
-    stray = triangles.stray[pieces.cell]
+    share = triangles.distance_share[pieces.cell]
     bends, lengths = np.empty((2, 2, len(pieces.start)))
     for axis, (first, last) in enumerate(pieces.find_line_ends()):
         begin = at[(1, 3)[axis]][:, first]
         chord = at[(7, 5)[axis]][:, last] - begin
         difference = at[4] - (begin + middle[axis] * chord)
         height = np.abs(dot(difference, normal[:, pieces.cell]))
-        if stray.any():
-            height = np.maximum(height, stray * length(difference))
+        if share.any():
+            height = np.maximum(height, share * length(difference))
         bends[axis], lengths[axis] = pieces.find_largest(height), pieces.find_largest(length(chord))
     return bends, lengths
 
 
 def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: float) -> Bools:
-    """Cells with a normal in a piece that is more than half the angle from the cell's normal.
+    """Which cells have a normal that differs by more than half the angle from the cell's normal.
 
-    In all other cells no two normals are further apart than the angle.
+    In all other cells no two normals differ by more than the angle.
     """
     normals = estimate_normals(at.reshape(3, 3, 3, -1))
     distances = np.where(
@@ -169,7 +170,7 @@ def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: fl
 
 
 def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:
-    """Deviation (m,) allowed at the piece of each cell that is nearest to the eye."""
+    """The deviations (m,) allowed at the piece of each cell that is nearest to the eye."""
     if task.goal.view is None:
         return np.full(len(pieces.unsplit), task.goal.tolerance)
     allowed = np.empty(len(pieces.cell))
@@ -195,7 +196,7 @@ def _measure_remainders(
     normals : ndarray of float64, shape (2, 3, m)
         Normals of the triangles of cells.
     cells : ndarray of bool, shape (m,)
-        Cells to be measured; the values of others are 0.
+        Marks cells to be measured; the values of other cells are 0.
     """
     (points, flat), two_sided = nine_points, task.goal.two_sided
     values = np.zeros((3, len(pieces.cell)))

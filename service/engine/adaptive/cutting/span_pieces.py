@@ -16,7 +16,9 @@ BLOCK = 1 << 14
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpanPieces:
-    """N pieces of m cells: the intersections of cells with their spans, cell after cell, v fastest.
+    """N pieces of m cells: the intersections of cells with their spans.
+
+    Pieces are sorted by cells, then by spans; the span along v varies fastest.
 
     Attributes
     ----------
@@ -41,7 +43,10 @@ class SpanPieces:
         return largest
 
     def find_line_ends(self) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
-        """The first and last pieces (N,) of the line along u, and of the line along v, of each."""
+        """The first and the last piece (N,) of the line of pieces through each piece.
+
+        The first pair is for lines along u, the second pair for lines along v.
+        """
         number = np.arange(len(self.cell)) - self.start[self.cell]
         width = self.width[self.cell]
         across = number % width
@@ -83,7 +88,7 @@ def split_cells(cells: Cells) -> SpanPieces:
 
 
 def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArray, Ints]]:
-    """Nets of the pieces in these rows, block by block of each group, and the rows of each."""
+    """Nets of the pieces in these rows, in blocks, with the rows of each block."""
     patch = task.find_patches(cells)
     for nets, selected in task.patch_nets.split_by_group(patch[rows]):
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
@@ -95,7 +100,7 @@ def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArra
 
 
 class NinePoints:
-    """Nine points of pieces; those of whole spans are computed once and cached."""
+    """Nine points of pieces; the points of whole spans are cached."""
 
     def __init__(self, task: Task) -> None:
         self.task = task

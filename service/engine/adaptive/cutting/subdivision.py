@@ -1,8 +1,7 @@
-"""Faces cut into cells, until each cell is near enough to two triangles.
+"""Faces cut into cells, until each cell is near enough to two triangles or to a fan.
 
-A cell is a box of places of a face. It is cut at the middle; where it spans several patches, at
-the knot nearest the middle, so that flat neighbouring patches stay one cell. The division of a cell
-depends on that cell alone.
+A cell is a box of places of a face (`Cells.halve` cuts it). Flat neighbouring patches stay one
+cell. The division of a cell depends on that cell alone.
 
 A cell of several spans is estimated by the nets of all of its spans (`span_estimate`). So a level
 of cells costs as much as its spans do, and no bend between the corners of spans is missed.
@@ -27,12 +26,12 @@ BLOCK = 1 << 18
 """Numbers in the nets of one block, approximately."""
 
 OVERHEAD = 20
-"""Multiplications for every number of a net, in addition to those of halving."""
+"""Multiplications for every number of a net, in addition to halving."""
 
 AHEAD = 1 << 13
 """Numbers in the nets of cells and their halves up to which these are estimated in one step."""
 
-TURNS = 2500
+NORMALS = 2500
 """Multiplications to compare the normals of one cell."""
 
 
@@ -63,7 +62,7 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
         start = Cells.concatenate([start.take(~several), *rest])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets, ahead)
-    every = Leaves.concatenate(leaves or [_NONE])
+    every = Leaves.concatenate(leaves or [_NO_LEAVES])
     return every.take(np.lexsort((every.box[2], every.box[0], every.face)))
 
 
@@ -83,8 +82,8 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
         fails, candidates = estimate_span_cells(task, cells, nine_points)
         leaves.append(candidates.take(~fails))
         cut = cells.take(fails)
-        # A very thin cell is cut in its longer direction, at knots: along a crease its normals
-        # turn however thin it is. Then its spans are estimated one by one.
+        # A very thin cell is cut in its longer direction, at knots, because along a crease its
+        # normals turn however thin it is. Then its spans are estimated one by one.
         thin = cut.box[1::2] - cut.box[::2] <= SPAN * FINEST
         along_v = np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails])
         halves = Cells.concatenate([*cut.halve(along_v)])
@@ -100,7 +99,7 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
     degrees = max(nets.degree[0], 2), max(nets.degree[1], 2)
     numbers = (degrees[0] + 1) * (degrees[1] + 1) * nets.values.shape[2]
     block = max(16, BLOCK // numbers)
-    angles = task.goal.angle < np.pi
+    has_angle = task.goal.angle < np.pi
     patches = task.find_patches(start)
     waiting: list[_Level] = [
         (start.take(rows), patches[rows], None)
@@ -121,10 +120,10 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
             patch = np.concatenate([part[1] for part in parts])
             net = np.concatenate([part[2] for part in parts], axis=3)
         cells, patch, net, sizes = _add_halves(cells, patch, net, ahead)
-        turns = TURNS * len(cells) if angles else 0
-        task.limits.spend(net.size * (sum(degrees) + OVERHEAD) + turns)
+        work = net.size * (sum(degrees) + OVERHEAD)
+        task.limits.spend(work + NORMALS * len(cells) if has_angle else work)
         shares = (cells.box[1::2] - cells.box[::2]) / SPAN
-        scale = Scale(shares, task.patch_nets.sizes[patch]) if angles else None
+        scale = Scale(shares, task.patch_nets.sizes[patch]) if has_angle else None
         fails, candidates = estimate_cells(
             *(cells, net, task.goal),
             eye=task.find_eyes(patch),
@@ -147,23 +146,21 @@ def _divide_single_spans(task: Task, start: Cells, nets: Nets, ahead: int) -> It
 
 def _choose_leaves(is_failing: Bools, along_v: Bools, sizes: list[int]) -> tuple[Ints, Ints]:
     """Rows of the leaves, and of the cells to be cut, among cells and their halves by levels."""
-    leaves, begin = [], 0
-    level = np.arange(sizes[0])
+    leaves, level = [], np.arange(sizes[0])
     for size in sizes:
         fails = is_failing[level]
         leaves.append(level[~fails])
         cut = level[fails]
-        # Behind a level come its halves across u, first ones and second ones, and those across v.
+        # The order of halves is that of `_add_halves`.
         half = cut + size * (1 + 2 * along_v[cut])
         level = np.concatenate([half, half + size])
-        begin += size
     return np.concatenate(leaves), cut
 
 
 def _halve_cells(
     cells: Leaves, patch: Ints, net: FloatArray, cut: Ints
 ) -> tuple[Cells, Ints, FloatArray]:
-    """Halves of some cells: first those across u, then those across v."""
+    """Halves of some cells: first of cells whose u is halved, then of cells whose v is halved."""
     cut = cut[cells.along_v[cut].argsort(kind="stable")]
     along_v, count = cells.along_v[cut], len(cut)
     halves_nets = np.empty((*net.shape[:3], 2 * count))
@@ -179,11 +176,11 @@ def _halve_cells(
 def _add_halves(
     cells: Cells, patch: Ints, net: FloatArray, ahead: int
 ) -> tuple[Cells, Ints, FloatArray, list[int]]:
-    """Cells, followed level by level by all their halves; and the sizes of the levels.
+    """Cells, followed level by level by all their halves, and the sizes of the levels.
 
-    A step takes as long for a hundred cells as for one, so several levels are estimated at once, if
-    their nets have at most `ahead` numbers.
-    The halves of a level are first and second ones across u, then across v.
+    A step takes as long for a hundred cells as for one. So several levels are estimated at once, if
+    their nets have at most `ahead` numbers. After a level come the first halves along u, the second
+    halves along u, and those along v.
     """
     sizes, box, total = [len(cells)], cells.box, len(cells)
     short = int((box[1::2] - box[::2]).min(initial=SPAN))
@@ -209,7 +206,7 @@ def _add_halves(
     return Cells(cells.face[number], boxes), patch[number], halves_nets, sizes
 
 
-_NONE = Leaves(
+_NO_LEAVES = Leaves(
     np.empty(0, dtype=np.intp),
     np.empty((4, 0), dtype=np.intp),
     np.zeros(0, dtype=bool),

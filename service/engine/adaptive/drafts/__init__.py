@@ -1,1 +1,1 @@
-"""A mesh that is being refined: leaves, their polygons, samples, triangles and hosts."""
+"""A draft, which is a mesh during refinement: leaves, their polygons, samples and triangles."""

@@ -1,11 +1,11 @@
 """The boundaries of leaves: the polygon of each, through all vertices around it.
 
-Leaves are cut freely, but the border is fixed. A leaf may have a corner on a side of its face where
-the border has no vertex: such a corner is lifted, straight into the face, by a share of the least
-height of the leaves that touch that segment [a, b] of the border. All corners on one segment are
-lifted equally, and by less than the height of any leaf there. So every leaf is still a convex
-polygon, through all vertices on its boundary, and between a, b and the lifted corners c1 … ck there
-is a strip: a trapezoid, or a triangle if k = 1.
+Leaves may be cut at any place, but the vertices of the border are fixed. A leaf may have a corner
+inside a segment [a, b] of the border, where the border has no vertex. This corner is lifted: moved
+into the face, at a right angle to the side, by a share of the least height of the leaves that touch
+the segment. All corners on one segment are lifted equally, and by less than the height of any leaf
+there. So every leaf is still a convex polygon, through all vertices on its boundary. Between a, b
+and the lifted corners c1 … ck there is a strip: a trapezoid, or a triangle if k = 1.
 
 On a side that is one point all corners are that vertex, at different places.
 """
@@ -39,67 +39,62 @@ class CellBoundaries:
     Attributes
     ----------
     face, u, v, vertex : ndarray of int, shape (N,)
-        Samples, in the order of face, u, v. Vertices of the border first, then the others.
-    vertices : int
-        Number of vertices.
+        Samples, in the order of face, u, v. The numbers of vertices begin with those of the border.
     start : ndarray of int, shape (L+1,)
         Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the one
         nearest to (0, 0); the last sample of a fan is its middle.
     corner : ndarray of int
-    plain : ndarray of bool, shape (L,)
-        Leaves that are no fan and whose polygon has only their four corners.
+    is_plain : ndarray of bool, shape (L,)
+        Whether a leaf is not a fan and its polygon has only four corners.
     segment : ndarray of int, shape (K,)
-        Entry of the border at which the segment of each lifted corner begins, rising.
+        Entry of the border at which the segment of each lifted corner begins, in ascending order.
     lifted : ndarray of int, shape (K,)
-        The lifted corners, along their sides.
+        Samples at the lifted corners, in the order of places along their sides.
     ends : ndarray of int, shape (2, K)
-        The ends a and b of the segment of each.
-    polar : ndarray of bool, shape (2, K)
+        Samples at the ends a and b of the segment of each lifted corner.
+    is_polar : ndarray of bool, shape (2, K)
         Whether the end belongs to a side that is one point.
-    turned : ndarray of bool, shape (K,)
-        Whether (a, b, c), not (a, c, b), is counter-clockwise.
+    turns_left : ndarray of bool, shape (K,)
+        Whether (a, b, c) is counter-clockwise, for the lifted corner c.
     entry : ndarray of int, shape (M,)
         The sample of each entry of the border.
     touching : ndarray of int, shape (2, E)
-        Segments of the border, and leaves that have a corner inside them or at one of their ends.
+        Pairs of a segment of the border and a leaf with a corner inside it or at one of its ends.
     """
 
     face: Ints
     u: Ints
     v: Ints
     vertex: Ints
-    vertices: int
     start: Ints
     corner: Ints
-    plain: Bools
+    is_plain: Bools
     segment: Ints
     lifted: Ints
     ends: Ints
-    polar: Bools
-    turned: Bools
+    is_polar: Bools
+    turns_left: Bools
     entry: Ints
     touching: Ints
 
 
-def trace_boundaries(
-    border_places: BorderPlaces, leaves: Leaves, flattened: Ints
-) -> CellBoundaries:
+def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints) -> CellBoundaries:
     """The boundaries of leaves that cover faces, or a part of them, without overlap.
 
     Parameters
     ----------
-    flattened : ndarray of int, shape (M,)
-        Number of halvings of the strip over the segment after each entry of the border.
+    halvings : ndarray of int, shape (M,)
+        Number of halvings of the height of the strip after each entry of the border.
     """
     count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
     places, vertex = leaves.box[CORNER_ROWS], np.full((4, count), -1)
-    corner, number, segment, touching = _lift(border_places, leaves, flattened, (places, vertex))
+    corner, number, segment, touching = _lift(border_places, leaves, halvings, (places, vertex))
     u0, u1, v0, v1 = leaves.box.take(fan, axis=1)
     face = np.concatenate([*[leaves.face] * 4, border_places.side // 4, leaves.face[fan]])
     u = np.concatenate([places[0].ravel(), border_places.u, (u0 + u1) // 2])
     v = np.concatenate([places[1].ravel(), border_places.v, (v0 + v1) // 2])
     del places
-    # Lines of all faces get different numbers, which are then replaced by their ranks.
+    # Lines of all faces get different numbers, which are replaced by their ranks.
     low_u, low_v = border_places.low
     lines_u, rank_u = _rank(low_u[face] + u)
     lines_v, rank_v = _rank(low_v[face] + v)
@@ -135,8 +130,8 @@ def trace_boundaries(
         middle,
     ]
     start, corners = _chain_polygons(np.array(runs), order)
-    plain = start[1:] - start[:-1] == 4
-    plain[number] = False
+    is_plain = start[1:] - start[:-1] == 4
+    is_plain[number] = False
     # Neighbouring leaves may share a lifted corner.
     pairs = segment * len(first) + lifted
     pairs = pairs[unique_values(pairs)[0]]
@@ -147,14 +142,13 @@ def trace_boundaries(
         u,
         v,
         point_number,
-        len(border.points) + len(fresh),
         start,
         corners,
-        plain,
+        is_plain,
         segment,
         lift,
         entry[ends],
-        border_places.pole[border.vertex[ends]],
+        border_places.is_pole[border.vertex[ends]],
         (s == 1) | (s == 2),
         entry,
         touching,
@@ -162,26 +156,26 @@ def trace_boundaries(
 
 
 def _rank(values: Ints) -> tuple[Ints, Ints]:
-    """Distinct values, rising, and the rank of each value."""
+    """Distinct values in ascending order, and the rank of each value."""
     first, number = unique_values(values)
     return values[first], number
 
 
 def _lift(
-    border_places: BorderPlaces, cells: Cells, flattened: Ints, corners: tuple[Ints, Ints]
+    border_places: BorderPlaces, cells: Cells, halvings: Ints, corners: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Ints, Ints]:
-    """Lift corners of leaves that are on the border but not at a vertex of it.
+    """Lift corners of leaves that are on the border, but not at a vertex of the border.
 
     Parameters
     ----------
     corners : ndarrays of int, shapes (2, 4, L) and (4, L)
-        Places u and v, and vertices, of the corners of all leaves. Both are changed: places of
-        lifted corners, and vertices of corners at a vertex of the border.
+        Places u and v, and vertices, of the corners of all leaves. Both arrays change: the places
+        of lifted corners, and the vertices of corners at a vertex of the border.
 
     Returns
     -------
     corner, leaf, segment : ndarray of int, shape (k,)
-        The corners that were lifted, and the entries of the border before them.
+        The lifted corners and their leaves, and the entries of the border before them.
     touching : ndarray of int, shape (2, E)
         See `CellBoundaries`.
     """
@@ -212,7 +206,7 @@ def _lift(
         least = np.full(len(border_places.key), np.iinfo(np.intp).max)
         height = box[across + 1, leaf] - box[across, leaf]
         np.minimum.at(least, touching[0], np.concatenate([height, height]))
-        depth = (least[entry] // LIFT) >> flattened[entry]
+        depth = (least[entry] // LIFT) >> halvings[entry]
         if depth.min() < 1:
             raise build_depth_error()
         side = lying[free[1]]
@@ -221,14 +215,14 @@ def _lift(
 
 
 def _chain_polygons(runs: Ints, order: Ints) -> tuple[Ints, Ints]:
-    """Polygons from the beginnings and ends (5, 2, L) of runs of sorted samples.
+    """`start` and `corner` of `CellBoundaries`, from runs of sorted samples.
 
-    The runs are those on the sides below, right, above and left, and the middle of a fan. Samples
-    are sorted by v, in `order`, for those below and above, and by u for those on the right and on
-    the left. They are taken in rising order below and on the right, in falling order above and on
-    the left.
+    The rows of `runs` (5, 2, L) are the beginnings and ends of the runs of samples below, to the
+    right, above and to the left of each leaf, and in the middle of a fan. For the runs below and
+    above, samples are sorted by v; `order` is this order. For the other runs they are sorted by u.
+    Samples are listed in ascending order below and on the right, and in descending order above and
+    on the left.
     """
-    # Leaf after leaf.
     first, end = runs.transpose(1, 2, 0).reshape(2, -1)
     count = end - first
     run, rising = expand_runs(count, first)

@@ -1,13 +1,13 @@
 """The draft of a mesh: its leaves, their polygons, samples and triangles, renewed round by round.
 
 If leaves are cut, only their surroundings change. So every leaf, sample and triangle keeps its
-number: those that are cut or replaced are marked, and new ones are appended. The boundaries are
-traced for the new leaves and for the leaves around them alone; polygons that do not change keep
-their triangles.
+number: leaves that are cut and triangles that are replaced are marked, and new ones are appended.
+Only the boundaries of new leaves and of the leaves around them are traced. Polygons that do not
+change keep their triangles.
 
-A leaf may touch many small leaves, or a finely divided border, and then has a corner for each of
-them. Its triangles would be narrow, and the surface over them would lie beside them. So leaves
-whose polygons have too many corners are cut before they are triangulated.
+A leaf that touches many small leaves, or a finely divided border, has many corners. Its triangles
+would be narrow, and the surface over them would lie beside them. So a *crowded* leaf, whose polygon
+has too many corners, is cut before it is triangulated.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ OVERHEAD = 4000
 """Approximate cost of the triangles of one leaf, in multiplications."""
 
 MOST_CORNERS = 64
-"""A leaf with more corners is crowded."""
+"""A leaf with more corners than this is crowded."""
 
 MANY, BENT = 7, 4
 """A leaf with at least `MANY` corners is crowded if the middle of one of its sides is further from
@@ -35,7 +35,7 @@ the chord of that side than `BENT` times the allowed deviation, as at the rim of
 
 
 class Draft:
-    """The present state of a mesh that is being refined.
+    """A mesh during refinement.
 
     Attributes
     ----------
@@ -58,14 +58,14 @@ class Draft:
         self.triangles = DraftTriangles()
 
     def renew(self, fresh: Leaves, cut: Ints = NONE, flat: Ints = NONE) -> None:
-        """Replace the leaves `cut` by fresh leaves, and triangulate the strips over `flat` again.
+        """Replace the leaves `cut` by `fresh` leaves, and triangulate the strips over `flat` again.
 
         Parameters
         ----------
         fresh : Leaves
             The new leaves; all leaves in the first round.
         cut : ndarray of int
-            Numbers of the leaves that they replace.
+            Numbers of the leaves that are replaced.
         flat : ndarray of int
             Segments of the border whose strips became flatter.
         """
@@ -91,7 +91,7 @@ class Draft:
             )
             cut = np.concatenate([cut, near[of_near]])
         replacement = [self._replace(boundaries, leaves, fresh, near, (cut, far))]
-        # Finding neighbours takes memory, so all temporary arrays are freed before.
+        # Finding neighbours takes much memory, so all temporary arrays are freed before.
         del boundaries, leaves, parts, fresh
         self.triangles.add(*replacement.pop(), self.samples)
 
@@ -108,10 +108,10 @@ class Draft:
         Parameters
         ----------
         boundaries : CellBoundaries
-            The boundaries of `leaves`: of the fresh leaves, of those near them, and of those around
-            the near leaves.
+            The boundaries of `leaves`: the fresh leaves, the leaves near them, and the leaves
+            around the near leaves.
         others : (cut, far)
-            The leaves that were cut, and the leaves around those near.
+            The leaves that were cut, and the leaves around the near leaves.
 
         Returns
         -------
@@ -146,9 +146,10 @@ class Draft:
         return TriangleRows(corners, leaf, triangles.segment, triangles.base), is_removed
 
     def finish(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
-        """The mesh, with bounds (T,) of all triangles; that of a host is the largest of its parts.
+        """The mesh, given bounds (T,) of the parts over all triangles.
 
-        The draft cannot be renewed after this.
+        The bound of a triangle is the largest bound of the parts that it is the reference triangle
+        of. The draft cannot be renewed after this.
         """
         triangles, samples = self.triangles, self.samples
         triangles.drop_neighbours()
@@ -157,7 +158,7 @@ class Draft:
         flat = (triangles.is_alive & ~is_written).nonzero()[0]
         for values in (deviation, mesh):
             if values is not None and len(flat):
-                np.maximum.at(values, triangles.host[flat], values[flat])
+                np.maximum.at(values, triangles.reference[flat], values[flat])
         corners = triangles.corners[rows]
         is_used = np.zeros(len(samples), dtype=bool)
         is_used[self.polygons.polygon] = True
@@ -179,10 +180,7 @@ class Draft:
 
 
 def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
-    """Rows of the crowded leaves; `size` has the numbers of corners of the first leaves.
-
-    Only leaves with a number of corners are examined.
-    """
+    """Rows of the crowded leaves among the first leaves, whose numbers of corners are `size`."""
     many = (size >= MANY).nonzero()[0]
     if not len(many):
         return many
@@ -201,7 +199,7 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
 
 
 def find_crowded_directions(boundaries: CellBoundaries, cells: Cells, crowded: Ints) -> Bools:
-    """Whether crowded leaves are to be cut across v, because more of their corners are along v."""
+    """Whether to halve v, not u, of crowded leaves: whether more of their corners are along v."""
     begin = boundaries.start[crowded]
     size = boundaries.start[crowded + 1] - begin
     row, place = expand_runs(size, begin)

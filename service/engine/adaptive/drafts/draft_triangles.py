@@ -1,11 +1,11 @@
 """The samples and the triangles of a draft.
 
-A sample is a place of a face and its vertex. Samples are only added: a sample keeps its number as
-long as some leaf or the border uses it; one that was not used in a round gets a new number when it
-is needed again.
+A sample is a place of a face and its vertex. Samples are only added. A sample keeps its number as
+long as a leaf or the border uses it; if it is needed again after a round in which it was not used,
+it gets a new number.
 
-Triangles are only added, too; one whose leaf or strip was replaced stays in the arrays but is no
-longer alive. After each round `is_changed` marks the triangles that must be proved again.
+Triangles are only added, too. A triangle whose leaf or strip was replaced stays in the arrays but
+is no longer alive. After each round `is_changed` marks the triangles that must be proved again.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
 from service.engine.adaptive.drafts.triangles import (
     INDEX,
     TriangleRows,
-    assign_hosts,
+    assign_references,
     find_crossed_edges,
     find_neighbours,
     is_among,
@@ -61,7 +61,7 @@ class DraftSamples:
         Parameters
         ----------
         is_used : ndarray of bool, shape (N,)
-            Samples that leaves of the boundaries may have; those of the border are always tried.
+            Marks samples that the boundaries may have. The samples of the border are marked here.
         """
         number = np.full(len(boundaries.face), -1)
         if len(self.face):
@@ -82,7 +82,7 @@ class DraftSamples:
         return number
 
     def _add(self, boundaries: CellBoundaries, fresh: Ints) -> None:
-        """Append these samples of boundaries, and their vertices unless these are on the border."""
+        """Append the samples `fresh` of boundaries, and those of their vertices that are inside."""
         vertex = boundaries.vertex[fresh]
         inner = (vertex >= self._border_count).nonzero()[0]
         vertex[inner] = len(self.points) + np.arange(len(inner))
@@ -99,9 +99,14 @@ class DraftSamples:
         self.vertex = np.concatenate([self.vertex, vertex])
 
     def sort(self, is_used: Bools) -> tuple[Ints, Ints, FloatArray]:
-        """Samples in use (n,), in the order of face, u, v; their vertices (n,), numbered from 0.
+        """The samples in use, in the order of face, u, v.
 
-        Also returns the points (v, 3) of these vertices, those of the border first.
+        Returns
+        -------
+        samples, vertex : ndarray of int, shape (n,)
+            Numbers of the samples; their vertices, numbered anew.
+        points : ndarray of float64, shape (v, 3)
+            The vertices, those of the border first.
         """
         is_used[self.entry] = True
         samples = is_used.nonzero()[0]
@@ -126,37 +131,37 @@ class DraftTriangles:
         Whether two of the vertices are one.
     leaf, segment, base : ndarray of int, shape (T,)
         See `TriangleRows`.
-    host : ndarray of int, shape (T,)
-        The triangle from which the distances of the surface over this triangle are measured: itself
-        unless it is flat, else a triangle beside it, or −1 if the face has none.
+    reference : ndarray of int, shape (T,)
+        The reference triangle of the part of the surface over this triangle: the triangle itself
+        unless it is flat, else a triangle beside it, or −1 if the face has no other triangle.
     across : ndarray of int, shape (T, 3)
         The vertex opposite edge k, k+1 in the triangle beyond it in the same face, if there is
         exactly one, otherwise −1.
     is_alive : ndarray of bool, shape (T,)
         Whether the triangle is part of the draft now.
     is_changed : ndarray of bool, shape (T,)
-        Whether the triangle, or a vertex across its edges, changed or was removed in the last
-        round.
+        Whether the triangle was added or removed in the last round, or a vertex across one of its
+        edges, or its reference triangle, changed.
     bare : ndarray of int
-        Leaves with a piece of the border that is an edge of no triangle.
+        Leaves with a piece of the border that is not an edge of any triangle.
     crossed : ndarray of int, shape (X, 2)
-        Pairs (triangle, edge k) where more than two triangles meet inside a face.
+        Pairs (triangle, edge k) for edges inside a face that more than two triangles have.
     """
 
     def __init__(self) -> None:
         self.corners = self.vertices = np.empty((0, 3), dtype=np.intp)
         self.across = self.corners
-        self.leaf = self.segment = self.base = self.host = self.bare = NONE
+        self.leaf = self.segment = self.base = self.reference = self.bare = NONE
         self.is_alive = self.is_changed = self.is_flat = np.zeros(0, dtype=bool)
         self.crossed = np.empty((0, 2), dtype=np.intp)
 
     def __len__(self) -> int:
-        return len(self.host)
+        return len(self.reference)
 
     @property
     def is_written(self) -> Bools:
         """Which triangles are part of the mesh, shape (T,)."""
-        is_written: Bools = self.is_alive & (self.host == np.arange(len(self.host)))
+        is_written: Bools = self.is_alive & (self.reference == np.arange(len(self.reference)))
         return is_written
 
     def find_replaced(self, leaves: Bools, segments: Bools) -> Bools:
@@ -166,7 +171,7 @@ class DraftTriangles:
         return self.is_alive & is_replaced
 
     def add(self, rows: TriangleRows, is_removed: Bools, samples: DraftSamples) -> None:
-        """Remove and append triangles; find the neighbours of the new ones and of those around."""
+        """Remove and append triangles; find neighbours of the new triangles and of those around."""
         begin, count = len(self.is_alive), len(rows.leaf)
         self.corners = _append(self.corners, rows.corners)
         self.leaf = _append(self.leaf, rows.leaf)
@@ -178,7 +183,7 @@ class DraftTriangles:
         flat = (a == b) | (b == c) | (c == a)
         self.vertices = _append(self.vertices, fresh)
         self.is_flat = np.concatenate([self.is_flat, flat])
-        self.host = _append(self.host, np.where(flat, -1, begin + np.arange(count)))
+        self.reference = _append(self.reference, np.where(flat, -1, begin + np.arange(count)))
         self.across = _append(self.across, np.full((count, 3), -1, dtype=INDEX))
         del fresh
         self.is_alive = np.concatenate([self.is_alive & ~is_removed, np.ones(count, dtype=bool)])
@@ -193,18 +198,22 @@ class DraftTriangles:
         edge = np.stack([one & two, two & three, three & one], axis=1)
         touched = (edge[:, 0] | edge[:, 1] | edge[:, 2]).nonzero()[0]
         self._find_neighbours(touched, edge[touched], samples)
-        # A flat triangle whose host was removed is not always among these; it loses its host here.
+        # A flat triangle whose reference triangle was removed is not always among these; it loses
+        # its reference triangle here.
         flat = (self.is_flat & self.is_alive).nonzero()[0]
-        orphans = flat[(self.host[flat] >= 0) & ~self.is_alive[self.host[flat]]]
-        self.host[orphans] = -1
+        orphans = flat[(self.reference[flat] >= 0) & ~self.is_alive[self.reference[flat]]]
+        self.reference[orphans] = -1
 
     def _find_neighbours(self, rows: Ints | slice, edges: Bools, samples: DraftSamples) -> None:
-        """Hosts and neighbours of some triangles; only those at marked edges (m, 3) may change."""
-        number = np.arange(len(self.host))[rows]
+        """Find reference triangles and neighbours of these triangles.
+
+        Neighbours change only at the marked edges (m, 3).
+        """
+        number = np.arange(len(self.reference))[rows]
         kept = ~self.is_flat[rows]
         self.bare = NONE
         if not kept.all():
-            self._find_hosts(number, kept, edges)
+            self._find_references(number, kept, edges)
         vertex, corners = self.vertices[rows], self.corners[rows]
         across, crowd = find_neighbours(vertex, kept, samples.face[corners[:, 0]])
         changed = edges & (self.across[rows] != across)
@@ -217,17 +226,20 @@ class DraftTriangles:
             self.crossed = find_crossed_edges(corners, crowd)
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
-    def _find_hosts(self, rows: Ints, is_kept: Bools, edges: Bools) -> None:
-        """Finds hosts of the triangles that are not kept, and the leaves that are bare."""
-        corners, host = self.corners[rows], self.host[rows]
-        flat = ~is_kept & (host >= 0)
-        host[flat] = np.where(self.is_alive[host[flat]], host[flat], -1)
-        moved = host < 0
+    def _find_references(self, rows: Ints, is_kept: Bools, edges: Bools) -> None:
+        """Find reference triangles for the flat triangles, and the leaves that are bare.
+
+        `is_kept` marks triangles that are not flat.
+        """
+        corners, reference = self.corners[rows], self.reference[rows]
+        flat = ~is_kept & (reference >= 0)
+        reference[flat] = np.where(self.is_alive[reference[flat]], reference[flat], -1)
+        moved = reference < 0
         if moved.any():
-            assign_hosts(corners, self.leaf[rows], host)
-        self.host[rows] = host
+            assign_references(corners, self.leaf[rows], reference)
+        self.reference[rows] = reference
         self.is_changed[rows[moved]] = True
-        del host
+        del reference
         side = ((~is_kept[:, np.newaxis] & edges).ravel()).nonzero()[0]
         forth, back = number_directed_edges(corners)
         back = back[side]
@@ -247,5 +259,5 @@ class DraftTriangles:
 
 
 def _append(rows: Ints, new: Ints) -> Ints:
-    """Rows followed by new rows; without rows, the new rows themselves, not a copy."""
+    """The rows followed by the new rows; if there are no rows, `new` itself to save memory."""
     return np.concatenate([rows, new]) if len(rows) else new

@@ -1,4 +1,4 @@
-"""The leaves of a draft and their polygons, of which only those near a cut change.
+"""The leaves of a draft and their polygons; only the polygons near a cut change.
 
 A leaf keeps its number. A leaf that is cut is no longer present; new leaves are appended.
 """
@@ -27,7 +27,7 @@ class LeafPolygons:
     polygon, owner : ndarray of int, shape (C,)
         Samples at the corners of polygons, and the leaf of each.
     touching : ndarray of int, shape (2, E)
-        Segments of the border, and leaves that touch them (see `CellBoundaries`).
+        Pairs of a segment of the border and a leaf that touches it (`CellBoundaries`).
     """
 
     def __init__(self, segments: int) -> None:
@@ -44,7 +44,7 @@ class LeafPolygons:
         return mark
 
     def find_affected(self, cut: Ints, flat: Ints, samples: int) -> tuple[Ints, Ints]:
-        """Leaves that may change when others are cut, and the leaves around these.
+        """The leaves that may change because other leaves are cut, and the leaves around these.
 
         Parameters
         ----------
@@ -68,7 +68,7 @@ class LeafPolygons:
     def _add_neighbours(self, leaves: Bools, segments: Ints, samples: int) -> None:
         """Mark leaves that share a sample, or a segment of the border, with marked leaves (L,).
 
-        Leaves at these segments are marked, too; leaves that are not present are unmarked.
+        Leaves that touch `segments` are marked too; leaves that are not present are unmarked.
         """
         mark = self.mark_samples(leaves, samples)
         together = np.zeros(self._segments, dtype=bool)
@@ -82,12 +82,12 @@ class LeafPolygons:
     def find_changed(
         self, boundaries: CellBoundaries, polygon: Ints, begin: int, leaves: Ints
     ) -> Bools:
-        """Which of these leaves have a changed polygon.
+        """Which of these leaves have new polygons that differ from the old ones.
 
         Parameters
         ----------
         boundaries : CellBoundaries
-            The new polygons; those of `leaves` begin at number `begin`.
+            The new polygons; those of `leaves` begin with polygon `begin`.
         polygon : ndarray of int
             The corners of the new polygons as samples of the draft.
         """
@@ -117,7 +117,7 @@ class LeafPolygons:
         boundaries : CellBoundaries
             New polygons, those of the leaves `fresh` first.
         renewed : (rows, numbers)
-            Polygons of the boundaries to be stored, and the numbers that their leaves have here.
+            Rows of the polygons to be stored, and the numbers of their leaves in this object.
         polygon : ndarray of int
             The corners of all polygons of the boundaries as samples of the draft.
         """
@@ -137,16 +137,16 @@ class LeafPolygons:
         )
         is_removed = ~self.is_present
         is_removed[numbers] = True
-        left = (~is_removed[self.owner]).nonzero()[0]
-        # Polygons that stay keep their order; the new ones follow them.
+        rest = (~is_removed[self.owner]).nonzero()[0]
+        # Polygons that stay keep their order; the new polygons follow.
         place = np.cumsum(~is_removed[self.owner]) - 1
-        keep = (~is_removed[: len(is_removed) - count]).nonzero()[0]
-        self.first[keep] = place[self.first[keep]]
+        staying = (~is_removed[: len(is_removed) - count]).nonzero()[0]
+        self.first[staying] = place[self.first[staying]]
         size = size[rows]
         run, corner = expand_runs(size, boundaries.start[rows])
-        self.first[numbers], self.size[numbers] = len(left) + np.cumsum(size) - size, size
-        self.polygon = np.concatenate([self.polygon[left], polygon[corner]])
-        self.owner = np.concatenate([self.owner[left], numbers[run]])
+        self.first[numbers], self.size[numbers] = len(rest) + np.cumsum(size) - size, size
+        self.polygon = np.concatenate([self.polygon[rest], polygon[corner]])
+        self.owner = np.concatenate([self.owner[rest], numbers[run]])
         added = boundaries.touching[:, boundaries.touching[1] < count]
         added[1] += len(self.is_present) - count
         before = self.touching[:, self.is_present[self.touching[1]]]

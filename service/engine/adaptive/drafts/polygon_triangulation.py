@@ -1,8 +1,8 @@
 """The best triangulations of convex polygons, many in one array operation.
 
-The best triangles are near the surface; among these, those of good shape. The surface over a
-leaf is treated as quadratic (`Leaves.form`), so its distance to a triangle needs no evaluation. No
-triangle has three places in a line.
+The best triangles are near the surface, and of good shape. The surface over a leaf is treated as
+quadratic (`Leaves.form`), so its distance to a triangle needs no evaluation. No triangle has three
+places in a line.
 
 For a polygon of few corners all ways to cut it are compared. For more corners the best way is built
 from the best ways for smaller polygons: with the cost w_ijk of a triangle, the least cost of the
@@ -21,7 +21,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.engine.adaptive.cutting.planes import NEARLY, maximize_heights
-from service.engine.bounds.vectors import dot
+from service.engine.bounds.vectors import NEXT, dot
 
 ALL = 9
 """Number of corners up to which all ways are compared; there are 429 ways for nine corners."""
@@ -35,12 +35,10 @@ WORST = 1e9
 CHUNK = 1 << 13
 """Number of triangles in one block of costs, unless a single polygon has more."""
 
-NEXT = [1, 2, 0]
-
 
 @lru_cache(maxsize=64)
 def list_triples(corners: int) -> Ints:
-    """All triangles i < j < k of a convex polygon, (3, K): first k = i + 2, and so on."""
+    """All triangles i < j < k of a convex polygon, (3, K), in ascending order of k − i."""
     triangles = [
         (i, j, i + gap)
         for gap in range(2, corners)
@@ -54,9 +52,10 @@ def list_triples(corners: int) -> Ints:
 
 @lru_cache(maxsize=ALL)
 def list_triangulations(corners: int) -> Ints:
-    """All triangulations of a convex polygon, (ways, n − 2): columns of `list_triples`.
+    """All triangulations of a convex polygon, (ways, n − 2), as columns of `list_triples`.
 
-    Files list triangles in this order; above seven corners it is that of `_choose_step_by_step`.
+    Meshes have triangles in this order. Above seven corners it is the order of
+    `_choose_step_by_step`.
     """
     number = {tuple(triple): row for row, triple in enumerate(list_triples(corners).T.tolist())}
 
@@ -94,9 +93,9 @@ def triangulate_polygons(
     Returns
     -------
     triangles : ndarray of int, shape (T, 3)
-        Corners.
+        Corners, as numbers in the list of all corners.
     polygon : ndarray of int, shape (T,)
-        The polygon of each.
+        The polygon of each triangle.
     """
     start = np.cumsum(size) - size
     triangles, polygon = [np.empty((0, 3), dtype=np.intp)], [start[:0]]
@@ -120,7 +119,7 @@ def triangulate_polygons(
 
 
 def _batches(size: Ints) -> Iterator[list[tuple[int, Ints]]]:
-    """Batches of (number of corners, polygons with this number), of about `CHUNK` triangles."""
+    """Batches of (number of corners, polygons with this number), with about `CHUNK` triangles."""
     batch: list[tuple[int, Ints]] = []
     total = 0
     for n in np.bincount(size).nonzero()[0].tolist():
@@ -164,7 +163,7 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
         begin = end
     every = np.arange(many)
     number, (_, between, _) = np.empty((corners - 2, many), dtype=np.intp), list_triples(corners)
-    # A stack of pairs of corners between which polygons remain to be cut, at most n − 2.
+    # A stack of pairs of corners between which a polygon is still to be cut, at most n − 2.
     open_ = np.zeros((corners, 2, many), dtype=np.intp)
     open_[0, 1] = corners - 1
     height = np.ones(many, dtype=np.intp)
@@ -183,9 +182,9 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
 def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArray) -> FloatArray:
     """Costs of triangles (K,): r⁴ plus `SHAPE` times the shape number.
 
-    r is the deviation divided by the allowed one. The shape number of a triangle is
-    Σ e² / (4 √3 A), with its sides e and its area A; it is 1 at best. By Heron's formula
-    16 A² = 4 e_0² e_1² − (e_0² + e_1² − e_2²)².
+    r is the deviation divided by the allowed deviation. The shape number of a triangle with sides e
+    and area A is Σ e² / (4 √3 A); it is 1 for an equilateral triangle, and larger for all others.
+    By Heron's formula 16 A² = 4 e_0² e_1² − (e_0² + e_1² − e_2²)².
 
     Parameters
     ----------
@@ -204,6 +203,6 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     short = total - 2.0 * squares[2]
     area = np.sqrt(np.maximum(0.75 * (4.0 * squares[0] * squares[1] - short * short), 0.0)) * 2.0
     shape = total / np.maximum(area, total / WORST + np.finfo(float).tiny)
-    # The places of a triangle turn to the left; otherwise they are in a line.
+    # The places of a triangle turn to the left unless they are in a line.
     turns = dx[0] * dy[1] > dx[1] * dy[0]
     return np.where(turns, ratio * ratio + SHAPE * shape, WORST * WORST)

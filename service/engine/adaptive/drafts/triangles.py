@@ -1,4 +1,4 @@
-"""Polygons and strips as triangles, and the neighbours and hosts of triangles."""
+"""Polygons and strips as triangles, and the neighbours and reference triangles of triangles."""
 
 from dataclasses import dataclass
 
@@ -24,9 +24,10 @@ class TriangleRows:
     corners : ndarray of int, shape (T, 3)
         Samples, counter-clockwise.
     leaf, segment : ndarray of int, shape (T,)
-        The leaf of a triangle, and −1; or −1, and the segment of the border of its strip.
+        A triangle of a leaf has the number of the leaf, and segment −1. A triangle of a strip has
+        leaf −1, and the segment of the border at the strip.
     base : ndarray of int, shape (T,)
-        The triangle of its strip that has the segment as a side; −1 for triangles of leaves.
+        The triangle of the strip that has the segment as a side; −1 for triangles of leaves.
     """
 
     corners: Ints
@@ -45,9 +46,9 @@ def build_triangles(
     points : ndarray of float64, shape (N, 3)
         Positions of the samples.
     selected : ndarray of bool, shape (L,)
-        Leaves to be triangulated.
+        Marks leaves to be triangulated.
     segments : ndarray of bool, shape (M,)
-        Segments of the border whose strips are triangulated.
+        Marks segments of the border whose strips are triangulated.
     """
     corners, leaf = _triangulate_leaves(boundaries, leaves, points, selected)
     none = np.full(len(leaf), -1)
@@ -66,38 +67,36 @@ def _triangulate_leaves(
     boundaries: CellBoundaries, leaves: Leaves, points: FloatArray, selected: Bools
 ) -> tuple[Ints, Ints]:
     """Corners (T, 3) and leaves (T,) of the triangles of selected leaves."""
-    plain = (boundaries.plain & selected).nonzero()[0]
+    plain = (boundaries.is_plain & selected).nonzero()[0]
     four = boundaries.corner[boundaries.start[plain] + np.arange(4)[:, np.newaxis]]
-    rising = leaves.rising[plain]
-    third = np.where(rising, four[2], four[3])
-    other = np.where(rising, four[0], four[1])
+    is_rising = leaves.is_rising[plain]
+    third = np.where(is_rising, four[2], four[3])
+    other = np.where(is_rising, four[0], four[1])
     pair = np.stack([four[0], four[1], third, other, four[2], four[3]], axis=1).reshape(-1, 3)
-    triangles, owners = [pair], [np.repeat(plain, 2)]
+    parts = [(pair, np.repeat(plain, 2))]
     fans = (leaves.is_fan & selected).nonzero()[0]
-    rest = (~boundaries.plain & ~leaves.is_fan & selected).nonzero()[0]
-    for rows, triangulate in ((fans, _triangulate_fans), (rest, _triangulate_polygons)):
-        if len(rows):
-            corners, number = triangulate(boundaries, leaves, points, rows)
-            triangles.append(corners)
-            owners.append(rows[number])
-    return np.concatenate(triangles), np.concatenate(owners)
+    if len(fans):
+        parts.append(_triangulate_fans(boundaries, fans))
+    rest = (~boundaries.is_plain & ~leaves.is_fan & selected).nonzero()[0]
+    if len(rest):
+        parts.append(_triangulate_polygons(boundaries, leaves, points, rest))
+    triangles, owners = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    return triangles, owners
 
 
-def _triangulate_fans(
-    boundaries: CellBoundaries, _leaves: Leaves, _points: FloatArray, rows: Ints
-) -> tuple[Ints, Ints]:
-    """Triangles (T, 3) of the fans in these rows, and the fan of each, counted among the rows."""
+def _triangulate_fans(boundaries: CellBoundaries, rows: Ints) -> tuple[Ints, Ints]:
+    """Corners (T, 3) and leaves (T,) of the triangles of the fans in these rows."""
     start = boundaries.start[rows]
     middle = boundaries.start[rows + 1] - 1
     fan, place = expand_runs(middle - start, start)
     after = np.where(place + 1 == middle[fan], start[fan], place + 1)
-    return boundaries.corner[np.stack([place, after, middle[fan]], axis=1)], fan
+    return boundaries.corner[np.stack([place, after, middle[fan]], axis=1)], rows[fan]
 
 
 def _triangulate_polygons(
     boundaries: CellBoundaries, leaves: Leaves, points: FloatArray, rows: Ints
 ) -> tuple[Ints, Ints]:
-    """Triangles (T, 3) of the polygons in these rows, and the polygon of each, as for fans."""
+    """Corners (T, 3) and leaves (T,) of the triangles of the polygons in these rows."""
     start = boundaries.start[rows]
     size = boundaries.start[rows + 1] - start
     polygon, place = expand_runs(size, start)
@@ -107,15 +106,15 @@ def _triangulate_polygons(
     triangles, polygon = triangulate_polygons(
         size, x, y, points[corners].T, leaves.form.take(rows, axis=1)
     )
-    return corners[triangles], polygon
+    return corners[triangles], rows[polygon]
 
 
 def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
-    """Triangles of strips: a fan around a, the base on the whole segment, and a fan around b.
+    """Triangles of strips: some with the corner a, the base on the whole segment, some with b.
 
-    The tip of the base is the last lifted corner in the first half of the segment. Where one end is
-    a pole, all other triangles are a fan around the other end: lifted corners may be in line with a
-    pole. Bases are numbered among the triangles of strips.
+    The tip of the base is the last lifted corner in the first half of the segment. If one end of
+    the segment is a pole, all other triangles have the other end as a corner, because lifted
+    corners may be in line with a pole. `base` counts the triangles of strips.
 
     Parameters
     ----------
@@ -129,7 +128,7 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
         return TriangleRows(np.empty((0, 3), dtype=np.intp), none, none, none)
     u, v = boundaries.u, boundaries.v
     low, high = boundaries.ends[:, rows]
-    # A segment is along u or along v; the other coordinate of its two ends is equal.
+    # A segment is along u or along v: the other coordinate is equal at both ends.
     far = np.where(
         u[low] == u[high], 2 * v[lifted] - v[low] - v[high], 2 * u[lifted] - u[low] - u[high]
     )
@@ -138,7 +137,7 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
     strip = np.cumsum(new) - 1
     before = np.add.reduceat((far <= 0).astype(np.intp), start)
     tip = start + np.maximum(before - 1, 0)
-    from_pole, to_pole = boundaries.polar[:, rows[start]]
+    from_pole, to_pole = boundaries.is_polar[:, rows[start]]
     last = np.append(start[1:], count) - 1
     tip = np.where(to_pole & ~from_pole, last, np.where(from_pole & ~to_pole, start, tip))
     pair = (~new).nonzero()[0]
@@ -149,8 +148,8 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
     bases = np.stack([low[start], lifted[tip], high[start]], axis=1)
     corners = np.concatenate([bases, fans])
     number = np.concatenate([np.arange(len(start)), strip[pair]])
-    turned = boundaries.turned[rows[start]][number]
-    corners[turned] = corners[turned][:, [0, 2, 1]]
+    turns_left = boundaries.turns_left[rows[start]][number]
+    corners[turns_left] = corners[turns_left][:, [0, 2, 1]]
     return TriangleRows(corners, np.full(len(corners), -1), segment[start][number], number)
 
 
@@ -165,7 +164,7 @@ def number_directed_edges(corners: Ints) -> tuple[Ints, Ints]:
 
 
 def is_among(values: Ints, others: Ints) -> Bools:
-    """Which of a few values are among many others; only the few values are sorted."""
+    """Which of a few values are among many other values; only the few values are sorted."""
     if not len(values):
         return np.zeros(0, dtype=bool)
     distinct, number = np.unique(values, return_inverse=True)
@@ -192,14 +191,14 @@ def number_edges(vertex: Ints) -> Ints:
     return number.ravel()
 
 
-def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
-    """Finds hosts for the triangles whose `host` (T,) is −1; changes `host`.
+def assign_references(corners: Ints, leaf: Ints, reference: Ints) -> None:
+    """Change `reference` (T,) where it is −1 to the reference triangle of a neighbour.
 
-    Such a triangle takes the host of a neighbour, in the same leaf if possible. (In a leaf at a
-    corner of its face where both sides are poles, no triangle is its own host.)
+    The neighbour is in the same leaf if possible. (In a leaf at a corner of its face where both
+    sides are poles, no triangle is its own reference triangle.)
     """
     forth, back = number_directed_edges(corners)
-    waiting = (host < 0).nonzero()[0]
+    waiting = (reference < 0).nonzero()[0]
     back = back[(3 * waiting[:, np.newaxis] + np.arange(3)).ravel()]
     edges, number = np.unique(back, return_inverse=True)
     rows, edge = _find_matches(edges, forth)
@@ -209,15 +208,17 @@ def assign_hosts(corners: Ints, leaf: Ints, host: Ints) -> None:
     within = np.where(leaf[beside] == leaf[waiting][:, np.newaxis], beside, -1)
     for around in (within, beside):
         while True:
-            open_ = (host[waiting] < 0).nonzero()[0]
-            offered = np.where(around[open_] >= 0, host[around[open_]], -1).max(axis=1, initial=-1)
+            open_ = (reference[waiting] < 0).nonzero()[0]
+            offered = np.where(around[open_] >= 0, reference[around[open_]], -1).max(
+                axis=1, initial=-1
+            )
             if not (offered >= 0).any():
                 break
-            host[waiting[open_]] = offered
+            reference[waiting[open_]] = offered
 
 
 def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Ints]:
-    """Vertices across edges, and edges of more than two triangles.
+    """The vertices across edges, and the edges that more than two triangles have.
 
     Only triangles of one face are neighbours, so that the triangles of a face do not depend on the
     other faces of the model.
@@ -225,10 +226,10 @@ def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Int
     Returns
     -------
     across : ndarray of int32, shape (T, 3)
-        The vertex opposite the edge in the triangle beyond it; −1 unless exactly two kept triangles
-        of the face have the edge.
+        For each edge the opposite vertex of the triangle beyond the edge; −1 unless exactly two
+        triangles that are kept, of one face, have the edge.
     crowd : ndarray of int
-        Edges, as 3 · triangle + k.
+        The edges of more than two triangles, as 3 · triangle + k.
     """
     # Memory is at its peak here: arrays are deleted as soon as possible.
     keys = number_edges(vertex)
@@ -245,7 +246,7 @@ def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Int
         owner, sides = owner[order], sides[order]
     del keys
     mine = np.concatenate([[False], same & (owner[1:] == owner[:-1]), [False]])
-    # Two sides of one face, without a third.
+    # Two sides of one face, without a third side.
     two = (mine[1:-1] & ~mine[:-2] & ~mine[2:]).nonzero()[0]
     one, other = sides[two], sides[two + 1]
     crowd = np.zeros(len(sides), dtype=bool)
@@ -260,7 +261,7 @@ def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Int
 
 
 def find_crossed_edges(corners: Ints, crowd: Ints) -> Ints:
-    """The edges inside faces among those with more than two triangles: (triangle, k), (X, 2)."""
+    """Those of the edges `crowd` that are inside faces, as pairs (triangle, k): shape (X, 2)."""
     forth, back = number_directed_edges(corners)
     inside = crowd[is_among(back[crowd], forth)]
     return np.stack([inside // 3, inside % 3], axis=1)

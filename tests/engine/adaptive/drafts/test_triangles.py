@@ -1,4 +1,4 @@
-"""Polygons of leaves as triangles, their hosts and their neighbours."""
+"""Polygons of leaves as triangles, their reference triangles and their neighbours."""
 
 import numpy as np
 
@@ -55,16 +55,17 @@ def test_neighbours_are_of_the_same_face() -> None:
         assert rest == {triangles.across[triangle, edge]}
 
 
-def test_triangles_at_a_pole_have_hosts() -> None:
-    """One side is a point: each leaf beside it has a flat triangle, whose host is in the leaf."""
+def test_triangles_at_a_pole_have_reference_triangles() -> None:
+    """One side is a point: each leaf beside it has a flat triangle, and the reference triangle of
+    the flat one is in the same leaf."""
     net = build_arch(0.5)
     net[0] = net[0, 0]
     boundaries, result = build_first_triangles([net], 0.01)
     flat = np.flatnonzero(~result.is_written)
     assert len(flat) > 1
-    assert (result.host >= 0).all()
-    assert result.is_written[result.host[flat]].all()
-    assert (result.leaf[result.host[flat]] == result.leaf[flat]).all()
+    assert (result.reference >= 0).all()
+    assert result.is_written[result.reference[flat]].all()
+    assert (result.leaf[result.reference[flat]] == result.leaf[flat]).all()
     assert (boundaries.u[result.corners[flat]] == 0).sum(axis=1).tolist() == [2] * len(flat)
     assert not len(result.bare)
     assert not len(result.crossed)
