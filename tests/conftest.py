@@ -63,7 +63,7 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
 
 
 def _fail_skipped(report: Report) -> Report:
-    """The report; with TESTS_REQUIRE_TOOLS=1 that of a skipped test becomes that of a failed test.
+    """The report; with TESTS_REQUIRE_TOOLS=1 a skipped test is reported as failed.
 
     pytest also reports a test marked `xfail` as skipped; its report stays.
     """

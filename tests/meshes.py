@@ -103,7 +103,10 @@ def add_attributes(mesh: Mesh, opacity: bool = False) -> Mesh:
 
 
 def to_single(mesh: Mesh, origin: tuple[float, float, float] = ORIGIN, up: Up = "y") -> Mesh:
-    """The mesh in float32, moved by `origin`: its positions stay, relative to that local origin."""
+    """The mesh in float32, moved by `origin`.
+
+    Its positions do not change, because they are relative to the local origin, which is `origin`.
+    """
     shift = np.array(origin)
     report = replace(
         mesh.report,

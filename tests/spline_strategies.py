@@ -44,15 +44,21 @@ def knot_vectors(
     steps = draw(st.lists(step, min_size=spans, max_size=spans))
     breaks = list(accumulate(steps, initial=draw(st.integers(-50, 50))))
     max_multiplicity = p + 1 if discontinuous else p
-    inner: list[int] = []
+    inner_knots: list[int] = []
     for knot in breaks[1:-1]:
-        inner += [knot] * draw(st.integers(1, max_multiplicity))
+        inner_knots += [knot] * draw(st.integers(1, max_multiplicity))
     gap = st.integers(0, 20)
-    before = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
-    after = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
-    head = [breaks[0] - x for x in accumulate(before)][::-1]
-    tail = [breaks[-1] + x for x in accumulate(after)]
-    return KnotVector(np.array([*head, breaks[0], *inner, breaks[-1], *tail]) / 16, p)
+    gaps_before = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
+    gaps_after = draw(st.just([0] * p) | st.lists(gap, min_size=p, max_size=p))
+    outer_knots_before = [breaks[0] - x for x in accumulate(gaps_before)]
+    outer_knots_after = [breaks[-1] + x for x in accumulate(gaps_after)]
+    return KnotVector(
+        np.array(
+            [*reversed(outer_knots_before), breaks[0], *inner_knots, breaks[-1], *outer_knots_after]
+        )
+        / 16,
+        p,
+    )
 
 
 def random_points(count: int, seed: int, *shape: int) -> Array:

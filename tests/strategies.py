@@ -136,8 +136,8 @@ def apply_symmetry(net: Array, symmetry: int) -> Array:
 
 def translate(net: Array, x: float, y: float = 0.0, z: float = 0.0) -> Array:
     """The net, moved by (x, y, z)."""
-    moved: Array = net + np.array([x, y, z])
-    return moved
+    result: Array = net + np.array([x, y, z])
+    return result
 
 
 def split_quarters(net: Array) -> list[Array]:
@@ -149,23 +149,23 @@ def split_quarters(net: Array) -> list[Array]:
 def build_model(
     patches: Iterable[Array], weights: Iterable[Array] | None = None, name: str = "model"
 ) -> PatchModel:
-    """A model of patches of any degrees, given by their control nets (p+1, q+1, 3).
+    """A model of the patches with these control nets (p+1, q+1, 3), of any degrees.
 
     Consecutive patches of the same degrees share a batch. As in every surface, −0.0 becomes 0.0.
     """
     points = [np.array(net, dtype=np.float64) + 0.0 for net in patches]
     weight_nets = None if weights is None else [np.array(w, dtype=np.float64) for w in weights]
     batches: list[TensorPatches] = []
-    first = 0
+    begin = 0
     for end in range(1, len(points) + 1):
-        if end == len(points) or points[end].shape != points[first].shape:
+        if end == len(points) or points[end].shape != points[begin].shape:
             batches.append(
                 TensorPatches(
-                    np.stack(points[first:end]),
-                    None if weight_nets is None else np.stack(weight_nets[first:end]),
+                    np.stack(points[begin:end]),
+                    None if weight_nets is None else np.stack(weight_nets[begin:end]),
                 )
             )
-            first = end
+            begin = end
     return PatchModel(name, tuple(batches), (Part(name, 0, len(points)),))
 
 

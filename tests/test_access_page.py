@@ -59,17 +59,18 @@ def test_the_commands_work_as_documented(server: str, tmp_path: Path) -> None:
         text=True,
         check=True,
     )
-    key, entry, *rest = process.stdout.splitlines()
+    key, entry, *other_lines = process.stdout.splitlines()
     # The page shows the first digits of a random key and of its hash; only the text before these
     # digits must be equal.
-    beginnings = [shown.rstrip("…")[:-4] for shown in read_blocks("text")[0].splitlines()]
+    lines_on_page = read_blocks("text")[0].splitlines()
+    beginnings = [line.rstrip("…")[:-4] for line in lines_on_page]  # without the 4 digits
     for printed, beginning in zip((key, entry), beginnings, strict=True):
         assert printed.startswith(beginning)
     assert {file.name for file in tmp_path.iterdir()} == {"patch.glb", "saddle.glb"}
     for file in tmp_path.iterdir():
         assert file.read_bytes().startswith(b"glTF")
     # The service returns a signed URL as JSON; then the command line prints one.
-    response, _, printed_url = "".join(rest).partition("}")
+    response, _, printed_url = "".join(other_lines).partition("}")
     for url in (json.loads(response + "}")["url"], printed_url):
         assert url.startswith("/v1/surfaces/utah-teapot/mesh.glb?resolution=16&expires=")
         assert httpx.get(server + url).status_code == 200
@@ -88,7 +89,7 @@ def test_the_program_signs_as_the_service_does() -> None:
         assert url == f"{path}?{Signer([SECRET]).sign(path, query, expires)}"
 
 
-def test_the_codes_and_statuses_of_errors_are_those_of_the_service() -> None:
+def test_the_service_has_the_codes_and_statuses_of_the_page() -> None:
     rows = re.findall(r"^\| `(\w+)` \| (\d+) \|", PAGE, re.M)
     codes = {(problem.code, str(problem.status)) for problem in PROBLEMS.values()}
     assert len(rows) == 5
@@ -99,9 +100,11 @@ def test_the_table_of_calls_agrees_with_the_policy() -> None:
     policy_with_keys, private_policy = Policy(Settings(api_keys=("a",))), Policy(SETTINGS)
     words = {"nothing": "open", "key": "a key", "key or signature": "a key, or a signed URL"}
     rows = re.findall(r"^\| (.*`(?:POST|GET /|/).*) \| (.*?) \| (.*?) \|$", PAGE, re.M)
+    # The row of /metrics is left out: its need depends on the setting SURFACE_METRICS.
     rows = [row for row in rows if "as `SURFACE_METRICS` says" not in row[1]]
     for calls, need_with_keys, need_if_private in rows:
         paths = re.findall(r"`(?:GET )?(/[^`]*)`", calls)
+        # A row without paths is about all calls by POST and DELETE.
         requests = [("GET", path) for path in paths] or [("POST", "/v1/x"), ("DELETE", "/v1/x")]
         for method, path in requests:
             assert words[policy_with_keys.need(method, path)] == need_with_keys, path
@@ -110,8 +113,8 @@ def test_the_table_of_calls_agrees_with_the_policy() -> None:
 
 
 def test_the_rate_limit_headers_have_the_form_that_the_page_shows(server: str) -> None:
-    shown = dict(re.findall(r"^\| `(RateLimit[\w-]*): (.*?)`", PAGE, re.M))
+    headers_on_page = dict(re.findall(r"^\| `(RateLimit[\w-]*): (.*?)`", PAGE, re.M))
     headers = httpx.get(f"{server}/v1/formats").headers
-    assert headers["ratelimit-policy"] == shown["RateLimit-Policy"]
+    assert headers["ratelimit-policy"] == headers_on_page["RateLimit-Policy"]
     digits = re.compile(r"\d+")
-    assert digits.sub("0", headers["ratelimit"]) == digits.sub("0", shown["RateLimit"])
+    assert digits.sub("0", headers["ratelimit"]) == digits.sub("0", headers_on_page["RateLimit"])

@@ -38,10 +38,10 @@ def test_cancelled_work_after_its_deadline_raises_cancelled() -> None:
 
 @pytest.mark.anyio
 async def test_threads_inherit_the_cancellation_of_their_caller_only() -> None:
-    cancelled, running = Cancellation(), Cancellation()
-    cancelled.cancel()
+    cancelled_work, running_work = Cancellation(), Cancellation()
+    cancelled_work.cancel()
     outcomes = []
-    for cancellation in (cancelled, running):
+    for cancellation in (cancelled_work, running_work):
         try:
             with cancelled_by(cancellation):
                 await to_thread.run_sync(checkpoint)

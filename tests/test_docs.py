@@ -35,11 +35,17 @@ def test_every_method_has_a_section() -> None:
 
 
 def test_limits_of_methods_are_those_of_the_code() -> None:
-    single, double = MAX_DEGREE[np.float32], MAX_DEGREE[np.float64]
-    limits = f"beyond degree {single} for these formats, and beyond degree {double} for formats"
+    float32_degree, float64_degree = MAX_DEGREE[np.float32], MAX_DEGREE[np.float64]
+    limits = (
+        f"beyond degree {float32_degree} for these formats, "
+        f"and beyond degree {float64_degree} for formats"
+    )
     assert limits in " ".join(METHODS.split())
     assert Limits().max_multiplications == 5 * 10**9
     assert "5 · 10⁹ multiplications" in METHODS
     description = MeshOptionFields.model_fields["method"].description or ""
-    assert f"degrees up to {single} ({double} if the format stores float64)" in description
+    assert (
+        f"degrees up to {float32_degree} ({float64_degree} if the format stores float64)"
+        in description
+    )
     assert "docs/methods.md" in description

@@ -34,7 +34,7 @@ def test_modules_are_short_and_have_a_docstring() -> None:
 
 
 def test_modules_that_docstrings_name_exist() -> None:
-    """A name in backticks is that of a module, of a package, or of a member of a module."""
+    """A name in backticks names a module, a package, or a member of a module."""
     for module in MODULES:
         for name in re.findall(r"`(service(?:\.\w+)+)`", module.read_text(encoding="utf-8")):
             path = ROOT / name.replace(".", "/")
@@ -59,17 +59,17 @@ def test_every_dependency_is_pinned_and_installed_as_pinned() -> None:
     pins = (line.partition("==") for line in CONSTRAINTS)
     pinned_versions = {str(canonicalize_name(name)): version for name, _, version in pins}
     extras = PROJECT["optional-dependencies"].values()
-    waiting = [Requirement(text) for text in chain(PROJECT["dependencies"], *extras)]
+    requirements = [Requirement(text) for text in chain(PROJECT["dependencies"], *extras)]
     installed_versions: dict[str, str] = {}
     visited: set[str] = set()
-    while waiting:
-        requirement = waiting.pop()
+    while requirements:
+        requirement = requirements.pop()
         package = distribution(requirement.name)
         installed_versions[canonicalize_name(package.name)] = package.version
         for extra in requirement.extras | {""}:
             if (key := f"{package.name}[{extra}]") not in visited:
                 visited.add(key)
-                waiting += [
+                requirements += [
                     needed
                     for needed in map(Requirement, package.requires or [])
                     if not needed.marker or needed.marker.evaluate({"extra": extra})

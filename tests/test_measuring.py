@@ -1,4 +1,5 @@
-"""Times of named blocks: a nested block is not reported; a thread with a copied context is."""
+"""Times of named blocks: only the time of the outermost block is reported, also in a thread that
+has a copy of the context."""
 
 import contextvars
 import threading
@@ -39,7 +40,7 @@ def test_blocks_inside_measured_blocks_are_not_reported() -> None:
         times.append((name, seconds))
 
     contextvars.copy_context().run(measure_blocks, add)
-    # The first thread runs inside "outer"; only the second reports its time.
+    # The first thread runs inside the block "outer", so only the second thread reports its time.
     assert [name for name, _ in times] == ["outer", "failed", "thread"]
     assert all(seconds > 0 for _, seconds in times)
 

@@ -45,13 +45,13 @@ from service.settings.values import Settings
 from service.surface import Surface
 from service.surface.examples import find
 from tests.api.client import Client, start_client
-from tests.api.hostile import HOSTILE, Hostile
+from tests.api.hostile import HOSTILE, HostileBody
 from tests.api.hostile_calls import QUERIES
 
 SERVICE = Path(__file__).parents[1] / "service"
-COMMITTED = SERVICE.parent / "openapi" / "openapi.json"
-UNDOCUMENTED = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
-RATES = {"RateLimit", "RateLimit-Policy"}
+COMMITTED_FILE = SERVICE.parent / "openapi" / "openapi.json"
+UNDOCUMENTED_PATHS = {"/", "/page/{file}", "/docs", "/docs/{asset}", "/openapi.json"}
+RATE_HEADERS = {"RateLimit", "RateLimit-Policy"}
 
 
 @cache
@@ -60,8 +60,8 @@ def build_document(settings: Settings) -> dict[str, Any]:
     return document
 
 
-DOCUMENT: dict[str, Any] = json.loads(COMMITTED.read_text(encoding="utf-8"))
-"""The committed document; the first test below compares this document with that of the code."""
+DOCUMENT: dict[str, Any] = json.loads(COMMITTED_FILE.read_text(encoding="utf-8"))
+"""The committed document; the first test below checks that the code writes the same document."""
 SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
     "everything": build_full_settings(),
@@ -69,7 +69,7 @@ SETTINGS = {
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
 """Settings by name. The document depends on the settings, so each of these has its own document."""
-COMPUTING = [
+COMPUTING_PATHS = [
     path
     for path, item in DOCUMENT["paths"].items()
     if "post" in item and path not in ("/v1/surfaces", "/v1/sign")
@@ -115,9 +115,9 @@ def build_validator(name: str) -> Draft202012Validator:
     return Draft202012Validator(DOCUMENT | {"$ref": f"#/components/schemas/{name}"})
 
 
-def test_committed_document_is_that_of_the_code() -> None:
+def test_the_code_writes_the_committed_document() -> None:
     text = json.dumps(build_document(SETTINGS["everything"]), indent=2, ensure_ascii=False) + "\n"
-    assert COMMITTED.read_text(encoding="utf-8") == text, "run `make openapi`"
+    assert COMMITTED_FILE.read_text(encoding="utf-8") == text, "run `make openapi`"
 
 
 def test_a_service_serves_its_document(client: Client) -> None:
@@ -177,8 +177,8 @@ def test_document_has_the_methods_that_the_service_allows(name: str) -> None:
             url = path.replace("{id}", "0" * 64).replace("{suffix}", "glb")
             response = client.request("PATCH", url, b"", headers)
             assert response.status_code == 405, path
-            allowed = set(response.headers["allow"].lower().split(", "))
-            assert allowed - {"head"} == item.keys()
+            allowed_methods = set(response.headers["allow"].lower().split(", "))
+            assert allowed_methods - {"head"} == item.keys()
         assert client.request("GET", "/metrics", b"", headers).status_code == (
             404 if settings.metrics == "off" else 200
         )
@@ -198,7 +198,7 @@ def test_every_model_has_a_route() -> None:
 def test_every_route_is_described() -> None:
     routes = iter_route_contexts(create_app(build_full_settings()).routes)
     paths = {context.path for context in routes if isinstance(context.original_route, APIRoute)}
-    assert paths - UNDOCUMENTED == DOCUMENT["paths"].keys()
+    assert paths - UNDOCUMENTED_PATHS == DOCUMENT["paths"].keys()
 
 
 def test_operations_are_tagged_and_explained() -> None:
@@ -227,7 +227,7 @@ def test_every_operation_names_the_responses_of_the_guard() -> None:
             expected |= {"403"}
         assert statuses == expected
         for response in operation["responses"].values():
-            assert "$ref" in response or response["headers"].keys() >= RATES
+            assert "$ref" in response or response["headers"].keys() >= RATE_HEADERS
         security: list[dict[str, list[str]]] = [{"key": []}]
         if is_signable:
             # The empty object means that the key is optional.
@@ -242,7 +242,7 @@ def test_the_document_of_a_service_without_keys_requires_no_keys() -> None:
     document = build_document(SETTINGS["defaults"])
     components = document["components"]
     assert "securitySchemes" not in components
-    assert not RATES & components["headers"].keys()
+    assert not RATE_HEADERS & components["headers"].keys()
     assert not {"KeyNeeded", "SignatureInvalid", "TooManyRequests"} & components["responses"].keys()
     assert components["responses"]["Busy"]["headers"].keys() == {"Retry-After", "X-Request-Id"}
     for _, _, operation in list_operations(document):
@@ -273,7 +273,7 @@ def test_every_problem_has_valid_examples() -> None:
 
 
 def list_examples(path: str, status: str = "") -> dict[str, Any]:
-    """JSON examples by name: of the response with this status, or without one of the request."""
+    """JSON examples by name: of the response with this status; of the request if it is empty."""
     operation = DOCUMENT["paths"][path]["post"]
     body = operation["responses"][status] if status else operation["requestBody"]
     examples: dict[str, Any] = body["content"]["application/json"]["examples"]
@@ -286,13 +286,15 @@ def find_schema(body: dict[str, Any]) -> str:
     return reference.rpartition("/")[2]
 
 
-@pytest.mark.parametrize("path", COMPUTING)
+@pytest.mark.parametrize("path", COMPUTING_PATHS)
 def test_examples_are_valid_and_give_the_responses_shown(client: Client, path: str) -> None:
     operation = DOCUMENT["paths"][path]["post"]
     request_schema = find_schema(operation["requestBody"])
     response_schema = find_schema(operation["responses"]["200"])
-    shown = list_examples(path, "200")
-    assert shown, f"call `show_responses` beside the route of {path} in service/api/routes/"
+    response_examples = list_examples(path, "200")
+    assert response_examples, (
+        f"call `show_responses` beside the route of {path} in service/api/routes/"
+    )
     requests = list_examples(path)
     # Swagger UI would add the example or default of a parameter to every example of a body.
     for parameter in operation.get("parameters", []):
@@ -303,24 +305,28 @@ def test_examples_are_valid_and_give_the_responses_shown(client: Client, path: s
         response = client.post(path, request)
         assert response.status_code == 200
         assert list_errors(response_schema, shorten(response.json())) == []
-        if path != "/v1/mesh" and name in shown:
-            assert response.json() == shown[name]
-    assert path == "/v1/mesh" or shown.keys() <= requests.keys()
+        if path != "/v1/mesh" and name in response_examples:
+            assert response.json() == response_examples[name]
+    assert path == "/v1/mesh" or response_examples.keys() <= requests.keys()
 
 
 def test_examples_of_storing_are_valid_and_give_the_responses_shown(client: Client) -> None:
     requests = list_examples("/v1/surfaces")
-    # The first request stores the surface (201); the service already has that of the second (200).
+    # The first request stores the surface (201); for the second the service has it already (200).
     for status in ("201", "200"):
-        shown = list_examples("/v1/surfaces", status)
-        documented = DOCUMENT["paths"]["/v1/surfaces"]["post"]["responses"][status]
-        assert set(documented["headers"]) - RATES == {"Location", "Server-Timing", "X-Request-Id"}
-        assert shown.keys() == requests.keys()
+        response_examples = list_examples("/v1/surfaces", status)
+        description = DOCUMENT["paths"]["/v1/surfaces"]["post"]["responses"][status]
+        assert set(description["headers"]) - RATE_HEADERS == {
+            "Location",
+            "Server-Timing",
+            "X-Request-Id",
+        }
+        assert response_examples.keys() == requests.keys()
         for name, request in requests.items():
             assert list_errors("SurfaceRequest", request) == []
             response = client.post("/v1/surfaces", request)
             assert response.status_code == int(status)
-            assert response.json() == shown[name]
+            assert response.json() == response_examples[name]
             assert list_errors("StoredSurface", response.json()) == []
             assert (
                 list_errors("SurfaceDocument", client.get(response.headers["location"]).json())
@@ -334,11 +340,11 @@ def test_files_of_control_nets_are_documented_and_their_examples_accepted(client
         content = operation["requestBody"]["content"]
         assert set(content) == {"application/json", *(each.media_type for each in DECODERS)}
         for decoder in DECODERS:
-            documented = content[decoder.media_type]
-            assert documented["schema"]["description"]
-            assert (documented["schema"].get("format") == "binary") == decoder.binary
-            assert decoder.binary or documented["examples"]
-            for example in documented.get("examples", {}).values():
+            description = content[decoder.media_type]
+            assert description["schema"]["description"]
+            assert (description["schema"].get("format") == "binary") == decoder.binary
+            assert decoder.binary or description["examples"]
+            for example in description.get("examples", {}).values():
                 body, headers = example["value"].encode(), {"Content-Type": decoder.media_type}
                 assert client.request("POST", path, body, headers).status_code == 200
 
@@ -364,8 +370,8 @@ def test_get_requests_with_all_examples_and_defaults_succeed(client: Client) -> 
 
 
 def test_query_parameters_beside_a_file_have_valid_examples() -> None:
-    listed = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
-    parameters = {parameter["name"]: parameter for parameter in listed}
+    parameter_list = DOCUMENT["paths"]["/v1/mesh"]["post"]["parameters"]
+    parameters = {parameter["name"]: parameter for parameter in parameter_list}
     assert parameters.keys() == {"format"} | set(FIELDS) | set(MeshOptionFields.model_fields)
     net = np.zeros((4, 4, 3))
     net[..., 0], net[..., 1] = np.indices((4, 4))
@@ -379,11 +385,11 @@ def test_query_parameters_beside_a_file_have_valid_examples() -> None:
 
 def test_request_examples_show_every_kind_of_surface_every_option_and_every_operation() -> None:
     meshes, conversions = (list_examples(path).values() for path in ("/v1/mesh", "/v1/convert"))
-    shown = {mesh["surface"].get("type", KINDS[0]) for mesh in meshes}
-    assert shown == set(KINDS), "show the kind in service/api/openapi/requests.json"
+    kinds = {mesh["surface"].get("type", KINDS[0]) for mesh in meshes}
+    assert kinds == set(KINDS), "show the kind in service/api/openapi/requests.json"
     options = SCHEMAS["MeshRequest"]["properties"]
-    with_own_examples = {name for name, schema in options.items() if "examples" in schema}
-    assert set().union(*meshes) | with_own_examples == set(options)
+    options_with_examples = {name for name, schema in options.items() if "examples" in schema}
+    assert set().union(*meshes) | options_with_examples == set(options)
     assert {op["op"] for each in conversions for op in each["operations"]} == set(OPERATIONS)
 
 
@@ -393,13 +399,13 @@ def test_operations_are_described_and_their_examples_accepted() -> None:
         schema = SCHEMAS[reference["$ref"].rpartition("/")[2]]
         fields = schema["properties"]
         op = fields["op"]["const"]
-        required = {
+        required_fields = {
             name: fields[name]["examples"][0] for name in schema["required"] if name != "op"
         }
         for name, field in fields.items():
             assert field["description"], f"{op}.{name}"
             for example in field.get("examples", []):
-                operation = {"op": op} | required | {name: example}
+                operation = {"op": op} | required_fields | {name: example}
                 request = {"surface": surface, "operations": [operation]}
                 validate_document(ConvertRequest, request).to_operations()
 
@@ -480,18 +486,20 @@ def parse_surface(value: Any) -> Surface:
 
 
 @pytest.mark.parametrize(
-    ("name", "cases", "parse", "least"),
+    ("name", "cases", "parse", "min_refused"),
     [
-        ("MeshRequest", HOSTILE[::4], parse_surface, 50),
+        ("MeshRequest", HOSTILE[::4], parse_surface, 50),  # every fourth, to save time
         ("PointsRequest", QUERIES, compute_points, 20),
     ],
 )
 def test_schemas_of_requests_are_no_stricter_than_the_code(
-    name: str, cases: tuple[Hostile, ...], parse: Callable[[Any], object], least: int
+    name: str, cases: tuple[HostileBody, ...], parse: Callable[[Any], object], min_refused: int
 ) -> None:
-    """The code refuses every body that the schema refuses; so a client that checks bodies by the
-    schema loses nothing. Of each list, more than `least` bodies must be refused by the schema."""
-    refused = 0
+    """The code refuses every body that the schema refuses, so clients may check by the schema.
+
+    The schema must refuse more than `min_refused` bodies, or the test would show nothing.
+    """
+    refused_bodies = 0
     for case in cases:
         body = case.build()
         try:
@@ -499,10 +507,10 @@ def test_schemas_of_requests_are_no_stricter_than_the_code(
         except (ValueError, RecursionError):
             continue
         if value is not None and list_errors(name, value):
-            refused += 1
+            refused_bodies += 1
             with pytest.raises(InvalidRequest):
                 parse(value)
-    assert refused > least
+    assert refused_bodies > min_refused
 
 
 def list_schemas(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
@@ -521,7 +529,7 @@ def test_every_schema_and_every_property_is_described() -> None:
 
 
 def test_binary_formats_are_documented_as_binary() -> None:
-    documented = DOCUMENT["paths"]["/v1/mesh"]["post"]["responses"]["200"]["content"]
+    descriptions = DOCUMENT["paths"]["/v1/mesh"]["post"]["responses"]["200"]["content"]
     for fmt in FORMATS:
         content = render(find("saddle").surface(), MeshOptions((1, 1)), fmt)
         try:
@@ -529,7 +537,7 @@ def test_binary_formats_are_documented_as_binary() -> None:
             is_binary = False
         except UnicodeDecodeError:
             is_binary = True
-        assert (documented[fmt.media_type]["schema"].get("format") == "binary") == is_binary
+        assert (descriptions[fmt.media_type]["schema"].get("format") == "binary") == is_binary
 
 
 def find_codes() -> set[str]:
@@ -553,8 +561,8 @@ def find_codes() -> set[str]:
 
 
 def test_the_description_explains_exactly_the_codes_of_the_service() -> None:
-    # If the server refuses a connection, the code of the issue is that of the problem.
-    server = {
+    # If the server refuses a connection, the issue has the same code as the problem.
+    server_problems = {
         problems.MALFORMED_REQUEST,
         problems.HEAD_TOO_SLOW,
         problems.HEAD_TOO_LARGE,
@@ -562,5 +570,5 @@ def test_the_description_explains_exactly_the_codes_of_the_service() -> None:
         problems.DRAINING,
     }
     text = DOCUMENT["info"]["description"]
-    explained = set(re.findall(r"^- `(\w+)`: ", text, re.MULTILINE))
-    assert find_codes() | {problem.code for problem in server} == explained
+    explained_codes = set(re.findall(r"^- `(\w+)`: ", text, re.MULTILINE))
+    assert find_codes() | {problem.code for problem in server_problems} == explained_codes

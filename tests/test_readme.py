@@ -71,7 +71,7 @@ def run_shell(command: str, folder: Path) -> str:
 
 
 def round_numbers(text: str) -> object:
-    """The value of a JSON text; numbers have 9 decimals, because later ones depend on the BLAS."""
+    """The value of a JSON text; numbers have 9 decimals, as further decimals depend on the BLAS."""
     return json.loads(text, parse_float=lambda digits: round(float(digits), 9))
 
 
@@ -88,9 +88,9 @@ def test_requests_get_the_responses_that_the_page_shows(
     np.save(tmp_path / "measured.npy", np.arange(30.0).reshape(10, 3))
     input_files = set(tmp_path.iterdir())
     response = run_shell(request_.text.replace(SERVED_AT, server), tmp_path)
-    shown = [after.text for before, after in OUTPUT_PAIRS if before is request_]
-    if shown:
-        assert round_numbers(response) == round_numbers(shown[0])
+    outputs_on_page = [output.text for example, output in OUTPUT_PAIRS if example is request_]
+    if outputs_on_page:
+        assert round_numbers(response) == round_numbers(outputs_on_page[0])
         return
     (file,) = set(tmp_path.iterdir()) - input_files
     if file.name == "closest.json":
@@ -104,10 +104,10 @@ def test_requests_get_the_responses_that_the_page_shows(
 def test_programs_print_the_output_that_the_page_shows() -> None:
     programs = [pair for pair in OUTPUT_PAIRS if pair[0].language == "python"]
     assert len(programs) == 2
-    for source, shown in programs:
-        with redirect_stdout(StringIO()) as printed:
+    for source, output_on_page in programs:
+        with redirect_stdout(StringIO()) as output:
             exec(compile(source.text, "README.md", "exec"), {"__name__": "__main__"})
-        assert printed.getvalue().strip() == shown.text.strip()
+        assert output.getvalue().strip() == output_on_page.text.strip()
 
 
 def test_commands_in_sentences_work_without_a_server(
@@ -125,15 +125,15 @@ def test_commands_in_sentences_work_without_a_server(
 
 
 def test_names_in_tables_exist() -> None:
-    """The tables name only fields that exist; the generated reference, tested apart, names all."""
+    """The tables name only fields that exist. (The generated reference must name all fields.)"""
     surfaces = re.findall(
         r"^\| `(\w+)`(?: \(.*?\))? \| (.*) \|$", read_section("What goes in"), re.M
     )
     kinds = [row for row in surfaces if row[0] in MODELS]
     assert len(kinds) >= 7
     for kind, text in kinds:
-        others = {"group": MEMBER_FIELDS, "bspline": KNOT_NAMES}.get(kind, set())
-        assert set(re.findall(r"`(\w+)`", text)) <= {*MODELS[kind].model_fields} | others, kind
+        other_names = {"group": MEMBER_FIELDS, "bspline": KNOT_NAMES}.get(kind, set())
+        assert set(re.findall(r"`(\w+)`", text)) <= {*MODELS[kind].model_fields} | other_names, kind
     for title in ("What goes in", "Options of a mesh"):
         cells = re.findall(r"^\| (`.*?) \|", read_section(title).partition("| option |")[2], re.M)
         options = set(re.findall(r"`(\w+)`", " ".join(cells)))
@@ -153,12 +153,12 @@ def test_the_map_of_the_house_shows_every_room() -> None:
     rooms = re.findall(r"^\| `([\w/.]+)` \|", read_section("The house"), re.M)
     for room in rooms:
         assert (ROOT / room).exists(), room
-    existing = {
+    existing_rooms = {
         path.relative_to(ROOT).as_posix() + ("/" if path.is_dir() else "")
         for path in (ROOT / "service").iterdir()
         if not path.name.startswith("__")
     }
-    assert existing == {room for room in rooms if room.startswith("service/")}
+    assert existing_rooms == {room for room in rooms if room.startswith("service/")}
 
 
 def test_files_that_pages_name_exist() -> None:

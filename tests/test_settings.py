@@ -35,8 +35,8 @@ TEXTS = {
     "memory_bytes": "1 GB",
     "drain_delay": "2.5",
 }
-"""Texts of variables that differ from the defaults, for settings that are not whole numbers or have
-few valid values."""
+"""Texts of settings that differ from the defaults; of all other settings, the texts "1024" or "99"
+(for seconds) are valid and differ."""
 
 
 @pytest.fixture(autouse=True)
@@ -142,18 +142,18 @@ def test_flags_override_the_environment(monkeypatch: pytest.MonkeyPatch) -> None
 def test_unknown_variable_is_reported(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = read_environment()
+    defaults = read_environment()
     with caplog.at_level(logging.WARNING):
-        assert read_settings(monkeypatch, max_vertice="5") == before
+        assert read_settings(monkeypatch, max_vertice="5") == defaults
     assert "SURFACE_MAX_VERTICE" in caplog.text
 
 
 def test_the_key_of_a_client_is_not_reported_as_an_unknown_variable(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = read_environment()
+    defaults = read_environment()
     with caplog.at_level(logging.WARNING):
-        assert read_settings(monkeypatch, key="sfk_0") == before
+        assert read_settings(monkeypatch, key="sfk_0") == defaults
     assert caplog.text == ""
 
 
@@ -183,12 +183,13 @@ def measure_resident():
 # Without `share_heap`, freeing a large block would raise the size from which on glibc returns a
 # freed block to the system at once.
 np.ones(1 << 21).sum()
-before = measure_resident()
+bytes_before = measure_resident()
+# Large blocks of 1 MiB and small blocks of 8 KiB, one after the other.
 blocks = [np.ones(1 << (10 if k % 2 else 17)) for k in range(128)]
 small_blocks = blocks[1::2]
 del blocks
 trim_heap()
-print(measure_resident() - before)
+print(measure_resident() - bytes_before)
 """
 """A program that prints how many bytes more are resident after large blocks are freed."""
 
@@ -207,14 +208,14 @@ def test_garbage_collection_pauses_until_the_outermost_block_ends() -> None:
 
 
 def test_garbage_is_collected_less_often_than_by_default() -> None:
-    before = gc.get_threshold()
+    old_threshold = gc.get_threshold()
     try:
         gc.set_threshold(700, 10, 10)
         collect_rarely()
         assert gc.get_threshold() > (700, 10, 10)
         assert gc.isenabled()
     finally:
-        gc.set_threshold(*before)
+        gc.set_threshold(*old_threshold)
 
 
 @pytest.mark.parametrize(
@@ -225,7 +226,7 @@ def test_garbage_is_collected_less_often_than_by_default() -> None:
         ("5:cpu,memory:/a\n0::/", {"memory/a/memory.limit_in_bytes": "536870912\n"}),
     ],
 )
-def test_half_of_the_memory_is_that_of_the_control_group(
+def test_half_of_the_memory_of_the_control_group_is_used(
     group: str, files: dict[str, str], tmp_path: Path
 ) -> None:
     """The limit stands in the process's control group or in a parent of it, in version 2 and 1."""

@@ -31,13 +31,13 @@ def test_the_table_lists_every_option_for_tolerances() -> None:
     assert sorted(read_first_column("Options")) == sorted(NAMES)
 
 
-def test_codes_are_those_of_the_service() -> None:
+def test_the_service_has_the_codes_of_the_page() -> None:
     codes = read_first_column("Refusals")
     assert len(codes) > 4
     assert all(f"- `{code}`: " in DESCRIPTION for code in codes)
 
 
-def test_the_limit_of_the_local_origin_is_that_of_the_code() -> None:
+def test_the_page_has_the_limit_of_the_local_origin() -> None:
     assert f"than {FAR:.0f} times its extent" in " ".join(PAGE.split())
 
 

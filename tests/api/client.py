@@ -79,10 +79,12 @@ class Client:
             async with client.stream("GET", url, headers=headers) as response:
                 body = b"".join([chunk async for chunk in response.aiter_raw()])
         # Without the header `Content-Encoding`, the new response does not decode the body.
-        others = [pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"]
-        undecoded = httpx.Response(response.status_code, headers=others, content=body)
-        undecoded.headers = response.headers
-        return undecoded
+        other_headers = [
+            pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"
+        ]
+        raw_response = httpx.Response(response.status_code, headers=other_headers, content=body)
+        raw_response.headers = response.headers
+        return raw_response
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """Harmful and invalid bodies, each with the error that the service must return.
 
 A case has the code and the pointer of the first error; `STATUS` has the statuses of codes. Many
-bodies contain the text `ECHO`, which no response may repeat.
+bodies contain the text `NOT_TO_REPEAT`, which responses must not repeat.
 """
 
 import json
@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 
-ECHO = "zq9x7"
-"""A text that occurs in bodies only, so tests can see whether a response repeats the body."""
+NOT_TO_REPEAT = "zq9x7"
+"""A text that only bodies contain: a response that has it repeats a part of the body."""
 
 NET = "[[[0,0,0],[0,1,1]],[[1,0,1],[1,1,2]]]"
 VALID = f'{{"control_net":{NET}}}'
@@ -20,7 +20,7 @@ SPLINE = f'"type":"bspline","control_net":{NET}'
 
 MIB = 1 << 20
 CHUNK = 1 << 16
-"""Bytes of one piece of a body that a server receives."""
+"""Bytes of one piece of a long body: a server receives it in pieces."""
 
 STATUS = {"malformed_json": 400, "malformed_body": 400, "body_too_large": 413}
 """Statuses by code; all other codes have the status 422."""
@@ -32,7 +32,7 @@ def split_body(body: bytes) -> list[bytes]:
 
 
 @dataclass(frozen=True)
-class Hostile:
+class HostileBody:
     """A body and its error; `build` builds the body when a test needs it, as some are long."""
 
     name: str
@@ -50,31 +50,37 @@ class Hostile:
         yield from split_body(self.build())
 
 
-def build_case(name: str, body: str | bytes, code: str, pointer: str = "") -> Hostile:
+def build_case(name: str, body: str | bytes, code: str, pointer: str = "") -> HostileBody:
     """A case with this body, and with the code and the pointer of its first error."""
     content = body.encode() if isinstance(body, str) else body
-    return Hostile(name, lambda: content, code, pointer)
+    return HostileBody(name, lambda: content, code, pointer)
 
 
 def build_long_case(
     name: str, build: Callable[[], str | bytes], code: str, pointer: str = ""
-) -> Hostile:
+) -> HostileBody:
     """A case whose body is long, and therefore built later, by the function `build`."""
-    return Hostile(f"long: {name}", lambda: build_case(name, build(), code).build(), code, pointer)
+    return HostileBody(
+        f"long: {name}", lambda: build_case(name, build(), code).build(), code, pointer
+    )
 
 
-def vary_body(name: str, body: str, pointer: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
+def vary_body(
+    name: str, body: str, pointer: str, faults: Mapping[str, str]
+) -> Iterator[HostileBody]:
     """A case for each fault: its text replaces the `?` in the body.
 
     `faults` maps the code of the error to texts, which are separated by blanks. The error is at
-    `pointer`; if a text ends in `@` and more of a pointer, as in `[0,null]@/1`, the error is there,
-    below `pointer`.
+    `pointer`, or below it, if a text ends in `@` and the rest of the pointer, as in `[0,null]@/1`.
     """
     for code, words in faults.items():
         for word in words.split():
-            text, _, more = word.partition("@")
+            text, _, end_of_pointer = word.partition("@")
             yield build_case(
-                f"{name} {text[:60]} {code}", body.replace("?", text), code, pointer + more
+                f"{name} {text[:60]} {code}",
+                body.replace("?", text),
+                code,
+                pointer + end_of_pointer,
             )
 
 
@@ -100,7 +106,7 @@ def write_options(fields: str) -> str:
 
 NOT_NUMBERS = {
     "not_finite": f"NaN nan Infinity -Infinity 1e400 -1e400 {'9' * 400}",
-    "wrong_type": f'"1.5" "{ECHO}" true false {{}} {{"{ECHO}":1}} [] [1]',
+    "wrong_type": f'"1.5" "{NOT_TO_REPEAT}" true false {{}} {{"{NOT_TO_REPEAT}":1}} [] [1]',
     "null_value": "null",
 }
 """Texts where a number is required, by the code of the error."""
@@ -122,13 +128,13 @@ NUMBER_BODIES = {
 """Requests with a `?` in place of a number, by the pointer of the number in the surface."""
 
 
-def build_number_cases() -> Iterator[Hostile]:
+def build_number_cases() -> Iterator[HostileBody]:
     """Requests in which a value that is not a number replaces a number."""
     for pointer, body in NUMBER_BODIES.items():
         yield from vary_body(f"{pointer}:", body, f"/surface/{pointer}", NOT_NUMBERS)
 
 
-def build_text_cases() -> Iterator[Hostile]:
+def build_text_cases() -> Iterator[HostileBody]:
     """Bodies that are not JSON."""
     for name, body, pointer in (
         ("empty body", "", ""),
@@ -155,7 +161,7 @@ def build_text_cases() -> Iterator[Hostile]:
         ("lone surrogate", write_surface('"name":"\\ud800"'), "/surface/name"),
         ("half an escape", write_surface('"name":"\\u00"'), "/surface/name"),
         ("form", "surface=1&resolution=2", ""),
-        ("XML", f"<surface>{ECHO}</surface>", ""),
+        ("XML", f"<surface>{NOT_TO_REPEAT}</surface>", ""),
     ):
         yield build_case(name, body, "malformed_json", pointer)
     yield build_case("deep lists", "[" * 100_000, "too_deep")
@@ -163,12 +169,12 @@ def build_text_cases() -> Iterator[Hostile]:
     yield build_case("somewhat deep lists", write_net("[" * 40 + "0" + "]" * 40), "too_deep")
 
 
-def build_net_cases() -> Iterator[Hostile]:
+def build_net_cases() -> Iterator[HostileBody]:
     """Control nets and weights of the wrong shape or value."""
     row, pointer = "[[0,0,0],[0,1,0]]", "/surface/control_net"
     faults = {
         "empty_list": "[] [[],[]]@/0 [[[],[]],[[],[]]]@/0/0",
-        "wrong_type": f'1 "{ECHO}" true {{"{ECHO}":[]}} [0,0,0,1]@/0 {row}@/0/0',
+        "wrong_type": f'1 "{NOT_TO_REPEAT}" true {{"{NOT_TO_REPEAT}":[]}} [0,0,0,1]@/0 {row}@/0/0',
         "null_value": f"null [{row},null]@/1 [{row},[[1,0,0],null]]@/1/1",
         "ragged": f"[{row},[[0,0,0]]]@/1 [[[0,0,0]],{row}]@/1",
         "wrong_dimension": "[[[[0,0,0]]]]@/0/0 [[[0,0],[0,1]],[[1,0],[1,1]]]@/0/0"
@@ -202,7 +208,7 @@ def build_net_cases() -> Iterator[Hostile]:
     yield from vary_body("weights", write_surface(f"{weights}?"), "/surface/weights", faults)
 
 
-def build_patch_cases() -> Iterator[Hostile]:
+def build_patch_cases() -> Iterator[HostileBody]:
     """Patches, vertices and parts of the wrong shape or value."""
     faults = {
         "empty_list": "[] [[]]@/0 [[[]]]@/0/0",
@@ -241,14 +247,14 @@ def build_patch_cases() -> Iterator[Hostile]:
     yield from vary_body("parts", write_patches(f'{GRIDS},"parts":?'), "/surface/parts", faults)
 
 
-def build_triangle_cases() -> Iterator[Hostile]:
+def build_triangle_cases() -> Iterator[HostileBody]:
     """Rows of triangles of the wrong shape or value."""
     first = "[[0,0,0],[1,0,0],[2,0,0]]"
     first_two = f"[{first},[[0,1,0],[1,1,0]]"
     faults = {
         "null_value": f"null [{first},[[0,1,0],null],[[0,2,0]]]@/1/1",
         "empty_list": f"[] {first_two},[]]@/2",
-        "wrong_type": f'"{ECHO}" [{first},[[0,1,0],[1,1,true]],[[0,2,0]]]@/1/1/2',
+        "wrong_type": f'"{NOT_TO_REPEAT}" [{first},[[0,1,0],[1,1,true]],[[0,2,0]]]@/1/1/2',
         "too_few_points": "[[[0,0,0]]]",
         "ragged": f"[{first}]@/0 {first_two}]@/0 [{first},[[0,1,0]],[[0,2,0]]]@/1"
         f" {first_two},[[0,2,0],[0,0,0]]]@/2",
@@ -299,24 +305,24 @@ def build_triangle_cases() -> Iterator[Hostile]:
     )
 
 
-def build_document_cases() -> Iterator[Hostile]:
+def build_document_cases() -> Iterator[HostileBody]:
     """Documents and surfaces of a wrong type, for all endpoints whose requests have a surface."""
-    other = f'[] 1 "{ECHO}" true'
-    faults = {"wrong_type": f"{other} {NET}", "null_value": "null", "missing_field": "{}@/surface"}
+    not_objects = f'[] 1 "{NOT_TO_REPEAT}" true {NET}'
+    faults = {"wrong_type": not_objects, "null_value": "null", "missing_field": "{}@/surface"}
     yield from vary_body("document", "?", "", faults)
     faults = {
-        "wrong_type": f"{other} {NET}",
+        "wrong_type": not_objects,
         "null_value": "null",
         "missing_field": "{}@/control_net",
     }
     yield from vary_body("surface", '{"surface":?}', "/surface", faults)
 
 
-def build_field_cases() -> Iterator[Hostile]:
+def build_field_cases() -> Iterator[HostileBody]:
     """Surfaces and fields of a wrong type."""
     for field, faults in {
         "type": {
-            "unknown_type": f'"{ECHO}" "Bezier" ""',
+            "unknown_type": f'"{NOT_TO_REPEAT}" "Bezier" ""',
             "null_value": "null",
             "wrong_type": '1 ["bezier"] {}',
         },
@@ -337,7 +343,7 @@ def build_field_cases() -> Iterator[Hostile]:
             write_patches(f'{GRIDS},"control_net":{NET}'),
             "/surface/control_net",
         ),
-        ("field", write_options(f'"colour":"{ECHO}"'), "/colour"),
+        ("field", write_options(f'"colour":"{NOT_TO_REPEAT}"'), "/colour"),
         (
             "field of a surface",
             write_surface(f'"control_net":{NET},"knots":null'),
@@ -351,7 +357,7 @@ def build_field_cases() -> Iterator[Hostile]:
         yield build_case(f"unknown: {name}", body, "unknown_field", pointer)
 
 
-def build_repeated_key_cases() -> Iterator[Hostile]:
+def build_repeated_key_cases() -> Iterator[HostileBody]:
     """Objects with a repeated key, at every level of a document."""
     for name, body, pointer in (
         ("surface", f'{{"surface":{VALID},"surface":{VALID}}}', "/surface"),
@@ -365,13 +371,13 @@ def build_repeated_key_cases() -> Iterator[Hostile]:
         yield build_case(f"twice: {name}", body, "repeated_key", pointer)
 
 
-def build_spline_cases() -> Iterator[Hostile]:
+def build_spline_cases() -> Iterator[HostileBody]:
     """B-splines with invalid degrees and knots."""
     faults = {
         "null_value": 'null ["clamped",null]@/1 ["clamped",[0,0,1,null]]@/1/3',
         "wrong_type": '1 {} [0,1]@/0 ["clamped",true]@/1 ["clamped",[[0,0,1,1]]]@/1/0'
         ' ["clamped",[0,0,1,"1"]]@/1/3 ["clamped",[0,0,1,true]]@/1/3',
-        "wrong_value": f'"{ECHO}" ["clamped","{ECHO}"]@/1',
+        "wrong_value": f'"{NOT_TO_REPEAT}" ["clamped","{NOT_TO_REPEAT}"]@/1',
         "wrong_length": '[] ["clamped"] [0,0,1,1] ["clamped",[0,0,1]]@/1'
         ' ["clamped",[0,0,1,1,1]]@/1',
         "empty_list": '["clamped",[]]@/1',
@@ -402,7 +408,7 @@ def build_spline_cases() -> Iterator[Hostile]:
         yield build_case(f"spline {fields}", write_surface(fields), code, f"/surface/{field}")
 
 
-def build_group_cases() -> Iterator[Hostile]:
+def build_group_cases() -> Iterator[HostileBody]:
     """Groups with invalid members, names, colours or placements."""
     pointer, identity = "/surface/members", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]"
 
@@ -427,17 +433,19 @@ def build_group_cases() -> Iterator[Hostile]:
         "unknown_type": '[{"surface":{"type":"tvist"}}]@/0/surface/type',
         "wrong_value": f'[{{"surface":{{"control_net":{NET},"up":"x"}}}}]@/0/surface/up',
         "too_few_points": '[{"surface":{"control_net":[[[0,0,0]]]}}]@/0/surface/control_net',
-        "unknown_field": f'[{{"surface":{VALID},"{ECHO}":1}}]@/0/{ECHO}',
+        "unknown_field": f'[{{"surface":{VALID},"{NOT_TO_REPEAT}":1}}]@/0/{NOT_TO_REPEAT}',
         "repeated_key": f'[{{"surface":{VALID},"name":"a","name":"b"}}]@/0/name',
     }
     yield from vary_body("members", write_group("?"), pointer, faults)
-    deep = '{"type":"group","members":[{"surface":' * 8 + VALID + "}]}" * 8
-    body = f'{{"surface":{deep}}}'
+    nested_groups = '{"type":"group","members":[{"surface":' * 8 + VALID + "}]}" * 8
+    body = f'{{"surface":{nested_groups}}}'
     yield build_case("groups in groups", body, "nested_group", f"{pointer}/0/surface/type")
     yield build_case("members left out", write_surface('"type":"group"'), "missing_field", pointer)
-    many = ",".join([f'{{"surface":{VALID}}}'] * 4097)
-    yield build_case("too many members", write_group(f"[{many}]"), "wrong_length", pointer)
-    far = replace_row("[0,3e38,0,3e38]").replace("1,0", "3e38,0").replace("[0,0,1", "[0,0,3e38")
+    # At most 4096 members are allowed.
+    members = ",".join([f'{{"surface":{VALID}}}'] * 4097)
+    yield build_case("too many members", write_group(f"[{members}]"), "wrong_length", pointer)
+    # Scales by 3e38 and moves by 3e38, so that the sum is larger than the largest float32, 3.4e38.
+    large_matrix = "[[3e38,0,0,0],[0,3e38,0,3e38],[0,0,3e38,0],[0,0,0,1]]"
     faults = {
         "null_value": "null",
         "wrong_type": f"1 [1,0,0,0]@/0 {replace_row('[0,true,0,0]')}@/1/1",
@@ -449,7 +457,7 @@ def build_group_cases() -> Iterator[Hostile]:
         "singular_matrix": f"{replace_row('[0,0,0,0]')} {replace_row('[0,1e7,0,0]')}"
         f" {replace_row('[2,0,0,0]')} [[1e-40,0,0,0],[0,1e-40,0,0],[0,0,1e-40,0],[0,0,0,1]]",
         "not_affine": f"{identity.replace('[0,0,0,1]', '[0,0,1,1]')}@/3",
-        "coordinate_too_large": far,
+        "coordinate_too_large": large_matrix,
     }
     yield from vary_body("matrix", write_member('"matrix":?'), f"{pointer}/1/matrix", faults)
     faults = {
@@ -478,7 +486,7 @@ def build_group_cases() -> Iterator[Hostile]:
     )
 
 
-def build_sweep_cases() -> Iterator[Hostile]:
+def build_sweep_cases() -> Iterator[HostileBody]:
     """Tubes and ribbons with invalid curves, radii or directions."""
     path = '"curve":{"control_points":[[0,0,0],[1,2,0],[3,2,1],[4,0,1]]}'
     faults = {
@@ -519,8 +527,9 @@ def build_sweep_cases() -> Iterator[Hostile]:
     yield from vary_body("ribbon", write_surface(f"{ribbon}?"), "/surface/", faults)
 
 
+# Texts where true or false is required, and where one word of a list is required.
 NOT_FLAGS = {"wrong_type": '1 0 "true" [true]', "null_value": "null"}
-NOT_WORDS = {"wrong_value": f'"{ECHO}" 3 ["quads"]', "null_value": "null"}
+NOT_WORDS = {"wrong_value": f'"{NOT_TO_REPEAT}" 3 ["quads"]', "null_value": "null"}
 OPTIONS: dict[str, dict[str, str]] = {
     "resolution": {
         "out_of_range": "0 -1 65537 1000000000000 18446744073709551615 [4,0]@/1",
@@ -543,7 +552,7 @@ OPTIONS: dict[str, dict[str, str]] = {
         "null_value": "null [1,null]@/1",
         "wrong_type": "true 1.5",
     },
-    "wires": {"wrong_value": f'"{ECHO}"', "null_value": "null"},
+    "wires": {"wrong_value": f'"{NOT_TO_REPEAT}"', "null_value": "null"},
     "wire_width": {"out_of_range": "0 -1 1e300", "null_value": "null", "wrong_type": '"1"'},
     "wire_sides": {"out_of_range": "2 257", "wrong_type": "8.0"},
     "tolerance": {"out_of_range": "0 1e39", "wrong_type": 'true "0.1"'},
@@ -555,7 +564,7 @@ OPTIONS: dict[str, dict[str, str]] = {
     "overlays": {
         "null_value": "null [null]@/0",
         "wrong_type": '"boundary"',
-        "wrong_value": f'["{ECHO}"]@/0',
+        "wrong_value": f'["{NOT_TO_REPEAT}"]@/0',
         "repeated_value": '["boundary","boundary"]',
         "wrong_length": '["boundary","control_net","boundary"]',
     },
@@ -563,7 +572,7 @@ OPTIONS: dict[str, dict[str, str]] = {
 """Invalid values of options by the code of the error, by the name of the option."""
 
 
-def build_option_cases() -> Iterator[Hostile]:
+def build_option_cases() -> Iterator[HostileBody]:
     """Invalid options of a mesh, invalid cameras, and options whose mesh is too large."""
     for name, faults in OPTIONS.items():
         yield from vary_body(name, write_options(f'"{name}":?'), f"/{name}", faults)
@@ -586,8 +595,8 @@ def build_option_cases() -> Iterator[Hostile]:
     yield build_case(
         "nothing to draw", write_options('"faces":"none"'), "nothing_to_draw", "/faces"
     )
-    many = write_options('"isocurves":1024,"resolution":4000')
-    yield build_case("very many isocurves", many, "too_many_vertices", "/resolution")
+    body = write_options('"isocurves":1024,"resolution":4000')
+    yield build_case("very many isocurves", body, "too_many_vertices", "/resolution")
 
 
 def write_vertices(count: int, last: str) -> str:
@@ -617,7 +626,7 @@ def write_many_parts() -> str:
     return write_patches(f'{GRIDS},"parts":{{{parts}}}')
 
 
-def build_long_cases() -> Iterator[Hostile]:
+def build_long_cases() -> Iterator[HostileBody]:
     """Very long bodies, many of which would become very many Python objects."""
     size = 15 * MIB
     start = b'{"surface":{"control_net":['
@@ -643,19 +652,19 @@ def build_long_cases() -> Iterator[Hostile]:
     yield build_long_case(
         "unknown keys", lambda: write_many_keys(40_000, "}"), "missing_field", "/surface"
     )
-    again = ',"k7":1}'
+    repeated_key = ',"k7":1}'
     yield build_long_case(
-        "key twice in many", lambda: write_many_keys(40_000, again), "repeated_key", "/k7"
+        "key twice in many", lambda: write_many_keys(40_000, repeated_key), "repeated_key", "/k7"
     )
-    hidden = "," + " " * 100_000 + '"k7":1}'
+    distant_key = "," + " " * 100_000 + '"k7":1}'
     yield build_long_case(
-        "key twice out of sight", lambda: write_many_keys(48_000, hidden), "repeated_key"
+        "key twice out of sight", lambda: write_many_keys(48_000, distant_key), "repeated_key"
     )
     yield build_long_case("bad parts", write_many_parts, "null_value", "/surface/parts/p0/0")
-    nulls = partial(repeat_value, "overlays", "null")
-    yield build_long_case("overlays", nulls, "null_value", "/overlays/0")
-    numbers = partial(repeat_value, "resolution", "4")
-    yield build_long_case("resolutions", numbers, "wrong_length", "/resolution")
+    body_of_nulls = partial(repeat_value, "overlays", "null")
+    yield build_long_case("overlays", body_of_nulls, "null_value", "/overlays/0")
+    body_of_numbers = partial(repeat_value, "resolution", "4")
+    yield build_long_case("resolutions", body_of_numbers, "wrong_length", "/resolution")
     pointer = "/surface/control_net"
     yield build_long_case(
         "name", lambda: write_surface(f'"name":"{"n" * 900_000}"'), "missing_field", pointer
@@ -699,7 +708,7 @@ def build_long_cases() -> Iterator[Hostile]:
     )
 
 
-HOSTILE: tuple[Hostile, ...] = (
+HOSTILE: tuple[HostileBody, ...] = (
     *build_text_cases(),
     *build_document_cases(),
     *build_field_cases(),

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping
 
 from tests.api.hostile import (
-    ECHO,
     HOSTILE,
     MIB,
     NOT_NUMBERS,
+    NOT_TO_REPEAT,
     VALID,
-    Hostile,
+    HostileBody,
     build_case,
     build_document_cases,
     build_long_case,
@@ -21,7 +21,7 @@ from tests.api.hostile import (
 )
 
 
-def build_point_cases() -> Iterator[Hostile]:
+def build_point_cases() -> Iterator[HostileBody]:
     """Requests to /v1/points with invalid parameters or fields."""
 
     def write_uv(text: str) -> str:
@@ -37,8 +37,8 @@ def build_point_cases() -> Iterator[Hostile]:
     }
     yield from vary_body("uv", write_uv("?"), "/uv", faults)
     yield build_case("no uv", write_options('"derivatives":1'), "missing_field", "/uv")
-    several = write_patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
-    yield build_case("no patch", f'{several},"uv":[[0,0]]}}', "missing_field", "/patch")
+    two_patches = write_patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
+    yield build_case("no patch", f'{two_patches},"uv":[[0,0]]}}', "missing_field", "/patch")
     faults = {
         "conflicting_options": '"uv":[[0,0]],"barycentric":[[1,0,0]]@/barycentric',
         "wrong_parameters": '"barycentric":[[1,0,0]]@/barycentric/0',
@@ -57,7 +57,7 @@ def build_point_cases() -> Iterator[Hostile]:
         "empty_list": "[]",
         "wrong_length": "[0] [0,0,0]",
     }
-    yield from vary_body("patch", f'{several},"uv":[[0,0],[1,1]],"patch":?}}', "/patch", faults)
+    yield from vary_body("patch", f'{two_patches},"uv":[[0,0],[1,1]],"patch":?}}', "/patch", faults)
     yield build_long_case(
         "points", lambda: write_uv(repeat_word("[0,0]", 300_001)), "too_many_points", "/uv"
     )
@@ -69,22 +69,23 @@ def build_point_cases() -> Iterator[Hostile]:
     )
 
 
-QUERIES: tuple[Hostile, ...] = tuple(build_point_cases())
+QUERIES: tuple[HostileBody, ...] = tuple(build_point_cases())
 """Bodies for POST /v1/points."""
 
 
-def build_store_cases() -> Iterator[Hostile]:
+def build_store_cases() -> Iterator[HostileBody]:
     """Bodies to store that have no surface, or fields beside the surface."""
     yield from build_document_cases()
     yield build_case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
     yield build_case("the surface alone", VALID, "missing_field", "/surface")
-    others = (
-        f'"id":"{"0" * 64}"@/id "name":"{ECHO}"@/name "resolution":4@/resolution "up":"z"@/up'
-        ' "camera":null@/camera "engine":2@/engine "surfaces":[]@/surfaces "links":{}@/links'
+    unknown_fields = (
+        f'"id":"{"0" * 64}"@/id "name":"{NOT_TO_REPEAT}"@/name "resolution":4@/resolution'
+        ' "up":"z"@/up "camera":null@/camera "engine":2@/engine "surfaces":[]@/surfaces'
+        ' "links":{}@/links'
     )
-    yield from vary_body("another field", write_options("?"), "", {"unknown_field": others})
-    two = f'{{"surface":{VALID},"surface":{VALID}}}'
-    yield build_case("two surfaces", two, "repeated_key", "/surface")
+    yield from vary_body("another field", write_options("?"), "", {"unknown_field": unknown_fields})
+    two_surfaces = f'{{"surface":{VALID},"surface":{VALID}}}'
+    yield build_case("two surfaces", two_surfaces, "repeated_key", "/surface")
     yield build_case("truncated", write_options('"x":1')[:-1], "malformed_json", "/x")
     pointer = "/surface/control_net"
     yield build_case(
@@ -92,19 +93,19 @@ def build_store_cases() -> Iterator[Hostile]:
     )
     canonical = b'{"arrays":[],"canonical":1,"surface":{}}\n'
     yield build_case("a canonical content", canonical, "missing_field", pointer)
-    with_tail = f'{{"surface":{VALID}}}\n\0\0\0\0\0\0\xf0?'
-    yield build_case("numbers behind the document", with_tail, "malformed_json")
+    body_with_tail = f'{{"surface":{VALID}}}\n\0\0\0\0\0\0\xf0?'
+    yield build_case("numbers behind the document", body_with_tail, "malformed_json")
     yield build_long_case("blanks", lambda: b" " * (3 << 20), "malformed_json")
     yield build_long_case(
         "very many keys", lambda: write_options(write_many_keys(60_000, "")[1:]), "too_many_strings"
     )
 
 
-STORES: tuple[Hostile, ...] = tuple(build_store_cases())
+STORES: tuple[HostileBody, ...] = tuple(build_store_cases())
 """Bodies for POST /v1/surfaces."""
 
 
-def build_conversion_cases() -> Iterator[Hostile]:
+def build_conversion_cases() -> Iterator[HostileBody]:
     """Requests to /v1/convert with invalid operations."""
     start = '{"surface":{"control_net":[[[0,0,0],[0,1,1],[0,2,0]],[[1,0,1],[1,1,2],[1,2,1]]]},'
 
@@ -113,7 +114,7 @@ def build_conversion_cases() -> Iterator[Hostile]:
     def write_third_operation(operation: str) -> str:
         return f'{start}"operations":[{transpose},{transpose},{operation}]}}'
 
-    def vary_operation(op: str, faults: Mapping[str, str]) -> Iterator[Hostile]:
+    def vary_operation(op: str, faults: Mapping[str, str]) -> Iterator[HostileBody]:
         """Cases of one operation; the texts of `faults` follow the name of the operation."""
         yield from vary_body(
             op, write_third_operation(f'{{"op":"{op}"?}}'), "/operations/2", faults
@@ -123,7 +124,7 @@ def build_conversion_cases() -> Iterator[Hostile]:
         "null_value": 'null {"op":null}@/op',
         "wrong_type": '1 [] {"op":1}@/op',
         "missing_field": "{}@/op",
-        "unknown_operation": f'{{"op":"{ECHO}"}}@/op {{"op":"Elevate"}}@/op',
+        "unknown_operation": f'{{"op":"{NOT_TO_REPEAT}"}}@/op {{"op":"Elevate"}}@/op',
     }
     yield from vary_body("operation", write_third_operation("?"), "/operations/2", faults)
     faults = {
@@ -135,7 +136,10 @@ def build_conversion_cases() -> Iterator[Hostile]:
     }
     elevate = write_third_operation('{"op":"elevate","degree":?}')
     yield from vary_body("elevate", elevate, "/operations/2/degree", faults)
-    faults = {"missing_field": "@/degree", "unknown_field": f',"degree":3,"{ECHO}":1@/{ECHO}'}
+    faults = {
+        "missing_field": "@/degree",
+        "unknown_field": f',"degree":3,"{NOT_TO_REPEAT}":1@/{NOT_TO_REPEAT}',
+    }
     yield from vary_operation("elevate", faults)
     faults = {
         "missing_field": "@",
@@ -194,11 +198,11 @@ def build_conversion_cases() -> Iterator[Hostile]:
     )
 
 
-CONVERSIONS: tuple[Hostile, ...] = tuple(build_conversion_cases())
+CONVERSIONS: tuple[HostileBody, ...] = tuple(build_conversion_cases())
 """Bodies for POST /v1/convert."""
 
 
-def build_curve_cases() -> Iterator[Hostile]:
+def build_curve_cases() -> Iterator[HostileBody]:
     """Requests to /v1/curve with invalid curves or options."""
     quarter = '"control_points":[[1,0],[1,1],[0,1]]'
     loop = '"type":"bspline","control_points":[[2,0,0],[0,2,1],[-2,0,0],[0,-2,1]]'
@@ -237,11 +241,11 @@ def build_curve_cases() -> Iterator[Hostile]:
     yield from vary_body("option", f'{{"curve":{{{quarter}}},?}}', "/", faults)
 
 
-CURVES: tuple[Hostile, ...] = tuple(build_curve_cases())
+CURVES: tuple[HostileBody, ...] = tuple(build_curve_cases())
 """Bodies for POST /v1/curve."""
 
 
-def build_projection_cases() -> Iterator[Hostile]:
+def build_projection_cases() -> Iterator[HostileBody]:
     """Requests to /v1/project with invalid points or tolerances."""
 
     def write_points(text: str) -> str:
@@ -270,7 +274,7 @@ def build_projection_cases() -> Iterator[Hostile]:
     )
 
 
-def build_ray_cases() -> Iterator[Hostile]:
+def build_ray_cases() -> Iterator[HostileBody]:
     """Requests to /v1/intersect with invalid rays."""
 
     def write_rays(text: str) -> str:
@@ -307,7 +311,7 @@ def build_ray_cases() -> Iterator[Hostile]:
     )
 
 
-def build_plane_cases() -> Iterator[Hostile]:
+def build_plane_cases() -> Iterator[HostileBody]:
     """Requests to /v1/intersect with invalid planes."""
     normals = write_options('"planes":{"normals":?,"offsets":[0]}')
     offsets = write_options('"planes":{"normals":[[0,0,1]],"offsets":?}')
@@ -340,7 +344,7 @@ def build_plane_cases() -> Iterator[Hostile]:
     )
 
 
-CALLS: Mapping[str, tuple[Hostile, ...]] = {
+CALLS: Mapping[str, tuple[HostileBody, ...]] = {
     "/v1/mesh": HOSTILE,
     "/v1/points": QUERIES,
     "/v1/surfaces": STORES,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.api.hostile import ECHO, MIB
+from tests.api.hostile import MIB, NOT_TO_REPEAT
 
 NPY, OOGL, TEAPOT = "application/x-npy", "model/x-oogl", "text/x-teapot"
 
@@ -46,7 +46,10 @@ def build_net(rows: int = 4, columns: int = 4, dimension: int = 3) -> NDArray[np
 
 
 def change_number(value: float, *index: int, dimension: int = 3, patches: int = 0) -> bytes:
-    """The `.npy` file of a net, or of several patches, in which one number has another value."""
+    """The `.npy` file of a net in which the number at `index` is `value`.
+
+    If `patches` is not 0, the file has this many equal nets, (patches, rows, columns, dimension).
+    """
     points = build_net(dimension=dimension)
     if patches:
         points = np.stack([points] * patches)
@@ -71,15 +74,16 @@ def build_case(
 def build_array_cases() -> Iterator[HostileFile]:
     """Invalid `.npy` files."""
     pointer = "/surface/control_net"
-    valid = save_array(build_net())
-    yield build_case("no array", ECHO.encode(), 400, "malformed_body")
+    valid_file = save_array(build_net())
+    yield build_case("no array", NOT_TO_REPEAT.encode(), 400, "malformed_body")
     yield build_case("an empty body", b"", 400, "malformed_body")
     yield build_case("JSON", b'{"surface": {}}', 400, "malformed_body")
-    yield build_case("half an array", valid[:-99], 400, "malformed_body")
-    yield build_case("two arrays", valid * 2, 400, "malformed_body")
-    huge = valid.replace(b"(4, 4, 3), }         ", b"(99999999, 99999, 3)}")
-    assert huge != valid
-    yield build_case("a huge shape", huge, 400, "malformed_body")
+    yield build_case("half an array", valid_file[:-99], 400, "malformed_body")
+    yield build_case("two arrays", valid_file * 2, 400, "malformed_body")
+    # The header has an equal length, because blanks of its padding are replaced.
+    file_of_huge_shape = valid_file.replace(b"(4, 4, 3), }         ", b"(99999999, 99999, 3)}")
+    assert file_of_huge_shape != valid_file
+    yield build_case("a huge shape", file_of_huge_shape, 400, "malformed_body")
     yield build_case("whole numbers", save_array(build_net().astype(int)), 422, "wrong_type")
     yield build_case("a plain list", save_array(np.zeros(3)), 422, "wrong_dimension")
     yield build_case("five numbers", save_array(build_net(dimension=5)), 422, "wrong_dimension")
@@ -136,22 +140,29 @@ def build_array_cases() -> Iterator[HostileFile]:
 
 def build_query_cases() -> Iterator[HostileFile]:
     """Valid files with invalid queries."""
-    valid = save_array(build_net())
+    valid_file = save_array(build_net())
+    yield build_case(
+        "a degree above the net",
+        valid_file,
+        422,
+        "too_few_points",
+        "/surface/control_net",
+        query="type=bspline&degree=4",
+    )
     for query, code, parameter in (
         ("type=tube", "wrong_value", "type"),
         ("type=patches", "wrong_value", "type"),
-        (f"type={ECHO}", "wrong_value", "type"),
+        (f"type={NOT_TO_REPEAT}", "wrong_value", "type"),
         ("type=", "wrong_value", "type"),
         ("degree=3", "unknown_field", "degree"),
         ("knots=uniform", "unknown_field", "knots"),
-        ("type=bspline&degree=4", "too_few_points", None),
         ("type=bspline&degree=0", "out_of_range", "degree"),
         ("type=bspline&degree=65", "degree_too_high", "degree"),
         ("type=bspline&degree=3.0", "wrong_type", "degree"),
         ("type=bspline&degree=", "wrong_type", "degree"),
         ("type=bspline&degree=3,3,3", "wrong_length", "degree"),
-        (f"type=bspline&degree=3,{ECHO}", "wrong_type", "degree"),
-        (f"type=bspline&knots={ECHO}", "wrong_value", "knots"),
+        (f"type=bspline&degree=3,{NOT_TO_REPEAT}", "wrong_type", "degree"),
+        (f"type=bspline&knots={NOT_TO_REPEAT}", "wrong_value", "knots"),
         ("type=bspline&knots=clamped,clamped,clamped", "wrong_length", "knots"),
         ("type=bspline&knots=0,1", "wrong_value", "knots"),
         ("up=x", "wrong_value", "up"),
@@ -164,16 +175,21 @@ def build_query_cases() -> Iterator[HostileFile]:
         ("pixel_tolerance=1", "unknown_field", "pixel_tolerance"),
         ("colour=1", "unknown_field", "colour"),
         ("resolution=0", "out_of_range", "resolution"),
-        ("resolution=4&tolerance=0.1", "conflicting_options", None),
+        ("resolution=4&tolerance=0.1", "conflicting_options", "resolution"),
         ("format=fbx", "unknown_format", "format"),
         ("format=stl&faces=quads", "unsupported_by_format", "faces"),
         ("resolution=9000", "too_many_vertices", "resolution"),
         ("&".join(f"a{i}=1" for i in range(60)), "too_many_parameters", "a50"),
     ):
-        if parameter is not None:
-            yield build_case(
-                f"?{query[:40]}", valid, 422, code, parameter, query=query, location_key="parameter"
-            )
+        yield build_case(
+            f"?{query[:40]}",
+            valid_file,
+            422,
+            code,
+            parameter,
+            query=query,
+            location_key="parameter",
+        )
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0"
     for kind in ("bezier", "bspline", "group"):
         yield build_case(
@@ -203,7 +219,7 @@ def build_text_cases() -> Iterator[HostileFile]:
     for media_type in (OOGL, TEAPOT):
         for name, body in (
             ("nothing", b""),
-            ("a word", ECHO.encode()),
+            ("a word", NOT_TO_REPEAT.encode()),
             ("JSON", b'{"surface": {}}'),
             ("bytes", bytes(range(256))),
             ("UTF-16", "BBP 1 2 3".encode("utf-16")),

@@ -16,7 +16,10 @@ QUERY = "quantize=true&compression=meshopt"
 
 
 def test_meshes_by_url_and_by_body_are_equal(client: Client) -> None:
-    options, encode_options = MeshOptions((5, 5)), EncodeOptions(None, True, "meshopt")
+    options, encode_options = (
+        MeshOptions((5, 5)),
+        EncodeOptions(quantize=True, compression="meshopt"),
+    )
     expected = render(find("saddle").surface(), options, BY_NAME["glb"], encode_options)
     by_url = client.get(f"{SADDLE}.glb?resolution=5&{QUERY}", {"Accept-Encoding": "identity"})
     assert by_url.content == expected
@@ -25,10 +28,10 @@ def test_meshes_by_url_and_by_body_are_equal(client: Client) -> None:
     by_body = client.post("/v1/mesh?format=glb", body)
     assert by_body.content == expected
     bound = read_glb(expected).document["asset"]["extras"]["report"]["deviation_bound"]
-    plain = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
-    # The bound includes the rounding, so it differs from that of the plain file.
+    plain_bound = client.get(f"{SADDLE}.glb?resolution=5").headers["surface-deviation-bound"]
+    # The bound includes the rounding, so it differs from the bound of the plain file.
     for response in (by_url, by_body):
-        assert response.headers["surface-deviation-bound"] == repr(bound) != plain
+        assert response.headers["surface-deviation-bound"] == repr(bound) != plain_bound
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
@@ -49,11 +52,11 @@ def test_formats_list_their_compact_options(
         formats = client.get("/v1/formats").json()["formats"]
         return {each["name"]: (each["quantize"], each["compression"]) for each in formats}
 
-    without_options: dict[str, tuple[bool, list[str]]] = {
+    options_of_others: dict[str, tuple[bool, list[str]]] = {
         fmt.name: (False, []) for fmt in FORMATS if not fmt.compact
     }
     monkeypatch.setattr(meshopt, "is_available", lambda: True)
-    compressed = {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])}
-    assert list_compact_options() == compressed | without_options
+    options_of_gltf = {"glb": (True, ["meshopt"]), "gltf": (True, ["meshopt"])}
+    assert list_compact_options() == options_of_gltf | options_of_others
     monkeypatch.setattr(meshopt, "is_available", lambda: False)
-    assert list_compact_options() == {"glb": (True, []), "gltf": (True, [])} | without_options
+    assert list_compact_options() == {"glb": (True, []), "gltf": (True, [])} | options_of_others

@@ -65,8 +65,10 @@ def test_converted_surfaces_are_valid_surfaces(
     assert len(mesh["colors"]) == len(mesh["normals"])
     if response.json()["surface"]["type"] in ("bspline", "group"):
         return
-    again = client.post("/v1/convert", response.json() | {"operations": [{"op": "bezier"}]})
-    assert again.content == response.content
+    second_response = client.post(
+        "/v1/convert", response.json() | {"operations": [{"op": "bezier"}]}
+    )
+    assert second_response.content == response.content
 
 
 def test_groups_are_refused(client: Client) -> None:
@@ -89,11 +91,11 @@ def test_each_operation_converts_the_result_of_the_previous_one(client: Client) 
         {"op": "split", "v": 0.5},
     ]
     surface = {"control_net": NET}
-    at_once = client.post("/v1/convert", {"surface": surface, "operations": operations})
+    response_to_all = client.post("/v1/convert", {"surface": surface, "operations": operations})
     for operation in operations:
         response = client.post("/v1/convert", {"surface": surface, "operations": [operation]})
         surface = response.json()["surface"]
-    assert at_once.json()["surface"] == surface
+    assert response_to_all.json()["surface"] == surface
     assert len(surface["patches"]) == 2
 
 

@@ -109,22 +109,22 @@ def test_preflight_requests_of_browsers_are_allowed(client: Client, url: str) ->
     assert (response.status_code, response.content) == (204, b"")
     assert response.headers["access-control-allow-origin"] == "*"
     assert response.headers["access-control-allow-methods"] == "GET, HEAD, POST"
-    allowed = response.headers["access-control-allow-headers"].lower().split(", ")
-    assert {"content-type", "if-none-match"} <= set(allowed)
+    allowed_headers = response.headers["access-control-allow-headers"].lower().split(", ")
+    assert {"content-type", "if-none-match"} <= set(allowed_headers)
     assert int(response.headers["access-control-max-age"]) == 86400
 
 
 def test_preflight_requests_of_other_origins_are_refused() -> None:
     with start_client(create_app(Settings(cors_origins=(ALLOWED,)))) as client:
-        allowed, other = (
+        allowed_response, refusal = (
             client.request(
                 "OPTIONS", "/v1/mesh", headers={**build_origin_header(origin), **PREFLIGHT}
             )
             for origin in (ALLOWED, OTHER)
         )
-    assert allowed.headers["access-control-allow-origin"] == ALLOWED
-    assert "access-control-allow-origin" not in other.headers
-    assert "Origin" in other.headers["vary"]
+    assert allowed_response.headers["access-control-allow-origin"] == ALLOWED
+    assert "access-control-allow-origin" not in refusal.headers
+    assert "Origin" in refusal.headers["vary"]
 
 
 def test_an_ordinary_options_request_reaches_the_router(client: Client) -> None:

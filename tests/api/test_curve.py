@@ -137,9 +137,11 @@ def test_the_obj_has_one_line_element(client: Client) -> None:
     assert lines[0] == "o loop"
     assert sum(line.startswith("v ") for line in lines) == 8
     assert lines[-1] == "l 1 2 3 4 5 6 7 8 1"
-    plane = fetch_curve("obj", client, {"curve": QUARTER, "resolution": 2}).decode().splitlines()
-    assert plane[1] == "v 1.0 0.0 0.0"
-    assert plane[-1] == "l 1 2 3"
+    lines_of_plane_curve = (
+        fetch_curve("obj", client, {"curve": QUARTER, "resolution": 2}).decode().splitlines()
+    )
+    assert lines_of_plane_curve[1] == "v 1.0 0.0 0.0"
+    assert lines_of_plane_curve[-1] == "l 1 2 3"
 
 
 @pytest.mark.parametrize("fmt", ["stl", "ply", "off"])

@@ -73,11 +73,11 @@ def test_patches_of_an_array_with_equal_points_are_welded(client: Client) -> Non
     teapot = find("utah-teapot").surface()
     assert isinstance(teapot, PatchSurface)
     array = teapot.vertices[teapot.patches]
-    shared = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=4").json()
-    unshared = post_file(client, save_array(array), NPY, "resolution=4").json()
+    mesh_by_name = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=4").json()
+    mesh_of_array = post_file(client, save_array(array), NPY, "resolution=4").json()
     for name in ("vertices", "triangles", "boundary_edges", "poles_repaired", "watertight"):
-        assert unshared["report"][name] == shared["report"][name], name
-    np.testing.assert_array_equal(unshared["vertices"], shared["vertices"])
+        assert mesh_of_array["report"][name] == mesh_by_name["report"][name], name
+    np.testing.assert_array_equal(mesh_of_array["vertices"], mesh_by_name["vertices"])
 
 
 def test_arrays_of_any_precision_and_byte_order_give_equal_meshes(client: Client) -> None:
@@ -88,8 +88,8 @@ def test_arrays_of_any_precision_and_byte_order_give_equal_meshes(client: Client
 
 
 def test_meshes_of_a_text_and_of_json_are_equal(client: Client) -> None:
-    flat = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 0]]]
-    expected = client.post("/v1/mesh", {"surface": {"control_net": flat}}).json()
+    net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 0]]]
+    expected = client.post("/v1/mesh", {"surface": {"control_net": net}}).json()
     oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
     teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
     for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
@@ -133,14 +133,16 @@ def test_a_file_and_json_of_one_surface_are_stored_under_one_id(client: Client) 
     surface = fields | {"control_net": WAVE.tolist(), "weights": array[..., 3].tolist()}
     query = "type=bspline&degree=3,2&knots=clamped,periodic&up=z"
     headers = {"Content-Type": NPY}
-    first = client.request("POST", f"/v1/surfaces?{query}", save_array(array), headers)
-    again = client.post("/v1/surfaces", {"surface": surface})
-    assert (first.status_code, again.status_code) == (201, 200)
-    assert first.json() == again.json()
-    other = client.request("POST", f"/v1/surfaces?{query}&name=other", save_array(array), headers)
-    assert other.json()["id"] != first.json()["id"]
-    stored = client.get(first.json()["links"]["self"]).json()
-    mesh = client.post("/v1/mesh?format=glb", stored)
+    response_to_file = client.request("POST", f"/v1/surfaces?{query}", save_array(array), headers)
+    response_to_json = client.post("/v1/surfaces", {"surface": surface})
+    assert (response_to_file.status_code, response_to_json.status_code) == (201, 200)
+    assert response_to_file.json() == response_to_json.json()
+    response_with_other_name = client.request(
+        "POST", f"/v1/surfaces?{query}&name=other", save_array(array), headers
+    )
+    assert response_with_other_name.json()["id"] != response_to_file.json()["id"]
+    document = client.get(response_to_file.json()["links"]["self"]).json()
+    mesh = client.post("/v1/mesh?format=glb", document)
     assert mesh.content == post_file(client, save_array(array), NPY, f"{query}&format=glb").content
 
 
@@ -155,9 +157,16 @@ def test_options_of_a_mesh_are_refused_when_a_file_is_stored(client: Client) -> 
 
 
 def test_long_files_are_read_by_a_worker_thread() -> None:
+    """The limits: 256 KiB of an array, 16 KiB of a text, and 32 objects in a JSON body."""
     npy, oogl = BY_NAME["npy"], BY_NAME["oogl"]
-    assert [is_long_body(b"{" * (1 << 18) + more, npy) for more in (b"", b"{")] == [False, True]
-    assert [is_long_body(b" " * (1 << 14) + more, oogl) for more in (b"", b" ")] == [False, True]
+    assert [is_long_body(b"{" * (1 << 18) + last_byte, npy) for last_byte in (b"", b"{")] == [
+        False,
+        True,
+    ]
+    assert [is_long_body(b" " * (1 << 14) + last_byte, oogl) for last_byte in (b"", b" ")] == [
+        False,
+        True,
+    ]
     assert [is_long_body(b"{" * size, None) for size in (32, 33)] == [False, True]
 
 
@@ -173,11 +182,11 @@ def damaged_texts(draw: st.DrawFn) -> tuple[bytes, str]:
     """A text of OOGL or of the teapot with some words inserted or removed, and its media type."""
     media_type = draw(st.sampled_from(sorted(TEXTS)))
     words = TEXTS[media_type].replace(b"\n", b" \n ").split(b" ")
-    others = (b"{", b"}", b"1e308", b"-1", b"0", b"1e-308", b"nan", b"\n", b"BBP", b"7")
+    new_words = (b"{", b"}", b"1e308", b"-1", b"0", b"1e-308", b"nan", b"\n", b"BBP", b"7")
     for _ in range(draw(st.integers(1, 3))):
         position = draw(st.integers(0, len(words)))
-        inserted = draw(st.lists(st.sampled_from(others), max_size=2))
-        words[position : position + draw(st.integers(0, 2))] = inserted
+        words_to_insert = draw(st.lists(st.sampled_from(new_words), max_size=2))
+        words[position : position + draw(st.integers(0, 2))] = words_to_insert
     return b" ".join(words), media_type
 
 
@@ -188,16 +197,16 @@ def test_damaged_files_cause_no_internal_errors(client: Client, file: tuple[byte
 
 
 def test_limits_of_the_settings_apply_to_files() -> None:
-    limited = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
-    text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0 "
-    with start_client(create_app(limited)) as client:
+    limited_settings = Settings(max_control_points=8, max_degree=1, max_body_bytes=1024)
+    patch = b"0 0 0 1 0 0 0 1 0 1 1 0 "
+    with start_client(create_app(limited_settings)) as client:
         for content, media_type, code in (
             (save_array(build_net(3, 2)), NPY, "degree_too_high"),
             (save_array(build_net(3, 3)), NPY, "too_many_control_points"),
             (save_array(build_net(2, 2)), NPY, None),
             (save_array(build_net(9, 9)), NPY, "body_too_large"),
-            (text + text[7:], OOGL, None),
-            (text + text[7:] * 2, OOGL, "too_many_control_points"),
+            (b"BEZ113 " + patch * 2, OOGL, None),
+            (b"BEZ113 " + patch * 3, OOGL, "too_many_control_points"),
             (b"BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0", OOGL, "degree_too_high"),
             (b"1\n" + b"1 " * 9 + b"\n1\n0 0 0", TEAPOT, "too_many_control_points"),
         ):

@@ -36,8 +36,11 @@ def test_a_ray_hits_a_square_at_its_parameters(client: Client) -> None:
 
 def test_patches_are_numbered_over_all_members_of_a_group(client: Client) -> None:
     member = {"type": "bezier", "control_net": NET}
-    placed = {"surface": member, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]}
-    group = {"type": "group", "members": [{"surface": member}, placed]}
+    raised_member = {
+        "surface": member,
+        "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]],
+    }
+    group = {"type": "group", "members": [{"surface": member}, raised_member]}
     result = intersect(client, surface=group, rays=DOWN, hits="all")
     assert result["patch"] == [1, 0]
     assert result["t"] == [0.25, 0.5]

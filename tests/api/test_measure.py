@@ -66,12 +66,13 @@ def test_open_and_inconsistent_edges_are_listed(client: Client) -> None:
     (border,) = result["boundaries"]
     assert is_about(border["length"], 10)
     assert border["first_edge"] == {"patch": 0, "side": "v=1", "uv": [[0, 1], [1, 1]]}
-    reversed_face = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
-    result = measure(client, surface=build_brick(reversed_face))
+    faces_with_one_reversed = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
+    result = measure(client, surface=build_brick(faces_with_one_reversed))
     assert (result["open_edges"], result["inconsistent_edges"]) == (0, 8)
     assert not any(edge["open"] for edge in result["faulty_edges"])
 
 
+# Every second example, to save time.
 @pytest.mark.parametrize("name", sorted(set(EXAMPLES) - SLOW)[::2])
 def test_a_measure_of_an_example_has_a_volume_if_it_is_closed(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]
@@ -117,11 +118,13 @@ def test_the_refusal_of_a_small_tolerance_names_one_that_can_be_reached(client: 
         plan_measure(surface, MeasureQuery(1e-9), limits).run()
     (issue,) = error.value.issues
     assert (issue.code, issue.pointer, issue.got) == ("too_costly", "/tolerance", "1e-09")
-    least, _, rest = issue.needed.removeprefix("at least ").partition(": ")
-    assert rest == f"{least} for the area"
-    result = orjson.loads(plan_measure(surface, MeasureQuery(float(least)), limits).run())
+    smallest_tolerance, _, end_of_text = issue.needed.removeprefix("at least ").partition(": ")
+    assert end_of_text == f"{smallest_tolerance} for the area"
+    result = orjson.loads(
+        plan_measure(surface, MeasureQuery(float(smallest_tolerance)), limits).run()
+    )
     assert result["reached"]
-    assert is_about(result["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(least))
+    assert is_about(result["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(smallest_tolerance))
     example = client.get("/openapi.json").json()["components"]["responses"]["InvalidRequest"]
     problem = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
     assert problem["errors"][0]["code"] == "too_costly"

@@ -34,9 +34,9 @@ def test_the_mesh_of_a_control_net_is_json_by_default(client: Client) -> None:
 
 
 def test_the_type_may_be_left_out_and_one_resolution_is_for_both_directions(client: Client) -> None:
-    short = client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 5})
-    long = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [5, 5]})
-    assert short.content == long.content
+    response_to_short = client.post("/v1/mesh", {"surface": {"control_net": NET}, "resolution": 5})
+    response_to_long = client.post("/v1/mesh", {"surface": BEZIER, "resolution": [5, 5]})
+    assert response_to_short.content == response_to_long.content
 
 
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
@@ -85,8 +85,10 @@ def test_options_in_the_body_and_in_the_query_give_equal_meshes(client: Client) 
         by_url = client.get(f"/v1/surfaces/utah-teapot/mesh.{name}?{query}")
         assert by_body.status_code == by_url.status_code == 200
         assert by_body.content == by_url.content
-    plain = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=3,2")
-    assert plain.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
+    without_options = client.get("/v1/surfaces/utah-teapot/mesh.json?resolution=3,2")
+    assert (
+        without_options.content != client.get(f"/v1/surfaces/utah-teapot/mesh.json?{query}").content
+    )
 
 
 def test_without_weld_every_sample_is_a_vertex_in_the_documented_order(
@@ -105,9 +107,10 @@ def test_without_weld_every_sample_is_a_vertex_in_the_documented_order(
     expected = [np.column_stack((u, v, 0 * u)), np.column_stack((u, 1 + v, 0 * u))]
     expected.append(np.column_stack((1 + u, 1 + u * v, 0 * u)))
     np.testing.assert_allclose(mesh["vertices"], np.concatenate(expected), atol=1e-15)
-    unused = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
-    assert unused
-    assert unused < set(range(30, 35)), "only samples at the pole may be unused"
+    unused_vertices = set(range(3 * 15)) - {index for face in mesh["faces"] for index in face}
+    # The third patch has the vertices 30 to 44; its first row, at the pole, has 30 to 34.
+    assert unused_vertices
+    assert unused_vertices < set(range(30, 35)), "only samples at the pole may be unused"
 
 
 @pytest.mark.anyio
@@ -124,6 +127,7 @@ async def test_a_health_check_does_not_wait_for_earlier_requests() -> None:
             finished.append(url)
 
         await asyncio.gather(*map(send_request, [*meshes, "/health/live"]))
+    # The health check is sent last; it would end last of 61 requests if it waited for the others.
     assert finished.index("/health/live") < 20
 
 
@@ -185,9 +189,9 @@ def test_file_names_have_only_harmless_characters(client: Client, name: str, fil
 def test_errors_name_the_parameter(client: Client, query: str, parameter: str, code: str) -> None:
     response = client.get(f"/v1/surfaces/utah-teapot/mesh.glb?{query}")
     assert response.status_code == 422
-    first = response.json()["errors"][0]
-    assert (first["parameter"], first["code"]) == (parameter, code)
-    assert "pointer" not in first
+    error = response.json()["errors"][0]
+    assert (error["parameter"], error["code"]) == (parameter, code)
+    assert "pointer" not in error
 
 
 @pytest.mark.parametrize(
@@ -203,8 +207,8 @@ def test_invalid_formats_of_a_post_request_are_refused(
 ) -> None:
     response = client.post(f"/v1/mesh?{query}", {"surface": BEZIER})
     assert response.status_code == 422
-    first = response.json()["errors"][0]
-    assert (first["parameter"], first["code"]) == (parameter, code)
+    error = response.json()["errors"][0]
+    assert (error["parameter"], error["code"]) == (parameter, code)
 
 
 @pytest.mark.parametrize("suffix", ["fbx", "GLB", "glb.gz", "%00", "é"])

@@ -58,9 +58,9 @@ def read_canonical_url(client: Client, url: str) -> str:
 def test_all_spellings_of_a_query_have_one_canonical_url(client: Client, query: str) -> None:
     url = f"{SADDLE}?resolution=4&uvs=true&engine={ENGINE}"
     assert read_canonical_url(client, f"{SADDLE}?{query}") == url
-    canonical, other = client.get(url), client.get(f"{SADDLE}?{query}")
-    assert canonical.content == other.content
-    assert canonical.headers["etag"] == other.headers["etag"]
+    canonical_response, response = client.get(url), client.get(f"{SADDLE}?{query}")
+    assert canonical_response.content == response.content
+    assert canonical_response.headers["etag"] == response.headers["etag"]
 
 
 @pytest.mark.parametrize(
@@ -109,13 +109,13 @@ def test_headers_have_the_counts_and_the_bound_of_the_report(client: Client) -> 
 
 
 def test_server_timing_names_steps_and_hits(fresh_client: Client) -> None:
-    first = fresh_client.get(SADDLE).headers["server-timing"]
+    timing_of_miss = fresh_client.get(SADDLE).headers["server-timing"]
     steps = ("surface", "mesh", "compress")
-    assert re.fullmatch(", ".join(["cache;desc=miss", *map(TIMING.format, steps)]), first)
+    assert re.fullmatch(", ".join(["cache;desc=miss", *map(TIMING.format, steps)]), timing_of_miss)
     assert fresh_client.get(SADDLE).headers["server-timing"] == "cache;desc=hit"
-    posted = fresh_client.post("/v1/mesh", fresh_client.get("/v1/surfaces/saddle").json())
-    timing = posted.headers["server-timing"]
-    assert re.fullmatch(", ".join(map(TIMING.format, ("read", "parse", "mesh"))), timing)
+    response = fresh_client.post("/v1/mesh", fresh_client.get("/v1/surfaces/saddle").json())
+    timing_of_post = response.headers["server-timing"]
+    assert re.fullmatch(", ".join(map(TIMING.format, ("read", "parse", "mesh"))), timing_of_post)
 
 
 def test_codings_decode_to_the_same_bytes_and_have_different_tags(fresh_client: Client) -> None:
@@ -145,11 +145,11 @@ def test_small_bodies_are_compressed_only_if_the_client_refuses_identity(
     for _ in range(2):
         response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, zstd"})
         assert "content-encoding" not in response.headers
-    forced = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
-    assert forced.headers["content-encoding"] == "gzip"
-    assert decompress_gzip(forced.content) == response.content
-    again = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, zstd"})
-    assert "content-encoding" not in again.headers
+    compressed_response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
+    assert compressed_response.headers["content-encoding"] == "gzip"
+    assert decompress_gzip(compressed_response.content) == response.content
+    last_response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, zstd"})
+    assert "content-encoding" not in last_response.headers
 
 
 def test_responses_are_not_compressed_while_requests_wait_for_memory(
@@ -158,11 +158,11 @@ def test_responses_are_not_compressed_while_requests_wait_for_memory(
     url, accept_gzip = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
     with monkeypatch.context() as patch:
         patch.setattr(Workers, "waiting", 1)
-        plain = fresh_client.get_raw(url, accept_gzip)
-        assert "content-encoding" not in plain.headers
-        forced = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
+        plain_response = fresh_client.get_raw(url, accept_gzip)
+        assert "content-encoding" not in plain_response.headers
+        compressed_response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
         # A client that accepts only gzip gets it all the same.
-        assert decompress_gzip(forced.content) == plain.content
+        assert decompress_gzip(compressed_response.content) == plain_response.content
     assert fresh_client.get_raw(url, accept_gzip).headers["content-encoding"] == "gzip"
 
 
@@ -194,10 +194,10 @@ def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_cached: bool) -> No
             assert response.headers["access-control-allow-origin"] == "*"
             assert "content-length" not in response.headers
         assert len(app.state.services.cache) == is_cached, "a 304 needs no computation"
-        changed = client.get_raw(url, {**headers, "If-None-Match": '"other"'})
-        assert changed.status_code == 200
-        other = client.get_raw(f"{url}&uvs=true", {**headers, "If-None-Match": tag})
-        assert other.status_code == 200
+        response_to_other_tag = client.get_raw(url, {**headers, "If-None-Match": '"other"'})
+        assert response_to_other_tag.status_code == 200
+        response_of_other_url = client.get_raw(f"{url}&uvs=true", {**headers, "If-None-Match": tag})
+        assert response_of_other_url.status_code == 200
 
 
 def test_a_tag_of_a_coding_that_the_client_does_not_accept_gives_no_304(client: Client) -> None:
@@ -221,9 +221,9 @@ def test_head_computes_the_mesh_and_caches_it(fresh_client: Client) -> None:
     get = fresh_client.get(SADDLE)
     assert get.headers["server-timing"] == "cache;desc=hit"
     assert get.headers["content-length"] == head.headers["content-length"]
-    again = fresh_client.request("HEAD", SADDLE)
-    assert again.content == b""
-    assert again.headers == get.headers
+    second_head = fresh_client.request("HEAD", SADDLE)
+    assert second_head.content == b""
+    assert second_head.headers == get.headers
 
 
 def test_without_memory_for_the_cache_every_request_computes() -> None:
@@ -248,12 +248,12 @@ def test_long_responses_are_sent_completely_from_the_cache(client: Client) -> No
 
 def test_requests_for_a_range_get_the_whole_body(client: Client) -> None:
     """RFC 9110 allows this, with status 200."""
-    whole = client.get_raw(SADDLE, PLAIN)
-    part = client.get_raw(
-        SADDLE, {**PLAIN, "Range": "bytes=0-3", "If-Range": whole.headers["etag"]}
+    response = client.get_raw(SADDLE, PLAIN)
+    response_to_range = client.get_raw(
+        SADDLE, {**PLAIN, "Range": "bytes=0-3", "If-Range": response.headers["etag"]}
     )
-    assert (part.status_code, part.content) == (200, whole.content)
-    assert "content-range" not in part.headers
+    assert (response_to_range.status_code, response_to_range.content) == (200, response.content)
+    assert "content-range" not in response_to_range.headers
 
 
 OPTIONS = {
@@ -283,14 +283,21 @@ OPTIONS = {
 )
 def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: Format) -> None:
     try:
-        parsed = parse_mesh_query(options.items())
+        options_of_query = parse_mesh_query(options.items())
         surface = find("saddle").surface()
-        expected = render(surface, parsed.mesh_options(), fmt, encode_options(parsed))
+        expected = render(
+            surface, options_of_query.mesh_options(), fmt, encode_options(options_of_query)
+        )
     except SurfaceError:
         return
-    query = canonical_query(parsed, fmt.ignored)
-    again = parse_mesh_query(parse_qsl(query))
-    assert render(surface, again.mesh_options(), fmt, encode_options(again)) == expected
+    query = canonical_query(options_of_query, fmt.ignored)
+    options_of_canonical = parse_mesh_query(parse_qsl(query))
+    assert (
+        render(
+            surface, options_of_canonical.mesh_options(), fmt, encode_options(options_of_canonical)
+        )
+        == expected
+    )
 
 
 def test_another_process_computes_the_same_bytes() -> None:

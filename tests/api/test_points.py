@@ -29,8 +29,11 @@ def evaluate(client: Client, **fields: Any) -> Any:
 def test_derivatives_and_curvatures_agree_with_closed_forms(client: Client) -> None:
     """z = uv at (0, 0) and (0, 1)."""
     result = evaluate(client, uv=[[0, 0], [0, 1]], derivatives=2)
-    half = math.sqrt(0.5)
-    normals, curvatures = [[0.0, 0.0, 1.0], [-half, 0.0, half]], [[1.0, -1.0], [0.5, -0.5]]
+    root_of_half = math.sqrt(0.5)
+    normals, curvatures = (
+        [[0.0, 0.0, 1.0], [-root_of_half, 0.0, root_of_half]],
+        [[1.0, -1.0], [0.5, -0.5]],
+    )
     assert result["positions"] == [[0, 0, 0], [0, 1, 0]]
     assert result["du"] == [[1, 0, 0], [1, 0, 1]]
     assert result["dv"] == [[0, 1, 0], [0, 1, 0]]
@@ -92,10 +95,12 @@ def test_the_limit_of_control_points_does_not_apply_to_points() -> None:
 
 
 def test_responses_with_the_longest_numbers_are_within_the_bound(client: Client) -> None:
-    tiny = [[[-1.2345678901234567e-101 * (i + j), 0.1 * j, i / 7] for j in (1, 2)] for i in (1, 3)]
+    net_of_long_numbers = [
+        [[-1.2345678901234567e-101 * (i + j), 0.1 * j, i / 7] for j in (1, 2)] for i in (1, 3)
+    ]
     uv = np.random.default_rng(4).random((50, 2)).tolist()
     for order in (0, 1, 2):
-        document = {"surface": {"control_net": tiny}, "uv": uv, "derivatives": order}
+        document = {"surface": {"control_net": net_of_long_numbers}, "uv": uv, "derivatives": order}
         content = client.post("/v1/points", document).content
         assert len(content) <= json_points.byte_bound(50, order)
 
@@ -119,8 +124,8 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     else:
         fields = {"barycentric": [[1, 0, 0]], "patch": 0}
     result = client.post("/v1/points", {**document, "derivatives": 2, **fields}).json()
-    first = 0 if model.order is None else int(np.argmin(model.order))
-    np.testing.assert_allclose(result["positions"][0], batch.corners[first, 0], atol=1e-12)
+    first_patch = 0 if model.order is None else int(np.argmin(model.order))
+    np.testing.assert_allclose(result["positions"][0], batch.corners[first_patch, 0], atol=1e-12)
 
 
 def test_an_error_shows_all_digits_of_a_value_just_outside_its_range(client: Client) -> None:

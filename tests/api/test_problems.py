@@ -112,18 +112,18 @@ def test_a_net_that_is_too_large_for_json_is_accepted_as_npy(settings: Settings,
 
 
 def test_a_body_of_unknown_length_is_refused_as_soon_as_it_is_too_long() -> None:
-    pieces = 0
+    read_pieces = 0
 
     def yield_forever() -> Iterator[bytes]:
-        nonlocal pieces
+        nonlocal read_pieces
         while True:
-            pieces += 1
+            read_pieces += 1
             yield b" " * 400
 
     with start_client(create_app(Settings(max_body_bytes=1024))) as client:
         response = client.request("POST", "/v1/mesh", yield_forever(), JSON)
     assert response.status_code == 413
-    assert pieces == 3
+    assert read_pieces == 3  # 1200 bytes; two pieces have 800, fewer than 1024
 
 
 def test_a_body_of_the_largest_allowed_length_is_read() -> None:

@@ -57,6 +57,7 @@ def test_closest_points_on_a_curve_in_the_plane(client: Client) -> None:
     assert "patch" not in result
 
 
+# Every second example, to save time.
 @pytest.mark.parametrize("name", sorted(EXAMPLES)[1::2])
 def test_vertices_of_an_examples_mesh_are_on_its_surface(client: Client, name: str) -> None:
     surface = client.get(f"/v1/surfaces/{name}").json()["surface"]

@@ -13,7 +13,8 @@ from tests.api.client import Client, start_client
 
 NET = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
 SQUARE = {"control_net": NET}
-MIDDLE = {"normals": [[2, 0, 0]], "offsets": [0.25, 0.5, 3]}
+PLANES = {"normals": [[2, 0, 0]], "offsets": [0.25, 0.5, 3]}
+"""The planes x = 0.25, x = 0.5 and x = 3: offsets are distances along the unit normal."""
 
 
 def intersect(client: Client, **fields: Any) -> Any:
@@ -25,7 +26,7 @@ def intersect(client: Client, **fields: Any) -> Any:
 
 
 def test_sections_of_a_square_are_lines(client: Client) -> None:
-    result = intersect(client, surface=SQUARE, planes=MIDDLE)
+    result = intersect(client, surface=SQUARE, planes=PLANES)
     assert [len(section["polylines"]) for section in result["sections"]] == [1, 1, 0]
     (line,) = result["sections"][0]["polylines"]
     assert line == {"closed": False, "points": [[0.25, 1, 0], [0.25, 0, 0]]}
@@ -35,8 +36,9 @@ def test_sections_of_a_square_are_lines(client: Client) -> None:
 
 
 def test_sections_list_the_patches_in_their_plane(client: Client) -> None:
-    up = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
-    group = {"type": "group", "members": [{"surface": SQUARE}, {"surface": SQUARE, "matrix": up}]}
+    raise_by_1 = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
+    members = [{"surface": SQUARE}, {"surface": SQUARE, "matrix": raise_by_1}]
+    group = {"type": "group", "members": members}
     planes = {"normals": [[0, 0, 1]], "offsets": [0, 1, 2]}
     result = intersect(client, surface=group, planes=planes)["sections"]
     assert [section["coplanar"] for section in result] == [[0], [1], []]
@@ -46,7 +48,7 @@ def test_sections_list_the_patches_in_their_plane(client: Client) -> None:
 
 @pytest.mark.parametrize("fmt", SECTION_FORMATS, ids=lambda fmt: fmt.name)
 def test_formats_by_name_and_by_media_type_are_equal(client: Client, fmt: Any) -> None:
-    body = {"surface": {"control_net": NET, "name": "<script>"}, "planes": MIDDLE}
+    body = {"surface": {"control_net": NET, "name": "<script>"}, "planes": PLANES}
     by_name = client.post(f"/v1/intersect?format={fmt.name}", body)
     by_media_type = client.post("/v1/intersect", body, headers={"Accept": fmt.media_type})
     assert by_name.status_code == 200
@@ -62,8 +64,8 @@ def test_hits_of_rays_are_json_only(client: Client) -> None:
     assert response.json()["errors"][0]["code"] == "unsupported_by_format"
     response = client.post("/v1/intersect", body, headers={"Accept": "image/svg+xml"})
     assert response.status_code == 406
-    either = {"Accept": "image/svg+xml, application/json;q=0.1"}
-    assert client.post("/v1/intersect", body, headers=either).json()["counts"] == [1]
+    accept_both = {"Accept": "image/svg+xml, application/json;q=0.1"}
+    assert client.post("/v1/intersect", body, headers=accept_both).json()["counts"] == [1]
 
 
 def test_sections_are_within_the_tolerance(client: Client) -> None:
@@ -84,19 +86,19 @@ def test_sections_are_within_the_tolerance(client: Client) -> None:
         assert np.abs(np.hypot(*middles[:, :2].T) - 1).max() <= tolerance
 
 
-BOTH = {"planes": MIDDLE, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0, 1]]}}
+PLANES_AND_RAYS = {"planes": PLANES, "rays": {"origins": [[0, 0, 1]], "directions": [[0, 0, 1]]}}
 
 
 @pytest.mark.parametrize(
     ("fields", "code", "pointer"),
     [
         ({}, "missing_field", "/rays"),
-        (BOTH, "conflicting_options", "/planes"),
-        ({"planes": MIDDLE, "hits": "all"}, "conflicting_options", "/hits"),
-        ({"rays": BOTH["rays"], "tolerance": 1}, "conflicting_options", "/tolerance"),
-        ({"planes": MIDDLE, "tolerance": 1, "relative_tolerance": 0.1},
+        (PLANES_AND_RAYS, "conflicting_options", "/planes"),
+        ({"planes": PLANES, "hits": "all"}, "conflicting_options", "/hits"),
+        ({"rays": PLANES_AND_RAYS["rays"], "tolerance": 1}, "conflicting_options", "/tolerance"),
+        ({"planes": PLANES, "tolerance": 1, "relative_tolerance": 0.1},
          "conflicting_options", "/relative_tolerance"),
-        ({"planes": MIDDLE, "tolerance": 1e-12}, "tolerance_too_small", "/tolerance"),
+        ({"planes": PLANES, "tolerance": 1e-12}, "tolerance_too_small", "/tolerance"),
     ],
 )  # fmt: skip
 def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, pointer: str) -> None:
@@ -109,10 +111,14 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
 def test_too_many_planes_or_points_and_tubes_are_refused() -> None:
     bumps = {"surface": {"type": "bspline", "degree": 2, "control_net": _build_bumps()}}
     with start_client(create_app(Settings(max_vertices=2000))) as client:
-        many_planes = client.post("/v1/intersect", {**bumps, "planes": _build_offsets(1001)})
-        many_points = client.post("/v1/intersect", {**bumps, "planes": _build_offsets(500)})
+        many_planes = client.post(
+            "/v1/intersect", {**bumps, "planes": _build_horizontal_planes(1001)}
+        )
+        many_points = client.post(
+            "/v1/intersect", {**bumps, "planes": _build_horizontal_planes(500)}
+        )
         tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
-        no_parameters = client.post("/v1/intersect", {"surface": tube, "planes": MIDDLE})
+        no_parameters = client.post("/v1/intersect", {"surface": tube, "planes": PLANES})
     errors = [each.json()["errors"][0] for each in (many_planes, many_points, no_parameters)]
     assert [error["code"] for error in errors] == [
         "too_many_planes", "too_many_vertices", "not_parametric",
@@ -120,7 +126,7 @@ def test_too_many_planes_or_points_and_tubes_are_refused() -> None:
     assert [error["pointer"] for error in errors] == ["/planes", "/planes", "/surface"]
 
 
-def _build_offsets(count: int) -> Any:
+def _build_horizontal_planes(count: int) -> Any:
     """Horizontal planes at `count` heights."""
     return {"normals": [[0, 0, 1]], "offsets": np.linspace(-1, 1, count).tolist()}
 

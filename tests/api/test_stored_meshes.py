@@ -64,11 +64,11 @@ def test_urls_without_the_engine_may_be_cached_for_an_hour(client: Client) -> No
 def test_equal_meshes_under_two_urls_have_equal_tags(client: Client) -> None:
     example = client.get("/v1/surfaces/saddle").json()
     id = client.post("/v1/surfaces", example).json()["id"]
-    of_example = client.get("/v1/surfaces/saddle/mesh.glb", PLAIN)
-    of_stored = client.get(f"/v1/surfaces/{id}/mesh.glb", PLAIN)
-    assert of_example.content == of_stored.content
-    assert of_example.headers["etag"] == of_stored.headers["etag"]
-    assert of_example.headers["link"] != of_stored.headers["link"]
+    mesh_of_example = client.get("/v1/surfaces/saddle/mesh.glb", PLAIN)
+    mesh_of_stored = client.get(f"/v1/surfaces/{id}/mesh.glb", PLAIN)
+    assert mesh_of_example.content == mesh_of_stored.content
+    assert mesh_of_example.headers["etag"] == mesh_of_stored.headers["etag"]
+    assert mesh_of_example.headers["link"] != mesh_of_stored.headers["link"]
 
 
 def test_304_needs_the_surface_but_no_computation(client: Client, app: FastAPI) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from service.api.app import create_app
+from service.engine.mesh.report import ENGINE
 from service.errors import StoreFailed, StoreFull
 from service.settings.values import Settings
 from service.storage.canonical import canonical_content, surface_id
@@ -37,13 +38,14 @@ def store_surface(client: Client, surface: Any) -> str:
 
 def test_a_surface_is_stored_once(fresh_client: Client) -> None:
     document = fresh_client.get("/v1/surfaces/saddle").json()
+    mesh_url = f"/v1/surfaces/{ID}/mesh.glb?engine={ENGINE}"
     for status in (201, 200, 200):
         response = fresh_client.post("/v1/surfaces", document)
         assert response.status_code == status
         assert response.headers["location"] == f"/v1/surfaces/{ID}"
         assert response.json()["id"] == ID
         assert response.json()["links"]["self"] == f"/v1/surfaces/{ID}"
-        assert response.json()["links"]["mesh"]["glb"] == f"/v1/surfaces/{ID}/mesh.glb?engine=3"
+        assert response.json()["links"]["mesh"]["glb"] == mesh_url
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -55,8 +57,8 @@ def test_a_stored_surface_is_returned(client: Client, name: str) -> None:
     assert response.headers["content-type"] == "application/json"
     assert response.headers["etag"] == f'"{url.rpartition("/")[2]}"'
     assert response.headers["cache-control"] == FOR_EVER
-    again = client.post("/v1/surfaces", response.json())
-    assert (again.status_code, again.headers["location"]) == (200, url)
+    second_response = client.post("/v1/surfaces", response.json())
+    assert (second_response.status_code, second_response.headers["location"]) == (200, url)
     meshes = {
         client.post("/v1/mesh?format=json", {**document, "resolution": 2}).content
         for document in (response.json(), {"surface": SURFACES[name]})
@@ -101,7 +103,7 @@ def test_unknown_ids_are_not_found(fresh_client: Client, id: str, method: str) -
     if method != "HEAD" and id != "..":
         error = response.json()["errors"][0]
         assert (error["code"], error["parameter"]) == ("unknown_surface", "id")
-        assert "x" * 9 not in response.text
+        assert "x" * 9 not in response.text, "the error repeats the long id"
 
 
 def test_a_surface_is_deleted(fresh_client: Client) -> None:
@@ -115,21 +117,21 @@ def test_a_surface_is_deleted(fresh_client: Client) -> None:
 
 
 def test_deletion_is_refused_unless_the_settings_allow_it(client: Client) -> None:
-    stored = store_surface(client, PATCH)
-    for url in (stored, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
+    stored_url = store_surface(client, PATCH)
+    for url in (stored_url, f"/v1/surfaces/{NO_ID}", "/v1/surfaces/saddle"):
         response = client.request("DELETE", url)
         assert response.status_code == 405
         assert response.json()["code"] == "method_not_allowed"
         assert set(response.headers["allow"].split(", ")) == {"GET", "HEAD"}
-    assert client.get(stored).status_code == 200
+    assert client.get(stored_url).status_code == 200
 
 
 def test_examples_cannot_be_deleted(fresh_client: Client) -> None:
     response = fresh_client.request("DELETE", "/v1/surfaces/saddle")
     assert response.status_code == 405
     assert set(response.headers["allow"].split(", ")) == {"GET", "HEAD"}
-    allowed = fresh_client.request("PUT", f"/v1/surfaces/{NO_ID}").headers["allow"]
-    assert set(allowed.split(", ")) == {"GET", "HEAD", "DELETE"}
+    allowed_methods = fresh_client.request("PUT", f"/v1/surfaces/{NO_ID}").headers["allow"]
+    assert set(allowed_methods.split(", ")) == {"GET", "HEAD", "DELETE"}
 
 
 @pytest.mark.parametrize(
@@ -157,11 +159,13 @@ def test_invalid_bodies_are_refused(headers: dict[str, str], body: bytes, status
 )
 def test_a_stored_surface_above_the_limits_is_refused(settings: Settings, code: str) -> None:
     """Another instance with wider limits stored the surface. The error names the parameter `id`."""
-    wide, narrow = create_app(Settings()), create_app(settings)
-    narrow.state.services = replace(narrow.state.services, store=wide.state.services.store)
-    with start_client(wide) as client:
+    unlimited_app, limited_app = create_app(Settings()), create_app(settings)
+    limited_app.state.services = replace(
+        limited_app.state.services, store=unlimited_app.state.services.store
+    )
+    with start_client(unlimited_app) as client:
         url = store_surface(client, SURFACES["bspline"])
-    with start_client(narrow) as client:
+    with start_client(limited_app) as client:
         response = client.get(url)
     assert response.status_code == 422
     (error,) = response.json()["errors"]

@@ -16,6 +16,7 @@ def test_options_of_a_mesh_apply_to_tubes(client: Client) -> None:
     }
     response = client.post("/v1/mesh", document).json()
     report = response["report"]
+    # 4 × 6 quads around the curve (its 4 divisions, 6 sides), and 2 caps of 6 triangles.
     assert (report["quads"], report["triangles"], report["watertight"]) == (24, 12, True)
     assert [part["name"] for part in response["parts"]] == ["wire"]
     (line,) = response["lines"]

@@ -54,12 +54,12 @@ def test_many_clients_compute_a_mesh_once_in_any_spelling_of_its_url(
         f"{TEAPOT}?resolution=32&oogl=bez",
         f"{TEAPOT}?weld=true&resolution=032",
     ]
-    responses, calls = asyncio.run(
+    responses, computed_meshes = asyncio.run(
         request_at_once(monkeypatch, urls, {"Accept-Encoding": "identity"})
     )
     assert [response.status_code for response in responses] == [200] * 100
     assert len({response.content for response in responses}) == 1
-    assert calls == 1
+    assert computed_meshes == 1
 
 
 def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,6 +71,8 @@ def test_a_mesh_is_compressed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(meshes_by_url, "compress", compress_and_count)
     urls = [f"{TEAPOT}?resolution=32"]
-    responses, calls = asyncio.run(request_at_once(monkeypatch, urls, {"Accept-Encoding": "gzip"}))
+    responses, computed_meshes = asyncio.run(
+        request_at_once(monkeypatch, urls, {"Accept-Encoding": "gzip"})
+    )
     assert {response.content[:4] for response in responses} == {b"glTF"}
-    assert (calls, codings) == (1, ["gzip"])
+    assert (computed_meshes, codings) == (1, ["gzip"])

@@ -150,14 +150,17 @@ def wait_until(condition: Callable[[], bool]) -> None:
 
 def test_a_client_that_disconnects_is_removed_from_the_queue(slow_meshes: SlowMeshes) -> None:
     with start_service() as service:
-        computing = service.post(LONG)
+        computing_client = service.post(LONG)
         wait_until(lambda: slow_meshes.started == 1)
-        leaving, staying = service.post(LONG), service.post(LONG)
+        leaving_client, staying_client = service.post(LONG), service.post(LONG)
         wait_until(lambda: service.workers.waiting == 2)
-        leaving.leave()
+        leaving_client.leave()
         wait_until(lambda: service.workers.waiting == 1)
         slow_meshes.may_end.set()
-        assert [client.read_response()[0] for client in (computing, staying)] == [200, 200]
+        assert [client.read_response()[0] for client in (computing_client, staying_client)] == [
+            200,
+            200,
+        ]
         wait_until(service.is_idle)
         assert (slow_meshes.started, slow_meshes.cancelled) == (2, 0)
 
@@ -166,17 +169,17 @@ def test_the_work_is_cancelled_when_the_last_of_its_clients_disconnects(
     slow_meshes: SlowMeshes,
 ) -> None:
     with start_service() as service:
-        first, second = service.get(SADDLE), service.get(SADDLE)
-        other = service.get(SADDLE.replace("glb", "stl"))
+        first_client, second_client = service.get(SADDLE), service.get(SADDLE)
+        stl_client = service.get(SADDLE.replace("glb", "stl"))
         wait_until(lambda: slow_meshes.started == 1 and service.workers.waiting == 1)
-        first.leave()
+        first_client.leave()
         wait_until(lambda: service.get("/health/live").read_response()[0] == 200)
         assert slow_meshes.cancelled == 0
-        second.leave()
+        second_client.leave()
         wait_until(lambda: (slow_meshes.started, slow_meshes.cancelled) == (2, 1))
-        again = service.get(SADDLE)
+        third_client = service.get(SADDLE)
         slow_meshes.may_end.set()
-        assert [client.read_response()[0] for client in (other, again)] == [200, 200]
+        assert [client.read_response()[0] for client in (stl_client, third_client)] == [200, 200]
         wait_until(service.is_idle)
         assert (slow_meshes.started, slow_meshes.cancelled) == (3, 1)
 
@@ -191,28 +194,31 @@ def test_computing_and_waiting_requests_have_a_deadline(slow_meshes: SlowMeshes)
         assert slow_meshes.cancelled == slow_meshes.started >= 1
 
 
-def test_small_requests_do_not_wait_for_large_ones(slow_meshes: SlowMeshes) -> None:
+def test_small_requests_do_not_wait_for_large_requests(slow_meshes: SlowMeshes) -> None:
     with start_service(max_queue=1) as service:
-        computing = service.post(LONG)
+        computing_client = service.post(LONG)
         wait_until(lambda: slow_meshes.started == 1)
-        waiting = service.post(LONG)
+        waiting_client = service.post(LONG)
         wait_until(lambda: service.workers.waiting == 1)
         assert service.post(SHORT).read_response()[0] == 200
         assert service.post(SHORT, "/v1/estimate").read_response()[0] == 200
-        for small in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
-            assert service.get(small).read_response()[0] == 200
+        for url in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
+            assert service.get(url).read_response()[0] == 200
         slow_meshes.may_end.set()
-        assert [client.read_response()[0] for client in (computing, waiting)] == [200, 200]
+        assert [client.read_response()[0] for client in (computing_client, waiting_client)] == [
+            200,
+            200,
+        ]
         wait_until(service.is_idle)
 
 
 def test_a_client_that_reads_slowly_keeps_only_the_memory_of_its_response() -> None:
-    long = LONG | {"resolution": 400}
+    request = LONG | {"resolution": 400}
     # An STL file has a header of 84 bytes, and 50 bytes for each triangle.
     length = 84 + 50 * 2 * 400**2
     with start_service() as service:
         for client_leaves in (False, True):
-            client = service.post(long, "/v1/mesh?format=stl")
+            client = service.post(request, "/v1/mesh?format=stl")
             wait_until(lambda: service.workers.computing == 0 < service.workers.used)
             wait_until(lambda: service.workers.used == length)
             if client_leaves:
@@ -239,39 +245,39 @@ def test_failed_requests_release_threads_and_memory(
 def test_bodies_above_the_memory_budget_are_refused_and_small_ones_accepted() -> None:
     with start_service(memory_bytes=64 << 20) as service:
         first_part = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
-        first, second = service.connect(), service.connect()
-        first.post(first_part, "/v1/mesh", length=10**7)
+        first_client, second_client = service.connect(), service.connect()
+        first_client.post(first_part, "/v1/mesh", length=10**7)
         wait_until(lambda: service.workers.used > 10_000_000)
-        second.post(first_part, "/v1/mesh", length=10**7)
-        assert second.read_refusal() == (429, "busy", 1)
+        second_client.post(first_part, "/v1/mesh", length=10**7)
+        assert second_client.read_refusal() == (429, "busy", 1)
         assert service.post(SHORT).read_response()[0] == 200
-        first.leave()
+        first_client.leave()
         wait_until(service.is_idle)
-        third = service.connect()
-        third.post(first_part + b", 0" * 100_000, "/v1/mesh", length=10**7)
-        status, _, body = third.read_response()
+        third_client = service.connect()
+        third_client.post(first_part + b", 0" * 100_000, "/v1/mesh", length=10**7)
+        status, _, body = third_client.read_response()
         assert (status, json.loads(body)["errors"][0]["code"]) == (422, "too_much_memory")
         wait_until(service.is_idle)
 
 
 def test_requests_leave_no_reference_cycles(slow_meshes: SlowMeshes) -> None:
     """Objects in a cycle keep their memory until the garbage collector runs, which is rare."""
-    many = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
+    surface = LONG["surface"] | {"extra": [[0] * 10] * 10_000}  # type: ignore[operator]
     was_enabled, garbage = gc.isenabled(), list[object]()
     with start_service(max_queue=1) as service:
         gc.collect()
         gc.disable()
         try:
-            leaving = service.post(LONG)
+            leaving_client = service.post(LONG)
             wait_until(lambda: slow_meshes.started == 1)
-            leaving.leave()
+            leaving_client.leave()
             wait_until(lambda: slow_meshes.cancelled == 1)
-            for client in (service.post({"surface": many}), service.post(SHORT)):
+            for client in (service.post({"surface": surface}), service.post(SHORT)):
                 assert client.read_response()[0] in (200, 422)
                 client.leave()
-            unfinished = service.connect()
-            unfinished.post(b'{"surface": ', "/v1/mesh", length=10**6)
-            unfinished.leave()
+            unfinished_client = service.connect()
+            unfinished_client.post(b'{"surface": ', "/v1/mesh", length=10**6)
+            unfinished_client.leave()
             wait_until(service.is_idle)
             time.sleep(0.1)  # the connections end
             gc.set_debug(gc.DEBUG_SAVEALL)

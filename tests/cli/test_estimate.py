@@ -16,5 +16,6 @@ def test_local_and_remote_output_are_equal(server: str, tmp_path: Path) -> None:
         assert main([*command, "-o", str(local)]) == 0
         assert main([*command, "-o", str(remote), "--url", server]) == 0
         assert local.read_bytes() == remote.read_bytes()
+    # With 3 × 2 divisions, a patch has 4 × 3 vertices and 3 × 2 quads.
     estimate = json.loads(local.read_bytes())
     assert (estimate["vertices"], estimate["quads"], estimate["accepted"]) == (12, 6, True)

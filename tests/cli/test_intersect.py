@@ -21,7 +21,8 @@ def test_rays_from_flags_and_from_a_file(
     output = capsysbinary.readouterr().out
     assert main(["intersect", "sphere", "--rays", str(tmp_path / "rays.npy"), *flags]) == 0
     assert capsysbinary.readouterr().out == output
-    height = 0.95**0.5
+    # The first ray meets the unit sphere at these heights, ±; its direction has the length 2.
+    height = (1 - 0.1**2 - 0.2**2) ** 0.5
     expected = [(5 - height) / 2, (5 + height) / 2, 2, 4]
     assert json.loads(output)["t"] == pytest.approx(expected)
 

@@ -179,8 +179,8 @@ def test_every_module_with_a_command_is_listed() -> None:
     folder = Path(inspect.getfile(main)).parent
     texts = {file.stem: file.read_text(encoding="utf-8") for file in folder.glob("*.py")}
     modules = {name for name, text in texts.items() if "\ndef add(commands:" in text}
-    listed = {command.__name__.rpartition(".")[2] for command in COMMANDS}
-    assert modules == listed, "list the module in COMMANDS of service/cli/main.py"
+    listed_modules = {command.__name__.rpartition(".")[2] for command in COMMANDS}
+    assert modules == listed_modules, "list the module in COMMANDS of service/cli/main.py"
 
 
 def test_every_option_of_a_mesh_has_a_flag(capsys: pytest.CaptureFixture[str]) -> None:
@@ -334,7 +334,7 @@ def test_curves_are_read_from_files(
     assert b"--tolerance" in capsysbinary.readouterr().err
 
 
-def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_of_the_package_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as error:
         main(["--version"])
     assert (error.value.code, capsys.readouterr().out) == (0, f"surface {__version__}\n")

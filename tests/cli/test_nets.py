@@ -26,7 +26,7 @@ def files(tmp_path: Path) -> Path:
     np.save(tmp_path / "net.npy", net)
     np.save(tmp_path / "single.npy", np.asfortranarray(net[..., :3], dtype=">f4"))
     saddle = find("saddle").surface()
-    patches = render(saddle, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    patches = render(saddle, MeshOptions(), BY_NAME["oogl"], EncodeOptions(oogl="bez"))
     for name in ("saddle.bez", "saddle.bbp", "saddle.oogl"):
         (tmp_path / name).write_bytes(patches)
     (tmp_path / "strip.teapot").write_text(TEAPOT, encoding="ascii")
@@ -75,9 +75,9 @@ def test_other_commands_read_arrays_too(server: str, files: Path, command: list[
     """An array with flags and the JSON document give equal results, local and remote."""
     results: list[Any] = []
     for source in ([str(files / "net.npy"), *SPLINE], [str(files / "net.json")]):
-        for place in ([], ["--url", server]):
+        for url_flags in ([], ["--url", server]):
             output = files / "result.json"
-            assert main([*command, *source, *place, "-o", str(output)]) == 0
+            assert main([*command, *source, *url_flags, "-o", str(output)]) == 0
             results.append(json.loads(output.read_bytes()))
     assert all(result == results[0] for result in results)
 
@@ -107,6 +107,6 @@ def test_errors_name_the_flag_or_the_line(
     (source, *flags), code, text = REFUSALS[number]
     # Every second case calls `surface estimate`, which reads files in the same way.
     command = (["mesh", "--format", "off"], ["estimate"])[number % 2]
-    for place in ([], ["--url", server]):
-        assert main([*command, str(files / source), *flags, *place, "-o", "-"]) == code
+    for url_flags in ([], ["--url", server]):
+        assert main([*command, str(files / source), *flags, *url_flags, "-o", "-"]) == code
         assert capsys.readouterr().err.startswith(f"surface: {text}")

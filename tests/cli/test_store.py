@@ -35,10 +35,10 @@ def test_the_printed_urls_serve_the_surface(
     np.save(array, NET.astype(np.float32))
     for arguments in ([net], [net], [str(array), "--name", "sail"]):
         assert main(["store", *arguments, "--url", server]) == 0
-        printed = read_output(capsys)
-        assert printed["id"] == ID
-        assert printed["self"] == f"{server}/v1/surfaces/{ID}"
-        assert httpx.get(printed["self"]).json()["surface"]["control_net"] == NET.tolist()
+        lines = read_output(capsys)
+        assert lines["id"] == ID
+        assert lines["self"] == f"{server}/v1/surfaces/{ID}"
+        assert httpx.get(lines["self"]).json()["surface"]["control_net"] == NET.tolist()
 
 
 @pytest.mark.parametrize(

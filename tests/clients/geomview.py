@@ -47,9 +47,9 @@ def _parse_off(text: str) -> GeomviewMesh:
     keyword = next(word for word in words if word != "{")
     assert keyword.endswith("OFF"), keyword
     columns = 3 + 3 * ("N" in keyword) + 4 * ("C" in keyword)
-    vertices, faces, _edges = (int(next(words)) for _ in range(3))
-    table = np.array([[float(next(words)) for _ in range(columns)] for _ in range(vertices)])
+    vertex_count, face_count, _edge_count = (int(next(words)) for _ in range(3))
+    table = np.array([[float(next(words)) for _ in range(columns)] for _ in range(vertex_count)])
     # The last lines are the faces: the number of corners, the corners, and maybe a colour.
     lines = [line.split() for line in text.strip().rstrip("}").splitlines() if line.strip()]
-    corners = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-faces:]]
-    return GeomviewMesh(table[:, :3], corners, table[:, -4:] if "C" in keyword else None)
+    faces = [[int(word) for word in line[1 : 1 + int(line[0])]] for line in lines[-face_count:]]
+    return GeomviewMesh(table[:, :3], faces, table[:, -4:] if "C" in keyword else None)

@@ -49,7 +49,9 @@ def test_geomview_reads_the_same_patches_from_its_file_and_from_the_response(
     if not file.exists():
         pytest.skip("Geomview's examples are not installed")
     response = post_file(f"{server}/v1/mesh?format=oogl&oogl=bez", file, "model/x-oogl")
-    before, after = (read_oogl(content, tmp_path) for content in (file.read_bytes(), response))
-    assert len(before.vertices) == len(after.vertices) > 0
-    assert before.faces == after.faces
-    np.testing.assert_allclose(after.vertices, before.vertices, atol=1e-5)
+    mesh_of_file, mesh_of_response = (
+        read_oogl(content, tmp_path) for content in (file.read_bytes(), response)
+    )
+    assert len(mesh_of_file.vertices) == len(mesh_of_response.vertices) > 0
+    assert mesh_of_file.faces == mesh_of_response.faces
+    np.testing.assert_allclose(mesh_of_response.vertices, mesh_of_file.vertices, atol=1e-5)

@@ -56,7 +56,7 @@ def build_settings(environment: Mapping[str, str]) -> Settings:
     return apply_flags(Settings(memory_bytes=MEMORY_LIMIT // 2), texts)
 
 
-def check_limits(settings: Settings, memory_limit: int, stop_seconds: int) -> None:
+def assert_within_limits(settings: Settings, memory_limit: int, stop_seconds: int) -> None:
     """Checks that the service fits into its limits of memory and of time to stop.
 
     Requests and the process must leave a reserve of 30 % of `memory_limit`, in bytes. The service

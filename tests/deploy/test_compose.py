@@ -11,8 +11,8 @@ from tests.deploy.files import (
     DEPLOY,
     MEMORY_LIMIT,
     ROOT,
+    assert_within_limits,
     build_settings,
-    check_limits,
     load_yaml,
     read_variables,
     run_command,
@@ -85,7 +85,7 @@ def test_secrets_have_no_defaults(name: str) -> None:
 def test_the_settings_fit_into_the_limits_of_the_container(name: str) -> None:
     assert SERVICES[name]["mem_limit"] == "1g"
     stop_seconds = int(SERVICES[name]["stop_grace_period"].removesuffix("s"))
-    check_limits(read_settings(name), MEMORY_LIMIT, stop_seconds)
+    assert_within_limits(read_settings(name), MEMORY_LIMIT, stop_seconds)
     assert read_settings(name).threads == SERVICES[name]["cpus"]
 
 

@@ -17,8 +17,8 @@ from tests.deploy.files import (
     DEPLOY,
     MEMORY_LIMIT,
     USER,
+    assert_within_limits,
     build_settings,
-    check_limits,
     load_yaml,
     run_command,
 )
@@ -113,7 +113,7 @@ def test_the_settings_fit_into_the_limits_of_the_container(overlay: str) -> None
     settings = read_settings(overlay)
     limit = find_container(overlay)["resources"]["limits"]["memory"]
     assert limit == "1Gi"
-    check_limits(settings, MEMORY_LIMIT, find_pod(overlay)["terminationGracePeriodSeconds"])
+    assert_within_limits(settings, MEMORY_LIMIT, find_pod(overlay)["terminationGracePeriodSeconds"])
     # With 0 the service would start one thread for each processor of the node.
     assert settings.threads > 0
     if select_kind(overlay, "Ingress"):
@@ -155,8 +155,8 @@ def test_network_policies_allow_only_needed_traffic(overlay: str) -> None:
     policies = {
         each["metadata"]["name"]: each["spec"] for each in select_kind(overlay, "NetworkPolicy")
     }
-    default = policies.pop("nothing")
-    assert default == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
+    default_policy = policies.pop("nothing")
+    assert default_policy == {"podSelector": {}, "policyTypes": ["Ingress", "Egress"]}
     labels = find_only(overlay, "Service")["spec"]["selector"]
     for spec in policies.values():
         assert spec["podSelector"]["matchLabels"] == labels
@@ -226,16 +226,18 @@ def test_the_ingress_leads_to_all_routes_except_those_for_operators() -> None:
     paths = rule["http"]["paths"]
     service = {"name": "surface-service", "port": {"name": "http"}}
     assert all(each["backend"] == {"service": service} for each in paths)
-    exact = {each["path"] for each in paths if each["pathType"] == "Exact"}
-    prefixes = {each["path"] for each in paths if each["pathType"] == "Prefix"}
+    exact_paths = {each["path"] for each in paths if each["pathType"] == "Exact"}
+    path_prefixes = {each["path"] for each in paths if each["pathType"] == "Prefix"}
 
     def is_reached(path: str) -> bool:
-        return path in exact or any(f"{path}/".startswith(f"{each}/") for each in prefixes)
+        return path in exact_paths or any(
+            f"{path}/".startswith(f"{each}/") for each in path_prefixes
+        )
 
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
-    for_operators = {"/health/live", "/health/ready", "/metrics"}
-    unreached = {path for path in routes | for_operators if path and not is_reached(path)}
-    assert unreached == for_operators
+    operator_paths = {"/health/live", "/health/ready", "/metrics"}
+    unreached_paths = {path for path in routes | operator_paths if path and not is_reached(path)}
+    assert unreached_paths == operator_paths
     annotations = find_only("production", "Ingress")["metadata"]["annotations"]
     seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
     assert seconds > read_settings("production").request_timeout

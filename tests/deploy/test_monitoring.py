@@ -31,8 +31,8 @@ SERVICE = 'job="surface-service",instance="a"'
 """Labels of all samples of an instance."""
 
 DURATION = "surface_http_request_duration_seconds"
-MEMORY_LIMIT = f'surface_memory_limit_bytes{{{SERVICE},pool="large"}}'
-FIRING: dict[str, dict[str, str]] = {
+MEMORY_LIMIT = f'surface_memory_limit_bytes{{{SERVICE},pool="work"}}'
+SERIES_OF_ALERTS: dict[str, dict[str, str]] = {
     "SurfaceAbsent": {f"up{{{SERVICE}}}": "0x200", 'up{job="other"}': "1x200"},
     "SurfaceRestarts": {f"process_start_time_seconds{{{SERVICE}}}": "0x30 1 2 3 4 4x170"},
     "SurfaceNotReady": {f"surface_ready{{{SERVICE}}}": "0x200"},
@@ -47,7 +47,7 @@ FIRING: dict[str, dict[str, str]] = {
     },
     "SurfaceBusy": {f'surface_refused_total{{{SERVICE},code="busy"}}': "0+12x200"},
     "SurfaceMemoryLent": {
-        f'surface_memory_bytes{{{SERVICE},pool="large"}}': "95x200",
+        f'surface_memory_bytes{{{SERVICE},pool="work"}}': "95x200",
         MEMORY_LIMIT: "100x200",
     },
     "SurfaceMemoryAbovePrediction": {
@@ -74,7 +74,7 @@ FIRING: dict[str, dict[str, str]] = {
 The values are in the notation of `promtool test rules`: `0+2x200` is 0, and then 200 times 2 more.
 """
 
-QUIET: dict[str, dict[str, str]] = {
+SERIES_WITHOUT_ALERT: dict[str, dict[str, str]] = {
     "normal load": {
         f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="5xx"}}': "0+0x200",
         f'{DURATION}_count{{{SERVICE},route="/v1/mesh",status="2xx"}}': "0+100x200",
@@ -82,7 +82,7 @@ QUIET: dict[str, dict[str, str]] = {
         f'{DURATION}_bucket{{{SERVICE},route="/v1/mesh",status="2xx",le="+Inf"}}': "0+100x200",
         f'surface_refused_total{{{SERVICE},code="busy"}}': "0+1x200",
         f'surface_refused_total{{{SERVICE},code="invalid_request"}}': "0+900x200",
-        f'surface_memory_bytes{{{SERVICE},pool="large"}}': "200e6x200",
+        f'surface_memory_bytes{{{SERVICE},pool="work"}}': "200e6x200",
         MEMORY_LIMIT: "400e6x200",
         f"process_resident_memory_bytes{{{SERVICE}}}": "590e6x200",
         f"process_start_time_seconds{{{SERVICE}}}": "0x50 1x150",
@@ -143,9 +143,9 @@ def test_metrics_in_alerts_and_panels_exist(sample_names: set[str]) -> None:
 
 
 def test_the_dashboard_shows_the_metrics_of_the_service(sample_names: set[str]) -> None:
-    shown = {name for expression in EXPRESSIONS for name in NAME.findall(expression)}
-    metrics = {name for name in sample_names if name.startswith("surface_")}
-    assert metrics - shown == {"surface_cache_limit_bytes", f"{DURATION}_sum"}
+    shown_metrics = {name for expression in EXPRESSIONS for name in NAME.findall(expression)}
+    service_metrics = {name for name in sample_names if name.startswith("surface_")}
+    assert service_metrics - shown_metrics == {"surface_cache_limit_bytes", f"{DURATION}_sum"}
 
 
 def test_every_alert_is_documented() -> None:
@@ -174,24 +174,27 @@ def test_the_series_of_each_alert_make_it_fire_and_no_other_alert(
     promtool: str, tmp_path: Path
 ) -> None:
     shutil.copy(ALERTS, tmp_path / "alerts.yaml")
-    up = {f"up{{{SERVICE}}}": "1x200"}
+    series_of_up = {f"up{{{SERVICE}}}": "1x200"}
     # If all instances are absent, each of them is also down.
-    firing = {alert: [alert] for alert in FIRING}
-    firing["SurfaceAbsent"].append("SurfaceDown")
-    assert set(chain(*firing.values())) == {rule["alert"] for rule in RULES}
-    tests = [_build_test(up | series, firing[alert]) for alert, series in FIRING.items()]
-    tests += [_build_test(up | series, []) for series in QUIET.values()]
+    alerts_of = {alert: [alert] for alert in SERIES_OF_ALERTS}
+    alerts_of["SurfaceAbsent"].append("SurfaceDown")
+    assert set(chain(*alerts_of.values())) == {rule["alert"] for rule in RULES}
+    tests = [
+        _build_test(series_of_up | series, alerts_of[alert])
+        for alert, series in SERIES_OF_ALERTS.items()
+    ]
+    tests += [_build_test(series_of_up | series, []) for series in SERIES_WITHOUT_ALERT.values()]
     file = tmp_path / "tests.yaml"
     document = {"rule_files": ["alerts.yaml"], "evaluation_interval": "1m", "tests": tests}
     file.write_text(yaml.safe_dump(document), "utf-8")
     run_command(promtool, "test", "rules", str(file))
 
 
-def _build_test(series: dict[str, str], firing: list[str]) -> dict[str, Any]:
+def _build_test(series: dict[str, str], alerts: list[str]) -> dict[str, Any]:
     """A test for promtool: with these series, exactly these alerts fire."""
     # SurfaceRestarts fires for 15 minutes after the restarts at 30 to 34 minutes, and
     # SurfaceCacheMisses after 2 hours.
-    time = "150m" if firing in ([], ["SurfaceCacheMisses"]) else "40m"
+    time = "150m" if alerts in ([], ["SurfaceCacheMisses"]) else "40m"
     return {
         "interval": "1m",
         "input_series": [{"series": name, "values": values} for name, values in series.items()],
@@ -200,7 +203,7 @@ def _build_test(series: dict[str, str], firing: list[str]) -> dict[str, Any]:
                 "expr": 'sum by (alertname) (ALERTS{alertstate="firing"}) > 0',
                 "eval_time": time,
                 "exp_samples": [
-                    {"labels": f'{{alertname="{name}"}}', "value": 1} for name in firing
+                    {"labels": f'{{alertname="{name}"}}', "value": 1} for name in alerts
                 ],
             }
         ],

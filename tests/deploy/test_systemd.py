@@ -9,8 +9,8 @@ import pytest
 from tests.deploy.files import (
     DEPLOY,
     MEMORY_LIMIT,
+    assert_within_limits,
     build_settings,
-    check_limits,
     read_variables,
     run_command,
 )
@@ -44,6 +44,7 @@ def test_systemd_accepts_the_unit(unit: Path) -> None:
 
 def test_the_unit_is_confined(unit: Path) -> None:
     """systemd rates the exposure of a unit from 0, confined, to 10, exposed."""
+    # The threshold is in tenths: 15 is a rating of 1.5.
     report = run_command(
         find_program("systemd-analyze"), "security", "--offline=true", "--threshold=15", unit
     )
@@ -53,7 +54,7 @@ def test_the_unit_is_confined(unit: Path) -> None:
 
 def test_the_settings_fit_into_the_limits_of_the_unit() -> None:
     assert read_value("MemoryMax") == "1G"
-    check_limits(SETTINGS, MEMORY_LIMIT, int(read_value("TimeoutStopSec")))
+    assert_within_limits(SETTINGS, MEMORY_LIMIT, int(read_value("TimeoutStopSec")))
     assert SETTINGS.max_connections < int(read_value("LimitNOFILE"))
 
 

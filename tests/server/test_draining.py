@@ -22,7 +22,7 @@ from service.server.run import Server, make_server
 from service.settings.values import Settings
 from tools.processes import free_port
 
-LONG = 60.0  # seconds; a test that waits so long fails
+MAX_WAIT = 60.0  # seconds; a test that waits longer fails
 
 
 class SlowApp:
@@ -39,7 +39,7 @@ class SlowApp:
 
     async def respond_slowly(self, _: Request) -> Response:
         self.has_begun.set()
-        await asyncio.to_thread(self.may_end.wait, LONG)
+        await asyncio.to_thread(self.may_end.wait, MAX_WAIT)
         return PlainTextResponse("slow")
 
 
@@ -58,7 +58,7 @@ def run_server(
     finally:
         slow_app.may_end.set()
         server.should_exit = True
-        thread.join(LONG)
+        thread.join(MAX_WAIT)
     assert not thread.is_alive()
 
 
@@ -75,7 +75,7 @@ def is_refused(url: str) -> bool:
 def test_responses_during_the_drain_delay_close_their_connection() -> None:
     slow_app, state = SlowApp(), SimpleNamespace(ready=True)
     with (
-        run_server(slow_app, Settings(drain_delay=LONG), state) as (server, url),
+        run_server(slow_app, Settings(drain_delay=MAX_WAIT), state) as (server, url),
         httpx.Client(base_url=url) as client,
     ):
         assert "connection" not in client.get("/").headers
@@ -89,22 +89,22 @@ def test_responses_during_the_drain_delay_close_their_connection() -> None:
 
 def test_running_requests_get_responses_after_the_listener_is_closed() -> None:
     slow_app, responses = SlowApp(), []
-    with run_server(slow_app, Settings(drain_timeout=LONG), None) as (server, url):
+    with run_server(slow_app, Settings(drain_timeout=MAX_WAIT), None) as (server, url):
         thread = threading.Thread(target=lambda: responses.append(httpx.get(f"{url}/slow")))
         thread.start()
-        assert slow_app.has_begun.wait(LONG)
-        with httpx.Client(base_url=url) as idle:
-            idle.get("/")
+        assert slow_app.has_begun.wait(MAX_WAIT)
+        with httpx.Client(base_url=url) as idle_client:
+            idle_client.get("/")
             server.handle_exit(signal.SIGINT, None)
             while not is_refused(url):
                 pass
             # The server closes the idle connection too.
             assert is_refused(url)
             with pytest.raises(httpx.TransportError):
-                idle.get("/")
+                idle_client.get("/")
         assert responses == []
         slow_app.may_end.set()
-        thread.join(LONG)
+        thread.join(MAX_WAIT)
     assert [(response.text, response.headers["connection"]) for response in responses] == [
         ("slow", "close")
     ]
@@ -112,18 +112,18 @@ def test_running_requests_get_responses_after_the_listener_is_closed() -> None:
 
 def test_the_end_does_not_wait_for_incomplete_requests_and_refused_clients() -> None:
     slow_app = SlowApp()
-    with run_server(slow_app, Settings(drain_timeout=LONG), None) as (server, url):
+    with run_server(slow_app, Settings(drain_timeout=MAX_WAIT), None) as (server, url):
         address = ("127.0.0.1", int(url.rsplit(":", 1)[1]))
         with (
-            socket.create_connection(address) as incomplete,
-            socket.create_connection(address) as refused,
+            socket.create_connection(address) as incomplete_client,
+            socket.create_connection(address) as refused_client,
         ):
-            incomplete.sendall(b"GET / HT")
-            refused.sendall(b"nonsense")
-            assert refused.recv(12) == b"HTTP/1.1 400"
+            incomplete_client.sendall(b"GET / HT")
+            refused_client.sendall(b"nonsense")
+            assert refused_client.recv(12) == b"HTTP/1.1 400"
             server.handle_exit(signal.SIGINT, None)
             with suppress(ConnectionResetError):
-                assert incomplete.recv(1) == b""
+                assert incomplete_client.recv(1) == b""
 
 
 PROGRAM = """
@@ -176,7 +176,7 @@ def test_work_without_end_is_cancelled_and_the_exit_code_is_0() -> None:
         while b"stuck\n" not in output:
             output += process.stdout.readline()
         process.send_signal(signal.SIGTERM)
-        assert process.wait(LONG) == 0
+        assert process.wait(MAX_WAIT) == 0
         log = process.stdout.read().decode()
         response = client.recv(4000)
     assert response.startswith(b"HTTP/1.1 503 ")
@@ -194,4 +194,4 @@ def test_a_second_signal_ends_the_process_at_once() -> None:
             while client.get(f"http://127.0.0.1:{port}/").headers.get("connection") != "close":
                 pass
         process.send_signal(signal.SIGINT)
-        assert process.wait(LONG) == 128 + signal.SIGINT
+        assert process.wait(MAX_WAIT) == 128 + signal.SIGINT

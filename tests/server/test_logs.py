@@ -55,7 +55,7 @@ def test_texts_of_clients_cannot_break_lines_of_the_log() -> None:
     text = RecordFormatter("text").format(record)
     assert text.startswith("WARNING:  a\\nERROR:")
     assert text.isprintable()
-    assert len(text) < 8 * MAX_MESSAGE
+    assert len(text) < 8 * MAX_MESSAGE  # escaped characters, such as \u2028, are longer
     _, *traceback = RecordFormatter("text").format(build_error_record()).split("\n")
     assert len(traceback) == 4
     assert all(line.startswith("    ") and line.isprintable() for line in traceback)
@@ -127,68 +127,69 @@ for _ in range(5000): requests.write("x" * 1000 + "\\n")
 @contextmanager
 def open_pipe() -> Iterator[tuple[int, int]]:
     """File descriptors of a new pipe, to read and to write."""
-    ends = os.pipe()
+    descriptors = os.pipe()
     try:
-        yield ends
+        yield descriptors
     finally:
-        for end in ends:
+        for descriptor in descriptors:
             with suppress(OSError):
-                os.close(end)
+                os.close(descriptor)
 
 
-def is_written(log: Lines, seconds: float = 10) -> bool:
-    """True if all lines so far are written within this time."""
-    all_written = threading.Event()
-    log.lines.put(all_written)
-    return all_written.wait(seconds)
+def wait_until_written(log: Lines, seconds: float = 10) -> bool:
+    """Waits until the thread of the log has written all lines so far; False if it takes longer."""
+    has_written = threading.Event()
+    # The thread sets an event that it finds in the queue: all lines before it are then written.
+    log.lines.put(has_written)
+    return has_written.wait(seconds)
 
 
 def test_lines_are_complete_and_in_order() -> None:
-    with open_pipe() as (read, write):
-        log = Lines(write)
+    with open_pipe() as (read_end, write_end):
+        log = Lines(write_end)
         for number in range(1000):
             log.write(f"{number}\n")
-        assert is_written(log)
+        assert wait_until_written(log)
         actual = b""
         while actual.count(b"\n") < 1000:
-            actual += os.read(read, 1 << 16)
+            actual += os.read(read_end, 1 << 16)
     assert actual.decode().split() == [str(number) for number in range(1000)]
     assert log.dropped == 0
 
 
 def test_a_full_pipe_blocks_no_writer() -> None:
-    with open_pipe() as (read, write):
-        log = Lines(write, max_lines=100)
+    with open_pipe() as (read_end, write_end):
+        log = Lines(write_end, max_lines=100)
         line = "x" * 1000 + "\n"
         for _ in range(500):
             log.write(line)
         assert log.dropped > 0
-        assert not is_written(log, 0.2)
+        assert not wait_until_written(log, 0.2)
         may_end = threading.Event()
 
         def drain() -> None:
             while not may_end.is_set():
-                if len(os.read(read, 1 << 16)) == 0:
+                if len(os.read(read_end, 1 << 16)) == 0:
                     break
 
         reader = threading.Thread(target=drain, daemon=True)
         reader.start()
-        assert is_written(log)
+        assert wait_until_written(log)
         may_end.set()
         log.write("end\n")
-        assert is_written(log)
+        assert wait_until_written(log)
         reader.join(10)
 
 
 def test_a_closed_pipe_is_no_error() -> None:
-    with open_pipe() as (read, write):
-        os.close(read)
-        log = Lines(write)
+    with open_pipe() as (read_end, write_end):
+        os.close(read_end)
+        log = Lines(write_end)
         log.write("a\n")
         log.write("b\n")
-        assert is_written(log)
+        assert wait_until_written(log)
     assert log.dropped == 2
     without_file = Lines(-1)
     without_file.write("a\n")
-    assert is_written(without_file)
+    assert wait_until_written(without_file)
     assert without_file.dropped == 1

@@ -16,8 +16,8 @@ pytestmark = pytest.mark.anyio
 CHUNK = 1 << 14
 MAX_HEAD = 1 << 16
 HOST = b"Host: x\r\n"
-FIRST = b"POST /v1/mesh HTTP/1.1\r\n" + HOST
-CHUNKED = FIRST + b"Transfer-Encoding: chunked\r\n"
+POST = b"POST /v1/mesh HTTP/1.1\r\n" + HOST
+CHUNKED = POST + b"Transfer-Encoding: chunked\r\n"
 GET = b"GET /%d HTTP/1.1\r\n" + HOST + b"\r\n"
 
 
@@ -30,7 +30,7 @@ class Echo:
     def __init__(self) -> None:
         self.scopes: list[Scope] = []
         self.bodies: list[bytes] = []
-        self.incomplete = 0
+        self.incomplete_bodies = 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         self.scopes.append(scope)
@@ -41,7 +41,7 @@ class Echo:
                 break
             message = await receive()
         else:
-            self.incomplete += 1
+            self.incomplete_bodies += 1
             return
         self.bodies.append(body)
         await send_response(send, body)
@@ -64,11 +64,11 @@ class DelayedApp:
 
     def __init__(self) -> None:
         self.may_respond = asyncio.Event()
-        self.received: list[Message] = []
+        self.messages: list[Message] = []
 
     async def __call__(self, _scope: Scope, receive: Receive, send: Send) -> None:
         await self.may_respond.wait()
-        self.received.append(await receive())
+        self.messages.append(await receive())
         await send_response(send, b"late")
 
 
@@ -77,9 +77,9 @@ class DelayedApp:
     [
         (b"GET /", b"a" * CHUNK),
         (b"GET /v1/surfaces?", b"a=1&" * (CHUNK // 4)),
-        (FIRST + b"X-Long: ", b"a" * CHUNK),
-        (FIRST + b"X", b"a" * CHUNK),
-        (FIRST, b"X-Many: a\r\n" * 1000),
+        (POST + b"X-Long: ", b"a" * CHUNK),
+        (POST + b"X", b"a" * CHUNK),
+        (POST, b"X-Many: a\r\n" * 1000),
         (b"", b"\r\n" * (CHUNK // 2)),
         (CHUNKED + b"\r\n0\r\n", b"X-Trailer: a\r\n" * 1000),
         (CHUNKED + b"\r\n0\r\nX-Trailer: ", b"a" * CHUNK),
@@ -92,7 +92,7 @@ async def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -
     client = server.connect()
     sent_bytes = 0
     data = start
-    while not client.wire.ended:
+    while not client.wire.has_ended:
         await client.send(data)
         sent_bytes += len(data)
         assert sent_bytes <= 2 * MAX_HEAD + len(start) + len(piece)
@@ -100,7 +100,7 @@ async def test_a_head_that_does_not_end_is_refused(start: bytes, piece: bytes) -
     assert sent_bytes > MAX_HEAD
     assert client.problem["status"] == 431
     assert client.problem["errors"][0]["code"] == "head_too_large"
-    assert server.refused == ["head_too_large"]
+    assert server.refusals == ["head_too_large"]
 
 
 async def test_a_body_may_have_any_number_of_chunks() -> None:
@@ -115,21 +115,21 @@ async def test_a_body_may_have_any_number_of_chunks() -> None:
 
 AMBIGUOUS = {
     "two framings": CHUNKED + b"Content-Length: 3\r\n\r\n0\r\n\r\n",
-    "two framings in the other order": FIRST
+    "two framings in the other order": POST
     + b"Content-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n",
-    "two lengths": FIRST + b"Content-Length: 3\r\nContent-Length: 3\r\n\r\nabc",
-    "a list of lengths": FIRST + b"Content-Length: 3, 3\r\n\r\nabc",
-    "a signed length": FIRST + b"Content-Length: +3\r\n\r\nabc",
-    "a length of 23 digits": FIRST + b"Content-Length: 99999999999999999999999\r\n\r\n",
-    "two codings in one header": FIRST + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n",
-    "not chunked": FIRST + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
+    "two lengths": POST + b"Content-Length: 3\r\nContent-Length: 3\r\n\r\nabc",
+    "a list of lengths": POST + b"Content-Length: 3, 3\r\n\r\nabc",
+    "a signed length": POST + b"Content-Length: +3\r\n\r\nabc",
+    "a length of 23 digits": POST + b"Content-Length: 99999999999999999999999\r\n\r\n",
+    "two codings in one header": POST + b"Transfer-Encoding: gzip, chunked\r\n\r\n0\r\n\r\n",
+    "not chunked": POST + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
     "two codings in two headers": CHUNKED + b"Transfer-Encoding: identity\r\n\r\n0\r\n\r\n",
     "chunks in 1.0": b"POST / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
-    "a space before the colon": FIRST + b"Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n",
-    "a folded line": FIRST + b"X: a\r\n b\r\n\r\n",
-    "a bare CR": FIRST + b"X: a\rb\r\n\r\n",
+    "a space before the colon": POST + b"Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n",
+    "a folded line": POST + b"X: a\r\n b\r\n\r\n",
+    "a bare CR": POST + b"X: a\rb\r\n\r\n",
     "bare LF": b"GET / HTTP/1.1\nHost: x\n\n",
-    "NUL": FIRST + b"X: a\0b\r\n\r\n",
+    "NUL": POST + b"X: a\0b\r\n\r\n",
     "a hexadecimal prefix in a chunk": CHUNKED + b"\r\n0x3\r\nabc\r\n0\r\n\r\n",
     "a chunk length of 17 digits": CHUNKED + b"\r\nfffffffffffffffff\r\nabc\r\n",
     "a chunk longer than its length": CHUNKED + b"\r\n3\r\nabcd\r\n0\r\n\r\n",
@@ -146,18 +146,18 @@ AMBIGUOUS = {
 }
 
 
-@pytest.mark.parametrize("at_once", [True, False])
+@pytest.mark.parametrize("in_one_piece", [True, False])
 @pytest.mark.parametrize("data", AMBIGUOUS.values(), ids=AMBIGUOUS)
-async def test_invalid_and_ambiguous_requests_are_refused(data: bytes, at_once: bool) -> None:
+async def test_invalid_and_ambiguous_requests_are_refused(data: bytes, in_one_piece: bool) -> None:
     echo = Echo()
     server = Server(echo)
     client = server.connect()
-    for piece in [data] if at_once else [bytes([byte]) for byte in data]:
+    for piece in [data] if in_one_piece else [bytes([byte]) for byte in data]:
         client.protocol.data_received(piece)
     await settle()
     assert client.statuses == [400]
     assert client.problem["code"] == client.problem["errors"][0]["code"] == "malformed_request"
-    assert server.refused == ["malformed_request"]
+    assert server.refusals == ["malformed_request"]
     assert echo.bodies == []
 
 
@@ -193,14 +193,14 @@ ACCEPTED = {
 }
 
 
-@pytest.mark.parametrize("at_once", [True, False])
+@pytest.mark.parametrize("in_one_piece", [True, False])
 @pytest.mark.parametrize(("data", "body"), ACCEPTED.values(), ids=ACCEPTED)
 async def test_other_valid_spellings_of_a_request_are_read(
-    data: bytes, body: bytes, at_once: bool
+    data: bytes, body: bytes, in_one_piece: bool
 ) -> None:
     echo = Echo()
     client = Server(echo).connect()
-    for piece in [data] if at_once else [bytes([byte]) for byte in data]:
+    for piece in [data] if in_one_piece else [bytes([byte]) for byte in data]:
         client.protocol.data_received(piece)
     await settle()
     (scope,) = echo.scopes
@@ -208,9 +208,9 @@ async def test_other_valid_spellings_of_a_request_are_read(
     assert scope["query_string"] == b"c=d"
     assert b"x" not in dict(scope["headers"])
     assert echo.bodies == [body]
-    assert client.wire.sent.startswith(b"HTTP/1.1 200 OK\r\n")
+    assert client.wire.sent_bytes.startswith(b"HTTP/1.1 200 OK\r\n")
     is_last = b"1.0" in data or b"close" in data
-    assert (b"connection: close" in client.wire.sent) is client.wire.ended is is_last
+    assert (b"connection: close" in client.wire.sent_bytes) is client.wire.has_ended is is_last
 
 
 async def test_pipelined_requests_get_responses_in_their_order_up_to_a_limit() -> None:
@@ -219,23 +219,23 @@ async def test_pipelined_requests_get_responses_in_their_order_up_to_a_limit() -
     await client.send(b"".join(GET % i for i in range(3)))
     await client.send(b"".join(GET % i for i in range(3, 6)))
     assert client.statuses == [200] * 6
-    assert b"connection: close" not in client.wire.sent
+    assert b"connection: close" not in client.wire.sent_bytes
     await client.send(b"".join(GET % i for i in range(6, 10_000)))
     for _ in range(MAX_PIPELINED):
         await settle()
     paths = [scope["path"] for scope in echo.scopes]
     assert paths == [f"/{i}" for i in range(6 + 1 + MAX_PIPELINED)]
     assert client.statuses == [200] * len(paths)
-    assert client.wire.sent.count(b"connection: close") == 1
-    assert client.wire.sent.rstrip().endswith(b"connection: close")
-    assert client.wire.ended
+    assert client.wire.sent_bytes.count(b"connection: close") == 1
+    assert client.wire.sent_bytes.rstrip().endswith(b"connection: close")
+    assert client.wire.has_ended
 
 
 async def test_the_error_of_an_invalid_request_is_sent_after_earlier_responses() -> None:
     app = DelayedApp()
     client = Server(app).connect()
     await client.send(GET % 1 + GET % 2 + b"BREW / HTTP/1.1\r\n")
-    assert client.wire.sent == b""
+    assert client.wire.sent_bytes == b""
     app.may_respond.set()
     await settle()
     assert client.statuses == [200, 200, 400]
@@ -250,17 +250,17 @@ async def test_a_waiting_request_with_an_invalid_body_does_not_reach_the_applica
     await settle()
     assert client.statuses == [200, 400]
     assert client.problem["code"] == "malformed_request"
-    assert len(app.received) == 1
+    assert len(app.messages) == 1
 
 
 async def test_the_application_sees_that_a_body_is_incomplete() -> None:
     echo = Echo()
     client = Server(echo).connect()
     await client.send(CHUNKED + b"Expect: 100-continue\r\n\r\n")
-    assert client.wire.sent == b"HTTP/1.1 100 Continue\r\n\r\n"
+    assert client.wire.sent_bytes == b"HTTP/1.1 100 Continue\r\n\r\n"
     await client.send(b"1\r\na\r\n")
     await client.send(b"x\r\n")
-    assert (echo.incomplete, echo.bodies) == (1, [])
+    assert (echo.incomplete_bodies, echo.bodies) == (1, [])
     assert client.problem["code"] == "malformed_request"
 
 
@@ -271,25 +271,27 @@ async def test_waiting_requests_of_a_client_that_disconnects_do_not_begin() -> N
     client.lose()
     app.may_respond.set()
     await settle()
-    assert app.received == [{"type": "http.disconnect"}]
+    assert app.messages == [{"type": "http.disconnect"}]
 
 
-@pytest.mark.parametrize("close", [b"", b"Connection: close\r\n"])
-@pytest.mark.parametrize("length", [b"Content-Length: 5", b"Transfer-Encoding: chunked"])
+@pytest.mark.parametrize("close_header", [b"", b"Connection: close\r\n"])
+@pytest.mark.parametrize("length_header", [b"Content-Length: 5", b"Transfer-Encoding: chunked"])
 async def test_after_an_early_response_the_rest_of_the_body_is_dropped(
-    length: bytes, close: bytes
+    length_header: bytes, close_header: bytes
 ) -> None:
     """The server reads the rest of the body, so that the client can read the response."""
 
     server = Server(respond_without_reading)
     client = server.connect()
-    await client.send(FIRST + close + length + b"\r\n\r\n")
-    assert client.wire.sent.endswith(b"\r\n\r\nno")
-    assert client.wire.ended is bool(close)
-    await client.send((b"5\r\nabcde\r\n0\r\n\r\n" if b"chunked" in length else b"abcde") + GET % 2)
-    assert client.statuses == ([200] if close else [200, 200])
+    await client.send(POST + close_header + length_header + b"\r\n\r\n")
+    assert client.wire.sent_bytes.endswith(b"\r\n\r\nno")
+    assert client.wire.has_ended is bool(close_header)
+    await client.send(
+        (b"5\r\nabcde\r\n0\r\n\r\n" if b"chunked" in length_header else b"abcde") + GET % 2
+    )
+    assert client.statuses == ([200] if close_header else [200, 200])
     server.wait(31)
-    assert client.wire.aborted is bool(close)
+    assert client.wire.is_aborted is bool(close_header)
 
 
 async def test_an_invalid_body_after_its_response_gets_no_second_response() -> None:
@@ -300,7 +302,7 @@ async def test_an_invalid_body_after_its_response_gets_no_second_response() -> N
     await client.send(CHUNKED + b"\r\n1\r\na\r\n")
     await client.send(b"x\r\n")
     assert client.statuses == [200]
-    assert client.wire.ended
+    assert client.wire.has_ended
 
 
 async def test_trailers_do_not_become_headers() -> None:
@@ -317,10 +319,10 @@ async def test_an_error_after_the_client_has_disconnected_leaves_no_state() -> N
 
     server = Server(fail_after_disconnect)
     client = server.connect()
-    await client.send(FIRST + b"Content-Length: 9\r\n\r\nabc")
+    await client.send(POST + b"Content-Length: 9\r\n\r\nabc")
     client.lose()
     await settle()
-    assert not client.wire.ended
+    assert not client.wire.has_ended
     assert not server.state.connections
     assert not server.state.tasks
 
@@ -362,8 +364,8 @@ async def test_an_application_that_fails_gets_a_problem_as_its_response(
     await client.send(GET % 1)
     assert (client.problem["status"], client.problem["code"]) == (status, code)
     assert ("retry-after" in client.problem["headers"]) is (status == 503)
-    assert b"inside" not in client.wire.sent
-    assert server.refused == [code]
+    assert b"inside" not in client.wire.sent_bytes
+    assert server.refusals == [code]
 
 
 def test_long_heads_and_longer_bodies_are_read(server: str) -> None:

@@ -32,32 +32,34 @@ async def test_a_connection_without_input_is_closed_without_a_response() -> None
     server = Server(respond_at_once, head_timeout=10)
     client = server.connect()
     server.wait(9)
-    assert not client.wire.closed
+    assert not client.wire.is_closed
     server.wait(2)
-    assert (client.wire.closed, client.wire.sent) == (True, b"")
+    assert (client.wire.is_closed, client.wire.sent_bytes) == (True, b"")
 
 
-@pytest.mark.parametrize("before", [b"", GET], ids=["first request", "later request"])
+@pytest.mark.parametrize("earlier_request", [b"", GET], ids=["first request", "later request"])
 @pytest.mark.parametrize("head", [b"GET /long HTTP/1.1\r\nX: ", b"\r\n"])
-async def test_a_head_that_is_sent_byte_by_byte_is_too_slow(before: bytes, head: bytes) -> None:
-    """The time of the first head begins with the connection, that of a later head with its first
-    byte."""
+async def test_a_head_that_is_sent_byte_by_byte_is_too_slow(
+    earlier_request: bytes, head: bytes
+) -> None:
+    """The time of the first head begins with the connection, the time of a later head with its
+    first byte."""
 
     server = Server(respond_at_once, head_timeout=10, keep_alive=1000)
     client = server.connect()
-    if before:
-        await client.send(before)
+    if earlier_request:
+        await client.send(earlier_request)
         server.wait(8)
     await client.send(head)
     for _ in range(9):
         server.wait(1)
         await client.send(b"\r\n" if head == b"\r\n" else b"a")
-    assert not client.wire.ended
+    assert not client.wire.has_ended
     server.wait(2)
     await settle()
     assert client.problem["status"] == 408
     assert client.problem["code"] == "head_too_slow"
-    assert server.refused == ["head_too_slow"]
+    assert server.refusals == ["head_too_slow"]
 
 
 async def test_the_time_of_a_head_that_begins_during_a_response_begins_with_its_next_byte() -> None:
@@ -65,7 +67,7 @@ async def test_the_time_of_a_head_that_begins_during_a_response_begins_with_its_
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
     server.wait(100)
-    assert not client.wire.closed
+    assert not client.wire.is_closed
     await client.send(b"xGET / HT")
     await client.send(b"T")
     server.wait(9)
@@ -80,13 +82,13 @@ async def test_connections_above_the_limit_are_refused() -> None:
     clients = [server.connect() for _ in range(2)]
     for client in clients:
         await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
-    refused = server.connect()
-    await refused.send(GET)
-    assert refused.statuses == [503]
-    assert refused.problem["code"] == "too_many_connections"
-    assert refused.problem["headers"]["retry-after"] == "1"
-    assert refused.wire.closed
-    assert server.refused == ["too_many_connections"]
+    refused_client = server.connect()
+    await refused_client.send(GET)
+    assert refused_client.statuses == [503]
+    assert refused_client.problem["code"] == "too_many_connections"
+    assert refused_client.problem["headers"]["retry-after"] == "1"
+    assert refused_client.wire.is_closed
+    assert server.refusals == ["too_many_connections"]
     for client in clients:
         await client.send(b"x")
         assert client.statuses == [204]
@@ -98,23 +100,28 @@ def test_an_idle_connection_is_closed_without_a_response() -> None:
         assert b"HTTP/1.1 200 OK" in read(client)
 
 
-@pytest.mark.parametrize(("unsent", "seconds"), [(70_000, 30), (3 * MIB - 1, 90), (3 * MIB, 120)])
-async def test_a_client_must_read_a_response_before_its_deadline(unsent: int, seconds: int) -> None:
+@pytest.mark.parametrize(
+    ("unsent_count", "seconds"), [(70_000, 30), (3 * MIB - 1, 90), (3 * MIB, 120)]
+)
+async def test_a_client_must_read_a_response_before_its_deadline(
+    unsent_count: int, seconds: int
+) -> None:
+    """The client has `send_timeout` seconds, and as many again for each MiB that waits."""
     server = Server(respond_after_body, send_timeout=30)
     client = server.connect()
     await client.send(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1\r\n\r\n")
     for is_read in (True, False):
-        client.wire.unsent = unsent
+        client.wire.unsent_count = unsent_count
         client.protocol.pause_writing()
         server.wait(seconds - 1)
-        assert not client.wire.closed
+        assert not client.wire.is_closed
         if is_read:
-            client.wire.unsent = 0
+            client.wire.unsent_count = 0
             client.protocol.resume_writing()
             server.wait(60)
-            assert not client.wire.closed
+            assert not client.wire.is_closed
     server.wait(2)
-    assert client.wire.aborted
+    assert client.wire.is_aborted
     client.lose()
 
 
@@ -134,15 +141,15 @@ def send_for_ever(client: socket.socket) -> None:
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize("close", [b"", b"Connection: close\r\n"])
-def test_a_client_reads_the_response_although_its_body_is_refused(close: bytes) -> None:
+@pytest.mark.parametrize("close_header", [b"", b"Connection: close\r\n"])
+def test_a_client_reads_the_response_although_its_body_is_refused(close_header: bytes) -> None:
     settings = Settings(max_body_bytes=1024, keep_alive=1)
     with run_service(settings) as url, connect(url) as client:
         # With this option, a client that closes drops unread bytes at once.
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.sendall(
             b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-            b"Content-Length: 8000000\r\n" + close + b"\r\n"
+            b"Content-Length: 8000000\r\n" + close_header + b"\r\n"
         )
         for _ in range(8):
             client.sendall(b" " * 1_000_000)

@@ -35,44 +35,44 @@ class Wire(asyncio.Transport):
 
     def __init__(self) -> None:
         super().__init__()
-        self.sent = b""
-        self.closed = self.aborted = self.ended = self.paused = False
-        self.unsent = 0
+        self.sent_bytes = b""
+        self.is_closed = self.is_aborted = self.has_ended = self.is_paused = False
+        self.unsent_count = 0
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
-        assert not self.ended
-        assert not self.closed
-        self.sent += bytes(data)
+        assert not self.has_ended
+        assert not self.is_closed
+        self.sent_bytes += bytes(data)
 
     def write_eof(self) -> None:
-        self.ended = True
+        self.has_ended = True
 
     def get_write_buffer_size(self) -> int:
-        return self.unsent
+        return self.unsent_count
 
     def close(self) -> None:
-        self.closed = True
+        self.is_closed = True
 
     def abort(self) -> None:
-        self.closed = self.aborted = True
+        self.is_closed = self.is_aborted = True
 
     def is_closing(self) -> bool:
-        return self.closed
+        return self.is_closed
 
     def pause_reading(self) -> None:
-        self.paused = True
+        self.is_paused = True
 
     def resume_reading(self) -> None:
-        self.paused = False
+        self.is_paused = False
 
 
 class Server:
-    """A server whose connections are objects in memory; `refused` has the codes of refusals."""
+    """A server whose connections are objects in memory; `refusals` has their codes."""
 
     def __init__(self, app: ASGIApp, **settings: Any) -> None:
         self.clock = Clock()
-        self.refused: list[str] = []
-        observed = SimpleNamespace(count_refusal=self.refused.append)
+        self.refusals: list[str] = []
+        observed = SimpleNamespace(count_refusal=self.refusals.append)
         self.app_state = SimpleNamespace(ready=True, observed=observed)
         self._config = make_server(app, Settings(**settings), self.app_state).config
         self._config.load()
@@ -105,7 +105,7 @@ class Client:
 
     async def send(self, data: bytes) -> None:
         """Sends bytes, and runs the event loop until the server waits."""
-        if not self.wire.closed:
+        if not self.wire.is_closed:
             self.protocol.data_received(data)
         await settle()
 
@@ -116,13 +116,13 @@ class Client:
     @property
     def statuses(self) -> list[int]:
         """The statuses of all responses, in their order."""
-        return [int(line.split()[1]) for line in STATUS.findall(self.wire.sent)]
+        return [int(line.split()[1]) for line in STATUS.findall(self.wire.sent_bytes)]
 
     @property
     def problem(self) -> dict[str, Any]:
         """The last response, which must be a problem, after which the connection is closed."""
-        starts = [match.start() for match in STATUS.finditer(self.wire.sent)]
-        head, _, body = self.wire.sent[starts[-1] :].partition(b"\r\n\r\n")
+        starts = [match.start() for match in STATUS.finditer(self.wire.sent_bytes)]
+        head, _, body = self.wire.sent_bytes[starts[-1] :].partition(b"\r\n\r\n")
         lines = head.decode().split("\r\n")
         headers = dict(line.split(": ", 1) for line in lines[1:])
         assert headers["content-type"] == "application/problem+json"
@@ -132,7 +132,7 @@ class Client:
         assert int(headers["content-length"]) == len(body)
         document: dict[str, Any] = json.loads(body)
         assert lines[0] == f"HTTP/1.1 {document['status']} {document['title']}"
-        assert self.wire.ended or self.wire.closed
+        assert self.wire.has_ended or self.wire.is_closed
         return {**document, "headers": headers}
 
 

@@ -65,30 +65,30 @@ def test_on_a_full_disk_the_service_refuses_to_store_and_all_else_works(
         responses: list[httpx.Response] = []
         while not responses or responses[-1].status_code == 201:
             responses.append(client.post("/v1/surfaces", json=build_surface(len(responses))))
-        *stored, refused = responses
-        assert len(stored) > 5
-        check_disk_full(refused, disk)
+        *successes, refusal = responses
+        assert len(successes) > 5  # the disk has 1 MiB for surfaces of 90 kB
+        assert_disk_full(refusal, disk)
         for number in range(3):  # the disk stays full
-            check_disk_full(client.post("/v1/surfaces", json=build_surface(100 + number)), disk)
+            assert_disk_full(client.post("/v1/surfaces", json=build_surface(100 + number)), disk)
 
         # The service still computes meshes, and returns stored surfaces.
-        ready = client.get("/health/ready")
-        assert (ready.status_code, ready.json()["store"]) == (200, "ready")
+        health = client.get("/health/ready")
+        assert (health.status_code, health.json()["store"]) == (200, "ready")
         assert client.post("/v1/mesh", json=build_surface(0) | {"resolution": 1}).status_code == 200
         assert client.post("/v1/surfaces", json=build_surface(0)).status_code == 200
-        for response in stored:
+        for response in successes:
             assert client.get(response.headers["location"]).status_code == 200
 
         (disk / "ballast").unlink()
-        again = client.post("/v1/surfaces", json=build_surface(len(stored)))
-        assert again.status_code == 201
-        assert client.get(again.headers["location"]).json() is not None
+        last_response = client.post("/v1/surfaces", json=build_surface(len(successes)))
+        assert last_response.status_code == 201
+        assert client.get(last_response.headers["location"]).json() is not None
 
     # The log is complete only after the service has ended.
     assert "No space left on device" in log.read_text(encoding="utf-8")
     objects = list_files(disk / "store" / "surfaces")
     assert {path.name for path in objects} == {
-        response.json()["id"] for response in (*stored, again)
+        response.json()["id"] for response in (*successes, last_response)
     }
     for path in objects:
         assert path == find_file(disk / "store", path.read_bytes())
@@ -100,15 +100,15 @@ def test_a_service_starts_on_a_full_disk(
 ) -> None:
     logs = tmp_path_factory.mktemp("log")
     with start_service(disk / "store", logs) as (client, _):
-        stored = client.post("/v1/surfaces", json=build_surface(0)).headers["location"]
+        path_of_surface = client.post("/v1/surfaces", json=build_surface(0)).headers["location"]
     with pytest.raises(OSError, match="No space"):
         (disk / "more ballast").write_bytes(bytes(2 * BALLAST_BYTES))
     with start_service(disk / "store", logs) as (client, _):
-        assert client.get(stored).status_code == 200
-        check_disk_full(client.post("/v1/surfaces", json=build_surface(1)), disk)
+        assert client.get(path_of_surface).status_code == 200
+        assert_disk_full(client.post("/v1/surfaces", json=build_surface(1)), disk)
 
 
-def check_disk_full(response: httpx.Response, disk: Path) -> None:
+def assert_disk_full(response: httpx.Response, disk: Path) -> None:
     """Checks that the response is the problem `disk_full`, and does not name the folder."""
     assert response.status_code == 507
     assert response.headers["content-type"] == "application/problem+json"

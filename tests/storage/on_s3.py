@@ -1,7 +1,7 @@
 """Tests of a store in a bucket of an S3 server: `make test-s3`.
 
-The server is that of the package moto, in a Python environment of its own; the variable `S3_SERVER`
-is the path of its program.
+The package moto has this server, and is in a Python environment of its own; the variable
+`S3_SERVER` is the path of its program.
 """
 
 import asyncio
@@ -76,14 +76,16 @@ async def test_stored_surfaces_are_read_back(size: int, address: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "damaged", [b"", CONTENTS[1], CONTENTS[0][:-1]], ids=["empty", "other", "short"]
+    "damaged_content", [b"", CONTENTS[1], CONTENTS[0][:-1]], ids=["empty", "other", "short"]
 )
 async def test_a_damaged_object_is_refused_and_replaced_when_stored_again(
-    damaged: bytes, address: str
+    damaged_content: bytes, address: str
 ) -> None:
     store = open_store(address, 0)
     await put(store, CONTENTS[0])
-    await obstore.put_async(store._backend.objects, key_of(compute_id(CONTENTS[0])), damaged)
+    await obstore.put_async(
+        store._backend.objects, key_of(compute_id(CONTENTS[0])), damaged_content
+    )
     with pytest.raises(DamagedObject):
         await store.get(compute_id(CONTENTS[0]))
     assert await put(store, CONTENTS[0])
@@ -117,24 +119,24 @@ def test_a_service_works_without_its_store_and_becomes_unready_later() -> None:
     with start_s3_server() as url, set_account(url):
         settings = Settings(store=f"s3://{BUCKET}/service", store_quota=1 << 20)
         with run_service(settings) as service:
-            ready = httpx.get(f"{service}/health/ready")
-            assert (ready.status_code, ready.json()["store"]) == (200, "ready")
-            stored = httpx.post(f"{service}/v1/surfaces", json=PATCH)
-            assert stored.status_code == 201
-            address = stored.headers["location"]
-            surface = httpx.get(f"{service}{address}").json()["surface"]
+            health = httpx.get(f"{service}/health/ready")
+            assert (health.status_code, health.json()["store"]) == (200, "ready")
+            creation = httpx.post(f"{service}/v1/surfaces", json=PATCH)
+            assert creation.status_code == 201
+            path_of_surface = creation.headers["location"]
+            surface = httpx.get(f"{service}{path_of_surface}").json()["surface"]
             assert surface["control_net"] == PATCH["surface"]["control_net"]
     # The S3 server has ended; no process listens at `url`.
     with set_account(url), run_service(settings) as service:
-        ready = httpx.get(f"{service}/health/ready")
-        assert (ready.status_code, ready.json()["store"]) == (200, "unavailable")
+        health = httpx.get(f"{service}/health/ready")
+        assert (health.status_code, health.json()["store"]) == (200, "unavailable")
         assert httpx.get(f"{service}/v1/surfaces/saddle/mesh.glb").status_code == 200
         for response in (
-            httpx.get(f"{service}{address}", timeout=60),
+            httpx.get(f"{service}{path_of_surface}", timeout=60),
             httpx.post(f"{service}/v1/surfaces", json=PATCH, timeout=60),
         ):
             assert (response.status_code, response.json()["code"]) == (503, "store_unavailable")
             assert url not in response.text
         time.sleep(STORE_GRACE)
-        ready = httpx.get(f"{service}/health/ready")
-        assert (ready.status_code, ready.json()["store"]) == (503, "unavailable")
+        health = httpx.get(f"{service}/health/ready")
+        assert (health.status_code, health.json()["store"]) == (503, "unavailable")

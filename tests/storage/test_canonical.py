@@ -33,7 +33,7 @@ from tests.spellings import IDENTITY, spell_number, spell_surface
 LIMITS = DocumentLimits()
 IDS: Path = Path(__file__).parents[1] / "golden" / "ids.json"
 
-MORE: dict[str, Json] = {
+UNUSUAL_SURFACES: dict[str, Json] = {
     "a spline with all defaults": {"type": "bspline", "control_net": WAVES},
     "a ribbon with the default direction": {
         "type": "ribbon",
@@ -78,7 +78,7 @@ MORE: dict[str, Json] = {
 }
 """Further surfaces, by a title: with many defaults, or with numbers of many digits."""
 
-ALL = {**SURFACES, **MORE}
+ALL_SURFACES = {**SURFACES, **UNUSUAL_SURFACES}
 
 
 def parse_surface(document: Any) -> Surface:
@@ -99,7 +99,7 @@ def parse_text(text: str) -> Surface:
 
 def test_all_spellings_of_a_surface_have_one_id() -> None:
     random, ids, texts = Random(1), set[str](), set[str]()
-    for content in ALL.values():
+    for content in ALL_SURFACES.values():
         # Ribbons and groups take ten times as long as the others.
         count = 15 if content.get("type") in ("ribbon", "group") else 40
         spellings = [spell_surface(content, random) for _ in range(count)]
@@ -109,7 +109,7 @@ def test_all_spellings_of_a_surface_have_one_id() -> None:
         ids.add(compute_id(content))
         texts.update(spellings)
     assert len(texts) >= 600
-    assert len(ids) == len(ALL)
+    assert len(ids) == len(ALL_SURFACES)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -120,21 +120,24 @@ def test_all_spellings_of_a_number_have_its_value(number: float) -> None:
         assert float(parsed) == number
 
 
-@pytest.mark.parametrize("name", [*ALL, *EXAMPLES])
+@pytest.mark.parametrize("name", [*ALL_SURFACES, *EXAMPLES])
 def test_a_surface_is_restored_from_its_content(name: str) -> None:
-    surface = parse_surface(ALL[name]) if name in ALL else find(name).surface()
+    surface = parse_surface(ALL_SURFACES[name]) if name in ALL_SURFACES else find(name).surface()
     content = canonical_content(surface)
-    restored = restore_surface(content, LIMITS)
-    assert canonical_content(restored) == content
-    assert content_key(restored) == content_key(surface)
-    text = orjson.dumps(definition(restored), option=orjson.OPT_SERIALIZE_NUMPY)
+    restored_surface = restore_surface(content, LIMITS)
+    assert canonical_content(restored_surface) == content
+    assert content_key(restored_surface) == content_key(surface)
+    text = orjson.dumps(definition(restored_surface), option=orjson.OPT_SERIALIZE_NUMPY)
     assert canonical_content(parse_surface(orjson.loads(text))) == content
 
 
 def test_every_field_of_every_kind_is_part_of_the_content() -> None:
     """For each field of each class, some surface above has another value than the default."""
     names_of: dict[type, set[str]] = {}
-    documents = [*ALL.values(), *(each | {"name": "a", "up": "z"} for each in ALL.values())]
+    documents = [
+        *ALL_SURFACES.values(),
+        *(each | {"name": "a", "up": "z"} for each in ALL_SURFACES.values()),
+    ]
     for value in (part for document in documents for part in _list_values(parse_surface(document))):
         for each in fields(value):
             default = each.default
@@ -144,8 +147,8 @@ def test_every_field_of_every_kind_is_part_of_the_content() -> None:
                 names_of.setdefault(type(value), set()).add(each.name)
     for kind, names in names_of.items():
         # The name and the up axis of the curve of a tube or ribbon have no effect.
-        ignored = {"name", "up"} if kind in (BezierCurve, BsplineCurve) else set()
-        assert names | ignored == {each.name for each in fields(kind) if each.init}, kind
+        ignored_fields = {"name", "up"} if kind in (BezierCurve, BsplineCurve) else set()
+        assert names | ignored_fields == {each.name for each in fields(kind) if each.init}, kind
 
 
 def _list_values(value: Any) -> Iterator[Any]:
@@ -183,21 +186,21 @@ def _change_number(value: Any, path: tuple[Any, ...], towards: float) -> Any:
     return copy
 
 
-@given(st.sampled_from([*ALL]), st.sampled_from([math.inf, -math.inf]), st.data())
+@given(st.sampled_from([*ALL_SURFACES]), st.sampled_from([math.inf, -math.inf]), st.data())
 def test_a_change_of_the_last_bit_changes_the_id(
     name: str, towards: float, data: st.DataObject
 ) -> None:
-    document = ALL[name]
+    document = ALL_SURFACES[name]
     path = data.draw(st.sampled_from([*_list_number_paths(document)]))
     try:
-        other = compute_id(_change_number(document, path, towards))
+        changed_id = compute_id(_change_number(document, path, towards))
     except InvalidRequest:
         assume(False)  # such as a colour above 1, or a knot too close to the next
-    assert other != compute_id(document)
+    assert changed_id != compute_id(document)
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("first", "second"),
     [
         (PATCH | {"name": "\u00e9"}, PATCH | {"name": "e\u0301"}),
         (PATCH, PATCH | {"weights": [[1, 1, 1], [1, 1, 1]]}),
@@ -210,8 +213,8 @@ def test_a_change_of_the_last_bit_changes_the_id(
         ({"control_net": [[[1, 2, 3]] * 2] * 3}, {"control_net": [[[1, 2, 3]] * 3] * 2}),
     ],
 )  # fmt: skip
-def test_different_surfaces_have_different_ids(one: Json, other: Json) -> None:
-    assert compute_id(one) != compute_id(other)
+def test_different_surfaces_have_different_ids(first: Json, second: Json) -> None:
+    assert compute_id(first) != compute_id(second)
 
 
 def test_arrays_and_lists_of_equal_numbers_have_one_id() -> None:
@@ -253,7 +256,7 @@ def compute_ids() -> dict[str, str]:
     example_ids = {
         name: surface_id(canonical_content(example.surface())) for name, example in EXAMPLES.items()
     }
-    return example_ids | {name: compute_id(document) for name, document in ALL.items()}
+    return example_ids | {name: compute_id(document) for name, document in ALL_SURFACES.items()}
 
 
 @pytest.mark.parametrize(
@@ -296,12 +299,12 @@ def test_truncated_and_longer_contents_are_refused() -> None:
         restore_surface(content + b"\0", LIMITS)
 
 
-@given(st.sampled_from([*ALL]), st.data())
+@given(st.sampled_from([*ALL_SURFACES]), st.data())
 def test_damaged_contents_are_refused_or_restored_to_a_valid_surface(
     name: str, data: st.DataObject
 ) -> None:
-    """A damaged content may be that of another surface; the store notices this by the hash."""
-    content = bytearray(canonical_content(parse_surface(ALL[name])))
+    """Damage may give the content of another surface; only the hash shows the store this."""
+    content = bytearray(canonical_content(parse_surface(ALL_SURFACES[name])))
     end = content.index(b"\n")
     for _ in range(data.draw(st.integers(1, 3))):
         content[data.draw(st.integers(0, end))] = data.draw(

@@ -26,9 +26,9 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
-async def replace_object(store: SurfaceStore, content: bytes, new: bytes) -> None:
+async def replace_object(store: SurfaceStore, content: bytes, new_content: bytes) -> None:
     """Writes other bytes to the object of a content."""
-    await obstore.put_async(store._backend.objects, key_of(compute_id(content)), new)
+    await obstore.put_async(store._backend.objects, key_of(compute_id(content)), new_content)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -57,12 +57,12 @@ async def test_a_damaged_object_is_refused_and_replaced_when_stored_again(
 
 
 @given(st.binary(min_size=1, max_size=64), st.binary(max_size=64))
-def test_a_content_under_another_id_is_never_returned(content: bytes, other: bytes) -> None:
+def test_a_content_under_another_id_is_never_returned(content: bytes, other_content: bytes) -> None:
     async def replace_and_read(store: SurfaceStore) -> None:
-        await replace_object(store, content, other)
+        await replace_object(store, content, other_content)
         try:
             assert await store.get(compute_id(content)) == content
         except DamagedObject:
-            assert other != content
+            assert other_content != content
 
     asyncio.run(replace_and_read(open_test_store("memory", Path())))

@@ -25,45 +25,45 @@ async def test_an_object_is_on_the_disk_before_its_file_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """First the file is synced, then the folders that have a new entry."""
-    final = find_file(tmp_path, FIRST)
+    final_path = find_file(tmp_path, FIRST)
     store = open_test_store("folder", tmp_path)
-    synced: list[tuple[int, bool]] = []
+    synced_files: list[tuple[int, bool]] = []
     fsync = os.fsync
     event_loop_thread = threading.get_ident()
 
     def record_and_sync(file: int) -> None:
         assert threading.get_ident() != event_loop_thread, "the event loop must not wait for a disk"
-        synced.append((os.fstat(file).st_ino, final.exists()))
+        synced_files.append((os.fstat(file).st_ino, final_path.exists()))
         if stat.S_ISREG(os.fstat(file).st_mode):
             assert os.pread(file, 10, 0) == FIRST
         fsync(file)
 
     monkeypatch.setattr(os, "fsync", record_and_sync)
     assert await put_first(store)
-    assert synced == [
-        (final.stat().st_ino, False),
-        (final.parent.stat().st_ino, True),
-        (final.parent.parent.stat().st_ino, True),
+    assert synced_files == [
+        (final_path.stat().st_ino, False),
+        (final_path.parent.stat().st_ino, True),
+        (final_path.parent.parent.stat().st_ino, True),
     ]
 
 
 def test_new_folders_of_a_store_are_synced_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    synced: list[int] = []
+    synced_files: list[int] = []
     fsync = os.fsync
 
     def record_and_sync(file: int) -> None:
-        synced.append(os.fstat(file).st_ino)
+        synced_files.append(os.fstat(file).st_ino)
         fsync(file)
 
     monkeypatch.setattr(os, "fsync", record_and_sync)
     open_test_store("folder", tmp_path / "a" / "b")
-    assert {tmp_path.stat().st_ino, (tmp_path / "a").stat().st_ino} <= set(synced)
-    assert synced.count((tmp_path / "a" / "b").stat().st_ino) == 2
-    synced.clear()
+    assert {tmp_path.stat().st_ino, (tmp_path / "a").stat().st_ino} <= set(synced_files)
+    assert synced_files.count((tmp_path / "a" / "b").stat().st_ino) == 2
+    synced_files.clear()
     open_test_store("folder", tmp_path / "a" / "b")
-    assert synced == []
+    assert synced_files == []
 
 
 async def test_a_store_whose_staging_folder_breaks_fails_and_works_again_later(

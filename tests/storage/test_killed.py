@@ -1,6 +1,7 @@
 """Stores of several processes: some are killed while they store, others store equal contents."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -32,7 +33,7 @@ def start_storing(folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def read_stored(folder: Path) -> set[str]:
+def read_stored_ids(folder: Path) -> set[str]:
     """The ids of all objects in a folder, each of which must be complete."""
     objects = list_files(folder / "surfaces")
     for path in objects:
@@ -47,23 +48,23 @@ def test_a_killed_process_leaves_only_complete_objects_and_all_that_it_reported(
     for count in (1, 120):
         with start_storing(tmp_path) as process:
             assert process.stdout is not None
-            reported = {process.stdout.readline().strip() for _ in range(count)}
+            reported_ids = {process.stdout.readline().strip() for _ in range(count)}
             process.kill()
             # More ids that the process printed before the signal.
-            reported |= {line.strip() for line in process.stdout if line.endswith("\n")}
-        assert process.returncode == -9
-        assert count <= len(reported) < CONTENTS
-        assert reported <= read_stored(tmp_path)
+            reported_ids |= {line.strip() for line in process.stdout if line.endswith("\n")}
+        assert process.returncode == -signal.SIGKILL
+        assert count <= len(reported_ids) < CONTENTS
+        assert reported_ids <= read_stored_ids(tmp_path)
     with start_storing(tmp_path) as process:
         process.communicate()
-    assert read_stored(tmp_path) == {compute_id(content) for content in generate_contents()}
+    assert read_stored_ids(tmp_path) == {compute_id(content) for content in generate_contents()}
 
 
 def test_two_processes_may_store_equal_contents_at_the_same_time(tmp_path: Path) -> None:
     with start_storing(tmp_path) as first, start_storing(tmp_path) as second:
         ids = [process.communicate()[0].split() for process in (first, second)]
     assert [first.returncode, second.returncode] == [0, 0]
-    assert set(ids[0]) == set(ids[1]) == read_stored(tmp_path)
+    assert set(ids[0]) == set(ids[1]) == read_stored_ids(tmp_path)
     assert list_files(tmp_path / STAGING) == []
 
 
@@ -72,13 +73,13 @@ async def test_files_of_killed_processes_are_not_objects_and_are_removed_after_a
     name: str, tmp_path: Path
 ) -> None:
     store = open_test_store("folder", tmp_path)
-    staged = tmp_path / STAGING / name
-    staged.write_bytes(b"half of a conte")
+    staged_file = tmp_path / STAGING / name
+    staged_file.write_bytes(b"half of a conte")
 
     await store._backend.sweep()
-    assert staged.exists(), "another process may be writing it"
-    old = time.time() - ABANDONED_AFTER - 1
-    os.utime(staged, (old, old))
-    assert read_stored(tmp_path) == set()
+    assert staged_file.exists(), "another process may be writing it"
+    old_time = time.time() - ABANDONED_AFTER - 1
+    os.utime(staged_file, (old_time, old_time))
+    assert read_stored_ids(tmp_path) == set()
     await store._backend.sweep()
-    assert not staged.exists()
+    assert not staged_file.exists()

@@ -18,27 +18,27 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     with start_client(create_app(Settings(store=str(tmp_path)))) as client:
-        stored = client.post("/v1/surfaces", PATCH).json()
-        link = stored["links"]["self"]
-        other = client.post("/v1/surfaces", OTHER_PATCH).json()
+        document = client.post("/v1/surfaces", PATCH).json()
+        surface_url = document["links"]["self"]
+        other_document = client.post("/v1/surfaces", OTHER_PATCH).json()
         files = {path.name: path for path in list_files(tmp_path)}
-        files[stored["id"]].write_bytes(files[other["id"]].read_bytes())
-        mesh = stored["links"]["mesh"]["glb"]
-        for url in (link, mesh):
+        files[document["id"]].write_bytes(files[other_document["id"]].read_bytes())
+        mesh_url = document["links"]["mesh"]["glb"]
+        for url in (surface_url, mesh_url):
             response = client.get(url)
             assert response.status_code == 500
             assert response.json()["code"] == "damaged_object"
             assert response.headers["cache-control"] == "no-store"
             assert str(tmp_path) not in response.text
-        assert stored["id"] in caplog.text
-        assert client.get(other["links"]["self"]).status_code == 200
+        assert document["id"] in caplog.text
+        assert client.get(other_document["links"]["self"]).status_code == 200
         assert client.post("/v1/surfaces", PATCH).status_code == 201
-        net = client.get(link).json()["surface"]["control_net"]
+        net = client.get(surface_url).json()["surface"]["control_net"]
         assert net == NET
-        assert client.get(mesh).status_code == 200
+        assert client.get(mesh_url).status_code == 200
 
 
-def test_the_error_of_a_full_store_names_the_bytes_that_are_left(tmp_path: Path) -> None:
+def test_the_error_of_a_full_store_names_its_free_bytes(tmp_path: Path) -> None:
     with start_client(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
         (file,) = list_files(tmp_path)

@@ -40,7 +40,8 @@ def test_the_distance_from_the_mesh_is_bounded_if_requested(family: str) -> None
 def test_strips_along_the_border_are_within_the_bound_and_have_an_area(
     family: str, seed: int, relative: float
 ) -> None:
-    assert judge(Case(family, seed, relative, True, "glb"), SAMPLES).faults == []
+    case = Case(family, seed, relative, two_sided=True, written_as="glb")
+    assert judge(case, SAMPLES).faults == []
 
 
 @pytest.mark.parametrize("kind", list(BODIES)[::2])  # `make certify` judges all of them

@@ -29,16 +29,18 @@ def write_model(kind: str, seed: int) -> Written:
 def test_families_build_equal_surfaces_from_equal_seeds() -> None:
     assert sum(family.count for family in FAMILIES.values()) >= 1000
     for family in FAMILIES.values():
-        first, second = (family.surface(7).control_net for _ in range(2))
-        np.testing.assert_array_equal(first, second)
-        assert family.surface(8).control_net.tobytes() != first.tobytes()
+        first_net, second_net = (family.surface(7).control_net for _ in range(2))
+        np.testing.assert_array_equal(first_net, second_net)
+        assert family.surface(8).control_net.tobytes() != first_net.tobytes()
 
 
 def test_triangles_without_area_are_found() -> None:
-    collinear = np.array([[0.1, 0, 0], [0.7, 0, 0], [0.3, 0, 0]])
-    thin = collinear + np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 1e-300]])
-    right_angled = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    corners = np.array([collinear, thin, right_angled, collinear[[0, 0, 1]]])
+    collinear_points = np.array([[0.1, 0, 0], [0.7, 0, 0], [0.3, 0, 0]])
+    thin_triangle = collinear_points + np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 1e-300]])
+    right_triangle = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    corners = np.array(
+        [collinear_points, thin_triangle, right_triangle, collinear_points[[0, 0, 1]]]
+    )
     assert find_flat_triangles(corners) == [0, 3]
 
 
@@ -72,13 +74,13 @@ def test_a_crack_is_detected() -> None:
     mesh = write_model("prisms", 1)
     faces = mesh.faces.copy()
     faces[0, 0] = len(mesh.vertices)
-    shifted = np.nextafter(mesh.vertices[mesh.faces[0, :1]], 9.0)
-    vertices = np.concatenate([mesh.vertices, shifted])
+    moved_corner = np.nextafter(mesh.vertices[mesh.faces[0, :1]], 9.0)
+    vertices = np.concatenate([mesh.vertices, moved_corner])
     joint = Joint(kind="prisms", seed=1)
-    cracked = Written(vertices, faces, mesh.report, parts=mesh.parts)
-    check_seams(joint, build_complex("prisms", 1), cracked)
+    cracked_mesh = Written(vertices, faces, mesh.report, parts=mesh.parts)
+    check_seams(joint, build_complex("prisms", 1), cracked_mesh)
     assert joint.faults
-    check_order(joint, mesh, cracked)
+    check_order(joint, mesh, cracked_mesh)
     assert joint.faults[-1] == "patch 0 depends on the order of the patches"
 
 
@@ -90,17 +92,17 @@ def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> No
     sides = check_seams(joint, net_complex, mesh)
     assert not joint.faults
     a, b, *_ = sides[0, min(pair for k, pair in sides if k == 0)]
-    first, last = mesh.parts["patch 0"]
-    (row,) = (k for k in range(first, last) if {a, b} <= set(mesh.faces[k].tolist()))
-    (opposite,) = set(mesh.faces[row].tolist()) - {a, b}
-    middle = len(mesh.vertices)
+    first_face, end_face = mesh.parts["patch 0"]
+    (row,) = (k for k in range(first_face, end_face) if {a, b} <= set(mesh.faces[k].tolist()))
+    (opposite_vertex,) = set(mesh.faces[row].tolist()) - {a, b}
+    new_vertex = len(mesh.vertices)
     vertices = np.append(mesh.vertices, mesh.vertices[[a, b]].mean(axis=0)[None], axis=0)
     faces = mesh.faces.copy()
-    faces[row] = a, middle, opposite
-    faces = np.insert(faces, row, [middle, b, opposite], axis=0)
+    faces[row] = a, new_vertex, opposite_vertex
+    faces = np.insert(faces, row, [new_vertex, b, opposite_vertex], axis=0)
     parts = {
-        name: (start + (start > first), end + (start >= first))
-        for name, (start, end) in mesh.parts.items()
+        name: (begin + (begin > first_face), end + (begin >= first_face))
+        for name, (begin, end) in mesh.parts.items()
     }
     check_seams(joint, net_complex, Written(vertices, faces, mesh.report, parts=parts))
     assert any("differ" in text for text in joint.faults)
@@ -115,17 +117,17 @@ def test_a_triangle_without_area_is_excused_only_if_rounding_is_the_reason() -> 
     points = sheet.at(places) + sheet.origin
     points[:, 1] += 1.0
     (sheet,) = build_sheets(BezierSurface(net + np.array([0.0, 1, 0])))
-    rounded = points.astype(np.float32)
-    written, steps = rounded.astype(float), np.spacing(rounded).astype(float) / 2
+    rounded_points = points.astype(np.float32)
+    written, steps = rounded_points.astype(float), np.spacing(rounded_points).astype(float) / 2
     assert find_flat_triangles(np.array([written, points])) == [0]
     assert is_flattened_by_rounding(sheet, written, places, steps)
     for axis in range(3):
-        shifted = written.copy()
-        shifted[1, axis] += 8 * steps[1, axis]
-        assert not is_flattened_by_rounding(sheet, shifted, places, steps)
+        moved_points = written.copy()
+        moved_points[1, axis] += 8 * steps[1, axis]
+        assert not is_flattened_by_rounding(sheet, moved_points, places, steps)
     # Points that are collinear without rounding, and equal points, are not excused.
-    plane = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]))
-    (sheet,) = build_sheets(plane)
+    flat_patch = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]))
+    (sheet,) = build_sheets(flat_patch)
     for places in np.array([[[0.0, 0], [0.5, 0.5], [1, 1]], [[0.0, 0], [0.5, 0.25], [0, 0]]]):
         points = sheet.at(places) + sheet.origin
         assert not is_flattened_by_rounding(sheet, points, places, np.full((3, 3), 1e-7))

@@ -1,5 +1,4 @@
-"""The first inputs of the fuzzer are no findings, and the judge distinguishes findings from
-refusals."""
+"""The first inputs of the fuzzer cause no findings; a refusal of an input is no finding."""
 
 import time
 

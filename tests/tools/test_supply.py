@@ -60,12 +60,12 @@ def test_a_licence_that_is_no_spdx_expression_is_refused_until_a_person_read_it(
 
 
 def test_a_package_that_changes_its_statement_is_refused_until_a_person_read_it() -> None:
-    name, (declared, expected) = next(iter(READ.items()))
-    assert read_statement(distribution(name)) == declared
+    name, (statement, licence) = next(iter(READ.items()))
+    assert read_statement(distribution(name)) == statement
     assert find_licence_of(name, License="GPL-3.0-only") == "GPL-3.0-only"
     with pytest.raises(UnknownLicence, match=name):
         find_licence_of(name, License="Our own licence")
-    assert check_licence(name, expected) == expected
+    assert check_licence(name, licence) == licence
 
 
 @pytest.mark.parametrize("expression", ["GPL-3.0-only", "MIT OR AGPL-3.0-only", "(MIT)AND(X)", ""])
@@ -74,9 +74,9 @@ def test_licences_that_are_not_allowed_are_refused(expression: str) -> None:
         check_licence("x", expression)
 
 
-def test_bundled_npm_packages_are_those_that_the_image_copies() -> None:
-    copied = re.findall(r"/web/node_modules/([\w./-]+)/", DOCKERFILE)
-    assert set(copied) == set(BUNDLED)
+def test_the_image_copies_the_bundled_npm_packages() -> None:
+    copied_packages = re.findall(r"/web/node_modules/([\w./-]+)/", DOCKERFILE)
+    assert set(copied_packages) == set(BUNDLED)
 
 
 def test_the_bill_of_materials_has_the_npm_packages() -> None:
@@ -86,24 +86,24 @@ def test_the_bill_of_materials_has_the_npm_packages() -> None:
         "components": [library],
         "dependencies": [{"ref": "root-component", "dependsOn": ["numpy==2"]}, {"ref": "numpy==2"}],
     }
-    complete = add_scripts(bill)
-    assert complete["metadata"]["component"]["version"] == __version__
-    assert [each["name"] for each in complete["components"]] == ["numpy", *BUNDLED]
-    (checksum,) = complete["components"][-1]["hashes"]
+    complete_bill = add_scripts(bill)
+    assert complete_bill["metadata"]["component"]["version"] == __version__
+    assert [each["name"] for each in complete_bill["components"]] == ["numpy", *BUNDLED]
+    (checksum,) = complete_bill["components"][-1]["hashes"]
     assert checksum["alg"] == "SHA-512"
     assert re.fullmatch("[0-9a-f]{128}", checksum["content"])
-    needs = {each["ref"]: each.get("dependsOn") for each in complete["dependencies"]}
-    added = [f"pkg:npm/{script.name}@{script.version}" for script in list_scripts()]
-    assert needs["root-component"] == ["numpy==2", *added]
+    needs = {each["ref"]: each.get("dependsOn") for each in complete_bill["dependencies"]}
+    npm_refs = [f"pkg:npm/{script.name}@{script.version}" for script in list_scripts()]
+    assert needs["root-component"] == ["numpy==2", *npm_refs]
     assert needs["numpy==2"] is None
-    assert json.dumps(add_scripts(bill)) == json.dumps(complete)
+    assert json.dumps(add_scripts(bill)) == json.dumps(complete_bill)
 
 
 def test_base_images_have_exact_versions() -> None:
-    bases = re.findall(r"^ARG \w+_IMAGE=(\S+)$", DOCKERFILE, re.MULTILINE)
-    assert len(bases) == 2
-    for base in bases:
-        assert re.fullmatch(r"\w+:\d+\.\d+\.\d+-slim-\w+|\w+:\d+\.\d+\.\d+-\w+-slim", base)
+    base_images = re.findall(r"^ARG \w+_IMAGE=(\S+)$", DOCKERFILE, re.MULTILINE)
+    assert len(base_images) == 2
+    for base_image in base_images:
+        assert re.fullmatch(r"\w+:\d+\.\d+\.\d+-slim-\w+|\w+:\d+\.\d+\.\d+-\w+-slim", base_image)
 
 
 def test_dependabot_watches_every_file_that_pins_versions() -> None:
@@ -111,9 +111,9 @@ def test_dependabot_watches_every_file_that_pins_versions() -> None:
         find_program("check-jsonschema"), "--builtin-schema", "vendor.dependabot", DEPENDABOT
     )
     updates = yaml.safe_load(DEPENDABOT.read_text(encoding="utf-8"))["updates"]
-    watched = {(each["package-ecosystem"], each["directory"]) for each in updates}
+    watched_folders = {(each["package-ecosystem"], each["directory"]) for each in updates}
     locks = {("npm", f"/{folder}") for folder in ("web", "tests/web")}
-    assert watched == locks | {("pip", "/"), ("docker", "/"), ("docker-compose", "/deploy")}
+    assert watched_folders == locks | {("pip", "/"), ("docker", "/"), ("docker-compose", "/deploy")}
     assert all((ROOT / f"./{folder}/package-lock.json").is_file() for _, folder in locks)
 
 

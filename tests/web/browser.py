@@ -52,8 +52,9 @@ SLOW_FRAMES = """window.requestAnimationFrame = (draw) => (
     setTimeout(() => draw(performance.now()), 50));
 window.cancelAnimationFrame = clearTimeout;"""
 
-# Makes a page with WITHOUT_PIXELS fill pixels, until a script calls `getContext` again.
-FILL_PIXELS = """for (const canvas of document.querySelectorAll('canvas')) {
+# Script that lets WebGL fill pixels on a page with WITHOUT_PIXELS, until a script calls
+# `getContext` again.
+FILL_PIXELS_SCRIPT = """for (const canvas of document.querySelectorAll('canvas')) {
     const context = canvas.getContext('webgl2');
     context?.disable(context.RASTERIZER_DISCARD);
 }"""
@@ -85,7 +86,7 @@ def serve_folder(folder: Path) -> AbstractContextManager[str]:
 class Stage:
     """A page of the browser, the messages in its console, and the URLs of its requests.
 
-    The methods other than `picture` need the viewer page (`open_viewer`).
+    The methods other than `take_picture` need the viewer page (`open_viewer`).
     """
 
     page: Page

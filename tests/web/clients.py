@@ -93,12 +93,12 @@ def serve_site(pages: Mapping[str, str]) -> Iterator[str]:
         yield origin
 
 
-def open_blank_page(browser: Browser, pixels: bool = False) -> Stage:
-    """A blank page, prepared for `read_meshes`; its pictures are empty unless `pixels` is true."""
+def open_blank_page(browser: Browser, has_pictures: bool = False) -> Stage:
+    """A blank page, prepared for `read_meshes`; its pictures are empty unless `has_pictures`."""
     stage = open_page(browser)
     stage.page.add_init_script(path=READ_MESHES)
     stage.page.add_init_script(SLOW_FRAMES)
-    if not pixels:
+    if not has_pictures:
         stage.page.add_init_script(WITHOUT_PIXELS)
     return stage
 
@@ -115,8 +115,7 @@ def read_meshes(stage: Stage) -> list[dict[str, Any]]:
     """The meshes that the library of this page has loaded; waits for the first.
 
     Each has a `name`, `triangles` (three indices for each), and rows of `positions`, `normals` and
-    `colors` (linear, as the shader gets them). The coordinates are those of glTF: right-handed, y
-    up.
+    `colors` (linear, as the shader gets them). The coordinates are as in glTF: right-handed, y up.
     """
     stage.page.wait_for_function("window.readMeshes().length > 0")
     meshes: list[dict[str, Any]] = stage.page.evaluate("window.readMeshes()")

@@ -94,11 +94,11 @@ def select_point(page: Page, number: int) -> tuple[float, float]:
     return box["x"] + x, box["y"] + y
 
 
-def drag(page: Page, start: tuple[float, float], by: tuple[float, float]) -> None:
-    """Drags the mouse from `start` by this many pixels, and waits for the mesh."""
+def drag(page: Page, start: tuple[float, float], shift: tuple[float, float]) -> None:
+    """Drags the mouse from `start` by `shift` pixels, and waits for the mesh."""
     page.mouse.move(*start)
     page.mouse.down()
-    page.mouse.move(start[0] + by[0] / 2, start[1] + by[1] / 2)
-    page.mouse.move(start[0] + by[0], start[1] + by[1])
+    page.mouse.move(start[0] + shift[0] / 2, start[1] + shift[1] / 2)
+    page.mouse.move(start[0] + shift[0], start[1] + shift[1])
     page.mouse.up()
     page.wait_for_selector(READY)

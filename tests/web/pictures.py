@@ -33,9 +33,10 @@ COMPARE = """async (pictures) => {
 class Difference:
     """The difference of two pictures, in steps of 1/255, by the channel that differs most.
 
-    `covered` is the fraction of the pixels that the model covers in the first picture: those that
-    differ from its first pixel. `mean` is the mean difference of these, `different` the fraction of
-    them that differ by more than eight steps, and `largest` the largest difference.
+    In the first picture, the model covers the pixels that differ from the first pixel; `covered` is
+    their fraction of all pixels. `mean` is the sum of all differences, and `different` the number
+    of pixels that differ by more than eight steps; both are divided by the number of covered
+    pixels. `largest` is the largest difference.
     """
 
     covered: float

@@ -74,7 +74,7 @@ The first loads as three.js and model-viewer do, the second as Babylon.js does.
 
 
 @pytest.fixture(scope="module", params=SCRIPTS)
-def loaded(
+def page_with_mesh(
     request: pytest.FixtureRequest, service: RecordingService, links: dict[str, str], visitor: Stage
 ) -> Iterator[tuple[Page, str, str]]:
     """A page of another origin that has loaded the mesh once, its script, and the mesh's URL."""
@@ -88,9 +88,9 @@ def loaded(
 
 
 def test_a_second_load_sends_no_request(
-    service: RecordingService, loaded: tuple[Page, str, str]
+    service: RecordingService, page_with_mesh: tuple[Page, str, str]
 ) -> None:
-    page, script, link = loaded
+    page, script, link = page_with_mesh
     page.goto(page.url)
     content = httpx.get(link).content
     service.requests.clear()
@@ -104,11 +104,11 @@ def test_a_second_load_sends_no_request(
 
 
 def test_a_load_that_bypasses_the_cache_gets_304(
-    service: RecordingService, loaded: tuple[Page, str, str]
+    service: RecordingService, page_with_mesh: tuple[Page, str, str]
 ) -> None:
     """The browser sends the entity tag itself, and gives its cached copy to the page."""
     service.requests.clear()
-    page, _, link = loaded
+    page, _, link = page_with_mesh
     status, size = page.evaluate(
         """async (url) => {
             const response = await fetch(url, { cache: 'no-cache' });

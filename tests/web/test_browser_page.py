@@ -68,10 +68,10 @@ def test_the_page_builds_a_geometry_of_three_from_json(open_page: OpenPage, serv
     net = [[[0, 0, 0], [0, 1, 0], [0, 0, 2]], [[1, 0, 1], [1, 2, 1], [1, 0, 3]]]
     net.append([[2, 0, 0], [2, 1, 0], [2, 0, 2]])
     body = {"surface": {"control_net": net}, "resolution": 24}
-    computed = httpx.post(f"{server}/v1/mesh", json=body).json()
-    np.testing.assert_allclose(mesh["positions"], computed["vertices"], atol=1e-6)
-    np.testing.assert_allclose(mesh["normals"], computed["normals"], atol=1e-6)
-    assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == computed["faces"]
+    expected = httpx.post(f"{server}/v1/mesh", json=body).json()
+    np.testing.assert_allclose(mesh["positions"], expected["vertices"], atol=1e-6)
+    np.testing.assert_allclose(mesh["normals"], expected["normals"], atol=1e-6)
+    assert np.reshape(mesh["triangles"], (-1, 3)).tolist() == expected["faces"]
 
 
 def test_creases_have_the_normals_of_their_corners(open_page: OpenPage, server: str) -> None:
@@ -100,11 +100,11 @@ def test_creases_have_the_normals_of_their_corners(open_page: OpenPage, server: 
     stage = open_page(script)
     stage.page.wait_for_function("window.measureCorners !== undefined")
     for example in ("utah-teapot", "rounded-box", "cone", "trefoil-tube"):
-        positions, normals, expected, corners = stage.page.evaluate(
+        position_count, normal_count, expected_count, corner_errors = stage.page.evaluate(
             "window.measureCorners", example
         )
-        assert positions == normals == expected, example
-        assert max(corners) < 1e-5, example
+        assert position_count == normal_count == expected_count, example
+        assert max(corner_errors) < 1e-5, example
     assert stage.messages == []
 
 
@@ -148,21 +148,24 @@ def test_types_generated_from_a_service_equal_the_committed_types(tmp_path: Path
     command = command.replace("npx openapi-typescript", f"{find_program('node')} {generator}")
     with run_service(build_full_settings()) as server:
         run_shell(command.replace(SERVED_AT, server), tmp_path)
-    generated = (tmp_path / TYPES.name).read_text(encoding="utf-8")
-    committed = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
-    assert generated.split("\n\n", 1)[1] == committed.split("\n\n", 1)[1], "run `make types`"
+    generated_types = (tmp_path / TYPES.name).read_text(encoding="utf-8")
+    committed_types = TYPES.read_text(encoding="utf-8").replace(": Blob;", ": string;")
+    # The text before the first empty line is a comment that names the source.
+    assert generated_types.split("\n\n", 1)[1] == committed_types.split("\n\n", 1)[1], (
+        "run `make types`"
+    )
 
 
 def test_responses_may_be_cached_as_the_table_says(server: str) -> None:
     surface = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
     links = httpx.post(f"{server}/v1/surfaces", json=surface).json()["links"]
-    stored = links["mesh"]["glb"]
-    urls = [stored, stored.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
+    mesh_url = links["mesh"]["glb"]
+    urls = [mesh_url, mesh_url.partition("?")[0], links["self"], "/v1/surfaces/none/mesh.glb"]
     responses = [httpx.get(server + url) for url in urls]
-    shown = [cells[1].strip("`") for cells in read_rows("What is kept, and for how long")]
-    assert [response.headers["Cache-Control"] for response in responses] == shown
-    canonical = f'<{stored}>; rel="canonical"'
-    assert [response.headers["Link"] for response in responses[:2]] == [canonical] * 2
+    values_on_page = [cells[1].strip("`") for cells in read_rows("What is kept, and for how long")]
+    assert [response.headers["Cache-Control"] for response in responses] == values_on_page
+    link_header = f'<{mesh_url}>; rel="canonical"'
+    assert [response.headers["Link"] for response in responses[:2]] == [link_header] * 2
 
 
 def test_meshes_of_another_engine_are_gone_as_the_page_says(server: str) -> None:
@@ -175,21 +178,23 @@ def test_the_table_lists_the_headers_that_scripts_may_read(server: str) -> None:
     names = {name for cells in read_rows("Headers of responses") for name in cells[0].split(", ")}
     assert {name.strip("`") for name in names} == set(EXPOSED)
     headers = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb").headers
-    sometimes = {"Location", "Retry-After", "RateLimit", "RateLimit-Policy"}
-    assert set(EXPOSED) - sometimes <= {name.title() for name in headers} | {"ETag"}
+    # A response with a mesh does not have these headers.
+    rare_headers = {"Location", "Retry-After", "RateLimit", "RateLimit-Policy"}
+    assert set(EXPOSED) - rare_headers <= {name.title() for name in headers} | {"ETag"}
 
 
 def test_the_setting_of_origins_on_the_page_is_valid() -> None:
     (command,) = re.findall(r"^SURFACE_CORS_ORIGINS=\S+", TEXT, re.MULTILINE)
     _, _, origins = command.partition("=")
-    allowed = apply_flags(Settings(), {"cors_origins": origins}).cors_origins
-    assert allowed == tuple(origins.split(","))
+    allowed_origins = apply_flags(Settings(), {"cors_origins": origins}).cors_origins
+    assert allowed_origins == tuple(origins.split(","))
     assert Settings().cors_origins == ("*",)
 
 
 @pytest.mark.parametrize("option", ["quantize=true", "compression=meshopt"])
 def test_the_page_names_the_extensions_of_compact_files(option: str, server: str) -> None:
     content = httpx.get(f"{server}/v1/surfaces/saddle/mesh.glb?{option}").content
+    # A GLB file has 12 bytes of its own, then the length and the type of the JSON, then the JSON.
     length = int.from_bytes(content[12:16], "little")
     extensions = json.loads(content[20 : 20 + length])["extensionsRequired"]
     assert extensions

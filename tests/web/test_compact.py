@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from service.engine.grid import CORNER
-from tests.web.browser import FILL_PIXELS, Stage
+from service.engine.grid import MAX_STEPS
+from tests.web.browser import FILL_PIXELS_SCRIPT, Stage
 from tests.web.clients import TESTED_LIBRARIES, serve_site, visit, write_client
 from tests.web.pictures import compare_pictures
 
@@ -28,8 +28,13 @@ FRAMES = """<!doctype html><title>Forms</title><link rel="icon" href="data:,">
 MAX_NORMAL_ERROR = {"quantized": 0.002, "compressed": 0.001, "both": 0.1}
 """The largest error of normals in degrees, including the float32 of the libraries."""
 
-MAX_MOVE = 2.0**-13 * CORNER
-"""The largest distance by which quantization moves a vertex, for a surface 5 units long."""
+STEP = 2.0**-13
+assert STEP / 2 < 5 / MAX_STEPS <= STEP
+"""The step of the grid to which quantization rounds: the least power of two for which a surface 5
+units long has at most `MAX_STEPS` steps."""
+
+MAX_MOVE = 3**0.5 / 2 * STEP
+"""The largest distance by which quantization moves a vertex: half of the diagonal of a cell."""
 
 
 PICTURE = """async () => {
@@ -68,7 +73,8 @@ def pictures(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Pic
         for frame in page.frames[1:]:
             frame.wait_for_function("window.readMeshes().length > 0")
             (mesh,) = frame.evaluate("window.readMeshes()")
-            frame.evaluate(FILL_PIXELS)
+            # Other tests need no pictures, so the page of `visitor` draws none before this script.
+            frame.evaluate(FILL_PIXELS_SCRIPT)
             canvas = base64.b64decode(frame.evaluate(PICTURE))
             pictures[frame.name] = mesh, canvas or frame.frame_element().screenshot()
             visitor.page.evaluate(
@@ -82,7 +88,7 @@ def pictures(request: pytest.FixtureRequest, server: str, visitor: Stage) -> Pic
 def test_compact_forms_give_the_same_mesh_and_picture(
     pictures: Pictures, form: str, viewer: Stage
 ) -> None:
-    (expected, plain), (mesh, picture) = pictures["plain"], pictures[form]
+    (expected, expected_picture), (mesh, picture) = pictures["plain"], pictures[form]
     positions = np.array(expected["positions"])
     moves, rows = cKDTree(positions).query(mesh["positions"])
     assert sorted(rows.tolist()) == list(range(len(positions)))
@@ -93,7 +99,8 @@ def test_compact_forms_give_the_same_mesh_and_picture(
     colors = [np.array(each["colors"])[:, :3] for each in (expected, mesh)]
     assert np.abs(colors[0][rows] - colors[1]).max() < 1e-5
     assert list_faces(mesh["triangles"], rows) == list_faces(expected["triangles"], None)
-    difference = compare_pictures(viewer, plain, picture)
+    difference = compare_pictures(viewer, expected_picture, picture)
+    # Steps of 1/255: a picture that differs visibly has more and larger differences.
     assert difference.covered > 0.02
     assert difference.mean < 0.1
     assert difference.different < 0.002
@@ -101,9 +108,10 @@ def test_compact_forms_give_the_same_mesh_and_picture(
 
 
 def list_faces(indices: list[int], rows: Any) -> set[tuple[int, ...]]:
-    """The triangles as vertices of the plain mesh; each begins with its least vertex.
+    """The triangles as vertices of the plain mesh; each begins with its lowest vertex.
 
-    `rows` has the vertex of the plain mesh for each vertex; None if they are equal.
+    `rows` maps each vertex of the mesh to the vertex of the plain mesh; for the plain mesh itself
+    it is None.
     """
     corners = np.array(indices) if rows is None else rows[np.array(indices)]
     faces = (np.roll(face, -face.argmin()) for face in corners.reshape(-1, 3))

@@ -85,9 +85,9 @@ def test_a_drag_moves_the_point_and_can_be_undone(page: Page) -> None:
 def test_clicks_on_the_surface_show_parameters_curvature_and_distance(page: Page) -> None:
     box = page.locator("#view").bounding_box()
     assert box is not None
-    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.4
+    place = box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.4
     assert page.is_hidden("#probe-row")
-    page.mouse.click(*middle)
+    page.mouse.click(*place)
     page.wait_for_selector("#probe-row:visible")
     u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
     # The saddle is z = x y, with the Gaussian curvature K = −1 / (1 + x² + y²)².
@@ -96,7 +96,7 @@ def test_clicks_on_the_surface_show_parameters_curvature_and_distance(page: Page
     curvature = float(text.split("K ")[1].split(",")[0])
     assert curvature == pytest.approx(-1 / (1 + x * x + y * y) ** 2, rel=1e-3)
     assert page.is_hidden("#probe-distance-row")
-    page.mouse.click(middle[0] + 40, middle[1])
+    page.mouse.click(place[0] + 40, place[1])
     page.wait_for_selector("#probe-distance-row:visible")
     u, v = map(float, (page.locator("#probe").get_attribute("value") or "").split(","))
     second_x, second_y = 2 * u - 1, 2 * v - 1
@@ -199,8 +199,8 @@ def test_for_a_tube_the_choice_of_curvature_is_disabled(page: Page) -> None:
 
 def test_an_example_can_be_opened_from_the_list(page: Page) -> None:
     page.click("#open")
-    first = page.locator("#examples button").first
-    assert first.get_attribute("data-example") == "utah-teapot"
+    first_button = page.locator("#examples button").first
+    assert first_button.get_attribute("data-example") == "utah-teapot"
     perform(page, lambda: page.click('[data-example="sphere"]'))
     assert page.inner_text("#title") == "Sphere"
     assert page.inner_text("#open-edges") == "none"
@@ -208,7 +208,7 @@ def test_an_example_can_be_opened_from_the_list(page: Page) -> None:
 
 
 def test_an_error_shows_its_field_and_can_be_undone(editor: Stage) -> None:
-    """This test does not check the console, in which the browser itself writes a failed request."""
+    """This test ignores the console, because the browser itself writes refused requests there."""
     page = editor.page
     reset_editor(page)
     old_triangles = read_value(page, "triangles")
@@ -229,7 +229,7 @@ def test_an_error_shows_its_field_and_can_be_undone(editor: Stage) -> None:
     assert page.is_hidden("#problem")
 
 
-def test_a_refused_surface_replaces_the_earlier_one_in_the_page(editor: Stage) -> None:
+def test_a_refused_surface_replaces_the_earlier_surface_in_the_page(editor: Stage) -> None:
     page = editor.page
     reset_editor(page)
     page.click("#open")
@@ -247,11 +247,11 @@ def test_a_link_to_a_missing_surface_shows_an_error(editor: Stage, server: str) 
     assert page.inner_text("#problem-title") == "There is no surface at this address"
     assert page.inner_text("#title") == "Open a surface"
     # Without a surface the page sends no requests, disables its exports, and offers an example.
-    count = len(editor.requested_urls)
+    request_count = len(editor.requested_urls)
     page.check('input[name="accuracy"][value="tolerance"]', force=True)
     assert page.is_disabled("#copy-link")
     assert page.is_hidden("#loading")
-    assert len(editor.requested_urls) == count
+    assert len(editor.requested_urls) == request_count
     page.click("#problem-example")
     perform(page, lambda: page.click('[data-example="saddle"]'))
     assert page.is_hidden("#problem")

@@ -21,14 +21,14 @@ KEY = make_key()
 
 
 @pytest.fixture(scope="module")
-def private() -> Iterator[str]:
+def private_service() -> Iterator[str]:
     settings = Settings(api_keys=(format_entry("alice", KEY),), public_reads=False)
     with run_service(settings) as url:
         yield url
 
 
 @pytest.fixture(scope="module")
-def locked_editor(private: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
+def locked_editor(private_service: str, browser: Browser) -> Iterator[tuple[Stage, list[Request]]]:
     """The editor before a key is entered, with its dialog open; and its requests so far."""
     stage = open_profile(browser)
     requests: list[Request] = []
@@ -37,7 +37,7 @@ def locked_editor(private: str, browser: Browser) -> Iterator[tuple[Stage, list[
         requests.append(request)
 
     stage.page.on("request", record)
-    stage.page.goto(private + SADDLE)
+    stage.page.goto(private_service + SADDLE)
     stage.page.wait_for_selector("#access[open]")
     yield stage, requests
     stage.page.context.close()
@@ -59,10 +59,10 @@ def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
     assert page.evaluate("document.activeElement.id") == "access-key"
     assert list_violations(page) == []
     # A text that is not a key is not sent; for an unknown key the dialog shows an error.
-    count = len(requests)
+    request_count = len(requests)
     enter_key(page, "password")
     assert page.is_visible("#access")
-    assert len(requests) == count
+    assert len(requests) == request_count
     enter_key(page, make_key())
     page.wait_for_selector("#access-why:has-text('does not know')")
     # A closed dialog does not open again by itself. The page says that a key is missing, and has a
@@ -76,8 +76,8 @@ def test_the_editor_asks_for_the_key_sends_it_and_does_not_store_it(
     page.wait_for_selector(READY)
     assert page.is_hidden("#problem")
     assert page.inner_text("#triangles") == "72"
-    sent = [request.headers.get("authorization") for request in requests]
-    assert f"Bearer {KEY}" in sent
+    sent_keys = [request.headers.get("authorization") for request in requests]
+    assert f"Bearer {KEY}" in sent_keys
 
     # The tab keeps the key until it is closed.
     page.reload()

@@ -74,22 +74,22 @@ def test_changes_of_points_and_weights_return_a_changed_copy(page: Page) -> None
         """async () => {
           const { netOf, weightAt, withPoint, withWeight } = await import('/page/net.js');
           const vertices = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]];
-          const before = { type: 'patches', vertices, patches: [[[0, 1], [2, 3]]] };
-          const handle = netOf(before).handles[3];
-          const moved = withPoint(before, handle, [1, 1, 5]);
+          const original = { type: 'patches', vertices, patches: [[[0, 1], [2, 3]]] };
+          const handle = netOf(original).handles[3];
+          const moved = withPoint(original, handle, [1, 1, 5]);
           const weighed = withWeight(moved, handle, 2);
           return {
-            before, weighed, shared: moved.patches === before.patches,
-            weights: [weightAt(before, handle), weightAt(weighed, handle)],
+            original, weighed, sharesPatches: moved.patches === original.patches,
+            weights: [weightAt(original, handle), weightAt(weighed, handle)],
           };
         }"""
     )
-    assert result["before"]["vertices"][3] == [1, 1, 0]
-    assert "weights" not in result["before"]
+    assert result["original"]["vertices"][3] == [1, 1, 0]
+    assert "weights" not in result["original"]
     assert result["weighed"]["vertices"][3] == [1, 1, 5]
     assert result["weighed"]["weights"] == [1, 1, 1, 2]
     assert result["weights"] == [1, 2]
-    assert result["shared"]
+    assert result["sharesPatches"]
 
 
 def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) -> None:
@@ -97,13 +97,14 @@ def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) 
         """async () => {
           const { MeshRequests } = await import('/page/mesh-requests.js');
           const [sent, answered, failed, answers] = [[], [], [], []];
-          let most = 0;
+          let maxRunning = 0;
           const requests = new MeshRequests({
             send: (wish) => {
               sent.push(wish);
-              most = Math.max(most, sent.length - answers.filter((answer) => answer.done).length);
+              const running = sent.length - answers.filter((answer) => answer.isDone).length;
+              maxRunning = Math.max(maxRunning, running);
               return new Promise((resolve, reject) => {
-                answers.push({ resolve, reject, done: false });
+                answers.push({ resolve, reject, isDone: false });
               });
             },
             answered: (answer) => { answered.push(answer); },
@@ -111,7 +112,7 @@ def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) 
             idle: () => {},
           });
           const settle = async (index, act) => {
-            answers[index].done = true;
+            answers[index].isDone = true;
             act(answers[index]);
             await new Promise((resolve) => setTimeout(resolve));
           };
@@ -123,16 +124,16 @@ def test_only_one_request_runs_and_the_newest_document_is_sent_next(page: Page) 
           requests.ask('e');
           await settle(2, ({ reject }) => reject(new Error('stale')));
           await settle(3, ({ reject }) => reject(new Error('last')));
-          return { sent, answered, failed, most };
+          return { sent, answered, failed, maxRunning };
         }"""
     )
-    # While a runs, c replaces b. C is the result for a closed document, so it is dropped. The error
-    # of d is dropped, because e waits; the error of e is reported.
+    # While request a runs, c replaces b. `forget` closes the document, so the result of c is
+    # dropped. The error of d is dropped, because e waits; the error of e is reported.
     assert result == {
         "sent": ["a", "c", "d", "e"],
         "answered": ["A"],
         "failed": ["last"],
-        "most": 1,
+        "maxRunning": 1,
     }
 
 
@@ -144,29 +145,31 @@ def test_the_history_has_200_steps_and_a_drag_is_one_step(page: Page) -> None:
           history.preview({ n: 0.3 });
           history.preview({ n: 0.6 });
           history.keep({ n: 1 });
-          const steps = history.past.length;
+          const stepsOfDrag = history.past.length;
           for (let n = 2; n <= 500; n += 1) history.keep({ n });
-          const kept = history.past.length;
+          const stepsOfMany = history.past.length;
           history.preview({ n: 501 });
           history.cancel();
-          const cancelled = history.present.n;
+          const afterCancel = history.present.n;
           history.undo();
-          const undone = history.present.n;
+          const afterUndo = history.present.n;
           history.redo();
           history.undo();
           history.reset();
-          const reset = history.present.n;
+          const afterReset = history.present.n;
           history.undo();
-          const [last, redo] = [history.present.n, history.canRedo];
-          return { steps, kept, cancelled, undone, reset, last, redo };
+          const [afterUndoOfReset, canRedo] = [history.present.n, history.canRedo];
+          return {
+            stepsOfDrag, stepsOfMany, afterCancel, afterUndo, afterReset, afterUndoOfReset, canRedo,
+          };
         }"""
     )
     assert result == {
-        "steps": 1,
-        "kept": 200,
-        "cancelled": 500,
-        "undone": 499,
-        "reset": 0,
-        "last": 499,
-        "redo": True,
+        "stepsOfDrag": 1,
+        "stepsOfMany": 200,
+        "afterCancel": 500,
+        "afterUndo": 499,
+        "afterReset": 0,
+        "afterUndoOfReset": 499,
+        "canRedo": True,
     }

@@ -11,7 +11,8 @@ from tests.programs import find_node_package
 from tests.web.browser import Stage
 from tests.web.editor import READY, read_value, reset_editor, select_point
 
-WIDE, NARROW = (1200, 800), (360, 740)
+# Width and height of windows, in pixels.
+WIDE_WINDOW, PHONE_WINDOW = (1200, 800), (360, 740)
 # Returns the name of the element that has the focus, and whether the page shows the focus.
 FOCUS = """() => {
     const { activeElement: element } = document;
@@ -54,7 +55,7 @@ def list_violations(page: Page) -> list[tuple[str, str, list[Any]]]:
     ]
 
 
-@pytest.mark.parametrize(("scheme", "size"), [("light", WIDE), ("dark", NARROW)])
+@pytest.mark.parametrize(("scheme", "size"), [("light", WIDE_WINDOW), ("dark", PHONE_WINDOW)])
 def test_axe_finds_no_violations_in_the_page_and_its_dialogs(
     page: Page, scheme: Any, size: tuple[int, int]
 ) -> None:
@@ -99,7 +100,7 @@ def test_the_tab_key_reaches_all_elements_and_the_focus_is_visible(page: Page) -
     select_point(page, 2)
     page.focus(".skip")
     names: list[str] = []
-    for _ in range(80):
+    for _ in range(80):  # more elements than the page has
         page.keyboard.press("Tab")
         name, is_focus_visible = page.evaluate(FOCUS)
         if name == "BODY" or name in names:

@@ -18,20 +18,20 @@ from tests.web.clients import to_linear, turn_upright
 def test_the_shading_of_the_teapot_is_smooth(server: str, stage: Stage) -> None:
     """Shaded by normals, the picture has almost no edges; with flat shading it has many."""
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?resolution=16", 1800, 1200)
-    smooth = stage.page.evaluate("window.viewer.measure()")
-    assert 0.1 < smooth["coverage"] < 0.6
+    smooth_picture = stage.page.evaluate("window.viewer.measure()")
+    assert 0.1 < smooth_picture["coverage"] < 0.6
     stage.page.evaluate("window.viewer.shadeFlat()")
-    flat = stage.page.evaluate("window.viewer.measure()")
-    assert smooth["edges"] < 0.01
-    assert flat["edges"] > 4 * smooth["edges"]
+    flat_picture = stage.page.evaluate("window.viewer.measure()")
+    assert smooth_picture["edges"] < 0.01
+    assert flat_picture["edges"] > 4 * smooth_picture["edges"]
 
 
 def test_three_reads_curvatures_as_attributes(server: str, stage: Stage) -> None:
     """So shaders can use curvatures. The curvatures of a torus, radii 1 and 0.4, are known."""
     stage.show(f"{server}/v1/surfaces/torus/mesh.glb?relative_tolerance=0.01&curvatures=true")
     (mesh,) = stage.read_meshes()
-    radius = np.hypot(*np.delete(np.array(mesh["positions"]), 1, axis=1).T)
     points = np.array(mesh["positions"])
+    radius = np.hypot(points[:, 0], points[:, 2])  # the distance from the axis, which is y
     distance = np.hypot(radius - 1, points[:, 1])
     np.testing.assert_allclose(distance, 0.4, atol=1e-6)
     cosine = (radius - 1) / 0.4
@@ -53,10 +53,10 @@ def test_members_of_a_group_have_their_placements_and_colours(server: str, stage
     assert isinstance(model, GroupModel)
     scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
     # Meshes are matched by order, because three.js changes names that are equal.
-    remaining = iter(meshes)
+    unmatched_meshes = iter(meshes)
     for node in scene.nodes:
         expected = turn_upright(place_points(scene.meshes[node.model].positions, node.matrix))
-        copies = [next(remaining) for _ in scene.meshes[node.model].parts]
+        copies = [next(unmatched_meshes) for _ in scene.meshes[node.model].parts]
         positions = np.concatenate([mesh["positions"] for mesh in copies])
         for end in ("min", "max"):
             bounds = (getattr(points, end)(axis=0) for points in (positions, expected))
@@ -67,7 +67,7 @@ def test_members_of_a_group_have_their_placements_and_colours(server: str, stage
             np.testing.assert_allclose(mesh["color"], light, atol=1e-6)
             determinant = 1 if node.matrix is None else np.linalg.det(node.matrix[:3, :3])
             assert mesh["mirrored"] == (determinant < 0)
-    assert list(remaining) == []
+    assert list(unmatched_meshes) == []
 
 
 def test_a_mirrored_sphere_is_lit_from_the_same_side(stage: Stage) -> None:
@@ -86,7 +86,7 @@ def test_a_mirrored_sphere_is_lit_from_the_same_side(stage: Stage) -> None:
 
 
 def test_a_wireframe_has_only_tubes_along_the_curves(server: str, stage: Stage) -> None:
-    """The tubes have unit normals, are visible, and are as high as the teapot."""
+    """The tubes have unit normals, are visible, and are as high as the teapot: 3.15 units."""
     query = "faces=none&isocurves=3&wires=tubes&wire_width=0.02&wire_sides=5&resolution=4"
     stage.show(f"{server}/v1/surfaces/utah-teapot/mesh.glb?{query}")
     (mesh,) = stage.read_meshes()

@@ -28,16 +28,16 @@ def turn_rows(up: str, *columns: Any) -> np.ndarray:
     return np.hstack([np.asarray(column, float).reshape(-1, 3) @ rotation for column in columns])
 
 
-def check_rows_are_among(rows: np.ndarray, expected: np.ndarray) -> None:
+def assert_rows_are_among(rows: np.ndarray, expected: np.ndarray) -> None:
     """Checks that each row of the first array is a row of the second, up to 1e-5."""
     distance, _ = KDTree(expected).query(rows)
     assert distance.max() < 1e-5
 
 
-def check_rows_are_equal(rows: np.ndarray, expected: np.ndarray) -> None:
+def assert_rows_are_equal(rows: np.ndarray, expected: np.ndarray) -> None:
     """Checks that both arrays have the same set of rows, up to 1e-5."""
-    check_rows_are_among(rows, expected)
-    check_rows_are_among(expected, rows)
+    assert_rows_are_among(rows, expected)
+    assert_rows_are_among(expected, rows)
 
 
 # Every second request, to save time; other tests read the files of all requests.
@@ -52,37 +52,39 @@ def test_three_reads_all_attributes_of_the_mesh(stage: Stage, title: str) -> Non
     model = surface.lower()
     mesh = build(add_stretches(model) if options.curvatures else model, options)
     positions = mesh.positions + mesh.origin
-    assert sum(drawn["triangles"] for drawn in meshes) == len(mesh.triangles)
+    assert sum(drawn_mesh["triangles"] for drawn_mesh in meshes) == len(mesh.triangles)
     if len(mesh.triangles):
         assert mesh.normals is not None
-        assert max(drawn["longestNormalError"] for drawn in meshes) < 1e-6
-        rows = [np.hstack([drawn["positions"], drawn["normals"]]) for drawn in meshes]
-        check_rows_are_equal(np.concatenate(rows), turn_rows(mesh.up, positions, mesh.normals))
+        assert max(drawn_mesh["longestNormalError"] for drawn_mesh in meshes) < 1e-6
+        rows = [
+            np.hstack([drawn_mesh["positions"], drawn_mesh["normals"]]) for drawn_mesh in meshes
+        ]
+        assert_rows_are_equal(np.concatenate(rows), turn_rows(mesh.up, positions, mesh.normals))
     if mesh.colors is not None:
         light = mesh.colors.astype(float)
         light[:, :3] = to_linear(light[:, :3])
         # Only some members of a group have colours. In `mesh`, colours of a group have an opacity.
-        with_colors = [drawn for drawn in meshes if drawn["colors"]]
-        colors = np.concatenate([drawn["colors"] for drawn in with_colors])
+        with_colors = [drawn_mesh for drawn_mesh in meshes if drawn_mesh["colors"]]
+        colors = np.concatenate([drawn_mesh["colors"] for drawn_mesh in with_colors])
         rows_with_colors = np.hstack(
-            [np.concatenate([drawn["positions"] for drawn in with_colors]), colors]
+            [np.concatenate([drawn_mesh["positions"] for drawn_mesh in with_colors]), colors]
         )
-        check_rows_are_among(
+        assert_rows_are_among(
             rows_with_colors,
             np.hstack([turn_rows(mesh.up, positions), light[:, : colors.shape[1]]]),
         )
         assert title.startswith("group") or with_colors == meshes
     if mesh.uvs is not None:
-        rows = [np.hstack([drawn["positions"], drawn["uvs"]]) for drawn in meshes]
-        check_rows_are_equal(
+        rows = [np.hstack([drawn_mesh["positions"], drawn_mesh["uvs"]]) for drawn_mesh in meshes]
+        assert_rows_are_equal(
             np.concatenate(rows), np.hstack([turn_rows(mesh.up, positions), mesh.uvs])
         )
-    assert [drawn["name"] for drawn in lines] == [overlay.name for overlay in mesh.overlays]
-    for drawn, overlay in zip(lines, mesh.overlays, strict=True):
-        assert drawn["type"] == "LineSegments"
-        assert drawn["segments"] == len(overlay.segments)
-        check_rows_are_equal(
-            np.array(drawn["positions"]), turn_rows(mesh.up, overlay.positions + mesh.origin)
+    assert [line["name"] for line in lines] == [overlay.name for overlay in mesh.overlays]
+    for line, overlay in zip(lines, mesh.overlays, strict=True):
+        assert line["type"] == "LineSegments"
+        assert line["segments"] == len(overlay.segments)
+        assert_rows_are_equal(
+            np.array(line["positions"]), turn_rows(mesh.up, overlay.positions + mesh.origin)
         )
 
 

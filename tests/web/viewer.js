@@ -10,7 +10,7 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const GLAZE = '#2f6f86'; // the colour of surfaces without a colour
 const MARGIN = 1.12; // room around the model, as a factor
-const EDGE = 4; // bends of brightness, in steps of 1/255, which are rare on a smooth surface
+const EDGE = 4; // second differences of green, in 1/255, that are rare on a smooth surface
 const PLAIN = new URLSearchParams(location.search).has('plain');
 const SAMPLES = PLAIN ? 1 : 2; // pixels per pixel of the page; with 2, outlines are smooth
 
@@ -69,7 +69,8 @@ function addLightAndFloor(bounds, radius) {
   if (PLAIN) scene.add(new THREE.HemisphereLight('white', 'gray', 1));
 }
 
-/** Points the camera from slightly above at the middle of the model, as near as all is visible. */
+/** Points the camera from slightly above at the middle of the model, at the smallest distance from
+ *  which the whole model is visible. */
 function placeCamera(bounds, radius) {
   const center = bounds.getCenter(new THREE.Vector3());
   const direction = new THREE.Vector3(0.36, 0.36, 1).normalize();
@@ -158,10 +159,10 @@ function readPixels() {
 
 /** Draws the model without floor and background; returns the picture. */
 function takePicture(model) {
-  const others = scene.children.filter((child) => child !== model && !child.isLight);
-  others.forEach((child) => { child.visible = false; });
+  const hidden = scene.children.filter((child) => child !== model && !child.isLight);
+  hidden.forEach((child) => { child.visible = false; });
   renderer.render(scene, camera);
-  others.forEach((child) => { child.visible = true; });
+  hidden.forEach((child) => { child.visible = true; });
   return readPixels();
 }
 
@@ -185,19 +186,19 @@ function measureLight(model) {
 function measurePicture(model) {
   const { width, height, rgba } = takePicture(model);
   const isOpaque = (i) => rgba[i + 3] === 255;
-  let covered = 0;
-  let inside = 0;
-  let edges = 0;
+  let coveredCount = 0;
+  let insideCount = 0;
+  let edgeCount = 0;
   for (let y = 0; y < height; y += 1) {
     for (let x = 1; x < width - 1; x += 1) {
       const i = 4 * (y * width + x);
-      if (rgba[i + 3] > 0) covered += 1;
+      if (rgba[i + 3] > 0) coveredCount += 1;
       if (!isOpaque(i) || !isOpaque(i - 4) || !isOpaque(i + 4)) continue;
-      inside += 1;
-      if (Math.abs(rgba[i - 3] - 2 * rgba[i + 1] + rgba[i + 5]) >= EDGE) edges += 1;
+      insideCount += 1;
+      if (Math.abs(rgba[i - 3] - 2 * rgba[i + 1] + rgba[i + 5]) >= EDGE) edgeCount += 1;
     }
   }
-  return { coverage: covered / (width * height), edges: edges / inside };
+  return { coverage: coveredCount / (width * height), edges: edgeCount / insideCount };
 }
 
 /** Draws the edges of all triangles over the faces. */

@@ -177,7 +177,7 @@ class Connection(Wire):
         self._extra = {"peername": ("127.0.0.1", 1), "sockname": ("127.0.0.1", 2)}
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
-        self.sent += data
+        self.sent_bytes += data
 
 
 class _RunningService:
@@ -206,7 +206,7 @@ class _RunningService:
         protocol.connection_made(wire)
         half = len(content) // 2
         for piece in (content[:half], content[half:]):
-            if not wire.closed:
+            if not wire.is_closed:
                 protocol.data_received(piece)
                 await asyncio.sleep(0)
         for _ in range(3):
@@ -214,7 +214,7 @@ class _RunningService:
         protocol.connection_lost(None)
         if state.tasks:
             await asyncio.wait(state.tasks)
-        if b"HTTP/1.1 500" in wire.sent:
+        if b"HTTP/1.1 500" in wire.sent_bytes:
             self.failures.append(AssertionError("the server itself failed"))
 
     async def _call_app(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -40,49 +40,49 @@ def test_the_least_recently_used_response_is_dropped_first() -> None:
         assert cache.put(each, cache.generation)
     cache.get(entries[0].subject.url)
     cache.alias(entries[1], "/1", b"", has_engine=False)
-    number = 3
+    next_entry = 3
     while not cache.counts.evictions:
         assert cache.find("/1", b"") == (entries[1], False)
         cache.get(entries[0].subject.url)
-        cache.put(entries[number], cache.generation)
-        number += 1
-    dropped = [each for each in entries[:number] if not cache.holds(each)]
-    assert dropped == [entries[2]]
+        cache.put(entries[next_entry], cache.generation)
+        next_entry += 1
+    dropped_entries = [each for each in entries[:next_entry] if not cache.holds(each)]
+    assert dropped_entries == [entries[2]]
     assert cache.counts.evictions == 1
 
 
 def test_responses_that_are_too_large_are_not_cached() -> None:
     cache = ResponseCache(MAX_BYTES)
-    small = build_entry("a", 30)
-    assert cache.put(small, cache.generation)
+    small_entry = build_entry("a", 30)
+    assert cache.put(small_entry, cache.generation)
     # With all its codings, this response might become larger than the cache allows.
     assert not cache.put(build_entry("b", MAX_BYTES // SHARE // 2), cache.generation)
-    assert cache.holds(small)
+    assert cache.holds(small_entry)
     assert not ResponseCache(0).put(build_entry("c", 0), 0)
 
 
 def test_a_new_response_of_the_same_url_replaces_the_old_one() -> None:
     cache = ResponseCache(MAX_BYTES)
-    old, new = build_entry("a", 50), build_entry("a", 60)
-    cache.put(old, cache.generation)
-    cache.alias(old, "/a", b"", has_engine=True)
-    cache.put(new, cache.generation)
+    old_entry, new_entry = build_entry("a", 50), build_entry("a", 60)
+    cache.put(old_entry, cache.generation)
+    cache.alias(old_entry, "/a", b"", has_engine=True)
+    cache.put(new_entry, cache.generation)
     assert cache.find("/a", b"") is None
-    assert (len(cache), cache.bytes) == (1, new.size)
+    assert (len(cache), cache.bytes) == (1, new_entry.size)
 
 
 def test_a_compressed_body_counts_unless_compression_was_useless() -> None:
     cache = ResponseCache(MAX_BYTES)
     entry = build_entry("a", 5000)
     cache.put(entry, cache.generation)
-    before = cache.bytes
+    bytes_before = cache.bytes
     assert cache.add(entry, "zstd", None).coding == "identity"
-    assert cache.bytes == before
+    assert cache.bytes == bytes_before
     variant = cache.add(entry, "gzip", b"x" * 400)
     assert (variant.coding, variant.body) == ("gzip", b"x" * 400)
-    assert before + 400 < cache.bytes == entry.size
-    not_cached = build_entry("b", 5000)
-    cache.add(not_cached, "gzip", b"x" * 400)
+    assert bytes_before + 400 < cache.bytes == entry.size
+    entry_without_cache = build_entry("b", 5000)
+    cache.add(entry_without_cache, "gzip", b"x" * 400)
     assert cache.bytes == entry.size
 
 
@@ -139,7 +139,7 @@ def test_counted_bytes_are_at_least_the_memory_used(size: int) -> None:
     cache = ResponseCache(1 << 30)
     tracemalloc.start()
     try:
-        before, _ = tracemalloc.get_traced_memory()
+        bytes_before, _ = tracemalloc.get_traced_memory()
         for number in range(100):
             entry = build_entry(f"resolution={number}&engine=3", size, f"{number:064x}")
             cache.put(entry, cache.generation)
@@ -148,10 +148,10 @@ def test_counted_bytes_are_at_least_the_memory_used(size: int) -> None:
             for spelling in range(ALIASES):
                 query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
                 cache.alias(entry, f"/v1/surfaces/{number:064x}/mesh.glb", query, has_engine=True)
-        used = tracemalloc.get_traced_memory()[0] - before
+        bytes_used = tracemalloc.get_traced_memory()[0] - bytes_before
     finally:
         tracemalloc.stop()
-    assert 0.4 * cache.bytes < used < cache.bytes
+    assert 0.4 * cache.bytes < bytes_used < cache.bytes
 
 
 class CacheMachine(RuleBasedStateMachine):
@@ -194,14 +194,16 @@ class CacheMachine(RuleBasedStateMachine):
     @rule(surface=st.sampled_from(["one", "two"]))
     def forget(self, surface: str) -> None:
         self.cache.forget(surface)
-        deleted = [entry for entry in self.entries if entry.subject.surface == surface]
-        assert not any(map(self.cache.holds, deleted))
+        entries_of_surface = [entry for entry in self.entries if entry.subject.surface == surface]
+        assert not any(map(self.cache.holds, entries_of_surface))
 
     @invariant()
     def check_bound_and_counts(self) -> None:
-        cached = [entry for entry in self.entries if self.cache.holds(entry)]
-        assert len(cached) == len(self.cache)
-        assert self.cache.bytes == sum(entry.size for entry in cached) <= self.cache.max_bytes
+        cached_entries = [entry for entry in self.entries if self.cache.holds(entry)]
+        assert len(cached_entries) == len(self.cache)
+        assert (
+            self.cache.bytes == sum(entry.size for entry in cached_entries) <= self.cache.max_bytes
+        )
         for entry in self.entries:
             assert bool(entry.aliases) <= self.cache.holds(entry)
             lengths = {id(variant): len(variant.body) for variant in entry.variants.values()}

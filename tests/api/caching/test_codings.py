@@ -50,20 +50,20 @@ def test_codings_are_in_the_order_that_the_client_prefers(
     header: bytes | None, order: list[Coding]
 ) -> None:
     for _ in range(2):
-        accepted = parse_accepted_codings(header)
-        assert list(accepted.order) == order
-        assert accepted.has_plain == ("identity" in order)
+        accepted_codings = parse_accepted_codings(header)
+        assert list(accepted_codings.order) == order
+        assert accepted_codings.has_plain == ("identity" in order)
 
 
 @pytest.mark.parametrize("coding", COMPRESS)
 def test_compressed_bytes_do_not_depend_on_the_time(
     coding: Coding, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compressed = compress(coding, TEXT)
+    compressed_text = compress(coding, TEXT)
     monkeypatch.setattr(time, "time", lambda: 1e9)
-    assert compressed is not None
-    assert compress(coding, TEXT) == compressed
-    assert len(compressed) < len(TEXT) / 10
+    assert compressed_text is not None
+    assert compress(coding, TEXT) == compressed_text
+    assert len(compressed_text) < len(TEXT) / 10
 
 
 def test_compressed_bytes_are_valid_in_their_formats() -> None:

@@ -26,7 +26,8 @@ def send_request(
 
     `body` is in the cache, under `PATH` and `QUERY`.
     """
-    cache, passed, messages = ResponseCache(1 << 30), list[Scope](), list[Message]()
+    cache, messages = ResponseCache(1 << 30), list[Message]()
+    passed_scopes: list[Scope] = []
     entry = CachedResponse(Subject(f"{PATH}?engine=3", "saddle", "name", False), body, ())
     assert cache.put(entry, cache.generation)
     cache.add(entry, "gzip", b"packed")
@@ -34,8 +35,8 @@ def send_request(
     record = RequestRecord(method, NO_ROUTE, "1", "1", "1")
     request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
 
-    async def inner(scope: Scope, _receive: Receive, _send: Send) -> None:
-        passed.append(scope)
+    async def record_scope(scope: Scope, _receive: Receive, _send: Send) -> None:
+        passed_scopes.append(scope)
 
     async def send(message: Message) -> None:
         messages.append(message)
@@ -44,17 +45,17 @@ def send_request(
         raise AssertionError("a body was read")
 
     async def call_middleware() -> None:
-        middleware = CacheMiddleware(inner, cache, Origins(["*"]))
+        middleware = CacheMiddleware(record_scope, cache, Origins(["*"]))
         await middleware({**request, "headers": list(headers), **(scope or {})}, receive, send)
 
     asyncio.run(call_middleware())
     assert cache.counts.hits == bool(messages) == (record.cache == "hit")
-    return messages, len(passed)
+    return messages, len(passed_scopes)
 
 
 def test_a_cached_response_is_two_messages() -> None:
-    (start, body), passed = send_request()
-    assert (start["status"], body["body"], passed) == (200, b"a body", 0)
+    (start, body), passed_requests = send_request()
+    assert (start["status"], body["body"], passed_requests) == (200, b"a body", 0)
     assert dict(start["headers"])[b"content-length"] == b"6"
     assert not body.get("more_body")
 
@@ -74,7 +75,7 @@ def test_a_long_body_is_sent_in_pieces() -> None:
     assert [bool(piece.get("more_body")) for piece in pieces] == [True] * 3 + [False]
 
 
-def test_a_short_body_is_one_message_and_a_longer_one_two() -> None:
+def test_a_short_body_is_one_message_and_a_longer_body_two() -> None:
     for size, count in ((MAX_BUFFERED, 1), (MAX_BUFFERED + 1, 2), (CHUNK, 2)):
         (_, *pieces), _ = send_request(bytes(size))
         assert [bool(piece.get("more_body")) for piece in pieces] == [True] * (count - 1) + [False]

@@ -70,34 +70,36 @@ async def test_many_requests_wait_for_one_computation() -> None:
 
 async def test_the_first_request_may_be_cancelled() -> None:
     flights, work = Flights(), Work()
-    first, *others = await begin_requests(work, flights, 5)
-    first.cancel()
+    first_task, *other_tasks = await begin_requests(work, flights, 5)
+    first_task.cancel()
     with pytest.raises(asyncio.CancelledError):
-        await first
+        await first_task
     work.may_end.set()
-    assert await asyncio.gather(*others) == ["done"] * 4
+    assert await asyncio.gather(*other_tasks) == ["done"] * 4
     assert work.calls == 1
 
 
-async def test_work_is_cancelled_with_its_last_request_and_a_later_one_starts_it_again() -> None:
-    flights, work, other = Flights(), Work(), Work("other")
-    leaving = await begin_requests(work, flights, 3)
-    staying = asyncio.create_task(flights.send_request("other", other))
-    for task in leaving[:2]:
+async def test_work_is_cancelled_with_its_last_request_and_a_later_request_starts_it_again() -> (
+    None
+):
+    flights, work, other_work = Flights(), Work(), Work("other")
+    cancelled_tasks = await begin_requests(work, flights, 3)
+    other_task = asyncio.create_task(flights.send_request("other", other_work))
+    for task in cancelled_tasks[:2]:
         task.cancel()
-    await asyncio.wait(leaving[:2])
+    await asyncio.wait(cancelled_tasks[:2])
     assert len(flights) == 2, "the third request still waits"
-    leaving[2].cancel()
-    await asyncio.wait(leaving)
+    cancelled_tasks[2].cancel()
+    await asyncio.wait(cancelled_tasks)
     assert len(flights) == 1
-    again = asyncio.create_task(flights.send_request("key", work))
+    later_task = asyncio.create_task(flights.send_request("key", work))
     while work.calls < 2:
         await asyncio.sleep(0)
     work.may_end.set()
-    other.may_end.set()
-    assert await again == "done"
-    assert await staying == "other"
-    assert (work.calls, other.calls, len(flights)) == (2, 1, 0)
+    other_work.may_end.set()
+    assert await later_task == "done"
+    assert await other_task == "other"
+    assert (work.calls, other_work.calls, len(flights)) == (2, 1, 0)
 
 
 async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
@@ -130,12 +132,12 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
             assert may_end.wait(10)
             raise
 
-    class Computing:
+    class LongWork:
         cost = Cost(0, 0, 0, 1000, 1.0)
         run = staticmethod(compute)
 
     async def work(job: Job) -> None:
-        await job.run(Computing(), "x")
+        await job.run(LongWork(), "x")
 
     flights = Flights()
     workers = flights.workers

@@ -18,11 +18,13 @@ def test_a_tag_depends_on_the_content_and_on_the_coding() -> None:
 
 
 def test_another_version_of_the_compressor_has_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = {coding: entity_tag("a", coding) for coding in CODINGS}
-    made_by = {**COMPRESSORS, "gzip": "zlib 9.9.9"}
-    monkeypatch.setattr(module, "COMPRESSORS", made_by)
-    changed = {coding for coding in CODINGS if entity_tag("a", coding) != before[coding]}
-    assert changed == {"gzip"}
+    old_tags = {coding: entity_tag("a", coding) for coding in CODINGS}
+    other_compressors = {**COMPRESSORS, "gzip": "zlib 9.9.9"}
+    monkeypatch.setattr(module, "COMPRESSORS", other_compressors)
+    codings_with_new_tags = {
+        coding for coding in CODINGS if entity_tag("a", coding) != old_tags[coding]
+    }
+    assert codings_with_new_tags == {"gzip"}
 
 
 @pytest.mark.parametrize(

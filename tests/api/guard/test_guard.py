@@ -16,12 +16,12 @@ from service.errors import InvalidSettings
 from service.settings.values import Settings
 from tests.api.client import Client, start_client
 
-KEY, OTHER = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
+KEY, UNKNOWN_KEY = "sfk_" + "a1" * 32, "sfk_" + "b2" * 32
 SETTINGS = Settings(api_keys=(format_entry("bob", "sfk_" + "c3" * 32), format_entry("alice", KEY)))
 KEY_HEADER = {"Authorization": f"Bearer {KEY}"}
 NET = {"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]}}
 MESH = "/v1/surfaces/saddle/mesh.glb?resolution=2"
-OPEN = ("/v1/surfaces", "/v1/formats", "/openapi.json", "/docs", "/health", "/health/live")
+OPEN_PATHS = ("/v1/surfaces", "/v1/formats", "/openapi.json", "/docs", "/health", "/health/live")
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,8 @@ def test_calls_with_a_valid_key_are_allowed(client: Client) -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [f"Bearer {OTHER}", f"Bearer {KEY[:-1]}", "Bearer", "Bearer \xff", f"bearer,{KEY}"]
+    "value",
+    [f"Bearer {UNKNOWN_KEY}", f"Bearer {KEY[:-1]}", "Bearer", "Bearer \xff", f"bearer,{KEY}"],
 )
 def test_an_unknown_key_is_refused(client: Client, value: str) -> None:
     headers = {"Authorization": value.encode("latin-1")}
@@ -100,7 +101,7 @@ def test_a_key_in_the_url_is_ignored(client: Client) -> None:
         assert KEY not in response.text
 
 
-@pytest.mark.parametrize("path", [*OPEN, MESH, "/v1/surfaces/saddle"])
+@pytest.mark.parametrize("path", [*OPEN_PATHS, MESH, "/v1/surfaces/saddle"])
 def test_reads_by_url_need_no_key(client: Client, path: str) -> None:
     assert client.get(path).status_code in (200, 503)
     assert client.request("HEAD", path).status_code in (200, 503)
@@ -144,8 +145,8 @@ def test_scripts_of_other_origins_may_send_keys_and_read_refusals(client: Client
     headers = {"Access-Control-Request-Method": "POST"}
     preflight = client.request("OPTIONS", "/v1/mesh", headers=origin | headers)
     assert preflight.status_code == 204
-    allowed = preflight.headers["access-control-allow-headers"].lower().split(", ")
-    assert "authorization" in allowed
+    allowed_headers = preflight.headers["access-control-allow-headers"].lower().split(", ")
+    assert "authorization" in allowed_headers
     response = client.post("/v1/mesh", NET, origin)
     assert response.status_code == 401
     assert response.headers["access-control-allow-origin"] == "*"
@@ -173,14 +174,14 @@ def test_the_request_record_has_the_name_of_the_key() -> None:
 def test_the_guard_passes_on_events_that_are_not_requests(client: Client) -> None:
     """The events of the server's start and end, "lifespan", have no method and no headers."""
     app = create_app(SETTINGS)
-    sent: list[Message] = []
+    messages: list[Message] = []
 
     async def receive() -> Message:
-        return {"type": "lifespan.startup" if not sent else "lifespan.shutdown"}
+        return {"type": "lifespan.startup" if not messages else "lifespan.shutdown"}
 
     async def send(message: Message) -> None:
-        sent.append(message)
+        messages.append(message)
 
     client.call(app, {"type": "lifespan", "app": app, "state": {}}, receive, send)
-    types = [message["type"] for message in sent]
+    types = [message["type"] for message in messages]
     assert types == ["lifespan.startup.complete", "lifespan.shutdown.complete"]

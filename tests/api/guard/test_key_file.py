@@ -45,10 +45,10 @@ def write(file: Path, text: str) -> None:
 
     Otherwise two writes may have equal times, because the clock of a disk may be coarse.
     """
-    later = os.stat(file).st_mtime_ns + 10**9 if file.exists() else None
+    new_time = os.stat(file).st_mtime_ns + 10**9 if file.exists() else None
     file.write_text(text, encoding="utf-8")
-    if later is not None:
-        os.utime(file, ns=(later, later))
+    if new_time is not None:
+        os.utime(file, ns=(new_time, new_time))
 
 
 def test_keys_of_the_settings_and_of_the_file_are_known(file: Path) -> None:
@@ -72,18 +72,18 @@ def test_a_changed_file_is_read_again_after_a_second(
 def test_the_file_is_checked_once_a_second(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
     keys = KnownKeys((), str(file), clock)
-    checked: list[Path] = []
+    checked_paths: list[Path] = []
     stat = os.stat
 
     def stat_and_record(path: Path) -> os.stat_result:
-        checked.append(path)
+        checked_paths.append(path)
         return stat(path)
 
     monkeypatch.setattr(os, "stat", stat_and_record)
     for step in range(50):  # tenths of a second
         clock.now = step / 10
         keys()
-    assert len(checked) == 4
+    assert len(checked_paths) == 4  # at 1, 2, 3 and 4 s
 
 
 @pytest.mark.parametrize("text", ["alice:", BOB + "\n" + BOB, "x" * (MAX_BYTES + 1)])

@@ -40,10 +40,10 @@ def test_a_name_may_have_an_old_and_a_new_key() -> None:
 
 def test_texts_that_differ_in_one_character_are_not_the_key() -> None:
     for index in range(len(NEW)):
-        other = NEW[:index] + ("0" if NEW[index] != "0" else "1") + NEW[index + 1 :]
-        assert find_name(other.encode(), ENTRIES) is None
-    for other in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
-        assert find_name(other.encode(), ENTRIES) is None
+        other_key = NEW[:index] + ("0" if NEW[index] != "0" else "1") + NEW[index + 1 :]
+        assert find_name(other_key.encode(), ENTRIES) is None
+    for other_key in (NEW.upper(), NEW[:-1], NEW + "0", NEW + "\n", ""):
+        assert find_name(other_key.encode(), ENTRIES) is None
 
 
 def test_a_password_whose_hash_is_listed_is_not_a_key() -> None:
@@ -54,17 +54,17 @@ def test_a_key_is_compared_with_all_entries(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """So the time of a comparison does not reveal which entry is equal."""
-    compared: list[bytes] = []
+    compared_digests: list[bytes] = []
 
-    def record_and_compare(digest: bytes, other: bytes) -> bool:
-        compared.append(digest)
-        return digest == other
+    def record_and_compare(digest: bytes, digest_of_entry: bytes) -> bool:
+        compared_digests.append(digest)
+        return digest == digest_of_entry
 
     monkeypatch.setattr(keys, "compare_digest", record_and_compare)
     for key in (OLD, NEW, make_key()):
-        compared.clear()
+        compared_digests.clear()
         find_name(key.encode(), ENTRIES)
-        assert compared == [entry.digest for entry in ENTRIES]
+        assert compared_digests == [entry.digest for entry in ENTRIES]
 
 
 @pytest.mark.parametrize(
@@ -88,9 +88,9 @@ def test_repeated_keys_and_too_many_keys_are_refused() -> None:
         keys.join_entries(
             parse_entries([format_entry("alice", NEW)]), parse_entries([format_entry("bob", NEW)])
         )
-    many = parse_entries([format_entry("alice", str(i)) for i in range(keys.MAX_KEYS + 1)])
+    entries = parse_entries([format_entry("alice", str(i)) for i in range(keys.MAX_KEYS + 1)])
     with pytest.raises(InvalidKeys, match="too many"):
-        keys.join_entries(many)
+        keys.join_entries(entries)
 
 
 @pytest.mark.parametrize(
@@ -110,8 +110,8 @@ def test_keys_are_bearer_tokens(header: bytes | None, key: bytes | None) -> None
 
 
 def test_the_command_prints_a_key_and_its_entry() -> None:
-    printed = run_python("-m", "service", "key", "alice").stdout
-    (_, key), (_, entry) = (line.split() for line in printed.splitlines())
+    output = run_python("-m", "service", "key", "alice").stdout
+    (_, key), (_, entry) = (line.split() for line in output.splitlines())
     assert find_name(key.encode(), parse_entries([entry])) == "alice"
     process = run_python("-m", "service", "key", "a b", check=False)
     assert (process.returncode, process.stdout) == (2, "")

@@ -81,9 +81,9 @@ def test_responses_to_a_key_are_cached_privately_and_revalidated(client: Client)
         assert response.headers.get_list("cache-control") == ["private, no-cache"]
         # All requests share the headers of a cached response; they must not add the value twice.
         assert response.headers.get_list("vary").count("Authorization") == 1
-        again = client.get(path, KEY_HEADER | {"If-None-Match": response.headers["etag"]})
-        assert again.status_code == 304
-        assert again.headers.get_list("cache-control") == ["private, no-cache"]
+        revalidation = client.get(path, KEY_HEADER | {"If-None-Match": response.headers["etag"]})
+        assert revalidation.status_code == 304
+        assert revalidation.headers.get_list("cache-control") == ["private, no-cache"]
         assert client.get(path, {"If-None-Match": response.headers["etag"]}).status_code == 401
 
 
@@ -123,10 +123,10 @@ def test_signed_and_unsigned_urls_share_a_cached_response() -> None:
 
 def test_invalid_signatures_are_refused_even_with_a_key(client: Client) -> None:
     url = sign_url(client)
-    before, _, end = url.partition("expires=")
-    expired = f"{before}expires=1&{end.partition('&')[2]}"
+    start, _, end_of_url = url.partition("expires=")
+    expired_url = f"{start}expires=1&{end_of_url.partition('&')[2]}"
     for headers in ({}, KEY_HEADER):
-        for invalid_url in (url + "a", url.replace("resolution=2", "resolution=3"), expired):
+        for invalid_url in (url + "a", url.replace("resolution=2", "resolution=3"), expired_url):
             response = client.get(invalid_url, headers)
             assert response.status_code == 403
             assert response.json()["code"] == "signature_invalid"
@@ -205,8 +205,8 @@ def test_signing_needs_a_key_and_the_settings_of_keys_and_secrets(client: Client
         Settings(api_keys=SETTINGS.api_keys),
         Settings(signing_keys=SETTINGS.signing_keys),
     ):
-        with start_client(create_app(settings)) as other:
-            response = other.post("/v1/sign", {"url": MESH, "seconds": 9}, KEY_HEADER)
+        with start_client(create_app(settings)) as other_client:
+            response = other_client.post("/v1/sign", {"url": MESH, "seconds": 9}, KEY_HEADER)
             assert response.status_code == 404
 
 

@@ -74,12 +74,12 @@ def test_headers_of_other_peers_are_ignored(peer: str) -> None:
 
 @given(st.lists(st.text("0123456789.:[], abcdef\x00", max_size=30), max_size=3))
 def test_addresses_that_a_client_writes_are_not_trusted(
-    forged: list[str],
+    forged_lines: list[str],
 ) -> None:
     """The proxy appends the address of its client, to the same line or in another line."""
-    assert find_client(*forged, CLIENT)[0] == CLIENT
-    if forged:
-        assert find_client(*forged[:-1], f"{forged[-1]}, {CLIENT}")[0] == CLIENT
+    assert find_client(*forged_lines, CLIENT)[0] == CLIENT
+    if forged_lines:
+        assert find_client(*forged_lines[:-1], f"{forged_lines[-1]}, {CLIENT}")[0] == CLIENT
 
 
 def test_an_ipv4_address_in_ipv6_form_is_trusted() -> None:
@@ -130,16 +130,16 @@ def test_forged_addresses_do_not_avoid_the_rate_limit() -> None:
             client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.1"})
             response = client.get("/v1/formats", {"X-Forwarded-For": "198.51.100.2"})
             assert {response.status_code} == statuses
-            again = client.get("/v1/formats", {"X-Forwarded-For": "1.1.1.1, 198.51.100.1"})
-            assert again.status_code == 429
+            refusal = client.get("/v1/formats", {"X-Forwarded-For": "1.1.1.1, 198.51.100.1"})
+            assert refusal.status_code == 429
 
 
 def test_responses_have_strict_transport_security_if_a_proxy_reports_https() -> None:
-    secure = {"X-Forwarded-Proto": "https"}
+    https_header = {"X-Forwarded-Proto": "https"}
     with start_client(create_app(Settings(trusted_proxies=("127.0.0.1",)))) as client:
         for path in ("/v1/formats", "/docs", "/nothing"):
-            response = client.get(path, secure)
+            response = client.get(path, https_header)
             assert response.headers["strict-transport-security"] == "max-age=31536000"
             assert "strict-transport-security" not in client.get(path).headers
     with start_client(create_app(Settings())) as client:
-        assert "strict-transport-security" not in client.get("/v1/formats", secure).headers
+        assert "strict-transport-security" not in client.get("/v1/formats", https_header).headers

@@ -142,11 +142,11 @@ def test_each_key_has_its_own_rate_and_invalid_keys_count_for_the_address() -> N
     keys = (format_entry("alice", KEY), format_entry("alice", make_key()))
     with start_client(create_app(Settings(rate_limit=4, api_keys=keys))) as client:
         for status in (401, 401, 401, 401, 429, 429):
-            invalid = {"Authorization": f"Bearer {make_key()}"}
-            assert client.post("/v1/mesh", {}, invalid).status_code == status
+            invalid_key = {"Authorization": f"Bearer {make_key()}"}
+            assert client.post("/v1/mesh", {}, invalid_key).status_code == status
         assert client.get(MESH).status_code == 429
-        valid = {"Authorization": f"Bearer {KEY}"}
-        assert [client.get(MESH, valid).status_code for _ in range(5)] == [200] * 4 + [429]
+        valid_key = {"Authorization": f"Bearer {KEY}"}
+        assert [client.get(MESH, valid_key).status_code for _ in range(5)] == [200] * 4 + [429]
 
 
 def test_without_a_limit_responses_have_no_rate_headers() -> None:

@@ -17,7 +17,7 @@ SIGNER = Signer([NEW])
 PATH = "/v1/surfaces/saddle/mesh.glb"
 END, NOW = 2_000_000_000, 1_999_999_000
 
-few = settings(max_examples=25)
+with_few_examples = settings(max_examples=25)
 texts = st.text("ab&=+% ;/é\n\U0001f600", max_size=4)
 parameters = st.lists(
     st.tuples(texts.filter(lambda name: name not in ("expires", "signature")), texts), max_size=4
@@ -33,9 +33,9 @@ def sign_pairs(
 
 def verify(query: str, path: str = PATH, now: float = NOW, signer: Signer = SIGNER) -> bytes:
     """The query without `expires` and `signature`; raises if the signature is invalid."""
-    rest, expires = signer.verify(path, query.encode(), now)
+    query_without_signature, expires = signer.verify(path, query.encode(), now)
     assert expires == END
-    return rest
+    return query_without_signature
 
 
 def assert_refused(query: str, path: str = PATH, signer: Signer = SIGNER) -> None:
@@ -43,19 +43,23 @@ def assert_refused(query: str, path: str = PATH, signer: Signer = SIGNER) -> Non
         signer.verify(path, query.encode(), NOW)
 
 
-@few
+@with_few_examples
 @given(parameters, st.randoms(use_true_random=False))
 def test_a_signature_is_valid_for_any_order_and_spelling_of_the_query(
     pairs: list[tuple[str, str]], random: Random
 ) -> None:
-    shuffled = sign_pairs(pairs)
-    random.shuffle(shuffled)
-    rest = verify(
-        "&".join(f"{_escape_letters(name)}={_escape_letters(value)}" for name, value in shuffled)
+    signed_pairs = sign_pairs(pairs)
+    random.shuffle(signed_pairs)
+    query_without_signature = verify(
+        "&".join(
+            f"{_escape_letters(name)}={_escape_letters(value)}" for name, value in signed_pairs
+        )
     )
-    remaining = parse_qsl(rest.decode(), keep_blank_values=True)
-    assert sorted(remaining) == sorted(pairs)
-    assert not is_signed(PATH, rest) or any("signature" in name for name, _ in pairs)
+    pairs_without_signature = parse_qsl(query_without_signature.decode(), keep_blank_values=True)
+    assert sorted(pairs_without_signature) == sorted(pairs)
+    assert not is_signed(PATH, query_without_signature) or any(
+        "signature" in name for name, _ in pairs
+    )
 
 
 def _escape_letters(text: str) -> str:
@@ -63,27 +67,28 @@ def _escape_letters(text: str) -> str:
     return "".join(f"%{byte:02x}" for byte in text.encode())
 
 
-@few
+@with_few_examples
 @given(parameters, parameters)
 @example([("a", "1"), ("b", "2")], [("a", "2"), ("b", "1")])
 @example([("a", "1&b=2")], [("a", "1"), ("b", "2")])
 @example([("resolution", "8")], [("resolution", "8"), ("resolution", "8")])
 def test_a_signature_is_invalid_for_other_parameters(
-    pairs: list[tuple[str, str]], others: list[tuple[str, str]]
+    pairs: list[tuple[str, str]], other_pairs: list[tuple[str, str]]
 ) -> None:
-    if sorted(pairs) != sorted(others):
-        assert_refused(urlencode(others + sign_pairs(pairs)[-2:]))
+    if sorted(pairs) != sorted(other_pairs):
+        expires_and_signature = sign_pairs(pairs)[-2:]
+        assert_refused(urlencode(other_pairs + expires_and_signature))
 
 
-@few
+@with_few_examples
 @given(st.data())
 def test_a_changed_character_makes_a_signature_invalid(data: st.DataObject) -> None:
     query = SIGNER.sign(PATH, "resolution=8&uvs=true", END)
     index = data.draw(st.integers(0, len(query) - 1))
     character = data.draw(st.characters(min_codepoint=33, max_codepoint=126))
-    other = query[:index] + character + query[index + 1 :]
-    if parse_qsl(other, keep_blank_values=True) != parse_qsl(query, keep_blank_values=True):
-        assert_refused(other)
+    changed_query = query[:index] + character + query[index + 1 :]
+    if parse_qsl(changed_query, keep_blank_values=True) != parse_qsl(query, keep_blank_values=True):
+        assert_refused(changed_query)
 
 
 @pytest.mark.parametrize(
@@ -148,27 +153,33 @@ def test_queries_that_are_not_text_are_refused() -> None:
 
 
 def test_signatures_of_an_old_secret_are_valid_during_rotation() -> None:
-    both = Signer([NEW, OLD])
+    signer_of_both = Signer([NEW, OLD])
     signed_by_old, signed_by_new = (Signer([secret]).sign(PATH, "", END) for secret in (OLD, NEW))
-    assert both.sign(PATH, "", END) == signed_by_new != signed_by_old
-    assert verify(signed_by_old, signer=both) == verify(signed_by_new, signer=both) == b""
+    assert signer_of_both.sign(PATH, "", END) == signed_by_new != signed_by_old
+    assert (
+        verify(signed_by_old, signer=signer_of_both)
+        == verify(signed_by_new, signer=signer_of_both)
+        == b""
+    )
     assert_refused(signed_by_old)
 
 
-def test_a_signature_is_compared_with_those_of_all_secrets(monkeypatch: pytest.MonkeyPatch) -> None:
-    compared: list[bytes] = []
+def test_a_signature_is_compared_with_the_signatures_of_all_secrets(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compared_signatures: list[bytes] = []
     compare_digest = hmac.compare_digest
 
-    def record_and_compare(signature: bytes, other: bytes) -> bool:
-        compared.append(signature)
-        return bool(compare_digest(signature, other))
+    def record_and_compare(signature: bytes, signature_of_secret: bytes) -> bool:
+        compared_signatures.append(signature)
+        return bool(compare_digest(signature, signature_of_secret))
 
     monkeypatch.setattr(hmac, "compare_digest", record_and_compare)
-    both = Signer([NEW, OLD])
+    signer_of_both = Signer([NEW, OLD])
     for secret in (NEW, OLD):
-        compared.clear()
-        verify(Signer([secret]).sign(PATH, "", END), signer=both)
-        assert len(compared) == 2
+        compared_signatures.clear()
+        verify(Signer([secret]).sign(PATH, "", END), signer=signer_of_both)
+        assert len(compared_signatures) == 2
 
 
 def test_the_rest_of_a_query_keeps_its_bytes() -> None:

@@ -56,7 +56,7 @@ def send_request(
 
     The application responds with 204; or raises `error`, before or after the start of its response.
     """
-    sent: list[Message] = []
+    messages: list[Message] = []
     lines: list[str] = []
     counters = RequestCounters()
 
@@ -72,7 +72,7 @@ def send_request(
         await send({"type": "http.response.body"})
 
     async def send(message: Message) -> None:
-        sent.append(message)
+        messages.append(message)
 
     async def receive() -> Message:
         raise AssertionError("a body was read")
@@ -81,7 +81,7 @@ def send_request(
     middleware = RequestMiddleware(tracing(respond), RouteLabels([]), counters, log, Origins(()))
     asyncio.run(middleware(build_scope(method, path, headers), receive, send))
     assert counters.registry.get_sample_value("surface_http_requests_in_flight") == 0
-    return sent, lines, counters
+    return messages, lines, counters
 
 
 def build_scope(method: str, path: str, headers: list[tuple[bytes, bytes]]) -> Scope:
@@ -93,9 +93,9 @@ def test_every_response_has_an_id(logged: LoggedClient) -> None:
     for url, status in ((MESH, 200), (MESH, 200), ("/nowhere", 404), ("/health/live", 200)):
         response = logged.client.get(url, headers={"X-Request-Id": "mine-1"})
         assert (response.status_code, response.headers["x-request-id"]) == (status, "mine-1")
-    refused = logged.client.post("/v1/mesh", {"surface": 1}, headers={"X-Request-Id": "mine-2"})
-    assert (refused.status_code, refused.headers["x-request-id"]) == (422, "mine-2")
-    assert b"mine" not in refused.content
+    refusal = logged.client.post("/v1/mesh", {"surface": 1}, headers={"X-Request-Id": "mine-2"})
+    assert (refusal.status_code, refusal.headers["x-request-id"]) == (422, "mine-2")
+    assert b"mine" not in refusal.content
 
 
 def test_a_request_has_the_trace_id_of_its_caller(logged: LoggedClient) -> None:
@@ -207,8 +207,8 @@ def test_an_internal_error_gives_a_problem_and_a_traceback_in_the_log(
 
 
 def test_an_error_after_the_start_of_a_response_leaves_it_incomplete() -> None:
-    sent, (line,), _ = send_request([], error=ZeroDivisionError("hush"), starts_response=True)
-    assert [message["type"] for message in sent] == ["http.response.start"]
+    messages, (line,), _ = send_request([], error=ZeroDivisionError("hush"), starts_response=True)
+    assert [message["type"] for message in messages] == ["http.response.start"]
     assert '" 204, 0 bytes' in line
 
 

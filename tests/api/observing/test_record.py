@@ -53,9 +53,9 @@ def test_labels_contain_only_known_ids_and_suffixes(
 
 
 def test_long_paths_are_not_remembered(labels: RouteLabels) -> None:
-    before = labels._match_cached.cache_info().currsize
+    size_before = labels._match_cached.cache_info().currsize
     labels.find("/v1/surfaces/" + "b" * 500)
-    assert labels._match_cached.cache_info().currsize == before
+    assert labels._match_cached.cache_info().currsize == size_before
 
 
 def test_labels_do_not_include_the_mount_point(labels: RouteLabels) -> None:

@@ -188,10 +188,10 @@ def test_spans_are_sent_to_the_configured_address(monkeypatch: pytest.MonkeyPatc
             client.get("/health")
         asyncio.run(app.state.tracing.close())
     request = ExportTraceServiceRequest.FromString(bodies[0])
-    (sent,) = request.resource_spans
-    attributes = {pair.key: pair.value.string_value for pair in sent.resource.attributes}
+    (resource_spans,) = request.resource_spans
+    attributes = {pair.key: pair.value.string_value for pair in resource_spans.resource.attributes}
     assert attributes["service.name"] == "surface-service"
-    assert [span.name for span in sent.scope_spans[0].spans] == ["GET /health"]
+    assert [span.name for span in resource_spans.scope_spans[0].spans] == ["GET /health"]
 
 
 class BlockingProcessor(SpanProcessor):
