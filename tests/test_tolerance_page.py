@@ -10,7 +10,7 @@ import pytest
 from service.api.openapi.document import DESCRIPTION
 from service.encoders.registry import BY_NAME
 from service.engine.accuracy import Accuracy
-from service.engine.extent import FAR
+from service.engine.extent import MAX_DISTANCE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh
 from service.schemas.accuracy import NAMES
@@ -38,7 +38,7 @@ def test_the_service_has_the_codes_of_the_page() -> None:
 
 
 def test_the_page_has_the_limit_of_the_local_origin() -> None:
-    assert f"than {FAR:.0f} times its extent" in " ".join(PAGE.split())
+    assert f"than {MAX_DISTANCE:.0f} times its extent" in " ".join(PAGE.split())
 
 
 def write_row(tolerance: str) -> str:

@@ -93,7 +93,7 @@ class Accuracy:
     pixel_tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        for names, most, message, needed in (
+        for names, max_value, message, needed in (
             (TOLERANCES, float_info.max, "A tolerance is a distance.", "a number above 0"),
             (
                 ("angle_tolerance",),
@@ -105,7 +105,7 @@ class Accuracy:
         ):
             for name in names:
                 value = getattr(self, name)
-                if value is not None and not 0 < value <= most:
+                if value is not None and not 0 < value <= max_value:
                     raise _build_error("out_of_range", f"/{name}", message, f"{value:.6g}", needed)
         if self.tolerance is not None and self.relative_tolerance is not None:
             raise _build_error(

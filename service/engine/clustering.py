@@ -5,8 +5,9 @@ import numpy as np
 from service.bases.arrays import Ints, RealArray
 
 MAX_ROUNDS = 64
-"""The most groups at one place. Each row that then remains leads a group of its own, which is no
-error: fewer vertices are shared. Only the apex of a finely divided cone has this many groups."""
+"""The most groups at one place. Each row that then remains leads a group of its own. This is no
+error, but fewer vertices are shared. Only the apex of a finely divided cone has this many
+groups."""
 
 
 def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:

@@ -5,17 +5,16 @@ import numpy as np
 from service.bases.arrays import FloatArray, RealArray
 
 FOLD = 128
-"""Points in one row of a folded array (see `find_extent`)."""
+"""`find_extent` reduces rows with this number of points each."""
 
-MOST_TRANSPOSED = 1 << 15
-"""Up to this number of points, a transposed copy is faster."""
+MAX_TRANSPOSED = 1 << 15
+"""Up to this number of points, reducing a transposed copy is faster than reducing rows."""
 
-FAR = 256.0
+MAX_DISTANCE = 256.0
 """A model further from zero than this multiple of its extent is stored about a local origin:
 float32 would leave it fewer than 16 binary digits."""
 
-
-ORDINARY = 16
+UNSCALED_EXPONENT = 16
 """Models with an extent from 2^-16 to 2^16 are not scaled: fourth powers of these lengths are far
 from the limits of float32."""
 
@@ -35,7 +34,7 @@ def find_extent(points: RealArray) -> tuple[RealArray, RealArray]:
     NumPy reduces rows of three numbers one by one. It reduces the columns of a transposed copy, or
     rows of 128 points each, with vector instructions, some ten times faster.
     """
-    if len(points) <= MOST_TRANSPOSED:
+    if len(points) <= MAX_TRANSPOSED:
         columns = points.T.copy()
         return np.minimum.reduce(columns, axis=1), np.maximum.reduce(columns, axis=1)
     folded = len(points) // FOLD * FOLD
@@ -62,7 +61,7 @@ def choose_origin(low: FloatArray, high: FloatArray) -> FloatArray:
     lows, highs = low.tolist(), high.tolist()
     sizes = [above - below for below, above in zip(lows, highs, strict=True)]
     middle = [below + size / 2 for below, size in zip(lows, sizes, strict=True)]
-    if max(map(abs, middle)) <= FAR * max(sizes):
+    if max(map(abs, middle)) <= MAX_DISTANCE * max(sizes):
         return AT_ZERO if len(lows) == 3 else np.zeros(len(lows))
     # The origin is a float32 number, so that viewers that compute in float32 place it exactly.
     rounded: FloatArray = np.array(middle).astype(np.float32).astype(np.float64)
@@ -79,7 +78,10 @@ def find_unit_scales(sizes: FloatArray) -> FloatArray:
 
 
 def find_scale(extent: float) -> float:
-    """The power of two that scales a model of this extent to ordinary size; 1 without need."""
-    if 2.0**-ORDINARY <= extent <= 2.0**ORDINARY or extent == 0:
+    """The power of two that scales a model, so that this extent becomes 2^15 to 2^16.
+
+    The result is 1 if the model needs no scaling.
+    """
+    if 2.0**-UNSCALED_EXPONENT <= extent <= 2.0**UNSCALED_EXPONENT or extent == 0:
         return 1.0
-    return float(np.exp2(min(ORDINARY - np.frexp(extent)[1], 1000)))
+    return float(np.exp2(min(UNSCALED_EXPONENT - np.frexp(extent)[1], 1000)))

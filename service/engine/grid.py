@@ -27,7 +27,7 @@ MIN_STEP = 2.0**-126
 MIN_STEP_SHARE = 2.0**-52
 """The least step as a share of the largest coordinate: float64 represents its multiples."""
 
-CORNER = sqrt(3) / 2
+MAX_ROUNDING = sqrt(3) / 2
 """The largest distance, in steps, of a position from the nearest point of the grid: half of the
 diagonal of a cell."""
 
@@ -36,15 +36,17 @@ FLOAT32_MAX = float(np.finfo(np.float32).max)
 
 def find_step(low: FloatArray, high: FloatArray) -> float:
     """The least power of two that is the step of a grid over these bounds, (3,) each."""
-    furthest = max(-float(low.min()), float(high.max()))
-    least = max(float((high - low).max()) / MAX_STEPS, furthest * MIN_STEP_SHARE, MIN_STEP)
-    mantissa, exponent = frexp(least)
+    largest_coordinate = max(-float(low.min()), float(high.max()))
+    min_step = max(
+        float((high - low).max()) / MAX_STEPS, largest_coordinate * MIN_STEP_SHARE, MIN_STEP
+    )
+    mantissa, exponent = frexp(min_step)
     return ldexp(1.0, exponent - (mantissa == 0.5))
 
 
 def round_to_grid(positions: FloatArray, step: float) -> FloatArray:
     """The multiples of the step that are nearest to the coordinates, in an array of equal shape."""
     # A multiple beyond the largest float32 would become infinite.
-    most = FLOAT32_MAX // step
-    nearest: FloatArray = np.clip(np.rint(positions / step), -most, most) * step
+    max_multiple = FLOAT32_MAX // step
+    nearest: FloatArray = np.clip(np.rint(positions / step), -max_multiple, max_multiple) * step
     return nearest + 0.0  # turns -0.0 into 0.0

@@ -36,16 +36,16 @@ def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
         models = [(model.models[member.model], member.matrix) for member in model.members]
     else:
         models = [(model, None)]
-    furthest = 0.0
+    largest = 0.0
     for submodel, matrix in models:
         if isinstance(submodel, PatchModel):
             # A mitre extends the radius of a wire by at most √2.
-            around = find_width(submodel, options)
+            wire_width = find_width(submodel, options)
             low, high = place_bounds(
-                (submodel.bounds[0] - around, submodel.bounds[1] + around), matrix
+                (submodel.bounds[0] - wire_width, submodel.bounds[1] + wire_width), matrix
             )
-            furthest = max(furthest, -float(low.min()), float(high.max()))
-    return furthest
+            largest = max(largest, -float(low.min()), float(high.max()))
+    return largest
 
 
 def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: bool) -> Model:
@@ -127,14 +127,14 @@ def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     """The channels of a batch: colours times a base colour, or the base colour alone."""
     if color is None:
         return batch.channels
-    others = tuple(channel for channel in batch.channels if channel.kind != "colors")
+    other_channels = tuple(channel for channel in batch.channels if channel.kind != "colors")
     nets = np.ones((batch.count, *((1,) * (batch.points.ndim - 2)), 3))
     for channel in batch.channels:
         if channel.kind == "colors":
             nets = channel.nets
     rows = tint(nets.reshape(-1, nets.shape[-1]), np.array(color), nets[..., 0].size)
     painted = rows.astype(np.float64).reshape(*nets.shape[:-1], -1)
-    return (*others, Channel("colors", "colors", painted))
+    return (*other_channels, Channel("colors", "colors", painted))
 
 
 def _keep_kinds(

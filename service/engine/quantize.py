@@ -18,7 +18,7 @@ from service.bases.unique_rows import unique_rows
 from service.engine.adaptive.triangulation import Storage, bound_origin_error
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.extent import find_extent
-from service.engine.grid import CORNER, find_step, round_to_grid
+from service.engine.grid import MAX_ROUNDING, find_step, round_to_grid
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.scenes.placing import scalings
@@ -52,8 +52,8 @@ def find_grid_error(model: Model, options: MeshOptions) -> float:
     """The largest distance, in model units, by which rounding moves a vertex of any member."""
     steps = find_grid_steps(model, options)
     if not isinstance(model, GroupModel):
-        return CORNER * steps[0]
-    return max(CORNER * steps[m.model] * scalings(m.matrix)[1] for m in model.members)
+        return MAX_ROUNDING * steps[0]
+    return max(MAX_ROUNDING * steps[m.model] * scalings(m.matrix)[1] for m in model.members)
 
 
 def quantize(mesh: Mesh | Scene, model: Model, options: MeshOptions) -> Mesh | Scene:
@@ -135,8 +135,8 @@ def _find_bounds(
         return np.minimum(low, polygon.min(axis=0)), np.maximum(high, polygon.max(axis=0))
     lows, highs = zip((low, high), *(net.bounds for net in model.nets), strict=True)
     low, high = np.min(lows, axis=0), np.max(highs, axis=0)
-    around = find_width(model, options) if options.has_solid_wires else 0.0
-    return low - around, high + around
+    wire_width = find_width(model, options) if options.has_solid_wires else 0.0
+    return low - wire_width, high + wire_width
 
 
 def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
@@ -150,11 +150,15 @@ def _find_neighbours(group: GroupModel) -> Iterator[list[int]]:
         models_by_placement[placement].add(member.model)
     for numbers in models_by_placement.values():
         rows = [(number, _corners(group.models[number])) for number in sorted(numbers)]
-        owner = np.concatenate([np.full(len(corners), number) for number, corners in rows])
+        model_of_corner = np.concatenate(
+            [np.full(len(corners), number) for number, corners in rows]
+        )
         _, corner = unique_rows(np.concatenate([corners for _, corners in rows]))
-        order = np.lexsort((owner, corner))
+        order = np.lexsort((model_of_corner, corner))
         is_same_corner = corner[order[1:]] == corner[order[:-1]]
-        pairs = np.stack([owner[order[:-1]], owner[order[1:]]], axis=1)[is_same_corner]
+        pairs = np.stack([model_of_corner[order[:-1]], model_of_corner[order[1:]]], axis=1)[
+            is_same_corner
+        ]
         yield from np.unique(pairs, axis=0).tolist()
 
 

@@ -62,12 +62,12 @@ class Workspaces(local, Generic[Work]):
 
     Parameters
     ----------
-    make : callable
-        Makes the workspace of a key from the parts of the key.
+    build : callable
+        Builds the workspace of a key from the parts of the key.
     """
 
-    def __init__(self, make: Callable[..., Work]) -> None:
-        self._make = make
+    def __init__(self, build: Callable[..., Work]) -> None:
+        self._build = build
         self._workspaces: dict[tuple[Any, ...], Work] = {}
 
     def get(self, *key: Any) -> Work:
@@ -76,7 +76,7 @@ class Workspaces(local, Generic[Work]):
         if work is None:
             if len(self._workspaces) >= MAX_WORKSPACES:
                 del self._workspaces[next(iter(self._workspaces))]
-            work = self._workspaces[key] = self._make(*key)
+            work = self._workspaces[key] = self._build(*key)
         return work
 
 

@@ -16,8 +16,8 @@ from service.engine.curvatures.ranges import NAMES as CURVATURES
 from service.engine.mesh.counts import Counts
 from service.engine.options import MeshOptions
 from service.engine.wires.draw import NAME as WIRES
-from service.engine.wires.draw import count_most_solids
-from service.engine.wires.isocurves import count_most_isocurves
+from service.engine.wires.draw import bound_solid_counts
+from service.engine.wires.isocurves import bound_isocurves
 from service.pipeline.limits import Limits
 from service.surface.convert.operations import Elevate, Operation, Split, ToTriangle
 from service.surface.sizes import SurfaceSize
@@ -347,11 +347,11 @@ def mesh_size(
         points += 4 * size.patches * (most + 1)
     if options.has_wires:
         names.append(WIRES)
-        curves, samples = count_most_isocurves(
+        curves, samples = bound_isocurves(
             size.grids, size.triangles, options.resolution, options.isocurves
         )
         if options.has_solid_wires:
-            more = count_most_solids(curves, samples, options)
+            more = bound_solid_counts(curves, samples, options)
             vertices, triangles, quads = vertices + more[0], triangles + more[1], quads + more[2]
             # A tube has a grid for its side and a grid at each end.
             patches += 3 * curves

@@ -9,7 +9,7 @@ from service.engine.measures.measure import measure
 from service.engine.measures.sources import SidePlace
 from service.engine.measures.values import (
     BUDGET,
-    MOST_LISTED,
+    MAX_LISTED,
     Interval,
     MeasureQuery,
     Measures,
@@ -82,7 +82,7 @@ def plan_measure(
         1000
         + PART_BYTES * size.parts
         + LONGEST_ESCAPE * size.name_bytes
-        + 2 * SIDE_BYTES * MOST_LISTED
+        + 2 * SIDE_BYTES * MAX_LISTED
     )
     limits.check_bytes(file, "The response could become too large.", "/surface")
     query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT_EFFORT))

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from service.bases.arrays import FloatArray
 from service.engine.queries.intersect import RELATIVE_THICKNESS, RayQuery
 from service.engine.sections.planes import (
-    LEAST_TOLERANCE,
+    MIN_RELATIVE_TOLERANCE,
     RELATIVE_TOLERANCE,
     Planes,
     SectionTolerance,
@@ -63,7 +63,7 @@ class IntersectRequest(SurfaceRequest):
         "For planes: the largest distance, in model units, of a section from its polyline.",
         0.001,
     )
-    relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
+    relative_tolerance: Annotated[float, Field(ge=MIN_RELATIVE_TOLERANCE, le=0.1)] = Field(
         default=RELATIVE_TOLERANCE,
         description="The tolerance as a share of the diagonal of the bounding box of the control "
         "points, in place of `tolerance`.",

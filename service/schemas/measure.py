@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from service.engine.measures.values import (
-    LARGEST_TOLERANCE,
+    MAX_TOLERANCE,
     TOLERANCE,
     WELD_TOLERANCE,
     MeasureQuery,
@@ -20,7 +20,7 @@ LEAST_TOLERANCE = 1e-12
 class MeasureRequest(SurfaceRequest):
     """A surface to measure."""
 
-    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] = Field(
+    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=MAX_TOLERANCE)] = Field(
         default=TOLERANCE,
         description="The largest width of intervals: relative to the area, to the length of all "
         "borders and to the volume of the whole surface; for the centroid relative to the diagonal "

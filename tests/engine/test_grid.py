@@ -7,7 +7,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from service.engine.grid import CORNER, FLOAT32_MAX, MAX_NUMBER, MAX_STEPS, find_step, round_to_grid
+from service.engine.grid import (
+    FLOAT32_MAX,
+    MAX_NUMBER,
+    MAX_ROUNDING,
+    MAX_STEPS,
+    find_step,
+    round_to_grid,
+)
 
 coordinates = st.floats(-FLOAT32_MAX, FLOAT32_MAX, allow_nan=False)
 boxes = st.lists(coordinates, min_size=6, max_size=6).map(
@@ -48,7 +55,7 @@ def test_multiples_stay_and_other_points_move_by_at_most_half_a_diagonal() -> No
     rounded = round_to_grid(points, step)
     assert (round_to_grid(rounded, step) == rounded).all()
     largest_movement = np.linalg.norm(rounded - points, axis=1).max()
-    assert 0.6 * CORNER * step < largest_movement <= CORNER * step
+    assert 0.6 * MAX_ROUNDING * step < largest_movement <= MAX_ROUNDING * step
     # Relative to an origin on the grid that is not too far, float32 stores all positions exactly.
     for origin in (np.zeros(3), round_to_grid(np.array([1e3, -7.0, 0.1]), step)):
         assert ((rounded - origin).astype(np.float32).astype(np.float64) + origin == rounded).all()

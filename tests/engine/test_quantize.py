@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from service.engine.build import build, build_scene
-from service.engine.grid import CORNER, MAX_NUMBER
+from service.engine.grid import MAX_NUMBER, MAX_ROUNDING
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error, find_grid_steps, quantize, quantize_mesh
@@ -77,7 +77,7 @@ def test_vertices_move_by_at_most_half_a_cell_diagonal_and_bounds_grow_by_the_mo
     largest_movement = np.linalg.norm(
         quantized.positions.astype(float) - plain.positions.astype(float), axis=1
     ).max()
-    assert 0 < largest_movement <= CORNER * quantized.step <= find_grid_error(model, COARSE)
+    assert 0 < largest_movement <= MAX_ROUNDING * quantized.step <= find_grid_error(model, COARSE)
     before, after = plain.report.deviation_bound, quantized.report.deviation_bound
     assert before is not None
     assert after is not None

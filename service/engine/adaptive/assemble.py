@@ -155,7 +155,7 @@ def _weld_samples(
     if len(first) == len(number) and (place == number).all():
         return Welding(number, number, number)  # no two samples share a vertex
     alike = match_values(place, channels) if options.weld and channels else None
-    return weld(place, None, normals, options.crease_angle, options.weld, alike=alike)
+    return weld(place, None, normals, options.crease_angle, options.weld, same_values=alike)
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:

@@ -24,7 +24,7 @@ from service.engine.bounds.second_derivatives import bound_second_derivatives
 from service.engine.evaluation.evaluate import evaluate
 from service.engine.mesh.seams import Seams, find_seams
 from service.engine.options import MeshOptions
-from service.engine.wires.draw import count_most_solids
+from service.engine.wires.draw import bound_solid_counts
 from service.engine.wires.goal_divisions import count_goal_divisions
 from service.engine.wires.isocurves import IsoCurves, sample_divided_isocurves
 from service.surface.batches import TrianglePatches
@@ -65,7 +65,7 @@ def count_line_pieces(size: tuple[int, int], options: MeshOptions) -> int:
 
     For lines it is the number of samples, for tubes and ribbons the number of triangles.
     """
-    return count_most_solids(*size, options)[1] if options.has_solid_wires else size[1]
+    return bound_solid_counts(*size, options)[1] if options.has_solid_wires else size[1]
 
 
 class MostTriangles(NamedTuple):
@@ -90,7 +90,7 @@ def bound_triangles(model: PatchModel, goal: Goal, options: MeshOptions) -> Most
             seams, options.isocurves
         )
         if options.has_solid_wires:
-            more = count_most_solids(curves, samples, options)
+            more = bound_solid_counts(curves, samples, options)
             vertices, triangles = vertices + more[0], triangles + more[1]
         else:
             points += samples

@@ -18,7 +18,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints, RealArray
 from service.engine.extent import choose_origin
-from service.engine.grid import CORNER, round_to_grid
+from service.engine.grid import MAX_ROUNDING, round_to_grid
 from service.engine.scenes.placing import EPS, bound_single_error
 from service.engine.scratch import Real
 
@@ -56,7 +56,7 @@ class Storage:
         self, origin: FloatArray, low: FloatArray, high: FloatArray
     ) -> float:
         """Bound of the distance by which storing moves a vertex between these bounds."""
-        moved = CORNER * self.step
+        moved = MAX_ROUNDING * self.step
         return moved + bound_single_error(low, high, origin) if self.single else moved
 
     def store_positions(self, positions: FloatArray, origin: FloatArray) -> RealArray:

@@ -85,7 +85,7 @@ def _find_pinched_places(layout: Layout) -> Ints:
     """Places of all samples: one for each side that is one point, otherwise one for each sample."""
     place = np.arange(layout.size)
     samples, corner = layout.find_collapsed_samples()
-    stand_in = np.zeros(layout.connectivity.corners, dtype=np.intp)
+    stand_in = np.zeros(layout.connectivity.corner_count, dtype=np.intp)
     stand_in[layout.connectivity.corner] = layout.corner_samples()
     place[samples] = stand_in[corner]
     return place
@@ -105,7 +105,7 @@ def build_rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints
     """
     if kind == "quads" and isinstance(shape, Shape):
         # Quads are written without diagonals, so the shape's diagonals do not matter.
-        shape = replace(shape, turned=(False, False))
+        shape = replace(shape, is_turned=(False, False))
     rim = _build_rim(shape)
     corners = place[:, rim[:, :3]].reshape(-1, 3)
     a, b, c = corners.T

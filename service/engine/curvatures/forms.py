@@ -26,7 +26,7 @@ PRECISE_NEAR_POLE = 2.0**-13
 """If |N| is larger than this share of its typical value, the formulas are precise enough even near
 a pole: their relative error is at most about 2^-52 ÷ PRECISE_NEAR_POLE² = 1e-8."""
 
-PERHAPS_ZERO = 2.0**-36
+MAYBE_ZERO = 2.0**-36
 """If |N| is smaller than this share of its typical value, N may be zero."""
 
 MIN_SQUARE = 2.0**-480
@@ -80,7 +80,7 @@ def compute_curvatures(
         np.divide(ell * g - 2.0 * em * f + pe * e, 2.0 * square * np.sqrt(square), out=mean)
         # The nets of a rational patch are those of w S_u and w S_v.
         share = square * weight**4 / squared_norm[:, np.newaxis]
-        is_precise = (share > PERHAPS_ZERO**2) & (square > MIN_SQUARE)
+        is_precise = (share > MAYBE_ZERO**2) & (square > MIN_SQUARE)
         is_precise &= np.isfinite(curvatures[0]) & np.isfinite(curvatures[1])
     return curvatures, ~(share > PRECISE_NEAR_POLE**2), ~is_precise
 
@@ -90,9 +90,9 @@ def _project(x: list[Planes]) -> list[Planes]:
 
     S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
     """
-    over = 1.0 / x[0][3]
-    w = [planes[3] * over for planes in x]
-    y = [planes[:3] * over for planes in x]
+    inverse_weight = 1.0 / x[0][3]
+    w = [planes[3] * inverse_weight for planes in x]
+    y = [planes[:3] * inverse_weight for planes in x]
     s = y[0]
     su, sv = y[1] - w[1] * s, y[2] - w[2] * s
     return [

@@ -88,14 +88,16 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
             dss, dst = partial_nets(ds)
             nets[3:] = [(n - 1) * part for part in (dss, dst, partial_nets(dt)[1])]
         squared_norm = find_squared_norm(*(part.transpose(2, 1, 0) for part in (ds, dt)))
-        small = triangle_basis.is_small(n, divisions)
+        is_small = triangle_basis.is_small(n, divisions)
         for begin, end in _row_runs(starts):
             samples = int(starts[begin]), int(starts[end])
             empty = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
             partials = [
                 empty
                 if partial is None
-                else _evaluate_triangle(partial, divisions, range(begin, end), samples, small=small)
+                else _evaluate_triangle(
+                    partial, divisions, range(begin, end), samples, is_small=is_small
+                )
                 for partial in nets
             ]
             yield Chunk(first, last, *samples, partials, local.scale, squared_norm)
@@ -119,8 +121,8 @@ def _row_runs(starts: Ints) -> Iterator[tuple[int, int]]:
     """
     first, count = 0, len(starts) - 1
     while first < count:
-        fitting = np.searchsorted(starts, starts[first] + CHUNK_SAMPLES, side="right") - 1
-        last = max(first + 1, int(fitting))
+        last_fitting_row = np.searchsorted(starts, starts[first] + CHUNK_SAMPLES, side="right") - 1
+        last = max(first + 1, int(last_fitting_row))
         yield first, last
         first = last
 
@@ -155,12 +157,12 @@ def _evaluate_rows(net: FloatArray, resolution: tuple[int, int], rows: slice) ->
 
 
 def _evaluate_triangle(
-    net: FloatArray, divisions: int, rows: range, samples: tuple[int, int], *, small: bool
+    net: FloatArray, divisions: int, rows: range, samples: tuple[int, int], *, is_small: bool
 ) -> Planes:
     """Some rows of samples (d, r, n) of triangular nets (K, d, r)."""
     count, planes, patches = net.shape
     columns = net.reshape(count, -1)
-    if small:
+    if is_small:
         basis = triangle_basis.sample_triangle_basis(triangle.degree_of(count), divisions)
         values = columns.T @ basis[:, slice(*samples)]
     else:

@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.bases.row_batches import row_runs
 from service.engine.points.differential import evaluate_jets
-from service.engine.points.evaluate import SERIES, find_near_poles
+from service.engine.points.evaluate import SERIES_COST, find_near_poles
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.errors import Issue, TooLarge
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
@@ -71,13 +71,15 @@ class LimitCurvatures:
 
 
 def count_limit_multiplications(patches: Patches) -> int:
-    """The least number of multiplications for the limit at one sample."""
+    """A lower bound of the number of multiplications for the limit at one sample."""
     degrees = patches.degree if isinstance(patches, TensorPatches) else (patches.degree,) * 2
     size = (degrees[0] + 1) * (degrees[1] + 1)
-    return (SERIES + 100 * size) * (1 if patches.weights is None else 2)
+    return (SERIES_COST + 100 * size) * (1 if patches.weights is None else 2)
 
 
 def is_affordable(models: Sequence[PatchModel], samples: int) -> bool:
     """Whether a mesh with this number of samples stays below the limit even if all are at poles."""
-    most = max(count_limit_multiplications(b) for model in models for b in model.batches)
-    return samples * most <= MAX_MULTIPLICATIONS
+    max_multiplications = max(
+        count_limit_multiplications(b) for model in models for b in model.batches
+    )
+    return samples * max_multiplications <= MAX_MULTIPLICATIONS

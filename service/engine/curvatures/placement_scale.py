@@ -38,14 +38,14 @@ def add_stretches(model: AnyModel) -> AnyModel:
     models: list[PatchModel | SweepModel] = []
     members = []
     for member in model.members:
-        unplaced = model.models[member.model]
-        stretch = None if isinstance(unplaced, SweepModel) else find_stretch(member.matrix)
+        model_of_member = model.models[member.model]
+        stretch = None if isinstance(model_of_member, SweepModel) else find_stretch(member.matrix)
         key = member.model, b"" if stretch is None else stretch.tobytes()
         number = numbers.setdefault(key, len(models))
         if number == len(models):
-            if not isinstance(unplaced, SweepModel):
-                unplaced = replace(unplaced, stretch=stretch)
-            models.append(unplaced)
+            if not isinstance(model_of_member, SweepModel):
+                model_of_member = replace(model_of_member, stretch=stretch)
+            models.append(model_of_member)
         members.append(replace(member, model=number))
     return replace(model, models=tuple(models), members=tuple(members))
 
@@ -55,12 +55,12 @@ def find_stretch(matrix: FloatArray | None) -> FloatArray | None:
     if matrix is None:
         return None
     _, scalings, rotation = np.linalg.svd(matrix[:3, :3])
-    most, least = float(scalings[0]), float(scalings[2])
-    if abs(most - 1.0) <= EQUAL_SCALINGS and abs(least - 1.0) <= EQUAL_SCALINGS:
+    max_scaling, min_scaling = float(scalings[0]), float(scalings[2])
+    if abs(max_scaling - 1.0) <= EQUAL_SCALINGS and abs(min_scaling - 1.0) <= EQUAL_SCALINGS:
         return None
     stretch = np.eye(4)
-    if most - least <= EQUAL_SCALINGS * most:
-        stretch[:3, :3] *= float(f"{most:.{SCALING_DIGITS}g}")
+    if max_scaling - min_scaling <= EQUAL_SCALINGS * max_scaling:
+        stretch[:3, :3] *= float(f"{max_scaling:.{SCALING_DIGITS}g}")
     else:
         stretch[:3, :3] = (rotation.T * scalings) @ rotation
     return stretch

@@ -21,7 +21,7 @@ def find_ranges(attributes: Iterable[tuple[str, RealArray]]) -> Ranges | None:
 
 
 def merge_ranges(ranges_of_meshes: Iterable[Ranges | None]) -> Ranges | None:
-    """The ranges over ranges_of_meshes meshes; None if no mesh has any."""
+    """The ranges over all meshes together; None if no mesh has ranges."""
     present = [ranges for ranges in ranges_of_meshes if ranges is not None]
     if not present:
         return None

@@ -32,34 +32,36 @@ imprecise. Near a cusp, one of two halves stays open; elsewhere a few halvings a
 intervals than this come from rounding, and their lengths are accepted."""
 
 
-def arc_lengths(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
+def arc_lengths(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
     """Length of the curve from its beginning to each sample, shape (N,).
 
     Parameters
     ----------
-    at : CurveSamples
+    samples : CurveSamples
         In order along the curve, from its beginning to its end; a joint of two pieces is at t = 0
         of the second piece.
     """
-    piece = at.piece[:-1]
+    piece = samples.piece[:-1]
     # An interval ends at the next sample, or at t = 1 if the next sample is in another piece.
-    end: FloatArray = np.where(at.piece[1:] == piece, at.t[1:], 1.0)
+    end: FloatArray = np.where(samples.piece[1:] == piece, samples.t[1:], 1.0)
     speeds = Speeds(pieces)
     step = max(1, CHUNK // (len(FINE[0]) * (pieces.degree + 1) * pieces.dimension))
     coarse, fine = np.empty(len(piece)), np.empty(len(piece))
     for first in range(0, len(piece), step):
         rows = slice(first, first + step)
-        coarse[rows], fine[rows] = speeds.integrals(piece[rows], at.t[:-1][rows], end[rows])
+        coarse[rows], fine[rows] = speeds.integrals(piece[rows], samples.t[:-1][rows], end[rows])
     total_length = float(fine.sum())
     mean_length = total_length / len(piece)
-    rounding = speeds.rounding[piece] * (end - at.t[:-1])
+    rounding = speeds.rounding[piece] * (end - samples.t[:-1])
     open_rows = np.flatnonzero(np.abs(fine - coarse) > ACCURACY * (fine + mean_length) + rounding)
     lengths = fine
     lengths[open_rows] = 0.0
     step = max(1, step // 16)  # leaves memory for the halves of the intervals
     for first in range(0, len(open_rows), step):
         block = open_rows[first : first + step]
-        _refine(speeds, lengths, (block, piece[block], at.t[:-1][block], end[block]), mean_length)
+        _refine(
+            speeds, lengths, (block, piece[block], samples.t[:-1][block], end[block]), mean_length
+        )
     return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
@@ -71,7 +73,7 @@ def _refine(
 ) -> None:
     """Adds to `lengths` the lengths of intervals (number, piece, begin, end), which are halved."""
     number, piece, begin, end = intervals
-    most = MAX_GROWTH * (len(number) + 1)
+    max_intervals = MAX_GROWTH * (len(number) + 1)
     for _ in range(MAX_HALVINGS):
         middle = begin + (end - begin) / 2
         number, piece = np.repeat(number, 2), np.repeat(piece, 2)
@@ -79,11 +81,11 @@ def _refine(
         end = np.stack([middle, end], axis=1).ravel()
         coarse, fine = speeds.integrals(piece, begin, end)
         # Two halves share what their interval was allowed, so that the sum of all differences stays
-        # lower_basis its bound.
+        # below its bound.
         mean_length /= 2
         rounding = speeds.rounding[piece] * (end - begin)
         is_done = np.abs(fine - coarse) <= ACCURACY * (fine + mean_length) + rounding
-        if len(number) > most:
+        if len(number) > max_intervals:
             is_done[:] = True
         np.add.at(lengths, number[is_done], fine[is_done])
         is_open = ~is_done
@@ -115,11 +117,13 @@ class Speeds:
 
     def _bound_rounding(self) -> FloatArray:
         """Bound of the rounding error of the speed on each piece, (S,), in units of `self.unit`."""
-        most = np.abs(self.steps).max(axis=(1, 2))
+        max_speed = np.abs(self.steps).max(axis=(1, 2))
         if self.weights is not None:
-            far = np.abs(self.points).max(axis=(1, 2))
-            most = (most + far * np.abs(self.weight_steps).max(axis=1)) / self.weights.min(axis=1)
-        bound: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * most
+            max_coordinate = np.abs(self.points).max(axis=(1, 2))
+            max_speed = (
+                max_speed + max_coordinate * np.abs(self.weight_steps).max(axis=1)
+            ) / self.weights.min(axis=1)
+        bound: FloatArray = 8 * (self.degree + 1) * float(np.finfo(np.float64).eps) * max_speed
         return bound
 
     def integrals(

@@ -28,16 +28,16 @@ FLOAT32 = np.finfo(np.float32)
 
 def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) -> float:
     """The smallest tolerance, in model units, that the rounding of vertices and nets allows."""
-    far = float(np.abs(np.stack(pieces.bounds)).max())
-    near = float(np.abs(np.stack(pieces.bounds) - origin).max())
-    step = EPS * far * (pieces.degree + 2)
+    max_coordinate = float(np.abs(np.stack(pieces.bounds)).max())
+    max_stored_coordinate = float(np.abs(np.stack(pieces.bounds) - origin).max())
+    step = EPS * max_coordinate * (pieces.degree + 2)
     if single:
-        step += float(FLOAT32.eps) * near + float(FLOAT32.smallest_subnormal)
+        step += float(FLOAT32.eps) * max_stored_coordinate + float(FLOAT32.smallest_subnormal)
     return 4 * (2 * step + _bound_rounding(pieces, MAX_HALVINGS))
 
 
 def halve_chords(
-    pieces: CurvePieces, tolerance: float, most: int, *, single: bool, origin: FloatArray
+    pieces: CurvePieces, tolerance: float, max_samples: int, *, single: bool, origin: FloatArray
 ) -> CurveSamples:
     """Samples at dyadic parameters whose chords are within the tolerance of the curve.
 
@@ -45,7 +45,7 @@ def halve_chords(
     ----------
     tolerance : float
         Model units.
-    most : int
+    max_samples : int
         The most samples that are allowed.
     single, origin
         How the samples will be stored: float32 about an origin, or float64.
@@ -55,12 +55,12 @@ def halve_chords(
     InvalidRequest
         `tolerance_too_small` if it is below `least_tolerance`.
     TooLarge
-        As soon as more than `most` samples are needed.
+        As soon as more than `max_samples` samples are needed.
     """
-    least = least_tolerance(pieces, single=single, origin=origin)
-    _check_tolerance(tolerance, least)
+    min_tolerance = least_tolerance(pieces, single=single, origin=origin)
+    _check_tolerance(tolerance, min_tolerance)
     # Half of the least tolerance is reserved for the rounding of the chord's ends.
-    allowed = tolerance - least / 2
+    allowed = tolerance - min_tolerance / 2
     net = local_nets(pieces)
     block = max(1, CHUNK // net[0].size)
     begins = [np.array([[pieces.count - 1, 1.0]])]
@@ -80,56 +80,56 @@ def halve_chords(
         begins.append(np.stack([piece[is_near], t[is_near]], axis=1))
         count += int(is_near.sum())
         remaining = np.flatnonzero(~is_near)
-        _check_count(count + 2 * len(remaining), most)
+        _check_count(count + 2 * len(remaining), max_samples)
         step = 0.5 ** (depth + 1)
         for rows in (
             np.array_split(remaining, -(-2 * len(remaining) // block)) if len(remaining) else ()
         ):
             first, second = halve(nets[rows])
-            where = np.concatenate([t[rows], t[rows] + step])
+            half_parameters = np.concatenate([t[rows], t[rows] + step])
             half_pieces = np.concatenate([piece[rows], piece[rows]])
-            stack.append((half_pieces, where, depth + 1, np.concatenate([first, second])))
+            stack.append((half_pieces, half_parameters, depth + 1, np.concatenate([first, second])))
     places = np.concatenate(begins)
     places = places[np.lexsort((places[:, 1], places[:, 0]))]
     return CurveSamples(places[:, 0].astype(np.intp), places[:, 1])
 
 
-def _check_tolerance(tolerance: float, least: float) -> None:
+def _check_tolerance(tolerance: float, min_tolerance: float) -> None:
     """Refuses a tolerance that is not larger than the rounding errors."""
-    if tolerance < least:
+    if tolerance < min_tolerance:
         raise InvalidRequest(
             Issue(
                 "tolerance_too_small",
                 "The tolerance is below the precision of the numbers in the response.",
                 "/tolerance",
                 f"{tolerance:.6g}",
-                f"at least {least:.3g} for this curve in this format",
+                f"at least {min_tolerance:.3g} for this curve in this format",
             )
         )
 
 
-def _check_count(count: int, most: int) -> None:
+def _check_count(count: int, max_samples: int) -> None:
     """Refuses a tolerance that needs more samples than are allowed."""
-    if count > most:
+    if count > max_samples:
         raise TooLarge(
             Issue(
                 "too_many_vertices",
                 "A polyline with this tolerance would have too many points.",
                 "/tolerance",
-                f"more than {count_nouns(most, 'points')}",
-                f"at most {most}",
+                f"more than {count_nouns(max_samples, 'points')}",
+                f"at most {max_samples}",
             )
         )
 
 
 def certify_chords(
-    pieces: CurvePieces, at: CurveSamples, stored: RealArray, origin: FloatArray
+    pieces: CurvePieces, samples: CurveSamples, stored: RealArray, origin: FloatArray
 ) -> float:
     """Bound of the distance, in model units, from any point of the curve to its stored polyline.
 
     Parameters
     ----------
-    at : CurveSamples
+    samples : CurveSamples
         In order along the curve.
     stored : ndarray, shape (N, d)
         The samples in the precision of the file, relative to `origin`; the bound includes their
@@ -137,16 +137,18 @@ def certify_chords(
     """
     net = local_nets(pieces)
     vertices = stored.astype(np.float64) + (origin - pieces.middle)
-    worst = 0.0
-    for rows in row_slices(len(at) - 1, net[0].size, CHUNK):
-        piece, begin = at.piece[rows], at.t[rows]
+    max_deviation = 0.0
+    for rows in row_slices(len(samples) - 1, net[0].size, CHUNK):
+        piece, begin = samples.piece[rows], samples.t[rows]
         following = slice(rows.start + 1, rows.stop + 1)
-        end = np.where(at.piece[following] == piece, at.t[following], 1.0)
+        end = np.where(samples.piece[following] == piece, samples.t[following], 1.0)
         nets = restrict_nets(net[piece], begin, end)
         chords = np.stack([vertices[rows], vertices[following]], axis=1)
-        worst = max(worst, float(bound_chord_deviations(nets, chords).max()))
-    far = float(np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max())
-    return worst + _bound_rounding(pieces, 2) + 4 * EPS * far
+        max_deviation = max(max_deviation, float(bound_chord_deviations(nets, chords).max()))
+    max_coordinate = float(
+        np.abs(vertices).max() + np.abs(pieces.middle).max() + np.abs(origin).max()
+    )
+    return max_deviation + _bound_rounding(pieces, 2) + 4 * EPS * max_coordinate
 
 
 def local_nets(pieces: CurvePieces) -> FloatArray:
@@ -162,22 +164,22 @@ def restrict_nets(nets: FloatArray, begin: FloatArray, end: FloatArray) -> Float
 
     Each level computes convex combinations, so it adds only a few rounding errors.
     """
-    after = _cut(nets, begin, keep_end=True)
+    nets_after_begin = _cut(nets, begin, keep_end=True)
     remaining_length = 1.0 - begin
-    share = np.where(
+    cut_parameter = np.where(
         remaining_length > 0,
         (end - begin) / np.where(remaining_length > 0, remaining_length, 1.0),
         0.0,
     )
-    return _cut(after, share, keep_end=False)
+    return _cut(nets_after_begin, cut_parameter, keep_end=False)
 
 
 def _cut(nets: FloatArray, t: FloatArray, *, keep_end: bool) -> FloatArray:
     """The nets of the parts [t, 1] of curves if `keep_end`, else of the parts [0, t]."""
     net_points = [nets[:, -1 if keep_end else 0]]
-    row, after = nets, t[:, None, None]
+    row, parameter = nets, t[:, None, None]
     while row.shape[1] > 1:
-        row = (1.0 - after) * row[:, :-1] + after * row[:, 1:]
+        row = (1.0 - parameter) * row[:, :-1] + parameter * row[:, 1:]
         net_points.append(row[:, -1 if keep_end else 0])
     return np.stack(net_points[::-1] if keep_end else net_points, axis=1)
 

@@ -58,11 +58,11 @@ class CurveSamples:
         return parameters
 
 
-def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
+def evaluate_positions(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
     """Points of the curve, shape (N, d); at t = 0 and t = 1 exactly the control points."""
-    out = np.empty((len(at), pieces.dimension))
-    for rows in at.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
-        piece, t = at.piece[rows], at.t[rows]
+    out = np.empty((len(samples), pieces.dimension))
+    for rows in samples.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
+        piece, t = samples.piece[rows], samples.t[rows]
         weights = None if pieces.weights is None else pieces.weights[piece]
         points = _evaluate(pieces.points[piece], weights, bernstein(pieces.degree, t))
         for end, index in ((0.0, 0), (1.0, -1)):
@@ -72,7 +72,9 @@ def evaluate_positions(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
     return out
 
 
-def evaluate_tangents(pieces: CurvePieces, at: CurveSamples, *, before: bool = False) -> FloatArray:
+def evaluate_tangents(
+    pieces: CurvePieces, samples: CurveSamples, *, before: bool = False
+) -> FloatArray:
     """Unit tangents, shape (N, d): limits from the right, or from the left if `before`.
 
     At a cusp, or at an end with repeated control points, C′ vanishes. Let C^(k) be the first
@@ -85,12 +87,12 @@ def evaluate_tangents(pieces: CurvePieces, at: CurveSamples, *, before: bool = F
     that does not vanish has the same direction.
     """
     local_pieces = _LocalPieces(pieces)
-    out = np.empty((len(at), pieces.dimension))
-    for rows in at.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
-        out[rows] = local_pieces.directions(at.piece[rows], at.t[rows], before)
+    out = np.empty((len(samples), pieces.dimension))
+    for rows in samples.chunks((pieces.degree + 1) * (pieces.dimension + 1)):
+        out[rows] = local_pieces.directions(samples.piece[rows], samples.t[rows], before)
     missing = np.flatnonzero(np.isnan(out[:, 0]))
     if len(missing):
-        out[missing] = local_pieces.neighbour_directions(at.piece[missing])
+        out[missing] = local_pieces.neighbour_directions(samples.piece[missing])
     return out
 
 
@@ -108,8 +110,8 @@ class _LocalPieces:
         if pieces.weights is not None:
             self.weights = pieces.weights / pieces.weights.max(axis=1, keepdims=True)
         # Far from zero, the rounding of the control points limits the precision, too.
-        far = np.abs(middle).max(axis=1) * scale
-        self.zero_limit: FloatArray = ZERO_DERIVATIVE + 2.0**-50 * far
+        max_distance = np.abs(middle).max(axis=1) * scale
+        self.zero_limit: FloatArray = ZERO_DERIVATIVE + 2.0**-50 * max_distance
         self.has_length: Bools = size > 0
         self.degree, self.dimension = pieces.degree, pieces.dimension
         self.closed = pieces.closed
@@ -128,10 +130,12 @@ class _LocalPieces:
             first = _combine(lower_basis, np.diff(net, axis=1))
         length = np.sqrt((first * first).sum(axis=1))
         limit = self.zero_limit[piece]
-        slow = np.flatnonzero(length <= limit)
-        if len(slow):
-            first[slow] = self._limits(piece[slow], t[slow], limit[slow], before)
-            length[slow] = np.sqrt((first[slow] * first[slow]).sum(axis=1))
+        slow_rows = np.flatnonzero(length <= limit)
+        if len(slow_rows):
+            first[slow_rows] = self._limits(
+                piece[slow_rows], t[slow_rows], limit[slow_rows], before
+            )
+            length[slow_rows] = np.sqrt((first[slow_rows] * first[slow_rows]).sum(axis=1))
         tangent: FloatArray = first / length[:, None] + 0.0
         return tangent
 
@@ -169,10 +173,12 @@ class _LocalPieces:
         changes at the first of these points.
         """
         long_pieces = np.flatnonzero(self.has_length)
-        after = np.searchsorted(long_pieces, piece)
+        next_long_piece = np.searchsorted(long_pieces, piece)
         # A closed curve continues with its first piece.
-        is_at_end = (after == len(long_pieces)) & (not self.closed)
-        pieces = long_pieces[np.where(is_at_end, after - 1, after % len(long_pieces))]
+        is_at_end = (next_long_piece == len(long_pieces)) & (not self.closed)
+        pieces = long_pieces[
+            np.where(is_at_end, next_long_piece - 1, next_long_piece % len(long_pieces))
+        ]
         ends, number = np.unique(np.stack([pieces, is_at_end]), axis=1, return_inverse=True)
         return self.directions(ends[0], ends[1].astype(np.float64), False)[number.ravel()]
 

@@ -20,24 +20,24 @@ from service.surface.curve_pieces import CurvePieces
 
 
 def choose_samples(
-    pieces: CurvePieces, options: CurveOptions, most: int, *, single: bool = False
+    pieces: CurvePieces, options: CurveOptions, max_samples: int, *, single: bool = False
 ) -> CurveSamples:
     """The parameters at which the curve is sampled.
 
     Raises
     ------
     InvalidRequest, TooLarge
-        If the tolerance is too small for the precision of numbers, or needs more than `most`
+        If the tolerance is too small for the precision of numbers, or needs more than `max_samples`
         samples.
     """
     if options.tolerance is None:
         return CurveSamples.uniform(pieces.count, options.resolution)
     origin = _origin(pieces, single)
-    return halve_chords(pieces, options.tolerance, most, single=single, origin=origin)
+    return halve_chords(pieces, options.tolerance, max_samples, single=single, origin=origin)
 
 
 def trace_curve(
-    pieces: CurvePieces, at: CurveSamples, options: CurveOptions, *, single: bool = False
+    pieces: CurvePieces, samples: CurveSamples, options: CurveOptions, *, single: bool = False
 ) -> Polyline:
     """The polyline through these samples.
 
@@ -47,23 +47,23 @@ def trace_curve(
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     """
     origin = _origin(pieces, single)
-    points = _store(evaluate_positions(pieces, at), origin, single)
-    lengths = arc_lengths(pieces, at)
+    points = _store(evaluate_positions(pieces, samples), origin, single)
+    lengths = arc_lengths(pieces, samples)
     low, high = find_extent(points)
     return Polyline(
         name=pieces.name,
         points=points,
-        tangents=evaluate_tangents(pieces, at) if options.tangents else None,
-        parameters=at.parameters(pieces.breaks),
+        tangents=evaluate_tangents(pieces, samples) if options.tangents else None,
+        parameters=samples.parameters(pieces.breaks),
         arc_lengths=lengths if options.arc_lengths else None,
         origin=origin,
         up=pieces.up,
         report=PolylineReport(
-            points=len(at),
+            points=len(samples),
             pieces=pieces.count,
             length=float(lengths[-1]),
             closed=pieces.closed,
-            deviation_bound=certify_chords(pieces, at, points, origin),
+            deviation_bound=certify_chords(pieces, samples, points, origin),
             bounds_min=_bound_in_model(low, origin),
             bounds_max=_bound_in_model(high, origin),
         ),

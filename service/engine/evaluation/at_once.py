@@ -145,7 +145,7 @@ class _Workspace:
         self.term = term = memory[-4:-1]
         self.square = memory[-1]
         # For the cross product: y and z of S_u times z and x of S_v, and x times y; then the same
-        # with S_u and S_v exchanged.
+        # with S_u and S_v exchanged. The slice [::-2] of x, y, z is z, x.
         self.factors = (
             (du[1:], dv[::-2], point[:2]),
             (du[0], dv[1], point[2]),
@@ -208,8 +208,8 @@ class _Workspace:
         np.copyto(self.rounded, self.nets, casting="same_kind")
         if self.transposed is not None:
             np.copyto(self.transposed, self.columns)
-        for left, right, out in self.products[0]:
-            np.matmul(left, right, out=out)
+        for first, second, out in self.products[0]:
+            np.matmul(first, second, out=out)
 
     def project(self) -> None:
         """Divides S by its weight."""
@@ -222,14 +222,14 @@ class _Workspace:
         the vectors are (X_u − w_u S) × (X_v − w_v S).
         """
         for products in self.products[1:]:
-            for left, right, out in products:
-                np.matmul(left, right, out=out)
+            for first, second, out in products:
+                np.matmul(first, second, out=out)
         if len(self.weight):
             for partial, weight in zip(self.partials, self.weight_partials, strict=True):
                 np.multiply(self.point, weight, out=self.term)
                 np.subtract(partial, self.term, out=partial)
-        for left, right, out in self.factors:
-            np.multiply(left, right, out=out)
+        for first, second, out in self.factors:
+            np.multiply(first, second, out=out)
         point, term = self.point, self.term
         np.subtract(point, term, out=point)
         np.multiply(point, point, out=term)

@@ -25,13 +25,13 @@ from service.surface.lowered import PatchModel
 CHUNK_NUMBERS = 1 << 17
 """The most numbers of one level in one chunk: they fit the second-level cache."""
 
-LEAST_SAMPLES = 64
+MIN_SAMPLES = 64
 """The least number of samples in a chunk: for fewer, NumPy's calls cost more than the
 arithmetic."""
 
 
 def evaluate_grids(work: GridEvaluation) -> None:
-    """Points and normals of tensor-product patches: bilinear steps, then linear ones.
+    """Points and normals of tensor-product patches: bilinear steps, then linear steps.
 
     While both degrees are above 1, every 2 × 2 block of points is interpolated with the weights (1
     − u, u) × (1 − v, v). Then neighbours are interpolated in the direction whose degree is above 1.
@@ -145,8 +145,8 @@ def count_multiplications(patches: Patches) -> int:
     while rows and columns:
         count += 2 * rows * (columns + 1) + 2 * rows * columns
         rows, columns = rows - 1, columns - 1
-    remaining = max(rows, columns)
-    return planes * (count + remaining * (remaining + 1))
+    linear_degree = max(rows, columns)  # the other degree is 0: only linear steps follow
+    return planes * (count + linear_degree * (linear_degree + 1))
 
 
 def _interpolate(a: RealArray, b: RealArray, t: RealArray) -> RealArray:
@@ -162,7 +162,7 @@ def _split_work(count: int, sample_count: int, points: int) -> Iterator[tuple[in
     A run has all samples of several patches, or some samples of one patch. Each patch has
     `sample_count` samples and a net of `points` points.
     """
-    step = max(LEAST_SAMPLES, CHUNK_NUMBERS // (4 * points))
+    step = max(MIN_SAMPLES, CHUNK_NUMBERS // (4 * points))
     patches = max(1, step // sample_count)
     for first in range(0, count, patches):
         for begin in range(0, sample_count, step):

@@ -24,7 +24,7 @@ Direction: TypeAlias = Literal["v", "u", "diagonal"]
 
 
 def limit_normals(
-    nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
+    nets: DerivativeNets, patch_numbers: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> FloatArray:
     """Limit normals at parameters where N vanishes.
 
@@ -38,7 +38,7 @@ def limit_normals(
     ----------
     nets : DerivativeNets
         K patches.
-    which : ndarray of int, shape (m,)
+    patch_numbers : ndarray of int, shape (m,)
         The patch of each parameter: a number in `nets`.
     u, v : ndarray of float64, shape (m,)
         Parameters in [0, 1].
@@ -50,18 +50,18 @@ def limit_normals(
     """
     coefficients = nets.normal_net
     largest = longest_vectors(coefficients)
-    floor = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.longest_product)[which]
-    # Restriction to a line averages coefficients: if no coefficient of the patch is longer than the
-    # floor, no coefficient on a line is.
-    has_limit = largest[which] > floor
-    normals = np.full((len(which), 3), np.nan)
+    min_length = np.maximum(NEGLIGIBLE * largest, VANISHING * nets.longest_product)[patch_numbers]
+    # Restriction to a line averages coefficients: if no coefficient of the patch is longer than
+    # `min_length`, no coefficient on a line is.
+    has_limit = largest[patch_numbers] > min_length
+    normals = np.full((len(patch_numbers), 3), np.nan)
     # The first line leads inwards from the edge on which the sample lies; at a corner, it leads in
     # direction v. If this line is a collapsed edge, N vanishes along it, and the next line is
     # tried.
-    on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
+    is_on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
-        (has_limit & ~on_u_edge_only, ("v", "u")),
-        (has_limit & on_u_edge_only, ("u", "v")),
+        (has_limit & ~is_on_u_edge_only, ("v", "u")),
+        (has_limit & is_on_u_edge_only, ("u", "v")),
         # Corners where N vanishes along both edges.
         (has_limit & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
     )
@@ -70,12 +70,12 @@ def limit_normals(
             unresolved = np.flatnonzero(group & np.isnan(normals[:, 0]))
             if len(unresolved):
                 lines = trace_inwards(
-                    coefficients, which[unresolved], u[unresolved], v[unresolved], direction
+                    coefficients, patch_numbers[unresolved], u[unresolved], v[unresolved], direction
                 )
-                normals[unresolved] = _find_leading(lines, floor[unresolved])
+                normals[unresolved] = _find_leading(lines, min_length[unresolved])
     remaining = np.flatnonzero(np.isnan(normals[:, 0]))
     if len(remaining):
-        normals[remaining] = _find_mean_normals(nets, coefficients, which[remaining])
+        normals[remaining] = _find_mean_normals(nets, coefficients, patch_numbers[remaining])
     return normals
 
 
@@ -103,25 +103,27 @@ def _restrict_to_longer_part(coefficients: FloatArray, t: FloatArray, axis: int)
 
 def trace_inwards(
     coefficients: FloatArray,
-    which: NDArray[np.intp],
+    patch_numbers: NDArray[np.intp],
     u: FloatArray,
     v: FloatArray,
     direction: Direction,
 ) -> FloatArray:
     """Coefficients (m, d, n) of polynomials along a line from each sample into the patch.
 
-    Sample k is at (u[k], v[k]) of the polynomial `which[k]` of `coefficients` (K, d, …).
+    Sample k is at (u[k], v[k]) of the polynomial `patch_numbers[k]` of `coefficients` (K, d, …).
     """
     if direction == "v":
         basis = bernstein(coefficients.shape[2] - 1, u)
-        return _restrict_to_longer_part(evaluate_along(coefficients, which, basis), v, axis=2)
+        return _restrict_to_longer_part(
+            evaluate_along(coefficients, patch_numbers, basis), v, axis=2
+        )
     if direction == "u":
         basis = bernstein(coefficients.shape[3] - 1, v)
         return _restrict_to_longer_part(
-            evaluate_along(coefficients.swapaxes(2, 3), which, basis), u, axis=2
+            evaluate_along(coefficients.swapaxes(2, 3), patch_numbers, basis), u, axis=2
         )
     boxes = _restrict_to_longer_part(
-        _restrict_to_longer_part(coefficients[which], u, axis=2), v, axis=3
+        _restrict_to_longer_part(coefficients[patch_numbers], u, axis=2), v, axis=3
     )
     rows, columns = boxes.shape[2:]
     weighted = boxes * np.multiply.outer(binomials(rows - 1), binomials(columns - 1))
@@ -131,40 +133,41 @@ def trace_inwards(
     return line / binomials(rows + columns - 2)
 
 
-def _find_leading(lines: FloatArray, floor: FloatArray) -> FloatArray:
-    """The unit vector of the first coefficient of each line that is longer than `floor`, or NaN."""
+def _find_leading(lines: FloatArray, min_length: FloatArray) -> FloatArray:
+    """Unit vectors of the first coefficients of lines that are longer than `min_length`, or NaN."""
     lengths = np.linalg.norm(lines, axis=1)
-    is_long = lengths > floor[:, None]
+    is_long = lengths > min_length[:, None]
     first = is_long.argmax(axis=1)
     rows = np.arange(len(lines))
-    has_long = is_long[rows, first]
-    length = np.where(has_long, lengths[rows, first], 1.0)
-    return np.where(has_long[:, None], lines[rows, :, first] / length[:, None], np.nan)
+    has_vector = is_long[rows, first]
+    length = np.where(has_vector, lengths[rows, first], 1.0)
+    return np.where(has_vector[:, None], lines[rows, :, first] / length[:, None], np.nan)
 
 
 def _find_mean_normals(
-    nets: DerivativeNets, coefficients: FloatArray, which: NDArray[np.intp]
+    nets: DerivativeNets, coefficients: FloatArray, patch_numbers: NDArray[np.intp]
 ) -> FloatArray:
     """The mean normals (m, 3) of patches, weighted by area.
 
     The mean of the coefficients of N is the integral of N over the patch. A patch without area gets
     a vector perpendicular to its longest difference.
     """
-    used, inverse = np.unique(which, return_inverse=True)
+    used, inverse = np.unique(patch_numbers, return_inverse=True)
     mean = coefficients[used].mean(axis=(2, 3))
     length = np.linalg.norm(mean, axis=1)
-    without_area = np.flatnonzero(length <= VANISHING * nets.longest_product[used])
-    length[without_area] = 1.0
+    rows_without_area = np.flatnonzero(length <= VANISHING * nets.longest_product[used])
+    length[rows_without_area] = 1.0
     normals = mean / length[:, None]
-    for row in without_area.tolist():
+    for row in rows_without_area.tolist():
         edges = np.concatenate(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1
         )
         chord = edges[:, np.square(edges).sum(axis=0).argmax()]
-        # The coordinate axis with the largest angle to the chord; of equal angles the last axis.
+        # The coordinate axis with the largest angle to the chord; of equal angles the last axis, so
+        # the coordinates are searched from z to x.
         axis = np.zeros(3)
         axis[2 - np.abs(chord[::-1]).argmin()] = 1.0
         across = axis - chord * (chord @ axis) / max(float(chord @ chord), 1e-300)
         normals[row] = across / np.linalg.norm(across)
-    shared: FloatArray = normals[inverse]
-    return shared
+    normals_of_samples: FloatArray = normals[inverse]
+    return normals_of_samples

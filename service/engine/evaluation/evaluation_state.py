@@ -61,14 +61,14 @@ class Evaluation(ABC):
         self.patches = patches
         self.sample_count = sample_count
         self.dtype = dtype
-        self.rational = patches.weights is not None
+        self.is_rational = patches.weights is not None
         self.positions = out.positions
         self.normals = out.normals
         self.origin = None if origin is None or not is_moved(origin) else origin
         # As in `at_once`, points of rational patches are relative to the middle of the batch.
         self.scale = find_scale(patches.extent)
         self.largest_weight = 1.0 if patches.weights is None else float(patches.weights.max())
-        self.dimension = 4 if self.rational else 3
+        self.dimension = 4 if self.is_rational else 3
         self.doubtful: list[NDArray[np.intp]] = []
 
     def load_points(self, first: int, last: int, point: FloatArray) -> FloatArray:
@@ -122,7 +122,7 @@ class Evaluation(ABC):
 
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from its planes; projects homogeneous coordinates in place."""
-        if self.rational:
+        if self.is_rational:
             self.write_local(planes, out)
         else:
             np.positive(planes, out=_take_coordinates(out))
@@ -133,7 +133,7 @@ class Evaluation(ABC):
         They are homogeneous if the patches are rational.
         """
         points = self._planes(self.patches.points, first, last)
-        if self.rational:
+        if self.is_rational:
             return self.load_points(first, last, np.empty((len(points), 4, last - first)))
         local: FloatArray = (points - self.patches.middle[:, None]) * self.scale
         return local
@@ -146,7 +146,7 @@ class Evaluation(ABC):
 
     def write_local(self, planes: RealArray, out: RealArray) -> None:
         """Writes S from planes about the batch's middle; projects homogeneous planes in place."""
-        if self.rational:
+        if self.is_rational:
             planes[:3] /= planes[3]
         write_local(planes, find_shift(self.patches, self.origin), self.scale, out)
 
@@ -162,20 +162,20 @@ class Evaluation(ABC):
         The first of the samples has the number `first` over all patches. A sample is doubtful if
         the squared length of its vector is at most `threshold`.
         """
-        square, term = scratch("square", (2, *vectors.shape[1:]), self.dtype)
+        squared_length, term = scratch("square", (2, *vectors.shape[1:]), self.dtype)
         x, y, z = vectors
-        np.multiply(x, x, out=square)
+        np.multiply(x, x, out=squared_length)
         np.multiply(y, y, out=term)
-        np.add(square, term, out=square)
+        np.add(squared_length, term, out=squared_length)
         np.multiply(z, z, out=term)
-        np.add(square, term, out=square)
-        doubtful = square <= threshold
-        if np.count_nonzero(doubtful):
+        np.add(squared_length, term, out=squared_length)
+        is_doubtful = squared_length <= threshold
+        if np.count_nonzero(is_doubtful):
             # A normal of NaN marks that it must be computed again.
-            square[doubtful] = np.nan
-            self.doubtful.append(doubtful.reshape(-1).nonzero()[0] + first)
-        np.sqrt(square, out=square)
-        np.divide(vectors, square, out=_take_coordinates(out))
+            squared_length[is_doubtful] = np.nan
+            self.doubtful.append(is_doubtful.reshape(-1).nonzero()[0] + first)
+        np.sqrt(squared_length, out=squared_length)
+        np.divide(vectors, squared_length, out=_take_coordinates(out))
 
     def partials_to_vectors(self, point: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor.
@@ -183,7 +183,7 @@ class Evaluation(ABC):
         For rational patches `point` must already be projected. The result overwrites `point`.
         """
         term = scratch("square", (2, *du.shape[1:]), self.dtype)[1]
-        if self.rational:
+        if self.is_rational:
             for partial in (du, dv):
                 for axis in range(3):
                     np.multiply(point[axis], partial[3], out=term)

@@ -91,10 +91,10 @@ def _evaluate_triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype:
     At a fixed t the surface is a curve of degree n in s/(1 − t). The net of this curve follows from
     the tensor-product form of the triangle.
     """
-    square = tensor_net(np.moveaxis(net, -1, 0))
+    tensor_nets = tensor_net(np.moveaxis(net, -1, 0))
     number = np.arange(divisions + 1)[rows]
-    basis = bernstein(square.shape[1] - 1, number / divisions)
-    curves = np.einsum("mk,rlkd->ldrm", basis, square)
+    basis = bernstein(tensor_nets.shape[1] - 1, number / divisions)
+    curves = np.einsum("mk,rlkd->ldrm", basis, tensor_nets)
     lengths = divisions - number
     values = _add_differences(curves, np.maximum(lengths, 1), dtype)
     row = np.repeat(np.arange(len(number)), lengths + 1)
@@ -127,9 +127,11 @@ def _add_differences(curves: FloatArray, divisions: Ints, dtype: Real) -> RealAr
     differences[0] = 0
     values = np.zeros((int(divisions.max()) + 1, *curves.shape[1:]), dtype)
     for j in range(len(values)):
-        active = int(np.count_nonzero(divisions >= j))
-        active_differences = differences[..., :active]
-        np.add(first_points[..., :active], active_differences[0], out=values[j, ..., :active])
+        active_rows = int(np.count_nonzero(divisions >= j))
+        active_differences = differences[..., :active_rows]
+        np.add(
+            first_points[..., :active_rows], active_differences[0], out=values[j, ..., :active_rows]
+        )
         np.add(active_differences[:-1], active_differences[1:], out=active_differences[:-1])
     return values
 

@@ -58,7 +58,7 @@ def plan_separable_products(
 def build_means(degree: tuple[int, int], dtype: Real) -> RealArray:
     """A matrix (2, differences) whose product with squares of differences gives two means.
 
-    The means are those of the differences along u and along v, times `PRECISE_SHARE`.
+    These are the mean squares of the differences along u and along v, times `PRECISE_SHARE`.
     """
     _, along_u, along_v = count_vectors(degree)
     means = np.zeros((2, along_u + along_v), dtype)

@@ -42,16 +42,16 @@ def evaluate_separably(work: GridEvaluation) -> None:
     v, v_lower = (sample_basis_columns(degree, rv, work.dtype) for degree in (q, q - 1))
     write_positions = _choose_position_writer(work)
     for patch, (net, *partial_nets), threshold in _iterate_patches(work, work.dtype):
-        at_u = np.matmul(u, net)
+        points_at_u = np.matmul(u, net)
         if not partial_nets:
             for rows, (point, _, _), out, _, _ in _row_runs(work, patch):
-                write_positions(at_u[:, rows], point, out)
+                write_positions(points_at_u[:, rows], point, out)
             continue
-        du_u, dv_u = map(np.matmul, (u_lower, u), partial_nets)
+        du_at_u, dv_at_u = map(np.matmul, (u_lower, u), partial_nets)
         for rows, (point, du, dv), out, normals, first in _row_runs(work, patch):
-            write_positions(at_u[:, rows], point, out)
-            np.matmul(du_u[:, rows], v, out=du)
-            np.matmul(dv_u[:, rows], v_lower, out=dv)
+            write_positions(points_at_u[:, rows], point, out)
+            np.matmul(du_at_u[:, rows], v, out=du)
+            np.matmul(dv_at_u[:, rows], v_lower, out=dv)
             work.write_normals(work.partials_to_vectors(point, du, dv), normals, threshold, first)
 
 
@@ -67,11 +67,11 @@ def evaluate_by_normal_polynomial(work: GridEvaluation) -> None:
     for patch, (net, *partial_nets), threshold in _iterate_patches(work, np.float64):
         if not partial_nets:
             raise ValueError("The normal polynomial is only for normals.")
-        at_u = np.matmul(u, net.astype(work.dtype))
-        normal_u = np.matmul(u_normal, _normal_net(*partial_nets).astype(work.dtype))
+        points_at_u = np.matmul(u, net.astype(work.dtype))
+        normals_at_u = np.matmul(u_normal, _normal_net(*partial_nets).astype(work.dtype))
         for rows, (point, vectors, _), out, normals, first in _row_runs(work, patch):
-            write_positions(at_u[:, rows], point, out)
-            np.matmul(normal_u[:, rows], v_normal, out=vectors)
+            write_positions(points_at_u[:, rows], point, out)
+            np.matmul(normals_at_u[:, rows], v_normal, out=vectors)
             work.write_normals(vectors, normals, threshold, first)
 
 
@@ -116,6 +116,7 @@ def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
         net: RealArray = cross_polynomial(*nets)[0]
         return net
     a, b = du.reshape(3, -1, 1), dv.reshape(3, 1, -1)
+    # The cross product: y, z, x times z, x, y, minus z, x, y times y, z, x.
     pairs = a[[1, 2, 0]] * b[[2, 0, 1]]
     pairs -= a[[2, 0, 1]] * b[[1, 2, 0]]
     products = product_coefficients((p - 1, columns - 1), (rows - 1, q - 1))
@@ -133,7 +134,7 @@ def _choose_position_writer(
     the work array.
     """
     degree, divisions = work.patches.degree[1], work.resolution[1]
-    if work.rational or degree > 6:
+    if work.is_rational or degree > 6:
         columns = sample_basis_columns(degree, divisions, work.dtype)
 
         def write_planes(along_u: RealArray, point: RealArray, out: RealArray) -> None:

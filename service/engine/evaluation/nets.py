@@ -52,7 +52,7 @@ class DerivativeNets:
         self.middle: FloatArray = middle[:, 0, 0]
         self.scale: FloatArray = find_unit_scales(size)
         local = local * self.scale[:, None, None, None]
-        self.rational = patches.weights is not None
+        self.is_rational = patches.weights is not None
         if patches.weights is not None:
             weights = patches.weights[used][:, None]
             weights = weights / weights.max(axis=(2, 3), keepdims=True)
@@ -71,7 +71,7 @@ class DerivativeNets:
 
     def partials(
         self,
-        which: NDArray[np.intp],
+        net_numbers: NDArray[np.intp],
         along_u: tuple[FloatArray, FloatArray],
         along_v: tuple[FloatArray, FloatArray],
     ) -> tuple[FloatArray, FloatArray]:
@@ -81,15 +81,15 @@ class DerivativeNets:
 
         Parameters
         ----------
-        which : ndarray of int, shape (m,)
+        net_numbers : ndarray of int, shape (m,)
             The patch of each parameter.
         along_u, along_v : pair of ndarray of float64
             The basis of degree n at the parameters, (m, n+1), and the basis of degree n − 1.
         """
-        du = evaluate_at(self.du, which, along_u[1], along_v[0])
-        dv = evaluate_at(self.dv, which, along_u[0], along_v[1])
-        if self.rational:
-            point = evaluate_at(self.point, which, along_u[0], along_v[0])
+        du = evaluate_at(self.du, net_numbers, along_u[1], along_v[0])
+        dv = evaluate_at(self.dv, net_numbers, along_u[0], along_v[1])
+        if self.is_rational:
+            point = evaluate_at(self.point, net_numbers, along_u[0], along_v[0])
             position = point[:, :3] / point[:, 3:]
             du = du[:, :3] - position * du[:, 3:]
             dv = dv[:, :3] - position * dv[:, 3:]
@@ -115,12 +115,12 @@ class DerivativeNets:
     def normal_net(self) -> FloatArray:
         """N = S_u × S_v in the Bernstein basis, up to a positive factor; shape (K, 3, …).
 
-        A polynomial patch has a normal net of degree (2p−1, 2q−1), a rational patch one of degree
-        (3p−1, 3q−1), that of w³ N:
+        For a polynomial patch, its degree is (2p−1, 2q−1). For a rational patch, the result is the
+        net of w³ N, of degree (3p−1, 3q−1):
 
             w X_u × X_v + w_u X_v × X + w_v X × X_u
         """
-        if not self.rational:
+        if not self.is_rational:
             return cross_polynomial(self.du, self.dv)
         x, w = self.point[:, :3], self.point[:, 3:]
         (xu, wu), (xv, wv) = (self.du[:, :3], self.du[:, 3:]), (self.dv[:, :3], self.dv[:, 3:])
@@ -141,17 +141,17 @@ def nets_of_samples(
     nets : DerivativeNets
     rows : ndarray of int, shape (r,)
         The numbers of r samples: rows of `index`. Each sample occurs in one item only.
-    which : ndarray of int, shape (r,)
+    net_numbers : ndarray of int, shape (r,)
         For each of these samples, the number of its patch in `nets`.
     """
     p, q = patches.degree
     net_bytes = 8 * 4 * 3 * (3 * p + 1) * (3 * q + 1)
     for rows in _group_samples(index, max(1, CHUNK_BYTES // net_bytes)):
-        used, which = np.unique(index[rows], return_inverse=True)
+        used, net_numbers = np.unique(index[rows], return_inverse=True)
         nets = DerivativeNets(patches, used)
         for first in range(0, len(rows), CHUNK_SAMPLES):
             part = slice(first, first + CHUNK_SAMPLES)
-            yield nets, rows[part], which[part]
+            yield nets, rows[part], net_numbers[part]
 
 
 def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.intp]]:
@@ -170,28 +170,32 @@ def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.in
         yield remaining[begin : begin + step]
 
 
-def evaluate_along(nets: FloatArray, which: NDArray[np.intp], basis: FloatArray) -> FloatArray:
-    """Polynomials in v, (r, d, n): row k is polynomial `which[k]` of (K, d, m, n) at u = u_k.
+def evaluate_along(
+    nets: FloatArray, net_numbers: NDArray[np.intp], basis: FloatArray
+) -> FloatArray:
+    """Polynomials in v, (r, d, n): row k is polynomial `net_numbers[k]` of (K, d, m, n) at u = u_k.
 
     Row k of `basis` (r, m) is the Bernstein basis at u_k.
     """
     if len(nets) == 1:
         d, m, n = nets.shape[1:]
         columns = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)
-        of_one: FloatArray = (basis @ columns).reshape(len(basis), d, n)
-        return of_one
-    of_several: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[which], optimize=True)
-    return of_several
+        polynomials_of_one_net: FloatArray = (basis @ columns).reshape(len(basis), d, n)
+        return polynomials_of_one_net
+    polynomials: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[net_numbers], optimize=True)
+    return polynomials
 
 
 def evaluate_at(
-    nets: FloatArray, which: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
+    nets: FloatArray, net_numbers: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
 ) -> FloatArray:
-    """Values (r, d): row k is polynomial `which[k]` of (K, d, m, n) at one parameter (u_k, v_k).
+    """Values (r, d): row k is polynomial `net_numbers[k]` of (K, d, m, n) at (u_k, v_k).
 
     Rows k of `along_u` (r, m) and `along_v` (r, n) are the Bernstein bases at u_k and at v_k.
     """
-    values: FloatArray = np.einsum("rdj,rj->rd", evaluate_along(nets, which, along_u), along_v)
+    values: FloatArray = np.einsum(
+        "rdj,rj->rd", evaluate_along(nets, net_numbers, along_u), along_v
+    )
     return values
 
 

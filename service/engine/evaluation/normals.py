@@ -33,7 +33,7 @@ def unit_normals(
     normals : ndarray of float64, shape (m, 3)
         Unit length, never NaN. A patch without area has no normals: it gets a unit vector
         perpendicular to its extent.
-    limits : int
+    limit_count : int
         The number of samples at which S_u × S_v vanishes.
 
     References
@@ -42,32 +42,34 @@ def unit_normals(
     All other cases follow from the Taylor expansion of N.
     """
     normals = np.empty((len(index), 3))
-    limits = 0
-    for nets, rows, which in nets_of_samples(patches, index):
-        normals[rows], vanishes = find_normals(nets, which, u[rows], v[rows])
-        limits += int(np.count_nonzero(vanishes))
-    return normals, limits
+    limit_count = 0
+    for nets, rows, net_numbers in nets_of_samples(patches, index):
+        normals[rows], vanishes = find_normals(nets, net_numbers, u[rows], v[rows])
+        limit_count += int(np.count_nonzero(vanishes))
+    return normals, limit_count
 
 
 def find_normals(
-    nets: DerivativeNets, which: NDArray[np.intp], u: FloatArray, v: FloatArray
+    nets: DerivativeNets, net_numbers: NDArray[np.intp], u: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) of patch `which[k]` of the nets at (u[k], v[k]).
+    """Unit normals (m, 3) of patch `net_numbers[k]` of the nets at (u[k], v[k]).
 
     The second result (m,) says where S_u × S_v vanishes: there the normal is a limit.
     """
     p, q = nets.degree
     du, dv = nets.partials(
-        which, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
+        net_numbers, (bernstein(p, u), bernstein(p - 1, u)), (bernstein(q, v), bernstein(q - 1, v))
     )
     vectors = cross(du, dv)
     lengths, length_u, length_v = (np.linalg.norm(rows, axis=-1) for rows in (vectors, du, dv))
     vanishes: Bools = lengths <= VANISHING * length_u * length_v
-    vanishes |= length_u <= VANISHING * nets.longest_u[which]
-    vanishes |= length_v <= VANISHING * nets.longest_v[which]
-    zero = np.flatnonzero(vanishes)
-    lengths[zero] = 1.0
+    vanishes |= length_u <= VANISHING * nets.longest_u[net_numbers]
+    vanishes |= length_v <= VANISHING * nets.longest_v[net_numbers]
+    vanishing_rows = np.flatnonzero(vanishes)
+    lengths[vanishing_rows] = 1.0
     normals = vectors / lengths[:, None]
-    if len(zero):
-        normals[zero] = limit_normals(nets, which[zero], u[zero], v[zero])
+    if len(vanishing_rows):
+        normals[vanishing_rows] = limit_normals(
+            nets, net_numbers[vanishing_rows], u[vanishing_rows], v[vanishing_rows]
+        )
     return normals, vanishes

@@ -9,7 +9,7 @@ from service.bases.bernstein import sample_basis_with_slopes
 from service.bases.cache import MESH_PLANS
 from service.surface.batches import TensorPatches
 
-FLAT = 2.0**-36
+MIN_CONE_ANGLE = 2.0**-36
 """The least angle of a cone: rounding would decide the normals of a flatter cone."""
 
 YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
@@ -86,6 +86,7 @@ def write_pole_normals(
         cones -= points.take(sides.pole)
         if patches.weights is not None:
             cones *= patches.weights.reshape(-1).take(sides.weights)
+        # Rows 0 to 2 are y, z, x, and rows 3 to 5 are z, x, y (`YZX_ZXY`).
         values_and_slopes = cones @ sides.basis
         count = values_and_slopes.shape[2] // 2
         value, slope = values_and_slopes[:, :, :count], values_and_slopes[:, :, count:]
@@ -94,7 +95,7 @@ def write_pole_normals(
         length = np.sqrt(np.add.reduce(vectors * vectors))
         cones *= cones
         sizes = np.add.reduce(cones[:3], axis=(0, 2))
-        is_flat = length <= FLAT * sizes[:, np.newaxis]
+        is_flat = length <= MIN_CONE_ANGLE * sizes[:, np.newaxis]
         if np.count_nonzero(is_flat):
             length[is_flat] = np.nan
         length *= sides.sign
@@ -112,7 +113,8 @@ def _plan_poles(patches: TensorPatches, resolution: tuple[int, int]) -> _Plan:
     for axis in range(2):
         index, end = patches.collapsed[:, 2 * axis : 2 * axis + 2].nonzero()
         if len(index):
-            # Along a side of constant u, v varies, and the reverse.
+            # Along a side of constant u, v varies, and the reverse. `end` is 0 at the beginning of
+            # the axis and 1 at its end: the side has the index 0 or −1, the row beside it 1 or −2.
             along = 1 - axis
             points, samples = (grid if axis == 0 else grid.swapaxes(1, 2) for grid in grids)
             beside, pole = points[index, 1 - 3 * end], points[index, -end, :1]

@@ -17,13 +17,13 @@ def group_by_batch(batches: Sequence[Patches], patch: Ints) -> Iterator[tuple[Pa
     `patch` are in the batch.
     """
     first = np.cumsum([0, *(batch.count for batch in batches)])
-    owner = np.searchsorted(first, patch, side="right") - 1
-    order = np.argsort(owner, kind="stable")
-    ends = np.searchsorted(owner[order], np.arange(len(batches) + 1))
-    for number, batch in enumerate(batches):
-        rows = order[ends[number] : ends[number + 1]]
+    batch_numbers = np.searchsorted(first, patch, side="right") - 1
+    order = np.argsort(batch_numbers, kind="stable")
+    ends = np.searchsorted(batch_numbers[order], np.arange(len(batches) + 1))
+    for batch_number, batch in enumerate(batches):
+        rows = order[ends[batch_number] : ends[batch_number + 1]]
         if len(rows):
-            yield batch, int(first[number]), rows
+            yield batch, int(first[batch_number]), rows
 
 
 def evaluate_scattered_normals(
@@ -31,16 +31,18 @@ def evaluate_scattered_normals(
 ) -> tuple[FloatArray, int]:
     """Unit normals (N, 3) at parameters of patches, and how many of them are limits.
 
-    The parameters of a triangle are those of a patch whose side v = 1 is one point: s = u (1 − v),
-    t = v.
+    A triangle has the parameters (u, v) of a tensor-product patch whose side v = 1 is one point:
+    s = u (1 − v), t = v.
     """
     normals = np.empty((len(patch), 3))
-    limits = 0
+    total_limits = 0
     for batch, first, rows in group_by_batch(batches, patch):
-        index, at_u, at_v = patch[rows] - first, u[rows], v[rows]
+        index, u_of_batch, v_of_batch = patch[rows] - first, u[rows], v[rows]
         if isinstance(batch, TrianglePatches):
-            normals[rows], limit_count = triangle_normals(batch, index, at_u * (1.0 - at_v), at_v)
+            normals[rows], limit_count = triangle_normals(
+                batch, index, u_of_batch * (1.0 - v_of_batch), v_of_batch
+            )
         else:
-            normals[rows], limit_count = unit_normals(batch, index, at_u, at_v)
-        limits += limit_count
-    return normals, limits
+            normals[rows], limit_count = unit_normals(batch, index, u_of_batch, v_of_batch)
+        total_limits += limit_count
+    return normals, total_limits

@@ -129,7 +129,7 @@ class TriangleEvaluation(Evaluation):
 
     def _evaluate_rows(self, rows: range, samples: int, name: str, curves: FloatArray) -> RealArray:
         """Row curves (n+1, n+1, d r) at samples, (d, r, samples), which are those of some rows."""
-        planes, count = 4 if self.rational else 3, curves.shape[2]
+        planes, count = 4 if self.is_rational else 3, curves.shape[2]
         out = scratch(name, (planes, count // planes, samples), self.dtype)
         triangle_basis.evaluate_rows(
             curves, self.divisions, rows, self.dtype, out.reshape(count, samples)

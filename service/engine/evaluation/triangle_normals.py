@@ -42,7 +42,7 @@ def triangle_normals(
     -------
     normals : ndarray of float64, shape (m, 3)
         Unit length, never NaN.
-    limits : int
+    limit_count : int
         The number of samples at which S_s × S_t vanishes.
     """
     normals, vanishes = normals_at(patches, index, s, t)
@@ -58,17 +58,21 @@ def normals_at(
     """
     normals = np.empty((len(index), 3))
     vanishes = np.empty(len(index), dtype=bool)
-    for local, rows, which in triangles_of_samples(patches, index):
-        regular = _find_regular_normals(local.patches, which, s[rows], t[rows])
+    for local, rows, patch_numbers in triangles_of_samples(patches, index):
+        regular = _find_regular_normals(local.patches, patch_numbers, s[rows], t[rows])
         normals[rows], vanishes[rows] = regular
-    zero = np.flatnonzero(vanishes)
-    if len(zero):
+    vanishing_rows = np.flatnonzero(vanishes)
+    if len(vanishing_rows):
         # One call computes all limits, because preparing a patch of high degree takes half of the
         # time.
-        used, which = np.unique(index[zero], return_inverse=True)
+        used, patch_numbers = np.unique(index[vanishing_rows], return_inverse=True)
         local_patches = localize(patches.take(used)).patches
-        u = tensor_u(local_patches, which, to_barycentric(s[zero], t[zero]))
-        normals[zero], _ = unit_normals(local_patches.to_tensor(), which, u, t[zero])
+        u = tensor_u(
+            local_patches, patch_numbers, to_barycentric(s[vanishing_rows], t[vanishing_rows])
+        )
+        normals[vanishing_rows], _ = unit_normals(
+            local_patches.to_tensor(), patch_numbers, u, t[vanishing_rows]
+        )
     return normals, vanishes
 
 
@@ -95,20 +99,20 @@ def triangles_of_samples(
     local : LocalTriangles
     rows : ndarray of int, shape (r,)
         The numbers of r samples: rows of `index`. Each sample occurs in one item only.
-    which : ndarray of int, shape (r,)
+    patch_numbers : ndarray of int, shape (r,)
         For each of these samples, the number of its patch in `local`.
     """
     order = np.argsort(index, kind="stable")
     for part in row_slices(len(order), patches.points.shape[1], CHUNK_NUMBERS):
         rows = order[part]
-        used, which = np.unique(index[rows], return_inverse=True)
-        yield localize(patches.take(used)), rows, which
+        used, patch_numbers = np.unique(index[rows], return_inverse=True)
+        yield localize(patches.take(used)), rows, patch_numbers
 
 
 def _find_regular_normals(
-    local: TrianglePatches, which: NDArray[np.intp], s: FloatArray, t: FloatArray
+    local: TrianglePatches, patch_numbers: NDArray[np.intp], s: FloatArray, t: FloatArray
 ) -> tuple[FloatArray, Bools]:
-    """Unit vectors (m, 3) of S_s × S_t on patch `which[k]` at (s[k], t[k]).
+    """Unit vectors (m, 3) of S_s × S_t on patch `patch_numbers[k]` at (s[k], t[k]).
 
     The second result (m,) says where S_s × S_t vanishes: there the vector is meaningless.
     """
@@ -116,16 +120,16 @@ def _find_regular_normals(
     nets = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     along = partial_nets(nets)
     lower_basis = triangle_basis.triangle_bernstein(local.degree - 1, places)
-    ds, dt = (_combine(lower_basis, net, which) for net in along)
+    ds, dt = (_combine(lower_basis, net, patch_numbers) for net in along)
     if local.weights is not None:
         basis = triangle_basis.triangle_bernstein(local.degree, places)
-        point = _combine(basis, nets, which)
+        point = _combine(basis, nets, patch_numbers)
         position = point[:, :3] / point[:, 3:]
         ds = ds[:, :3] - position * ds[:, 3:]
         dt = dt[:, :3] - position * dt[:, 3:]
     vectors = cross(ds, dt)
     length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
-    longest_s, longest_t = (_longest_vectors(net)[which] for net in along)
+    longest_s, longest_t = (_longest_vectors(net)[patch_numbers] for net in along)
     vanishes: Bools = length <= VANISHING * length_s * length_t
     vanishes |= length_s <= VANISHING * longest_s
     vanishes |= length_t <= VANISHING * longest_t
@@ -133,11 +137,11 @@ def _find_regular_normals(
     return vectors / length[:, None], vanishes
 
 
-def _combine(basis: FloatArray, nets: FloatArray, which: NDArray[np.intp]) -> FloatArray:
-    """Values (m, d) of P nets (K, P, d): value k is that of net `which[k]` with basis column k."""
+def _combine(basis: FloatArray, nets: FloatArray, patch_numbers: NDArray[np.intp]) -> FloatArray:
+    """Values (m, d) of P nets (K, P, d): value k is net `patch_numbers[k]` times basis column k."""
     if nets.shape[1] == 1:
         return basis.T @ nets[:, 0]
-    values: FloatArray = np.einsum("km,kmd->md", basis, nets[:, which])
+    values: FloatArray = np.einsum("km,kmd->md", basis, nets[:, patch_numbers])
     return values
 
 
@@ -151,14 +155,16 @@ def localize(patches: TrianglePatches) -> LocalTriangles:
     return LocalTriangles(local, middle[:, 0], scale[:, 0, 0])
 
 
-def tensor_u(patches: TrianglePatches, which: NDArray[np.intp], places: FloatArray) -> FloatArray:
+def tensor_u(
+    patches: TrianglePatches, patch_numbers: NDArray[np.intp], places: FloatArray
+) -> FloatArray:
     """The parameter u = s / (r + s) of barycentric coordinates (m, 3) in the tensor-product form.
 
     At the corner t = 1, where r + s = 0, u chooses the direction from which a limit is taken. If
     one of the two sides at the corner is a point, u is on the other side; else u is 1/2.
     """
     r, s, _ = places.T
-    sides = patches.collapsed[which]
+    sides = patches.collapsed[patch_numbers]
     middle = (1.0 + sides[:, 0] - sides[:, 1]) / 2.0
     is_regular = r + s > 0
     return np.where(is_regular, s / np.where(is_regular, r + s, 1.0), middle)

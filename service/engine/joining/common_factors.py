@@ -22,7 +22,11 @@ from service.engine.mesh.edge_patterns import EdgePattern
 
 
 def find_scales(
-    pattern: EdgePattern, points: FloatArray, logs: FloatArray, owner: Ints, tolerance: float
+    pattern: EdgePattern,
+    points: FloatArray,
+    logs: FloatArray,
+    surface_of_point: Ints,
+    tolerance: float,
 ) -> FloatArray | None:
     """For each border point, the logarithm s_k of the factor of its surface, (B,).
 
@@ -33,23 +37,23 @@ def find_scales(
     points, logs : ndarray of float64, shapes (B, 3) and (B,)
         Border points, and the logarithms of their weights. Points of sides that are one edge, and
         points at one corner, must already be equal.
-    owner : ndarray of int, shape (B,)
+    surface_of_point : ndarray of int, shape (B,)
         The number of the surface of each border point, in ascending order.
     tolerance : float
         The largest difference of two logarithms that count as nearly equal.
     """
     first_surface, second_surface, shift = _find_meeting_surfaces(
-        pattern, points, logs, owner, tolerance
+        pattern, points, logs, surface_of_point, tolerance
     )
     if not np.count_nonzero(shift):
         return None
-    count = int(owner[-1]) + 1
+    count = int(surface_of_point[-1]) + 1
     # Pairs whose weights are nearly equal come first.
     order = np.argsort(shift != 0, kind="stable")
     neighbours = _build_spanning_forest(
         count, first_surface[order], second_surface[order], shift[order]
     )
-    ends = np.searchsorted(owner, np.arange(count + 1))
+    ends = np.searchsorted(surface_of_point, np.arange(count + 1))
     runs = {k: slice(ends[k], ends[k + 1]) for k in neighbours}
     # Surfaces without weights come first.
     sort_key = {k: (bool(logs[r].any()), hash_arrays(points[r], logs[r])) for k, r in runs.items()}
@@ -65,7 +69,7 @@ def find_scales(
                     visited.add(neighbour)
                     scale[neighbour] = scale[number] + step if sort_key[neighbour][0] else 0.0
                     stack.append(neighbour)
-    return scale[owner]
+    return scale[surface_of_point]
 
 
 def _build_spanning_forest(
@@ -96,7 +100,11 @@ def _build_spanning_forest(
 
 
 def _find_meeting_surfaces(
-    pattern: EdgePattern, points: FloatArray, logs: FloatArray, owner: Ints, tolerance: float
+    pattern: EdgePattern,
+    points: FloatArray,
+    logs: FloatArray,
+    surface_of_point: Ints,
+    tolerance: float,
 ) -> tuple[Ints, Ints, FloatArray]:
     """Pairs of surfaces that meet, and the differences of their s_k: three arrays (N,).
 
@@ -120,8 +128,10 @@ def _find_meeting_surfaces(
     is_new = np.append(True, (corner_pair[1:] != corner_pair[:-1]).any(axis=1))
     leader = np.flatnonzero(is_new)[np.cumsum(is_new) - 1]
     step = end_logs - end_logs[leader]
-    first_surface, second_surface = owner[ends[leader, 0]], owner[ends[:, 0]]
-    do_meet = (first_surface != second_surface) & (np.abs(step[:, 0] - step[:, 1]) <= 2 * tolerance)
-    shift = step[do_meet].mean(axis=1)
+    first_surface, second_surface = surface_of_point[ends[leader, 0]], surface_of_point[ends[:, 0]]
+    surfaces_meet = (first_surface != second_surface) & (
+        np.abs(step[:, 0] - step[:, 1]) <= 2 * tolerance
+    )
+    shift = step[surfaces_meet].mean(axis=1)
     shift[np.abs(shift) <= tolerance] = 0.0
-    return first_surface[do_meet], second_surface[do_meet], shift
+    return first_surface[surfaces_meet], second_surface[surfaces_meet], shift

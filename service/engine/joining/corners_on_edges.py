@@ -56,12 +56,12 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
     corner_ends = np.cumsum([0, *(len(border.corners) for border in borders)])
     curves_by_form: dict[tuple[int, bool], list[EdgeCurves]] = {}
     begin, end = [], []
-    for border, first, before in zip(borders, edge_ends, corner_ends, strict=False):
-        begin.append(border.begin + before)
-        end.append(border.end + before)
+    for border, first_edge, first_corner in zip(borders, edge_ends, corner_ends, strict=False):
+        begin.append(border.begin + first_corner)
+        end.append(border.end + first_corner)
         for curve in border.curves:
             form = curve.points.shape[1], curve.weights is None
-            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first))
+            curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first_edge))
     number = np.arange(edge_ends[-1])
     edges = OpenEdges(
         tuple(_join_curves(curves) for curves in curves_by_form.values()),
@@ -69,10 +69,10 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
         np.concatenate([border.corners for border in borders]),
     )
     edge, corner = find_corner_candidates(edges, reach)
-    owners = [np.searchsorted(edge_ends, edge, side="right") - 1]
-    owners.append(np.searchsorted(corner_ends, corner, side="right") - 1)
-    pairs: Ints = np.stack(owners, axis=1)
-    are_distinct = owners[0] != owners[1]
+    borders_of_pair = [np.searchsorted(edge_ends, edge, side="right") - 1]
+    borders_of_pair.append(np.searchsorted(corner_ends, corner, side="right") - 1)
+    pairs: Ints = np.stack(borders_of_pair, axis=1)
+    are_distinct = borders_of_pair[0] != borders_of_pair[1]
     edge, corner, pairs = edge[are_distinct], corner[are_distinct], pairs[are_distinct]
     if not 0 < len(edge) <= MAX_PAIRS:
         return pairs[:0]
@@ -115,16 +115,16 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     axis = int(np.ptp(extents[:, :3], axis=0).argmax())
     order = np.argsort(extents[:, axis], kind="stable")
     corners, extents = corners[order], extents[order]
-    first = np.searchsorted(extents[:, axis], low[:, axis])
-    last = np.searchsorted(extents[:, axis], high[:, axis], side="right")
-    if (last - first).sum() > 16 * MAX_PAIRS:
+    begin = np.searchsorted(extents[:, axis], low[:, axis])
+    end = np.searchsorted(extents[:, axis], high[:, axis], side="right")
+    if (end - begin).sum() > 16 * MAX_PAIRS:
         return np.empty(0, np.intp), np.empty(0, np.intp)
     pairs = []
-    for run in _split_by_count(last - first, CHUNK):
-        counts = (last - first)[run]
+    for run in _split_by_count(end - begin, CHUNK):
+        counts = (end - begin)[run]
         edge = np.repeat(np.arange(run.start, run.stop), counts)
         position = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-        position += np.repeat(first[run], counts)
+        position += np.repeat(begin[run], counts)
         is_inside = (corners[position] != edges.begin[edge]) & (
             corners[position] != edges.end[edge]
         )
@@ -138,9 +138,9 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     return np.concatenate([e for e, _ in pairs]), np.concatenate([c for _, c in pairs])
 
 
-def _split_by_count(counts: Ints, most: int) -> Iterator[slice]:
-    """Slices of consecutive items; the counts of each slice add up to approximately `most`."""
-    group = np.cumsum(counts) // most
+def _split_by_count(counts: Ints, count_limit: int) -> Iterator[slice]:
+    """Slices of consecutive items; their counts add up to about `count_limit`."""
+    group = np.cumsum(counts) // count_limit
     starts = run_starts(group)
     for start, stop in zip(starts.tolist(), [*starts[1:].tolist(), len(counts)], strict=True):
         yield slice(start, stop)
@@ -185,8 +185,8 @@ def place_corners(
             t = samples[squares.argmin(axis=1)]
             for _ in range(STEPS):
                 value, slope = _evaluate_with_slope(nets, weights, t)
-                square = np.square(slope).sum(axis=1)
-                step = (value * slope).sum(axis=1) / np.where(square > 0, square, 1.0)
+                squared_speed = np.square(slope).sum(axis=1)
+                step = (value * slope).sum(axis=1) / np.where(squared_speed > 0, squared_speed, 1.0)
                 t = (t - step).clip(0, 1)
             value, slope = _evaluate_with_slope(nets, weights, t)
             is_near = np.square(value).sum(axis=1) <= reach**2

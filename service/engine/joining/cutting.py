@@ -72,24 +72,26 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
     pieces: list[list[Patches]] = [[] for _ in model.batches]
     owners: list[Ints] = []
     domains: list[Domain] = []
-    next_patch = added = 0
+    next_patch = added_patches = 0
     for number in [*sorted(runs), len(surfaces)]:
         stop = surfaces[number].first if number < len(surfaces) else model.patch_count
-        domains += [replace(d, first=d.first + added) for d in surfaces[len(domains) : number]]
-        for which, end in enumerate(ends):
-            begin = end - model.batches[which].count
+        domains += [
+            replace(d, first=d.first + added_patches) for d in surfaces[len(domains) : number]
+        ]
+        for batch_number, end in enumerate(ends):
+            begin = end - model.batches[batch_number].count
             rows = np.arange(max(next_patch, begin), min(stop, end))
             if len(rows):
-                pieces[which].append(model.batches[which].take(rows - begin))
+                pieces[batch_number].append(model.batches[batch_number].take(rows - begin))
                 owners.append(rows)
         if number == len(surfaces):
             break
         domain = surfaces[number]
-        which = int(np.searchsorted(ends, domain.first, side="right"))
-        batch = model.batches[which]
+        batch_number = int(np.searchsorted(ends, domain.first, side="right"))
+        batch = model.batches[batch_number]
         assert isinstance(batch, TensorPatches)
         rows = domain.first + np.arange(domain.patch_count)
-        piece = batch.take(rows - (ends[which] - batch.count))
+        piece = batch.take(rows - (ends[batch_number] - batch.count))
         line_rows = runs[number]
         axis, span, at = lines.axis[line_rows], lines.span[line_rows], lines.at[line_rows]
         grid = rows.reshape(len(domain.u) - 1, -1)
@@ -101,10 +103,10 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
                 old_knots[span[is_across]] + at[is_across] * np.diff(old_knots)[span[is_across]]
             )
             knots.append(np.sort(np.concatenate([old_knots, new_knots])))
-        pieces[which].append(piece)
+        pieces[batch_number].append(piece)
         owners.append(grid.ravel())
-        domains.append(Domain(knots[0], knots[1], domain.first + added))
-        added += grid.size - domain.patch_count
+        domains.append(Domain(knots[0], knots[1], domain.first + added_patches))
+        added_patches += grid.size - domain.patch_count
         next_patch = domain.first + domain.patch_count
     low, high = model.bounds
     degree = max(max(batch.side_degrees) for batch in model.batches)
@@ -143,11 +145,11 @@ def _cut_grid(
             # `split` divides along the first axis; the patches of the row are along the second.
             weight_row = None if weight_grid is None else weight_grid[number].swapaxes(0, 1)
             net: Net = net_row.swapaxes(0, 1), weight_row
-            before = 0.0
+            last_cut = 0.0
             for t in at[span == number].tolist():
-                piece, net = split(net, (t - before) / (1 - before))
+                piece, net = split(net, (t - last_cut) / (1 - last_cut))
                 pieces.append(piece)
-                before = t
+                last_cut = t
             pieces.append(net)
         points = stack([piece for piece, _ in pieces], nets.shape[1:])
         if weights is None:

@@ -22,7 +22,7 @@ from service.surface.lowered import GroupModel, PatchModel
 ROUNDS = 64
 """The most repetitions of cutting: they are enough for a row of 64 surfaces."""
 
-GROWTH, SQUARE_GROWTH, MAX_SQUARE, EXTRA = 16, 8, 1 << 13, 256
+GROWTH, SQUARE_GROWTH, MAX_SQUARE_GROWTH, EXTRA_PATCHES = 16, 8, 1 << 13, 256
 """Cutting P patches may make at most max(16 P, min(8 P², 8192)) + 256 patches, because P faces with
 different knots become about P² patches. If cutting makes more patches, the model is not cut at all:
 cuts that run around a body and never meet would not end."""
@@ -61,8 +61,10 @@ def join_further(
         return model, seams
     previous = model, seams
     count = model.patch_count
-    most = max(GROWTH * count, min(SQUARE_GROWTH * count**2, MAX_SQUARE)) + EXTRA
-    most_points = GROWTH * _count_points(model) + EXTRA_POINTS
+    max_patches = (
+        max(GROWTH * count, min(SQUARE_GROWTH * count**2, MAX_SQUARE_GROWTH)) + EXTRA_PATCHES
+    )
+    max_points = GROWTH * _count_points(model) + EXTRA_POINTS
     for _ in range(ROUNDS):
         cuts = find_cuts(seams, find_weld_distance(model, tolerance))
         if not len(cuts.at):
@@ -72,7 +74,7 @@ def join_further(
             break
         checkpoint()
         model = cut(model, lines)
-        if model.patch_count > most or _count_points(model) > most_points:
+        if model.patch_count > max_patches or _count_points(model) > max_points:
             return previous
         model, seams = _snap_model(model, connect_if_apart(model, tolerance), tolerance)
     else:

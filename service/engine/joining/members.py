@@ -86,15 +86,19 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     for numbers in find_neighbours(group, seams_of, tolerance):
         joined_model, are_mirrored = compose(group, numbers)
         joined_model, seams = join(joined_model, tolerance, allow)
-        owner = _find_owners(joined_model, group, numbers)
+        member_of_patch = _find_owners(joined_model, group, numbers)
         # The lowest and the highest member at each edge: an edge joins members if these differ.
         low, high = np.full(len(seams.users), len(numbers)), np.full(len(seams.users), -1)
         is_line = ~seams.collapsed
         np.minimum.at(
-            low, seams.edge[is_line], np.broadcast_to(owner[:, None], is_line.shape)[is_line]
+            low,
+            seams.edge[is_line],
+            np.broadcast_to(member_of_patch[:, None], is_line.shape)[is_line],
         )
         np.maximum.at(
-            high, seams.edge[is_line], np.broadcast_to(owner[:, None], is_line.shape)[is_line]
+            high,
+            seams.edge[is_line],
+            np.broadcast_to(member_of_patch[:, None], is_line.shape)[is_line],
         )
         if not ((low < high) & (seams.users == 2)).any():
             continue
@@ -117,12 +121,14 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
             members.append(member)
     used_models = sorted({member.model for member in members})
     allow(*(model for model in models[len(group.models) :] if isinstance(model, PatchModel)))
-    number_after = {before: after for after, before in enumerate(used_models)}
+    new_model_numbers = {
+        old_number: new_number for new_number, old_number in enumerate(used_models)
+    }
     return JoinedGroup(
         replace(
             group,
-            models=tuple(models[before] for before in used_models),
-            members=tuple(replace(m, model=number_after[m.model]) for m in members),
+            models=tuple(models[old_number] for old_number in used_models),
+            members=tuple(replace(m, model=new_model_numbers[m.model]) for m in members),
         ),
         group.members,
         tuple(new_numbers),
@@ -145,6 +151,8 @@ def _find_owners(joined_model: PatchModel, group: GroupModel, numbers: Sequence[
         else joined_model.sequence
     )
     parts = np.repeat(np.arange(len(numbers)), [len(_parts_of(group, n)) for n in numbers])
-    owner = np.empty(joined_model.patch_count, dtype=np.intp)
-    owner[sequence] = np.repeat(parts, [part.last - part.first for part in joined_model.parts])
-    return owner
+    member_of_patch = np.empty(joined_model.patch_count, dtype=np.intp)
+    member_of_patch[sequence] = np.repeat(
+        parts, [part.last - part.first for part in joined_model.parts]
+    )
+    return member_of_patch

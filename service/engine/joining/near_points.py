@@ -14,7 +14,7 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.unique_rows import unique_rows
 from service.engine.mesh.equal_points import find_possible_neighbours
 
-ROUNDS = 8
+MAX_ROUNDS = 8
 """The most rounds of separating points by gaps along x, y and z. Few models need more than one."""
 
 MAX_CROWD = 16
@@ -24,9 +24,8 @@ than `reach` and that no gap along an axis divides. A larger crowd has no groups
 CHUNK = 1 << 12
 """The number of crowds whose pairs are compared together."""
 
-FINER, LEVELS = 1 / 8, 4
-"""The factor of `reach` from one search within wide components to the next, and the number of
-searches."""
+REACH_FACTOR, MAX_SEARCHES = 1 / 8, 4
+"""Each search within wide components multiplies `reach` by this factor; and the most searches."""
 
 
 def group_near_points(points: FloatArray, reach: float) -> Ints:
@@ -37,16 +36,16 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
     first, number = unique_rows(points)
     leader, remaining = np.arange(len(first)), find_possible_neighbours(points[first], reach)
     remaining.sort()  # leaders are the first points of their groups
-    for _ in range(LEVELS if len(remaining) else 0):
-        lead, is_wide = _find_groups(points[first[remaining]], reach)
-        leader[remaining] = remaining[lead]
+    for _ in range(MAX_SEARCHES if len(remaining) else 0):
+        leader_of_remaining, is_wide = _find_groups(points[first[remaining]], reach)
+        leader[remaining] = remaining[leader_of_remaining]
         remaining = remaining[is_wide]
         if not len(remaining):
             break
-        reach *= FINER
-    least = np.full(len(first), len(points))
-    np.minimum.at(least, leader, first)
-    return least[leader][number]
+        reach *= REACH_FACTOR
+    first_points = np.full(len(first), len(points))
+    np.minimum.at(first_points, leader, first)
+    return first_points[leader][number]
 
 
 def _find_groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
@@ -86,8 +85,8 @@ def _separate_by_gaps(points: FloatArray, reach: float) -> Ints:
     """Numbers (N,) of groups that are separated by gaps along an axis, wider than `reach`."""
     group = np.zeros(len(points), dtype=np.intp)
     remaining = np.arange(len(points))
-    for _ in range(ROUNDS):
-        before = len(np.unique(group))
+    for _ in range(MAX_ROUNDS):
+        group_count = len(np.unique(group))
         for axis in range(3):
             coordinate = points[remaining, axis]
             order = np.lexsort((coordinate, group[remaining]))
@@ -104,7 +103,7 @@ def _separate_by_gaps(points: FloatArray, reach: float) -> Ints:
             remaining = remaining[~is_single]
             if not len(remaining):
                 return group
-        if len(np.unique(group)) == before:
+        if len(np.unique(group)) == group_count:
             break
     return group
 
@@ -116,6 +115,7 @@ def _find_leaders_in_crowds(points: FloatArray, reach: float) -> Ints:
     """
     differences = points[:, :, None] - points[:, None]
     is_near: Bools = np.square(differences).sum(axis=3) <= reach**2
+    # Each product doubles the length of the paths of near points.
     is_connected = is_near
     for _ in range(MAX_CROWD.bit_length() - 1):
         is_connected = (

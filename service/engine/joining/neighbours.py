@@ -20,8 +20,8 @@ from service.surface.lowered import GroupModel, PatchModel
 from service.surface.placement import place_bounds
 
 FEW_MEMBERS = 1024
-"""Up to this number of members, all pairs of boxes are compared; of more members, no pair, because
-the number of pairs is the square."""
+"""Up to this number of members, all pairs of boxes are compared; with more members, no boxes are
+compared, because the number of pairs grows with the square of the number of members."""
 
 
 def find_neighbours(
@@ -33,7 +33,7 @@ def find_neighbours(
     seams of each model by its number. The result has the numbers of members, in order.
     """
     placed: list[OpenBorder] = []
-    owner: list[int] = []
+    members_of_borders: list[int] = []
     borders: dict[int, OpenBorder] = {}
     for number in _find_touching(group, seams):
         member = group.members[number]
@@ -42,18 +42,20 @@ def find_neighbours(
         open_border = borders[member.model]
         if len(open_border.corners):
             placed.append(open_border.move(partial(place_points, matrix=member.matrix)))
-            owner.append(number)
+            members_of_borders.append(number)
     if len(placed) < 2:
         return []
     corners = np.concatenate([border.corners for border in placed])
     diagonal, largest = np.linalg.norm(np.ptp(corners, axis=0)), np.abs(corners).max()
-    models = (group.models[number] for number in {group.members[k].model for k in owner})
+    models = (
+        group.models[number] for number in {group.members[k].model for k in members_of_borders}
+    )
     ratio = max(find_knot_ratio(model) for model in models if isinstance(model, PatchModel))
     distance = compute_weld_distance(float(diagonal), float(largest), ratio, tolerance)
-    owners = np.repeat(owner, [len(border.corners) for border in placed])
-    first_near = group_near_points(corners, distance)
-    corner_pairs = np.stack([owners[first_near], owners], axis=1)
-    edge_pairs = np.array(owner)[find_corners_on_edges(placed, distance)]
+    members_of_corners = np.repeat(members_of_borders, [len(border.corners) for border in placed])
+    first_corner_of_group = group_near_points(corners, distance)
+    corner_pairs = np.stack([members_of_corners[first_corner_of_group], members_of_corners], axis=1)
+    edge_pairs = np.array(members_of_borders)[find_corners_on_edges(placed, distance)]
     pairs = np.unique(np.concatenate([corner_pairs, edge_pairs]), axis=0)
     leader = list(range(len(group.members)))
 
@@ -88,7 +90,8 @@ def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
     numbers, boxes = [], []
     visited: set[tuple[int, bytes]] = set()
     for number, member in enumerate(group.members):
-        # Copies with equal placements cover each other; they do not meet along an edge.
+        # Copies with equal placements cover each other; they do not meet along an edge. Adding 0.0
+        # turns −0.0 into 0.0, because the bytes are compared.
         copy = member.model, b"" if member.matrix is None else (member.matrix + 0.0).tobytes()
         if copy in visited or member.model not in seams:
             continue
@@ -100,8 +103,8 @@ def _find_touching(group: GroupModel, seams: Mapping[int, Seams]) -> list[int]:
         return numbers
     low, high = np.array(boxes).swapaxes(0, 1)
     slack = MAX_WELD_TOLERANCE * np.linalg.norm(high.max(axis=0) - low.min(axis=0))
-    do_meet = (low[:, None] <= high + slack).all(axis=2)
-    do_meet &= do_meet.T
+    boxes_meet = (low[:, None] <= high + slack).all(axis=2)
+    boxes_meet &= boxes_meet.T
     # Each box meets itself.
-    has_neighbour = np.count_nonzero(do_meet, axis=1) > 1
+    has_neighbour = np.count_nonzero(boxes_meet, axis=1) > 1
     return [number for number, meets in zip(numbers, has_neighbour, strict=True) if meets]

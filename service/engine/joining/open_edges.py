@@ -1,4 +1,4 @@
-"""The open edges of models, which one patch alone has: their curves and their ends."""
+"""The open edges of models, each on one patch only: their curves and their ends."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ class OpenEdges:
     curves : tuple of EdgeCurves
         All edges of the model, one value for each degree.
     row : ndarray of int
-        For each edge of the model, its number among the open edges, or −1.
+        For each distinct edge of the model, its number among the open edges, or −1.
     side : ndarray of int, shape (E,)
         The only side (patch · 4 + side) of each edge.
     begin, end : ndarrays of int, shape (E,)
@@ -45,7 +45,7 @@ def find_open_edges(seams: Seams) -> OpenEdges:
     edge = connectivity.edge.ravel()[lines]
     row = np.full(len(connectivity.users), -1)
     row[edge] = np.arange(len(edge))
-    ends = [connectivity.corner[:, which].ravel()[lines] for which in (BEGINS, ENDS)]
+    ends = [connectivity.corner[:, corners].ravel()[lines] for corners in (BEGINS, ENDS)]
     is_backward = connectivity.backward.ravel()[lines]
     begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
     return OpenEdges(seams.curves, row, lines, begin, end, seams.corner_points)

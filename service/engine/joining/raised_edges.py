@@ -28,13 +28,13 @@ class BorderWeights:
     scale : ndarray of float64, shape (B,), or None
         Logarithms of the common factors of weights (`service.engine.joining.common_factors`): equal
         curves have equal values after division by e^scale. None if all logarithms are 0.
-    near : float
+    log_tolerance : float
         The largest difference of the logarithms of two weights that count as equal.
     """
 
     values: FloatArray
     scale: FloatArray | None
-    near: float
+    log_tolerance: float
 
     @cached_property
     def factors(self) -> FloatArray:
@@ -45,53 +45,53 @@ class BorderWeights:
 def replace_by_raised_nets(
     pattern: EdgePattern, points: FloatArray, weights: BorderWeights | None, reach: float
 ) -> None:
-    """Replaces points and weights of borders by those of the same curve in a lower degree.
+    """Replaces points and weights of borders by the raised net of the same curve in a lower degree.
 
     The points (B, 3) of an edge are overwritten if an edge of lower degree, after raising, has all
     its points at most `reach` away, and nearly equal weights. Both edges must already have equal
     corners.
     """
-    comparable = None if weights is None else weights.values / weights.factors
+    comparable_weights = None if weights is None else weights.values / weights.factors
     connectivity = pattern.connectivity
     _, side = np.unique(connectivity.edge, return_index=True)
     # An edge has the direction of its first side, unless that side runs backward.
     is_backward = connectivity.backward.ravel()[side]
-    ends = [connectivity.corner[:, which].ravel()[side] for which in (BEGINS, ENDS)]
+    ends = [connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS)]
     begin, end = np.where(is_backward, ends[1], ends[0]), np.where(is_backward, ends[0], ends[1])
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in pattern.edges])
     first = np.cumsum([0, *(len(rows) for rows in pattern.edges)])
-    pair, edges, highest = find_candidates(
+    pair, edges, higher_degree = find_candidates(
         ~connectivity.collapsed.ravel()[side], degree, begin, end
     )
     is_line = begin[edges] != end[edges]
-    pair, edges, highest = pair[is_line], edges[is_line], highest[is_line]
-    for common in np.unique(highest).tolist():
-        rows = np.flatnonzero(highest == common)
+    pair, edges, higher_degree = pair[is_line], edges[is_line], higher_degree[is_line]
+    for common_degree in np.unique(higher_degree).tolist():
+        rows = np.flatnonzero(higher_degree == common_degree)
         rows = rows[np.lexsort((edges[rows], pair[rows]))]
         edge, degrees = edges[rows], degree[edges[rows]]
-        nets = np.ones((len(rows), common + 1, 4))
-        runs_back = begin[edge] > end[edge]
+        nets = np.ones((len(rows), common_degree + 1, 4))
+        is_reversed = begin[edge] > end[edge]
         for k, borders in enumerate(pattern.edges):
             has_degree = np.flatnonzero(degrees == borders.shape[1] - 1)
             if len(has_degree):
                 net_points = borders[edge[has_degree] - first[k]].T
-                net_weights = None if comparable is None else comparable[net_points]
-                raised, raised_weights = elevate((points[net_points], net_weights), common)
+                net_weights = None if comparable_weights is None else comparable_weights[net_points]
+                raised, raised_weights = elevate((points[net_points], net_weights), common_degree)
                 nets[has_degree, :, :3] = raised.swapaxes(0, 1)
                 if raised_weights is not None:
                     nets[has_degree, :, 3] = raised_weights.swapaxes(0, 1)
-        nets[runs_back] = nets[runs_back, ::-1]
+        nets[is_reversed] = nets[is_reversed, ::-1]
         _, first_of_pair, number = np.unique(pair[rows], return_index=True, return_inverse=True)
-        distance = reach * (common + 1) ** 0.5
+        distance = reach * (common_degree + 1) ** 0.5
         values = nets.copy()
         if weights is not None:
-            values[..., 3] = np.log(nets[..., 3]) * (reach / weights.near)
+            values[..., 3] = np.log(nets[..., 3]) * (reach / weights.log_tolerance)
         group = first_of_pair[number.reshape(-1)]
         leader = find_leaders(group, values.reshape(len(rows), -1), distance)
         for row in np.flatnonzero(degrees[leader] < degrees).tolist():
-            if degrees[row] < common:
+            if degrees[row] < common_degree:
                 continue
-            net = nets[leader[row]] if not runs_back[row] else nets[leader[row], ::-1]
+            net = nets[leader[row]] if not is_reversed[row] else nets[leader[row], ::-1]
             batch = int(np.searchsorted(first, edge[row], side="right")) - 1
             sides, owner = pattern.sides[batch]
             inner = sides[owner == edge[row] - first[batch], 1:-1]

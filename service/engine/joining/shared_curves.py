@@ -104,13 +104,13 @@ def _is_beside_shared_piece(
     """For each cut (K,), whether a piece beside it is also a piece of another edge."""
     edge_of_piece = np.concatenate([edge, np.arange(len(edges.side))])
     order = np.lexsort((np.concatenate([at, np.zeros(len(edges.side))]), edge_of_piece))
-    owner = edge_of_piece[order]
+    edge_of_ordered_piece = edge_of_piece[order]
     # A piece begins at each cut, and at the beginning of each edge.
     begin_parameter = np.concatenate([at, np.zeros(len(edges.side))])[order]
     begin_corner = np.concatenate([corner, edges.begin])[order]
-    is_last = np.append(owner[1:] != owner[:-1], True)
+    is_last = np.append(edge_of_ordered_piece[1:] != edge_of_ordered_piece[:-1], True)
     end_parameter = np.where(is_last, 1.0, np.roll(begin_parameter, -1))
-    end_corner = np.where(is_last, edges.end[owner], np.roll(begin_corner, -1))
+    end_corner = np.where(is_last, edges.end[edge_of_ordered_piece], np.roll(begin_corner, -1))
     degree = max(group.points.shape[1] - 1 for group, _, _ in iterate_degrees(edges))
     shares = np.arange(1, 2 * degree + 2) / (2 * degree + 2)
     is_backward = begin_corner > end_corner
@@ -120,14 +120,14 @@ def _is_beside_shared_piece(
         end_parameter[:, None] + (begin_parameter - end_parameter)[:, None] * shares,
         begin_parameter[:, None] + (end_parameter - begin_parameter)[:, None] * shares,
     )
-    values = np.empty((len(owner), len(shares), 3))
+    values = np.empty((len(edge_of_ordered_piece), len(shares), 3))
     for group, rows, number in iterate_degrees(edges):
         row_of_edge = np.full(len(edges.side), -1)
         row_of_edge[number] = rows
-        pieces = np.flatnonzero(row_of_edge[owner] >= 0)
+        pieces = np.flatnonzero(row_of_edge[edge_of_ordered_piece] >= 0)
         for part in row_slices(len(pieces), 4 * len(shares) * (degree + 1), CHUNK):
             piece_rows = pieces[part]
-            curve = row_of_edge[owner[piece_rows]]
+            curve = row_of_edge[edge_of_ordered_piece[piece_rows]]
             weights = None if group.weights is None else group.weights[curve]
             values[piece_rows] = evaluate_curves(
                 group.points[curve], weights, parameters[piece_rows]
@@ -138,7 +138,9 @@ def _is_beside_shared_piece(
         low * len(edges.corners) + high, return_index=True, return_inverse=True
     )
     distance = reach * len(shares) ** 0.5
-    leader = find_leaders(first[pair.ravel()], values.reshape(len(owner), -1), distance)
+    leader = find_leaders(
+        first[pair.ravel()], values.reshape(len(edge_of_ordered_piece), -1), distance
+    )
     is_shared_piece = np.bincount(leader, minlength=len(leader))[leader] > 1
     # The piece after each cut, and the piece before it.
     piece_number = np.empty(len(order), dtype=np.intp)

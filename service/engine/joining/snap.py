@@ -50,11 +50,11 @@ from service.engine.mesh.edges import orient_edges
 from service.engine.mesh.equal_points import find_weight_tolerance, find_weld_distance
 from service.surface.lowered import PatchModel
 
-EQUAL_SCALED = 2.0**-47
+EQUAL_SCALED_LOGS = 2.0**-47
 """The largest difference of the logarithms of two weights that count as equal after both were
 divided by common factors."""
 
-ROUNDED_UP = 1 + 2.0**-40
+SAFE = 1 + 2.0**-40
 """The factor that makes a computed bound an upper bound in spite of rounding."""
 
 
@@ -77,14 +77,18 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     points = _make_points_equal(pattern, border, group)
     weights, weight_change = None, 0.0
     if any(batch.weights is not None for batch in model.batches):
-        initial = np.concatenate([border_weights(batch) for batch in model.batches])
-        near, logs = find_weight_tolerance(model, tolerance), np.log(initial)
-        scale = find_scales(pattern, points, logs, _find_owners(model, runs), near)
-        weights = BorderWeights(_make_weights_equal(initial, logs, scale, group, near), scale, near)
+        old_weights = np.concatenate([border_weights(batch) for batch in model.batches])
+        weight_tolerance, logs = find_weight_tolerance(model, tolerance), np.log(old_weights)
+        scale = find_scales(pattern, points, logs, _find_surfaces(model, runs), weight_tolerance)
+        weights = BorderWeights(
+            _make_weights_equal(old_weights, logs, scale, group, weight_tolerance),
+            scale,
+            weight_tolerance,
+        )
     if not pattern.is_certain:
         replace_by_raised_nets(pattern, points, weights, distance)
     if weights is not None:
-        change = np.log(weights.values / initial)
+        change = np.log(weights.values / old_weights)
         weight_change = float(change.max(initial=0.0) - change.min(initial=0.0))
     distance_moved = float(np.sqrt(np.square(points - border).sum(axis=1).max()))
     distance_moved += expm1(weight_change) * model.largest_patch / 2
@@ -98,12 +102,14 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
         )
         first += len(run)
     if pattern.connectivity.has_thin:
-        near = 0.0 if weights is None else weights.near
-        batches, flattened = collapse_thin_patches(batches, pattern.connectivity, distance, near)
+        weight_tolerance = 0.0 if weights is None else weights.log_tolerance
+        batches, flattened = collapse_thin_patches(
+            batches, pattern.connectivity, distance, weight_tolerance
+        )
         distance_moved += flattened
     if not distance_moved:
         return model
-    return replace(model, batches=tuple(batches), moved=model.moved + distance_moved * ROUNDED_UP)
+    return replace(model, batches=tuple(batches), moved=model.moved + distance_moved * SAFE)
 
 
 def _make_points_equal(pattern: EdgePattern, border: FloatArray, group: Ints) -> FloatArray:
@@ -113,7 +119,7 @@ def _make_points_equal(pattern: EdgePattern, border: FloatArray, group: Ints) ->
     """
     points, first = border.copy(), _find_first_points(border, group)
     for rows, edge in pattern.sides:
-        _equal_inner_points(points, border, rows, edge)
+        _make_inner_points_equal(points, border, rows, edge)
         groups = group[rows]
         is_point = (groups == groups[:, :1]).all(axis=1)
         points[rows[is_point]] = border[first[groups[is_point]]]
@@ -132,12 +138,14 @@ def _find_first_points(border: FloatArray, group: Ints) -> Ints:
     rows = is_mixed[group].nonzero()[0]
     x, y, z = border[rows].T
     rows = rows[np.lexsort((z, y, x, group[rows]))]
-    least = rows[run_starts(group[rows])] if len(rows) else rows
-    first[group[least]] = least
+    first_rows = rows[run_starts(group[rows])] if len(rows) else rows
+    first[group[first_rows]] = first_rows
     return first
 
 
-def _equal_inner_points(points: FloatArray, border: FloatArray, rows: Ints, edge: Ints) -> None:
+def _make_inner_points_equal(
+    points: FloatArray, border: FloatArray, rows: Ints, edge: Ints
+) -> None:
     """Write the inner points of each edge's first net, in dictionary order, to all of its sides.
 
     `rows` (S, n+1) are the border points of sides, and `edge` (S,) their edges. Only edges whose
@@ -146,9 +154,9 @@ def _equal_inner_points(points: FloatArray, border: FloatArray, rows: Ints, edge
     nets = border[rows]
     leader = np.empty(int(edge.max(initial=-1)) + 1, dtype=np.intp)
     leader[edge] = np.arange(len(edge))
-    unequal = np.zeros(len(leader), dtype=bool)
-    unequal[edge[(nets != nets[leader[edge]]).any(axis=(1, 2))]] = True
-    is_changed = unequal[edge].nonzero()[0]
+    is_unequal = np.zeros(len(leader), dtype=bool)
+    is_unequal[edge[(nets != nets[leader[edge]]).any(axis=(1, 2))]] = True
+    is_changed = is_unequal[edge].nonzero()[0]
     if not len(is_changed):
         return
     rows, edge = rows[is_changed], edge[is_changed]
@@ -159,7 +167,7 @@ def _equal_inner_points(points: FloatArray, border: FloatArray, rows: Ints, edge
     points[rows[:, 1:-1]] = border[rows[leader[edge], 1:-1]]
 
 
-def _find_owners(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
+def _find_surfaces(model: PatchModel, runs: Sequence[FloatArray]) -> Ints:
     """The surface of each border point (B,); surfaces are numbered in the order of their patches.
 
     In a model without domains, each patch is a surface.
@@ -185,16 +193,16 @@ def _make_weights_equal(
     the one with the smaller weight before the division counts as the least, so that the order of
     the patches has no effect.
     """
-    size = logs if scale is None else logs - scale
-    order = np.lexsort((logs, size, group))
+    logs_to_compare = logs if scale is None else logs - scale
+    order = np.lexsort((logs, logs_to_compare, group))
     is_run_start = np.ones(len(order), dtype=bool)
-    is_run_start[1:] = (np.diff(group[order]) > 0) | (np.diff(size[order]) > tolerance)
+    is_run_start[1:] = (np.diff(group[order]) > 0) | (np.diff(logs_to_compare[order]) > tolerance)
     starts = np.flatnonzero(is_run_start)
     counts = np.diff(starts, append=len(order))
-    width = size[order[starts + counts - 1]] - size[order[starts]]
-    least = EQUAL_WEIGHT if scale is None else EQUAL_SCALED
-    is_changed = np.repeat((width > least) & (width <= tolerance), counts)
-    leaders, is_one = starts.copy(), np.flatnonzero(size[order] == 0)
+    width = logs_to_compare[order[starts + counts - 1]] - logs_to_compare[order[starts]]
+    min_width = EQUAL_WEIGHT if scale is None else EQUAL_SCALED_LOGS
+    is_changed = np.repeat((width > min_width) & (width <= tolerance), counts)
+    leaders, is_one = starts.copy(), np.flatnonzero(logs_to_compare[order] == 0)
     leaders[np.cumsum(is_run_start)[is_one] - 1] = is_one
     rows, leader = order[is_changed], np.repeat(order[leaders], counts)[is_changed]
     new_weights = weights.copy()

@@ -35,13 +35,13 @@ def collapse_thin_patches(
     Parameters
     ----------
     connectivity : Connectivity
-        Sides that are one edge in it must have equal control points, bit for bit.
+        Sides that are one edge of it must have equal control points, bit for bit.
     distance, weight_tolerance : float
         Points, and logarithms of weights, at most this far apart count as equal.
     """
-    new_batches, furthest = list(batches), 0.0
-    for which, rows, line in find_thin(batches, connectivity):
-        batch = new_batches[which]
+    new_batches, max_distance = list(batches), 0.0
+    for batch_number, rows, line in find_thin(batches, connectivity):
+        batch = new_batches[batch_number]
         nets, net_weights = flatten_nets(batch, rows)
         points, weights = batch.points.copy(), batch.weights
         bound = np.sqrt(np.square(nets - nets[:, line]).sum(axis=2)).max(axis=1)
@@ -53,6 +53,6 @@ def collapse_thin_patches(
             weights = weights.copy()
             weights.reshape(batch.count, -1)[rows[is_thin]] = net_weights[is_thin][:, line]
         points.reshape(batch.count, -1, 3)[rows[is_thin]] = nets[is_thin][:, line]
-        new_batches[which] = replace(batch, points=points, weights=weights)
-        furthest = max(furthest, float(bound[is_thin].max(initial=0.0)))
-    return new_batches, furthest
+        new_batches[batch_number] = replace(batch, points=points, weights=weights)
+        max_distance = max(max_distance, float(bound[is_thin].max(initial=0.0)))
+    return new_batches, max_distance

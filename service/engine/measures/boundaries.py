@@ -1,4 +1,4 @@
-"""Joins open sides to chains, the open borders of a surface, with its patches on the left."""
+"""Joins open sides to chains, the borders of a surface; its patches are on their left."""
 
 from dataclasses import dataclass
 
@@ -28,9 +28,9 @@ def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
     number.
     """
     sides = np.flatnonzero(oriented.is_open.ravel())
-    begins, ends = (seams.corner[:, which].ravel()[sides] for which in (BEGINS, ENDS))
-    against = np.tile(LEFT < 0, len(seams.edge))[sides]
-    begins, ends = np.where(against, ends, begins), np.where(against, begins, ends)
+    begins, ends = (seams.corner[:, corners].ravel()[sides] for corners in (BEGINS, ENDS))
+    is_reversed = np.tile(LEFT < 0, len(seams.edge))[sides]
+    begins, ends = np.where(is_reversed, ends, begins), np.where(is_reversed, begins, ends)
     after: dict[int, list[int]] = {}
     for k in range(len(sides) - 1, -1, -1):
         after.setdefault(int(begins[k]), []).append(k)
@@ -39,7 +39,7 @@ def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
     chains = []
     # Begin first at sides that follow no other side: a chain that began in the middle of an open
     # border would divide it.
-    starts = [k for k, at in enumerate(begins.tolist()) if at not in end_corners]
+    starts = [k for k, corner in enumerate(begins.tolist()) if corner not in end_corners]
     for start in (*starts, *range(len(sides))):
         if not is_unused[start]:
             continue

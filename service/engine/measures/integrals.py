@@ -23,13 +23,13 @@ from service.engine.measures.rules import apply_rule
 NODES = 10
 """The number of nodes of a rule in each direction, if no rule is exact."""
 
-ROUGH = 6
+ESTIMATE_NODES = 6
 """The number of nodes, in each direction, of the rule that estimates an integral."""
 
 CHUNK = 1 << 18
 """How many numbers one array has at most, so that it stays in the processor's cache."""
 
-ROUNDS = 200
+MAX_ROUNDS = 200
 """The most rounds of halving. The budget always ends earlier."""
 
 
@@ -112,7 +112,9 @@ def bound_growth(groups: list[Cells]) -> float:
     growths = []
     for cells in groups:
         for rows in chunks(cells, 1):
-            exact_nets, moved_nets = (CellNets(cells.take(rows), by) for by in (0.0, cells.noise))
+            exact_nets, moved_nets = (
+                CellNets(cells.take(rows), noise) for noise in (0.0, cells.noise)
+            )
             (a, b), (c, d) = exact_nets.stretches, moved_nets.stretches
             growths.append(float((c * d - a * b).sum()))
     return fsum(growths) * UPWARDS
@@ -120,7 +122,7 @@ def bound_growth(groups: list[Cells]) -> float:
 
 def estimate(groups: list[Cells], kind: Kind) -> tuple[FloatArray, FloatArray]:
     """Estimate the integrals by one rule for each patch, and bound the rounding of these rules."""
-    parts = [_integrate(cells, kind, ROUGH, None) for cells in groups]
+    parts = [_integrate(cells, kind, ESTIMATE_NODES, None) for cells in groups]
     sums = [part.sums.sum(axis=1) for part in parts]
     return np.sum(sums, axis=0), np.sum([part.errors.sum(axis=1) for part in parts], axis=0)
 
@@ -139,48 +141,61 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
     """
     has_closed_form = kind == "flux"
     exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
-    rest = [_bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational]
+    open_cells = [
+        _bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational
+    ]
     accepted: list[BoundedCells] = []
-    size = sum(cells_bound.cells.size for cells_bound in rest)
-    room, share, excess = max(budget - size, 2 * size), 1.0, 0.0
-    for _ in range(ROUNDS):
+    size = sum(cells_bound.cells.size for cells_bound in open_cells)
+    remaining_points, share, excess = max(budget - size, 2 * size), 1.0, 0.0
+    for _ in range(MAX_ROUNDS):
         checkpoint()
         errors = np.concatenate(
-            [np.zeros(0), *(cells_bound.relative_errors(allowed) for cells_bound in rest)]
+            [np.zeros(0), *(cells_bound.relative_errors(allowed) for cells_bound in open_cells)]
         )
         order = np.argsort(errors, kind="stable")
-        added = np.cumsum(errors[order])
-        excess = 1 - share + float(added[-1]) if len(added) else 0.0
-        if not len(added) or added[-1] <= share:
+        summed_errors = np.cumsum(errors[order])
+        excess = 1 - share + float(summed_errors[-1]) if len(summed_errors) else 0.0
+        if not len(summed_errors) or summed_errors[-1] <= share:
             break
-        points = np.concatenate([np.full(len(e.cells), e.cells.size // len(e.cells)) for e in rest])
-        few = int(np.searchsorted(added, share / 2, side="right"))
+        points = np.concatenate(
+            [
+                np.full(
+                    len(bounded_cells.cells), bounded_cells.cells.size // len(bounded_cells.cells)
+                )
+                for bounded_cells in open_cells
+            ]
+        )
+        accepted_count = int(np.searchsorted(summed_errors, share / 2, side="right"))
         # If the budget does not suffice for all cells, the cells with the largest errors are
         # halved.
-        few = max(few, len(order) - int((np.cumsum(points[order[::-1]]) <= room).sum()))
-        if few == len(order):
+        accepted_count = max(
+            accepted_count,
+            len(order) - int((np.cumsum(points[order[::-1]]) <= remaining_points).sum()),
+        )
+        if accepted_count == len(order):
             break
-        share -= added[few - 1] if few else 0.0
-        chosen = np.ones(len(order), dtype=bool)
-        chosen[order[:few]] = False
-        room -= int(points[chosen].sum())
-        ends = np.cumsum([0] + [len(cells_bound.cells) for cells_bound in rest])
+        share -= summed_errors[accepted_count - 1] if accepted_count else 0.0
+        is_halved = np.ones(len(order), dtype=bool)
+        is_halved[order[:accepted_count]] = False
+        remaining_points -= int(points[is_halved].sum())
+        ends = np.cumsum([0] + [len(cells_bound.cells) for cells_bound in open_cells])
         accepted += [
-            e.take(~chosen[a:b]) for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)
+            bounded_cells.take(~is_halved[a:b])
+            for bounded_cells, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
         ]
-        rest = [
+        open_cells = [
             half
-            for e, a, b in zip(rest, ends[:-1], ends[1:], strict=True)
-            for half in e.take(chosen[a:b]).halve(kind)
+            for bounded_cells, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
+            for half in bounded_cells.take(is_halved[a:b]).halve(kind)
         ]
-    return Refinement(kind, exact, [*accepted, *rest], excess)
+    return Refinement(kind, exact, [*accepted, *open_cells], excess)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BoundedCells:
     """K cells of one degree, the remainders of their rules, and the directions of halving.
 
-    `errors` and `along_v` are those of `Remainders`.
+    `errors` (1 or 2, K) are the remainders; `along_v` (K,) says which cells to halve along v.
     """
 
     cells: Cells
@@ -221,9 +236,9 @@ def _integrate(cells: Cells, kind: Kind, count: int, errors: FloatArray | None) 
     sums, rounding = [], []
     for rows in chunks(cells, count):
         checkpoint()
-        values, wrong = apply_rule(local_nets(cells.take(rows), kind), kind, count)
+        values, rounding_of_chunk = apply_rule(local_nets(cells.take(rows), kind), kind, count)
         sums.append(values)
-        rounding.append(wrong)
+        rounding.append(rounding_of_chunk)
     total = np.concatenate(rounding, axis=1)
     return Integrals(
         np.concatenate(sums, axis=1), total if errors is None else total + errors, cells.patch

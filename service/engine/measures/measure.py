@@ -15,11 +15,11 @@ from service.engine.joining.join import Allow, allow_any
 from service.engine.measures.boundaries import chain_open_sides
 from service.engine.measures.cells import Cells, cells_of, group_cells
 from service.engine.measures.integrals import estimate
-from service.engine.measures.precision import USED, Precision
+from service.engine.measures.precision import REMAINDER_SHARE, Precision
 from service.engine.measures.solids import measure_solids
 from service.engine.measures.sources import Source, sources
 from service.engine.measures.values import (
-    MOST_LISTED,
+    MAX_LISTED,
     Boundary,
     FaultyEdge,
     Interval,
@@ -60,7 +60,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
     )
     total, boundaries = _measure_boundaries(source, oriented, precision)
-    precision.check()
+    precision.refuse_if_unreachable()
     (volume, centroid), *solid_parts = solids
     width = query.tolerance
     faults = oriented.find_unbalanced_sides()
@@ -73,12 +73,12 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         oriented.is_closed,
         total,
         len(boundaries),
-        tuple(boundaries[:MOST_LISTED]),
+        tuple(boundaries[:MAX_LISTED]),
         int(is_open.sum()),
         int((~is_open).sum()),
         tuple(
             FaultyEdge(bool(is_open_alone), source.place(int(side)))
-            for side, is_open_alone in zip(sides[:MOST_LISTED], is_open, strict=False)
+            for side, is_open_alone in zip(sides[:MAX_LISTED], is_open, strict=False)
         ),
         tuple(
             PartMeasures(size.name, area, *solid)
@@ -101,7 +101,7 @@ def _measure_sizes(
     query will be refused.
     """
     sizes, rounding = estimate(groups, "size")
-    integrals = precision.integrate(name, groups, "size", USED * sizes, rounding)
+    integrals = precision.integrate(name, groups, "size", REMAINDER_SHARE * sizes, rounding)
     if integrals is None:
         return []
     sums, errors = integrals.over_parts(part, count)
@@ -122,17 +122,21 @@ def _measure_boundaries(
     if not chains:
         return Interval(0.0, 0.0, 0.0), []
     edges = np.concatenate([oriented.edge.ravel()[list(chain.sides)] for chain in chains])
-    owner = np.full(len(source.seams.users), -1)
-    owner[edges] = np.repeat(np.arange(len(chains)), [len(border.sides) for border in chains])
+    chain_of_edge = np.full(len(source.seams.users), -1)
+    chain_of_edge[edges] = np.repeat(
+        np.arange(len(chains)), [len(border.sides) for border in chains]
+    )
     origin, scale, _ = frame(*source.model.bounds)
     noise = (source.noise + source.moved) / scale
     groups = []
     for curves in source.seams.curves:
-        rows = owner[curves.ids] >= 0
+        rows = chain_of_edge[curves.ids] >= 0
         if rows.any():
             weights = None if curves.weights is None else curves.weights[rows]
             pieces = to_homogeneous((curves.points[rows] - origin) / scale, weights)
-            groups.append(cells_of(pieces[:, :, np.newaxis], owner[curves.ids[rows]], noise))
+            groups.append(
+                cells_of(pieces[:, :, np.newaxis], chain_of_edge[curves.ids[rows]], noise)
+            )
     numbers = np.arange(len(chains))
     lengths = _measure_sizes("the borders", groups, numbers, len(chains), precision)
     if not lengths:

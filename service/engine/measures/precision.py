@@ -15,10 +15,10 @@ from service.bases.arrays import FloatArray
 from service.engine.measures.cells import Cells
 from service.engine.measures.integrals import Integrals, refine
 from service.engine.measures.remainders import Kind
-from service.engine.measures.values import LARGEST_TOLERANCE, MeasureQuery
+from service.engine.measures.values import MAX_TOLERANCE, MeasureQuery
 from service.errors import Issue, TooLarge
 
-USED = 0.43
+REMAINDER_SHARE = 0.43
 """The share of the width of an interval that the remainder may take on each side; the rest is for
 rounding."""
 
@@ -37,7 +37,7 @@ class Precision:
     reachable : dict of str to float
         A tolerance for each quantity for which the budget does not suffice.
     is_unreachable : bool
-        Whether a quantity cannot reach any tolerance up to `LARGEST_TOLERANCE`: then the service
+        Whether a quantity cannot reach any tolerance up to `MAX_TOLERANCE`: then the service
         answers with wider intervals, and does not refuse the query.
     """
 
@@ -46,7 +46,7 @@ class Precision:
     is_unreachable: bool = False
 
     def integrate(
-        self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, least: FloatArray
+        self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, min_errors: FloatArray
     ) -> Integrals | None:
         """Compute the integrals of a quantity; None if the query will be refused.
 
@@ -54,22 +54,25 @@ class Precision:
         ----------
         name : str
             Name of the quantity, for the refusal.
-        scales, least : ndarray of float64, shape (1,) or (2,)
-            The allowed errors are max(tolerance · scales, least); `least` are rounding errors.
+        scales, min_errors : ndarray of float64, shape (1,) or (2,)
+            The allowed errors are max(tolerance · scales, min_errors); `min_errors` are rounding
+            errors.
         """
-        allowed = np.maximum(self.query.tolerance * scales, least)
+        allowed = np.maximum(self.query.tolerance * scales, min_errors)
         refinement = refine(groups, kind, allowed, self.query.budget)
-        width = 2 * USED * refinement.excess  # of the interval, in units of the allowed width
+        width = (
+            2 * REMAINDER_SHARE * refinement.excess
+        )  # of the interval, in units of the allowed width
         if width > 1 and not self.is_unreachable:
             with np.errstate(divide="ignore"):
                 reached = MARGIN * width * float((allowed / scales).max())
-            if reached <= LARGEST_TOLERANCE:
+            if reached <= MAX_TOLERANCE:
                 self.reachable[name] = round_up(reached)
             else:
                 self.is_unreachable = not self.reachable
         return None if self.reachable else refinement.integrate()
 
-    def check(self) -> None:
+    def refuse_if_unreachable(self) -> None:
         """Refuse the query if a quantity needs more cells than the budget has.
 
         Raises
@@ -78,7 +81,9 @@ class Precision:
             `too_costly`.
         """
         if self.reachable:
-            listed = ", ".join(f"{least:g} for {name}" for name, least in self.reachable.items())
+            listed = ", ".join(
+                f"{tolerance:g} for {name}" for name, tolerance in self.reachable.items()
+            )
             raise TooLarge(
                 Issue(
                     "too_costly",

@@ -87,35 +87,44 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
         raise ValueError("the flux of a polynomial has no remainder")
     share = (32 / 15 * UPWARDS * RADII ** (-2.0 * count) / (1 - RADII**-2.0))[:, np.newaxis]
     errors: FloatArray = np.zeros((1 if kind == "size" else 2, size))
-    turns = np.zeros((2, size))
+    ripples = np.zeros((2, size))
     limits: FloatArray = np.prod(stretches, axis=0)[np.newaxis] * UPWARDS
     if kind == "flux":
-        far = lengths(nets.center) + nets.reach
-        limits = 2 * UPWARDS * limits * np.stack([far, far * far])
+        max_distance = lengths(nets.center) + nets.reach
+        limits = 2 * UPWARDS * limits * np.stack([max_distance, max_distance * max_distance])
     for axis in range(len(stretches)):
         spread = _bound_spreads(nets, axis)
-        first, *rest = spread.partials
-        size_of, off = lengths(first.value), first.off
-        turns[axis] = first.ripple
-        if rest:
-            a, b = size_of, lengths(rest[0].value)
-            turns[axis] = a * rest[0].ripple + b * first.ripple
-            size_of = lengths(cross(first.value.T, rest[0].value.T).T)
-            off = a * rest[0].off + b * off + off * rest[0].off
+        first_partial, *second_partials = spread.partials
+        length_of_normal, deviation = lengths(first_partial.value), first_partial.off
+        ripples[axis] = first_partial.ripple
+        if second_partials:
+            a, b = length_of_normal, lengths(second_partials[0].value)
+            ripples[axis] = a * second_partials[0].ripple + b * first_partial.ripple
+            length_of_normal = lengths(cross(first_partial.value.T, second_partials[0].value.T).T)
+            deviation = (
+                a * second_partials[0].off + b * deviation + deviation * second_partials[0].off
+            )
         if kind == "size":
-            e = (2 * size_of + off) * off * UPWARDS
-            bounds = [np.where(e < size_of * size_of, e / size_of, np.inf)]
-            near = [np.minimum(size_of + off[0], 2 * off[0])]
+            e = (2 * length_of_normal + deviation) * deviation * UPWARDS
+            bounds = [
+                np.where(e < length_of_normal * length_of_normal, e / length_of_normal, np.inf)
+            ]
+            limits_on_smallest_ellipse = [
+                np.minimum(length_of_normal + deviation[0], 2 * deviation[0])
+            ]
         else:
             t = lengths(nets.center)
-            total, reach = size_of + off, t + spread.reach
-            bounds = [reach * total - t * size_of, reach * reach * total - t * t * size_of]
-            near = [2 * bound[0] for bound in bounds]
+            total, reach = length_of_normal + deviation, t + spread.reach
+            bounds = [
+                reach * total - t * length_of_normal,
+                reach * reach * total - t * t * length_of_normal,
+            ]
+            limits_on_smallest_ellipse = [2 * bound[0] for bound in bounds]
         for row, bound in enumerate(bounds):
-            within = bound * share * UPWARDS
-            errors[row] += np.where(np.isfinite(within), within, np.inf).min(axis=0)
-        limits = np.fmin(limits, np.stack(near) * UPWARDS)
-    return Remainders(np.minimum(errors, limits), turns[1] > turns[0])
+            scaled_bound = bound * share * UPWARDS
+            errors[row] += np.where(np.isfinite(scaled_bound), scaled_bound, np.inf).min(axis=0)
+        limits = np.fmin(limits, np.stack(limits_on_smallest_ellipse) * UPWARDS)
+    return Remainders(np.minimum(errors, limits), ripples[1] > ripples[0])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,16 +161,16 @@ def _bound_spreads(nets: CellNets, axis: int) -> _Spreads:
     if nets.w is None:
         return _Spreads(steps, lengths(x.value) + x.off)
     w = _spread(nets.w, axis)
-    least = w.value[0] - w.off * UPWARDS
-    least = np.where(least > 0, least, np.nan)
-    reach = (lengths(x.value) + x.off) / least
+    min_weight = w.value[0] - w.off * UPWARDS
+    min_weight = np.where(min_weight > 0, min_weight, np.nan)
+    reach = (lengths(x.value) + x.off) / min_weight
     partials = []
     for step, net in zip(steps, nets.w_partials, strict=True):
         slope = _spread(net, axis)
         value = step.value / w.value[0]
         off = step.off + reach * (np.abs(slope.value[0]) + slope.off) + lengths(value) * w.off
         ripple = (step.ripple + nets.reach * slope.ripple + lengths(value) * w.ripple) / w.value[0]
-        partials.append(_Spread(value, off / least, ripple))
+        partials.append(_Spread(value, off / min_weight, ripple))
     return _Spreads(partials, reach)
 
 
@@ -171,9 +180,13 @@ def _spread(net: Net, axis: int) -> _Spread:
     mean = net.values.mean(axis=(1, 2))
     coefficients = along(chebyshev(degree), net.values, axis)
     constant = coefficients.take([0], axis=1 + axis) - mean[:, np.newaxis, np.newaxis]
-    steady = lengths(constant).max(axis=(0, 1)) + 4 * net.noise
+    constant_deviation = lengths(constant).max(axis=(0, 1)) + 4 * net.noise
     if not degree:
-        return _Spread(mean, np.broadcast_to(steady, (len(RADII), len(steady))), 0 * steady)
-    most = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.noise
-    off: FloatArray = ellipse_bounds(degree) @ most + steady
-    return _Spread(mean, off * UPWARDS, most.sum(axis=0))
+        return _Spread(
+            mean,
+            np.broadcast_to(constant_deviation, (len(RADII), len(constant_deviation))),
+            0 * constant_deviation,
+        )
+    max_coefficients = lengths(coefficients).max(axis=1 - axis)[1:] + 4 * net.noise
+    off: FloatArray = ellipse_bounds(degree) @ max_coefficients + constant_deviation
+    return _Spread(mean, off * UPWARDS, max_coefficients.sum(axis=0))

@@ -72,35 +72,37 @@ def at_nodes(net: Net, count: int, axes: int) -> FloatArray:
 
 def bound_rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
     """Bound the rounding of sums: shape (1, K), or (2, K) for a flux and its moment."""
-    n, reach, least = max(nets.degree), nets.reach, nets.least_weight
+    n, reach, min_weight = max(nets.degree), nets.reach, nets.least_weight
 
     def error_of(net: Net) -> FloatArray:
         return np.asarray(net.noise + 16 * (n + 2) * UNIT * net.largest)
 
     place = error_of(nets.x)
     if nets.w is not None:
-        place = (place + reach * error_of(nets.w)) / least
+        place = (place + reach * error_of(nets.w)) / min_weight
     place = place + 8 * UNIT * reach
     normals = []
-    for k, (x, most) in enumerate(zip(nets.x_partials, nets.stretches, strict=True)):
+    for k, (x, max_partial) in enumerate(zip(nets.x_partials, nets.stretches, strict=True)):
         error = error_of(x)
         if nets.w is not None:
             w = nets.w_partials[k]
-            slope = w.largest / least
-            error = (error + reach * error_of(w) + most * error_of(nets.w)) / least
+            slope = w.largest / min_weight
+            error = (error + reach * error_of(w) + max_partial * error_of(nets.w)) / min_weight
             error = error + place * slope + 8 * UNIT * reach * slope
-        normals.append(error + 8 * UNIT * most)
+        normals.append(error + 8 * UNIT * max_partial)
     area, normal = nets.stretches[0], normals[0]
     if len(normals) > 1:
         (a, b), (alpha, beta) = nets.stretches, normals
         area = a * b
         normal = a * beta + alpha * b + alpha * beta + 8 * UNIT * area
-    added = (count**2 + 16) * UNIT
+    sum_rounding = (count**2 + 16) * UNIT
     if kind == "size":
-        return np.asarray((normal + added * area) * UPWARDS)[np.newaxis]
-    far = lengths(nets.center) + reach
-    flux = far * normal + (place + (added + 4 * UNIT) * far) * area
-    moment = far * (far * normal + (2 * place + (added + 8 * UNIT) * far) * area)
+        return np.asarray((normal + sum_rounding * area) * UPWARDS)[np.newaxis]
+    max_distance = lengths(nets.center) + reach
+    flux = max_distance * normal + (place + (sum_rounding + 4 * UNIT) * max_distance) * area
+    moment = max_distance * (
+        max_distance * normal + (2 * place + (sum_rounding + 8 * UNIT) * max_distance) * area
+    )
     return np.asarray(np.stack([flux, moment]) * UPWARDS)
 
 

@@ -23,7 +23,7 @@ from service.bases.arrays import Bools, FloatArray
 from service.engine.measures.cells import group_cells
 from service.engine.measures.integrals import bound_growth, estimate
 from service.engine.measures.local_nets import UPWARDS
-from service.engine.measures.precision import USED, Precision
+from service.engine.measures.precision import REMAINDER_SHARE, Precision
 from service.engine.measures.sources import Source
 from service.engine.measures.values import Interval
 from service.engine.queries.nets import QueryNets, surface_nets
@@ -34,7 +34,7 @@ Solid: TypeAlias = tuple[Interval | None, tuple[Interval, ...] | None]
 
 def measure_solids(
     source: Source,
-    whole_is_closed: bool,
+    is_whole_closed: bool,
     closed_parts: Bools,
     areas: tuple[list[Interval], float],
     precision: Precision,
@@ -44,15 +44,15 @@ def measure_solids(
     They are None for an open surface or part. `areas` are the areas of the surface and of each
     part, and their unit of length in model units. The result is empty if the query will be refused.
     """
-    is_closed = np.concatenate([[whole_is_closed], closed_parts])
+    is_closed = np.concatenate([[is_whole_closed], closed_parts])
     if not is_closed.any():
         return [(None, None)] * len(is_closed)
     nets = surface_nets(source.model.batches)
-    patches = None if whole_is_closed else closed_parts[source.part]
+    patches = None if is_whole_closed else closed_parts[source.part]
     groups = group_cells(nets, source.noise + 2 * source.moved, patches)
     (flux, *_), rounding = estimate(groups, "flux")
     diagonal = nets.diagonal / nets.scale
-    scales = abs(flux) * np.array([USED, diagonal / 4])
+    scales = abs(flux) * np.array([REMAINDER_SHARE, diagonal / 4])
     integrals = precision.integrate("the volume", groups, "flux", scales, rounding)
     if integrals is None:
         return []
@@ -73,15 +73,15 @@ def _solid(sums: FloatArray, errors: FloatArray, nets: QueryNets) -> Solid:
     flux, *moment = sums.tolist()
     error, moment_error = errors.tolist()
     volume = Interval.about(flux / 3, error / 3, nets.scale**3)
-    least = abs(flux) - error
-    if least <= 0:
+    min_flux = abs(flux) - error
+    if min_flux <= 0:
         return volume, None
     centroid = []
     for value, origin in zip(moment, nets.origin.tolist(), strict=True):
         middle = 0.75 * value / flux
         # |G / F − g / f| ≤ (|G − g| + |g / f| |F − f|) / |F|
-        off = (0.75 * moment_error + abs(middle) * error) / least * (1 + 2.0**-40)
-        off += 2.0**-50 * abs(middle)
+        error_of_middle = (0.75 * moment_error + abs(middle) * error) / min_flux * (1 + 2.0**-40)
+        error_of_middle += 2.0**-50 * abs(middle)
         place = origin + middle * nets.scale
-        centroid.append(Interval.about(place, off * nets.scale + 2.0**-52 * abs(place)))
+        centroid.append(Interval.about(place, error_of_middle * nets.scale + 2.0**-52 * abs(place)))
     return volume, tuple(centroid)

@@ -91,14 +91,14 @@ class Source:
         index, model = patch - piece.first, piece.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
         surface, placed, patch_model = piece.members[0]
-        # A mirrored patch was transposed, so its sides of u and of v are exchanged; the side r = 0
-        # of a triangle stays.
+        # A mirrored patch was transposed: side ^ 2 exchanges the sides of u (0, 1) and of v (2, 3).
+        # The side r = 0 (1) of a triangle stays.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
-        other = side if is_triangle and side == 1 else side ^ 2
+        exchanged_side = side if is_triangle and side == 1 else side ^ 2
         if is_triangle:
             ends = _on_triangle(ends)
         if not piece.is_cluster and _mirrors(placed):
-            side, ends = other, ends[:, ::-1]
+            side, ends = exchanged_side, ends[:, ::-1]
         if model.domains:
             ends, domain = in_domains(model, np.array([index, index]), ends)
             index = int(domain[0])
@@ -107,12 +107,12 @@ class Source:
                 len(patch_model.domains) or patch_model.patch_count
                 for *_, patch_model in piece.members
             ]
-            ends_of = np.cumsum(counts)
-            member = int(np.searchsorted(ends_of, index, side="right"))
+            end_numbers = np.cumsum(counts)
+            member = int(np.searchsorted(end_numbers, index, side="right"))
             surface, placed, patch_model = piece.members[member]
-            index -= int(ends_of[member]) - counts[member]
+            index -= int(end_numbers[member]) - counts[member]
             if _mirrors(placed):
-                side, ends = other, ends[:, ::-1]
+                side, ends = exchanged_side, ends[:, ::-1]
         names, patch_number = SIDES, None if len(patch_model.domains) == 1 else index
         if not patch_model.domains:
             if triangular_patches(patch_model.batches)[index]:
@@ -160,8 +160,8 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
         if number in clusters:
             cluster = clusters[number]
             numbers = cluster.members
-            which = np.searchsorted(cluster.ends, model.part_numbers, side="right") - 1
-            part.append(np.array(numbers)[which])
+            member_positions = np.searchsorted(cluster.ends, model.part_numbers, side="right") - 1
+            part.append(np.array(numbers)[member_positions])
         else:
             numbers = (single_members[number],)
             part.append(np.full(model.patch_count, numbers[0]))
@@ -192,10 +192,10 @@ def _bound_placing_error(member: PlacedModel, model: PatchModel) -> float:
     error = bound_lowering_error(model) * _stretch(member)
     if member.matrix is None:
         return error
-    furthest: FloatArray = np.maximum(np.abs(model.bounds[0]), np.abs(model.bounds[1]))
-    reach = np.abs(member.matrix[:3, :3]) @ furthest + np.abs(member.matrix[:3, 3])
+    max_coordinates: FloatArray = np.maximum(np.abs(model.bounds[0]), np.abs(model.bounds[1]))
+    max_placed = np.abs(member.matrix[:3, :3]) @ max_coordinates + np.abs(member.matrix[:3, 3])
     raising = 1 if not triangular_patches(model.batches).any() else 32
-    return error + 16 * raising * UNIT * float(np.linalg.norm(reach))
+    return error + 16 * raising * UNIT * float(np.linalg.norm(max_placed))
 
 
 def _mirrors(member: PlacedModel | None) -> bool:

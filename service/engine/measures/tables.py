@@ -64,10 +64,10 @@ def _rule(count: int) -> list[tuple[float, float]]:
 
 def _legendre(count: int, x: Decimal) -> tuple[Decimal, Decimal]:
     """P_m(x) and P_m′(x), by the recurrence of three terms."""
-    before, value = Decimal(1), x
+    previous_value, value = Decimal(1), x
     for k in range(2, count + 1):
-        before, value = value, ((2 * k - 1) * x * value - (k - 1) * before) / k
-    return value, count * (before - x * value) / (1 - x * x)
+        previous_value, value = value, ((2 * k - 1) * x * value - (k - 1) * previous_value) / k
+    return value, count * (previous_value - x * value) / (1 - x * x)
 
 
 def weights_at_nodes(count: int) -> FloatArray:

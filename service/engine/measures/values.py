@@ -10,7 +10,7 @@ from service.engine.options import MeshOptions
 TOLERANCE = 1e-6
 """The default relative width of intervals."""
 
-LARGEST_TOLERANCE = 0.1
+MAX_TOLERANCE = 0.1
 """The largest tolerance that a query may ask for."""
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance
@@ -19,10 +19,10 @@ WELD_TOLERANCE = MeshOptions().weld_tolerance
 BUDGET = 1 << 20
 """The most control points of the cells of one integral, which takes some seconds."""
 
-LEAST_NORMAL = sys.float_info.min
+MIN_NORMAL = sys.float_info.min
 """The least normal float64. Below it, products with powers of two are rounded."""
 
-MOST_LISTED = 100
+MAX_LISTED = 100
 """The most edges and borders that a response lists."""
 
 
@@ -67,9 +67,9 @@ class Interval:
     def times(self, unit: float) -> "Interval":
         """The interval times a power of two, or 0, rounded outward if the result underflows."""
         low, high = self.low * unit, self.high * unit
-        if abs(low) < LEAST_NORMAL and self.low:
+        if abs(low) < MIN_NORMAL and self.low:
             low = nextafter(low, -inf)
-        if abs(high) < LEAST_NORMAL and self.high:
+        if abs(high) < MIN_NORMAL and self.high:
             high = nextafter(high, inf)
         return Interval(self.value * unit, low, high)
 
@@ -125,13 +125,13 @@ class Measures:
         Of all open borders.
     boundary_count : int
     boundaries : tuple of Boundary
-        The first `MOST_LISTED` open borders.
+        The first `MAX_LISTED` open borders.
     open_edges : int
         Number of sides that are alone on their edges.
     inconsistent_edges : int
         Number of sides on other edges that are not balanced.
     faulty_edges : tuple of FaultyEdge
-        The first `MOST_LISTED` open or inconsistent edges.
+        The first `MAX_LISTED` open or inconsistent edges.
     parts : tuple of PartMeasures
     reached : bool
         Whether the intervals of area, volume, centroid and border length are as narrow as the

@@ -21,13 +21,13 @@ def find_mesh_borders(
     edge of the patches, or two faces on an edge of a patch may not share it.
     """
     seams = layout.connectivity
-    lines = ~seams.collapsed
+    is_line = ~seams.collapsed
     # With one division, two edges of patches between the same corners are one line of the mesh, and
     # a patch between two poles vanishes.
-    is_coarse = layout.divisions[seams.edge[lines]].min(initial=2) < 2
+    is_coarse = layout.divisions[seams.edge[is_line]].min(initial=2) < 2
     # With two divisions, both halves of a side that returns to its beginning are one line.
-    returns = lines & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
-    is_coarse |= layout.divisions[seams.edge[returns]].min(initial=3) < 3
+    is_loop = is_line & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
+    is_coarse |= layout.divisions[seams.edge[is_loop]].min(initial=3) < 3
     if options.weld:
         must_count = is_coarse or seams.is_folded or _share_cut_corner(layout)
     else:
@@ -36,10 +36,10 @@ def find_mesh_borders(
     if must_count:
         return count_borders(mesh_faces, welds)
     if not options.weld:
-        return int(layout.divisions[seams.edge[lines]].sum()), not lines.any()
-    uses = np.bincount(seams.edge[lines], minlength=len(layout.divisions))
-    boundary = int(layout.divisions[uses == 1].sum())
-    return boundary, boundary == 0 and bool((uses <= 2).all())
+        return int(layout.divisions[seams.edge[is_line]].sum()), not is_line.any()
+    uses = np.bincount(seams.edge[is_line], minlength=len(layout.divisions))
+    boundary_edges = int(layout.divisions[uses == 1].sum())
+    return boundary_edges, boundary_edges == 0 and bool((uses <= 2).all())
 
 
 def _share_cut_corner(layout: Layout) -> bool:
@@ -76,5 +76,6 @@ def count_borders(
     # Equal lines are now consecutive. `is_first` marks the first of them, and the end of the array.
     is_first = np.ones(count + 1, dtype=bool)
     is_first[1:-1] = lines[1:] != lines[:-1]
-    boundary = int((is_first[:-1] & is_first[1:]).sum())
-    return boundary, bool(is_first[::2].all() and not is_first[1::2].any())
+    boundary_edges = int((is_first[:-1] & is_first[1:]).sum())
+    # Two faces use each edge if the first lines of runs are exactly those at even positions.
+    return boundary_edges, bool(is_first[::2].all() and not is_first[1::2].any())

@@ -102,25 +102,25 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     channels : tuple of ChannelRows
         Their values are overwritten.
     """
-    identity = np.arange(len(place))
+    own_numbers = np.arange(len(place))
     # Only the few samples that share their place with another sample are compared.
     is_shared = np.zeros(len(place), dtype=bool)
-    is_shared[place != identity] = True
+    is_shared[place != own_numbers] = True
     is_shared[place[is_shared]] = True
     rows = np.flatnonzero(is_shared)
     place_row = np.searchsorted(rows, place[rows])
     leader = place_row
     for channel in channels:
         values = channel.values[rows]
-        comparable, reach = values, 0.0
+        scaled_values, reach = values, 0.0
         if not channel.exact:
-            comparable, reach = _scale_values(channel, values), 1.0
-        first = find_leaders(place_row, comparable, reach)
+            scaled_values, reach = _scale_values(channel, values), 1.0
+        first = find_leaders(place_row, scaled_values, reach)
         channel.values[rows] = values[first]
         leader = find_leaders(leader, first[:, np.newaxis].astype(np.float64), 0.5)
-    alike = identity
-    alike[rows] = rows[leader]
-    return alike
+    sample_leaders = own_numbers
+    sample_leaders[rows] = rows[leader]
+    return sample_leaders
 
 
 def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
@@ -139,9 +139,11 @@ def _scale_values(channel: ChannelRows, values: RealArray) -> FloatArray:
 def _scale(values: RealArray) -> FloatArray:
     """For each column, 1 divided by the largest difference that counts as zero; 0 for zeros."""
     low, high = (bound.astype(np.float64) for bound in find_extent(values))
-    same = np.maximum(SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high))
+    max_equal_difference = np.maximum(
+        SAME_RANGE * (high - low), SAME_VALUE * np.maximum(-low, high)
+    )
     # Values that float32 rounds to zero count as zero.
-    return np.where(same > 0, 1.0 / np.maximum(same, TINY), 0.0)
+    return np.where(max_equal_difference > 0, 1.0 / np.maximum(max_equal_difference, TINY), 0.0)
 
 
 def _build_rows(model: PatchModel, layout: Layout, number: int, dtype: Real) -> RealArray:
@@ -229,11 +231,11 @@ def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray,
         np.array(numbers)
         for numbers in zip(*((d.first, len(d.u), len(d.v)) for d in domains), strict=True)
     )
-    owner = np.searchsorted(first, patches, side="right") - 1
-    row, column = np.divmod(patches - first[owner], columns[owner] - 1)
+    domain_numbers = np.searchsorted(first, patches, side="right") - 1
+    row, column = np.divmod(patches - first[domain_numbers], columns[domain_numbers] - 1)
     # The knots of all domains are in one array, one domain after another.
-    row += (np.cumsum(rows) - rows)[owner]
-    column += (np.cumsum(columns) - columns)[owner]
+    row += (np.cumsum(rows) - rows)[domain_numbers]
+    column += (np.cumsum(columns) - columns)[domain_numbers]
     u, v = (np.concatenate(knots) for knots in zip(*((d.u, d.v) for d in domains), strict=True))
     return _span_ends(u, row), _span_ends(v, column)
 

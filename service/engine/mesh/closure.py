@@ -69,31 +69,39 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
         return None
     edge = None if connectivity is None else connectivity.edge
     (p, q), u, v = batch.degree, model.domain.u, model.domain.v
-    number = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
+    patch_numbers = np.arange(batch.count).reshape(len(u) - 1, len(v) - 1)
     continuities: list[Continuity | None] = []
-    ends = (number[0], number[-1]), (number[:, 0], number[:, -1])
-    for side, (first, last), degree, knots in zip((0, 2), ends, (p, q), (u, v), strict=True):
+    ends = (patch_numbers[0], patch_numbers[-1]), (patch_numbers[:, 0], patch_numbers[:, -1])
+    for side, (first_patches, last_patches), degree, knots in zip(
+        (0, 2), ends, (p, q), (u, v), strict=True
+    ):
         # Most surfaces are open, and comparing their corners is fast.
-        if edge is not None and (edge[first, side] != edge[last, side + 1]).any():
+        if edge is not None and (edge[first_patches, side] != edge[last_patches, side + 1]).any():
             continuities.append(None)
         else:
-            continuities.append(_find_continuity(batch, first, last, side, degree / np.diff(knots)))
+            continuities.append(
+                _find_continuity(batch, first_patches, last_patches, side, degree / np.diff(knots))
+            )
     return Closure(*continuities)
 
 
 def _find_continuity(
-    batch: TensorPatches, first: Ints, last: Ints, side: int, factors: FloatArray
+    batch: TensorPatches, first_patches: Ints, last_patches: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
-    """Continuity of the seam of side `side` of the first patches and the opposite side of the last.
+    """The continuity of the seam of two sides: of the first patches, and opposite of the last.
 
-    None if the control points of both sides differ.
+    These are the side `side` of the first patches and the opposite side, `side` + 1, of the last
+    patches. None if the control points of both sides differ.
     """
-    begin, end = take_side(batch.points, side)[first], take_side(batch.points, side + 1)[last]
+    begin, end = (
+        take_side(batch.points, side)[first_patches],
+        take_side(batch.points, side + 1)[last_patches],
+    )
     if not np.array_equal(begin, end):
         return None
     return _compare_borders(
-        _build_border(batch, first, side, factors[0]),
-        _build_border(batch, last, side + 1, factors[-1]),
+        _build_border(batch, first_patches, side, factors[0]),
+        _build_border(batch, last_patches, side + 1, factors[-1]),
     )
 
 
@@ -101,8 +109,9 @@ def _find_continuity(
 class _Border:
     """A side of the patches along one border of the surface.
 
-    `line` (M, n+1, 3) are the control points on the side, `next` (M, n+1, 3) those of the next
-    line. `factor` times the difference of both is the net of the partial across the border.
+    `line` (M, n+1, 3) are the control points on the side; `next` (M, n+1, 3) are the control points
+    of the next line. `factor` times the difference of both is the net of the partial across the
+    border.
     """
 
     line: FloatArray
@@ -205,13 +214,19 @@ def _find_normals(
 ) -> tuple[FloatArray, Bools]:
     """Unit normals of the planes of pairs of tangents, and whether each pair spans a plane."""
     normal = cross(across, along)
-    size, length, other = (np.linalg.norm(rows, axis=-1) for rows in (normal, across, along))
-    is_plane = (size > NO_PLANE * length * other) & (length > NO_PLANE * longest)
-    unit = np.divide(normal, size[..., np.newaxis], where=is_plane[..., np.newaxis], out=normal)
+    normal_length, across_length, along_length = (
+        np.linalg.norm(rows, axis=-1) for rows in (normal, across, along)
+    )
+    is_plane = (normal_length > NO_PLANE * across_length * along_length) & (
+        across_length > NO_PLANE * longest
+    )
+    unit = np.divide(
+        normal, normal_length[..., np.newaxis], where=is_plane[..., np.newaxis], out=normal
+    )
     return unit, is_plane
 
 
 def _has_equal_weights(first: _Border, last: _Border) -> bool:
     """Whether the weights of two borders are the same up to a common factor."""
-    first_run, last_run = (b.line_weights / b.line_weights.max() for b in (first, last))
-    return bool((np.abs(first_run - last_run) <= SAME_WEIGHT).all())
+    first_shares, last_shares = (b.line_weights / b.line_weights.max() for b in (first, last))
+    return bool((np.abs(first_shares - last_shares) <= SAME_WEIGHT).all())

@@ -78,9 +78,9 @@ def connect_if_apart(model: PatchModel, tolerance: float) -> Seams | None:
 def may_be_cut(model: PatchModel, seams: Seams) -> bool:
     """Whether open borders may be the same curve in pieces (`service.engine.joining.join`).
 
-    The borders of several surfaces may have a curve in common; the border of a single patch may
-    not. The border of a single spline may meet itself if it returns to a corner, or consists of two
-    loops.
+    The borders of several surfaces may have a curve in common; the border of a single patch has no
+    curve twice. The border of a single spline may meet itself if it returns to a corner, or
+    consists of two loops.
     """
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
@@ -96,13 +96,14 @@ def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) 
     """Whether a spline that closes along u or along v has two open borders whose boxes meet."""
     assert isinstance(batch, TensorPatches)
     grid = len(domain.u) - 1, len(domain.v) - 1
-    for sides in (0, 2):
-        ends = connectivity.edge.reshape(*grid, 4).swapaxes(0, sides // 2)[
-            [0, -1], :, [sides, sides + 1]
+    # Sides 0 and 1 are u = 0 and u = 1; sides 2 and 3 are v = 0 and v = 1.
+    for first_side in (0, 2):
+        ends = connectivity.edge.reshape(*grid, 4).swapaxes(0, first_side // 2)[
+            [0, -1], :, [first_side, first_side + 1]
         ]
         if connectivity.open_lines[ends].all() and 2 * ends.shape[1] == connectivity.open_count:
             nets = batch.points.reshape(*grid, *batch.points.shape[1:])
-            nets = nets.swapaxes(0, 1).swapaxes(2, 3) if sides else nets
+            nets = nets.swapaxes(0, 1).swapaxes(2, 3) if first_side else nets
             first, last = nets[0, :, 0].reshape(-1, 3), nets[-1, :, -1].reshape(-1, 3)
             distance = np.maximum(
                 first.min(axis=0) - last.max(axis=0), last.min(axis=0) - first.max(axis=0)
@@ -122,6 +123,7 @@ def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool
     batch, domain = model.batches[0], model.domain
     if isinstance(batch, TensorPatches) and model.patch_count == 1:
         p, q = batch.degree
+        # Every p-th row and every q-th column of control points: the four corners, in six pairs.
         (a, b), (c, d) = batch.points[0, ::p, ::q].tolist()
         if min(map(dist, (a, a, a, b, b, c), (b, c, d, c, d, d))) > distance:
             return False
@@ -135,8 +137,13 @@ def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
     """Whether two weights may differ by less than the tolerance, but by more than rounding."""
     ordered = np.sort(weights)
-    gaps, size = ordered[1:] - ordered[:-1], ordered[1:]
-    return bool(((gaps > EQUAL_WEIGHT * size) & (gaps <= tolerance * size)).any())
+    differences, larger_weights = ordered[1:] - ordered[:-1], ordered[1:]
+    return bool(
+        (
+            (differences > EQUAL_WEIGHT * larger_weights)
+            & (differences <= tolerance * larger_weights)
+        ).any()
+    )
 
 
 def _find_pattern(
@@ -183,8 +190,8 @@ def _count_plain_columns(batch: Patches, domain: Domain) -> int:
         return 0
     grid = len(domain.u) - 1, len(domain.v) - 1
     nets = batch.points.reshape(*grid, *batch.points.shape[1:])
-    meets_along_u = np.array_equal(nets[:-1, :, -1], nets[1:, :, 0])
-    if not (meets_along_u and np.array_equal(nets[:, :-1, :, -1], nets[:, 1:, :, 0])):
+    meet_along_u = np.array_equal(nets[:-1, :, -1], nets[1:, :, 0])
+    if not (meet_along_u and np.array_equal(nets[:, :-1, :, -1], nets[:, 1:, :, 0])):
         return 0
     corners = np.empty((grid[0] + 1, grid[1] + 1, 3))
     corners[:-1, :-1], corners[-1, :-1] = nets[:, :, 0, 0], nets[-1, :, -1, 0]

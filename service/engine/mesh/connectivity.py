@@ -49,7 +49,7 @@ class Connectivity:
         Number of the distinct point at each corner.
     users : ndarray of int, shape (E,)
         The number of sides of each edge; an edge with 1 side is on the border of the model.
-    corners : int
+    corner_count : int
         The number C of distinct points at corners.
     """
 
@@ -60,7 +60,7 @@ class Connectivity:
     collapsed: Bools
     corner: Ints
     users: Ints
-    corners: int
+    corner_count: int
 
     @property
     def nbytes(self) -> int:
@@ -102,7 +102,7 @@ class Connectivity:
     def border_returns(self) -> bool:
         """Whether more than two open lines end at one corner."""
         sides = self.open_lines[self.edge] & ~self.collapsed
-        ends = np.concatenate([self.corner[:, which][sides] for which in (BEGINS, ENDS)])
+        ends = np.concatenate([self.corner[:, corners][sides] for corners in (BEGINS, ENDS)])
         return bool((np.bincount(ends) > 2).any())
 
     @cached_property
@@ -153,7 +153,7 @@ class Connectivity:
 
     @cached_property
     def is_cut_twice(self) -> Bools:
-        """Which of the `cut_corners` several patches have, (P, 3), on sides that are lines."""
+        """Which `cut_corners` several patches share, (P, 3), on sides that are not points."""
         _, number = unique_rows(self.cut_corners.reshape(-1, 2).astype(np.float64))
         is_shared: Bools = (np.bincount(number)[number] > 1).reshape(-1, 3)
         is_point = np.zeros(len(self.users), dtype=bool)
@@ -165,7 +165,7 @@ class Connectivity:
 
 BESIDE_OF_GRID = {0: (2, 3), 2: (0, 1)}
 BESIDE_OF_TRIANGLE = {0: (1, 2), 1: (0, 2), 2: (0, 1)}
-"""For each side, the two sides beside it."""
+"""For each side, the two sides beside it (`service.surface.sides` numbers the sides)."""
 
 GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])
 TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]])

@@ -49,7 +49,7 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     if connectivity.has_thin:
         connectivity = connect(leave_out_curves(model, connectivity)).connectivity
     layout = Layout.plan(connectivity, options.resolution)
-    groups = [_Group(shape, each, _count_shape(shape, kind)) for shape, each in layout.shapes]
+    groups = [_Group(shape, patches, _count_shape(shape, kind)) for shape, patches in layout.shapes]
     triangles = sum(len(group.patches) * group.counts.triangles for group in groups)
     quads = sum(len(group.patches) * group.counts.quads for group in groups)
     if not (layout.is_framed or (options.weld and layout.has_shared_samples)):
@@ -61,7 +61,7 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     place = layout.leaders
     if layout.may_fold:
         counts = [_count_proper_faces(layout, group, kind, place) for group in groups]
-        triangles, quads = (sum(column) for column in zip(*counts, strict=True))
+        triangles, quads = (sum(counts_of_groups) for counts_of_groups in zip(*counts, strict=True))
     if options.weld and is_complete:
         vertices = _count_positions(layout, groups)
     else:
@@ -141,9 +141,9 @@ def _count_proper_faces(layout: Layout, group: _Group, kind: Faces, place: Ints)
     corner_places = vertices[:, quads]
     distinct_counts = _count_distinct(corner_places)
     has_equal_neighbours = (corner_places == np.roll(corner_places, -1, axis=-1)).any(axis=-1)
-    halved = int(((distinct_counts == 3) & has_equal_neighbours).sum())
+    halved_quads = int(((distinct_counts == 3) & has_equal_neighbours).sum())
     return (
-        int((_count_distinct(vertices[:, triangles]) == 3).sum()) + halved + cell_faces[0],
+        int((_count_distinct(vertices[:, triangles]) == 3).sum()) + halved_quads + cell_faces[0],
         int((distinct_counts == 4).sum()) + cell_faces[1],
     )
 
@@ -156,11 +156,15 @@ def _count_distinct(vertices: Ints) -> Ints:
 
 
 def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
-    """The number of distinct positions: those inside patches, those inside edges, and corners."""
+    """The number of distinct positions: those inside patches, inside edges, and at corners."""
     inner_samples = sum(len(group.patches) * group.shape.inner for group in groups)
-    lines = np.zeros(len(layout.divisions), dtype=bool)
-    lines[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
-    return inner_samples + int((layout.divisions[lines] - 1).sum()) + layout.connectivity.corners
+    is_line = np.zeros(len(layout.divisions), dtype=bool)
+    is_line[layout.connectivity.edge[~layout.connectivity.collapsed]] = True
+    return (
+        inner_samples
+        + int((layout.divisions[is_line] - 1).sum())
+        + layout.connectivity.corner_count
+    )
 
 
 def _count_used_positions(

@@ -9,7 +9,7 @@ from service.bases.arrays import FloatArray, Ints, RealArray
 from service.engine.clustering import find_leaders
 from service.engine.mesh.connectivity import hash_arrays
 
-OPPOSITE = 1e-6
+MIN_SUM = 1e-6
 """If the sum of unit normals is shorter than this, it has no reliable direction."""
 
 
@@ -25,8 +25,9 @@ class Averages:
         The other samples of all groups.
     slot : ndarray of int, shape (n,)
         The group of each member.
-    pairs : int
-        The number of groups with one member; these groups and their members come first.
+    pair_count : int
+        The number of groups with one member, pairs of a leader and a member; these groups and their
+        members come first.
     first : ndarray of int, shape (n,)
         The first sample of the group of each member.
     """
@@ -34,7 +35,7 @@ class Averages:
     leaders: Ints
     members: Ints
     slot: Ints
-    pairs: int
+    pair_count: int
     first: Ints
 
     @staticmethod
@@ -46,16 +47,16 @@ class Averages:
         if members is None:
             members = np.flatnonzero(leader != np.arange(len(leader)))
         first, slot, counts = np.unique(leader[members], return_inverse=True, return_counts=True)
-        paired = counts == 1
-        pairs = int(np.count_nonzero(paired))
+        is_pair = counts == 1
+        pair_count = int(np.count_nonzero(is_pair))
         number = np.empty(len(first), np.intp)
-        number[paired], number[~paired] = np.arange(pairs), np.arange(pairs, len(first))
-        order = np.argsort(~paired[slot], kind="stable")
+        number[is_pair], number[~is_pair] = np.arange(pair_count), np.arange(pair_count, len(first))
+        order = np.argsort(~is_pair[slot], kind="stable")
         members, slot = members[order], number[slot[order]]
         # Groups with one member are in the order of their members.
-        first = np.concatenate([first[paired][slot[:pairs]], first[~paired]])
-        slot[:pairs] = np.arange(pairs)
-        return Averages(first, members, slot, pairs, first[slot])
+        first = np.concatenate([first[is_pair][slot[:pair_count]], first[~is_pair]])
+        slot[:pair_count] = np.arange(pair_count)
+        return Averages(first, members, slot, pair_count, first[slot])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -107,11 +108,11 @@ def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing 
     if np.count_nonzero(is_near) == len(is_near):
         return None
     far_rows = np.flatnonzero(~is_near)
-    slot = places.slot[far_rows]
+    slot_of_far = places.slot[far_rows]
     first = np.empty(len(places.leaders), np.intp)
     # In reverse order, the first member of each slot is written last, and stays.
-    first[slot[::-1]] = np.arange(len(far_rows))[::-1]
-    group = find_leaders(first[slot], sample_normals[far_rows], chord_length(angle))
+    first[slot_of_far[::-1]] = np.arange(len(far_rows))[::-1]
+    group = find_leaders(first[slot_of_far], sample_normals[far_rows], chord_length(angle))
     leader = places.first.copy()
     leader[far_rows] = places.members[far_rows[group]]
     return Sharing(leader, hash_arrays(is_near, group))
@@ -125,16 +126,16 @@ def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     """
     first = normals.take(averages.leaders, axis=0).astype(np.float64)
     member_normals = normals.take(averages.members, axis=0).astype(np.float64)
-    pairs, total = averages.pairs, np.empty((3, len(first)))
-    np.add(member_normals[:pairs].T, 0.0, out=total[:, :pairs])  # turns −0 into 0
-    if pairs < len(first):
-        slot = averages.slot[pairs:] - pairs
+    pair_count, total = averages.pair_count, np.empty((3, len(first)))
+    np.add(member_normals[:pair_count].T, 0.0, out=total[:, :pair_count])  # turns −0 into 0
+    if pair_count < len(first):
+        slot = averages.slot[pair_count:] - pair_count
         for axis in range(3):
-            total[axis, pairs:] = np.bincount(slot, member_normals[pairs:, axis])
+            total[axis, pair_count:] = np.bincount(slot, member_normals[pair_count:, axis])
     total += first.T
     squares = total * total
     length = np.sqrt(squares[0] + squares[1] + squares[2])
-    is_unclear = length <= OPPOSITE
+    is_unclear = length <= MIN_SUM
     if np.count_nonzero(is_unclear):
         total[:, is_unclear], length[is_unclear] = first[is_unclear].T, 1.0
     total /= length

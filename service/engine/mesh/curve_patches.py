@@ -26,31 +26,36 @@ from service.surface.repatched import rebuild, surfaces_of
 
 def leave_out_curves(model: PatchModel, connectivity: Connectivity) -> PatchModel:
     """The model without the patches that a mesh omits."""
-    first = np.cumsum([0, *(batch.count for batch in model.batches)])
-    thin_numbers = []
-    for which, rows, line in find_thin(model.batches, connectivity):
-        points, weights = flatten_nets(model.batches[which], rows)
+    first_patches = np.cumsum([0, *(batch.count for batch in model.batches)])
+    curve_numbers = []
+    for batch_number, rows, line in find_thin(model.batches, connectivity):
+        points, weights = flatten_nets(model.batches[batch_number], rows)
         is_curve = (points == points[:, line]).all(axis=(1, 2))
         if weights is not None:
             is_curve &= (weights == weights[:, line]).all(axis=1)
-        thin_numbers.append(first[which] + rows[is_curve])
-    thin = np.concatenate(thin_numbers)
-    side = connectivity.thin_sides[thin]
-    edge = connectivity.edge[thin, np.where(side == 2, 0, 2)]
+        curve_numbers.append(first_patches[batch_number] + rows[is_curve])
+    curves = np.concatenate(curve_numbers)
+    # Sides 0 and 1 are u = 0 and u = 1; sides 2 and 3 are v = 0 and v = 1. If the side that is one
+    # point is side 2, side 0 is a long side, else side 2 is.
+    long_side = np.where(connectivity.thin_sides[curves] == 2, 0, 2)
+    edge = connectivity.edge[curves, long_side]
     # A patch that is one point may be a corner of other patches.
-    is_point = connectivity.collapsed[thin, np.where(side == 2, 0, 2)]
-    keys = np.where(is_point, -1 - connectivity.corner[thin, 0], edge)
+    is_point = connectivity.collapsed[curves, long_side]
+    # A key is the number of an edge, from 0, or −1 minus the number of a corner, below 0.
+    keys = np.where(is_point, -1 - connectivity.corner[curves, 0], edge)
     is_kept = np.ones(model.patch_count, dtype=bool)
-    is_kept[thin] = False
+    is_kept[curves] = False
     part = model.part_numbers
     keys_of_patches = np.concatenate([connectivity.edge, -1 - connectivity.corner], axis=1)
-    is_kept[thin] = ~np.isin(keys, keys_of_patches[is_kept])
+    is_kept[curves] = ~np.isin(keys, keys_of_patches[is_kept])
     has_kept_patch = np.bincount(part[is_kept], minlength=len(model.parts)) > 0
-    width = int(np.ptp(keys_of_patches)) + 1
+    # Adding `key_count` times the number of the part makes equal keys of different parts differ.
+    key_count = int(np.ptp(keys_of_patches)) + 1
     in_part = np.isin(
-        keys + width * part[thin], (keys_of_patches + width * part[:, np.newaxis])[is_kept]
+        keys + key_count * part[curves],
+        (keys_of_patches + key_count * part[:, np.newaxis])[is_kept],
     )
-    is_kept[thin] |= has_kept_patch[part[thin]] & ~in_part
+    is_kept[curves] |= has_kept_patch[part[curves]] & ~in_part
     return model if is_kept.all() else _take_patches(model, is_kept)
 
 
@@ -65,15 +70,15 @@ def find_thin(
     rows : ndarray of int
         The patches, numbered within the batch.
     line : ndarray of int, shape (n,)
-        For each control point of a net, the control point on a long side that is on the same line
-        across the patch.
+        For each control point of a net, a control point on a long side: both are on one line of
+        control points across the patch.
     """
     first = 0
-    for number, batch in enumerate(batches):
+    for batch_number, batch in enumerate(batches):
         sides = connectivity.thin_sides[first : first + batch.count]
         first += batch.count
         for side in np.unique(sides[sides >= 0]).tolist():
-            yield number, np.flatnonzero(sides == side), _find_lines(batch, side)
+            yield batch_number, np.flatnonzero(sides == side), _find_lines(batch, side)
 
 
 def flatten_nets(batch: Patches, rows: Ints) -> tuple[FloatArray, FloatArray | None]:
@@ -87,12 +92,14 @@ def _find_lines(batch: Patches, side: int) -> Ints:
     if isinstance(batch, TensorPatches):
         p, q = batch.degree
         number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
-        begin = number[:1] if side == 2 else number[:, :1]
-        return np.broadcast_to(begin, number.shape).ravel()
+        first_on_line = number[:1] if side == 2 else number[:, :1]
+        return np.broadcast_to(first_on_line, number.shape).ravel()
     n = batch.side_degrees[0]
     i, j, k = exponents(n)
-    # k, j or i is constant on a line, which begins on the side s = 0 or on the side t = 0.
-    return row_number(n, *((0 * j, k), (j, 0 * k), (n - i, 0 * k))[(2, 0, 1).index(side)])
+    # The exponents (j, k) of the first control point of each line. If the point is side 2, 0 or 1,
+    # then k, j or i is constant on a line, which begins on the side s = 0 or on the side t = 0.
+    first_exponents = {2: (0 * j, k), 0: (j, 0 * k), 1: (n - i, 0 * k)}[side]
+    return row_number(n, *first_exponents)
 
 
 def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
@@ -103,30 +110,30 @@ def _take_patches(model: PatchModel, is_kept: Bools) -> PatchModel:
     for surface in surfaces_of(model):
         rows, columns = len(surface.u) - 1, len(surface.v) - 1
         grid = surface.first + np.arange(rows * columns).reshape(rows, columns)
-        for (top, bottom), (left, right) in _rectangles(is_kept[grid]):
-            block = grid[top:bottom, left:right].ravel()
-            u, v = surface.u[top : bottom + 1], surface.v[left : right + 1]
+        for (row_begin, row_end), (column_begin, column_end) in _rectangles(is_kept[grid]):
+            block = grid[row_begin:row_end, column_begin:column_end].ravel()
+            u, v = surface.u[row_begin : row_end + 1], surface.v[column_begin : column_end + 1]
             domains.append(Domain(u, v, count))
             numbers.append(block)
             count += len(block)
-    owner = np.concatenate(numbers)
+    old_numbers = np.concatenate(numbers)
     ends = np.cumsum([0, *(batch.count for batch in model.batches)])
     pieces: list[list[Patches]] = []
-    for batch, (first, last) in zip(model.batches, pairwise(ends.tolist()), strict=True):
-        kept_rows = owner[(owner >= first) & (owner < last)] - first
+    for batch, (begin, end) in zip(model.batches, pairwise(ends.tolist()), strict=True):
+        kept_rows = old_numbers[(old_numbers >= begin) & (old_numbers < end)] - begin
         pieces.append([batch.take(kept_rows)] if len(kept_rows) else [])
-    return rebuild(model, pieces, owner, tuple(domains))
+    return rebuild(model, pieces, old_numbers, tuple(domains))
 
 
 def _rectangles(cells: Bools) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
-    """Yields (first, last) rows and columns of rectangles that cover each true cell (m, n) once."""
-    for top, bottom in _runs((cells[1:] != cells[:-1]).any(axis=1)):
-        row = cells[top]
-        for left, right in _runs(row[1:] != row[:-1]):
-            if row[left]:
-                yield (top, bottom), (left, right)
+    """Yields rows and columns (begin, end) of rectangles that cover each true cell (m, n) once."""
+    for row_begin, row_end in _runs((cells[1:] != cells[:-1]).any(axis=1)):
+        row = cells[row_begin]
+        for column_begin, column_end in _runs(row[1:] != row[:-1]):
+            if row[column_begin]:
+                yield (row_begin, row_end), (column_begin, column_end)
 
 
 def _runs(changes: Bools) -> Iterator[tuple[int, int]]:
-    """Yields runs (first, last) of equal lines; `changes` says which lines differ from the next."""
+    """Yields runs (begin, end) of equal lines; `changes` says which lines differ from the next."""
     return pairwise([0, *(np.flatnonzero(changes) + 1).tolist(), len(changes) + 1])

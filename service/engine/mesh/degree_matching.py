@@ -23,7 +23,7 @@ raising degrees the rest."""
 
 
 def find_lowest_degree_edges(
-    curves: Sequence[EdgeCurves], lines: Bools, begin: Ints, end: Ints
+    curves: Sequence[EdgeCurves], is_line: Bools, begin: Ints, end: Ints
 ) -> tuple[Ints, Bools]:
     """For each edge, the edge of lowest degree that is the same curve, and whether it is reversed.
 
@@ -31,7 +31,7 @@ def find_lowest_degree_edges(
     ----------
     curves : sequence of EdgeCurves
         All E distinct edges, one value for each degree.
-    lines : ndarray of bool, shape (E,)
+    is_line : ndarray of bool, shape (E,)
         Which edges are not points.
     begin, end : ndarray of int, shape (E,)
         Corners at which the edges begin and end.
@@ -43,16 +43,16 @@ def find_lowest_degree_edges(
     is_reversed : ndarray of bool, shape (E,)
         Whether the leader runs in the opposite direction.
     """
-    leader, is_reversed = np.arange(len(lines)), np.zeros(len(lines), dtype=bool)
-    degree = np.zeros(len(lines), dtype=np.intp)
+    leader, is_reversed = np.arange(len(is_line)), np.zeros(len(is_line), dtype=bool)
+    degree = np.zeros(len(is_line), dtype=np.intp)
     for group in curves:
         degree[group.ids] = group.points.shape[1] - 1
-    pair, edges, highest = find_candidates(lines, degree, begin, end)
-    for common in np.unique(highest).tolist():
-        has_degree = highest == common
+    pair, edges, higher_degree = find_candidates(is_line, degree, begin, end)
+    for common_degree in np.unique(higher_degree).tolist():
+        has_degree = higher_degree == common_degree
         edge, pair_of_edge = edges[has_degree], pair[has_degree]
-        # Each edge is compared in the direction from the lower to the higher number of its corners,
-        # an edge that ends at its beginning in both directions.
+        # Each edge is compared in the direction from the lower to the higher number of its corners.
+        # An edge that ends at its beginning is compared in both directions.
         is_backward = begin[edge] > end[edge]
         loops = np.flatnonzero(begin[edge] == end[edge])
         edge, pair_of_edge = (
@@ -65,7 +65,7 @@ def find_lowest_degree_edges(
         edge, is_backward, pair_of_edge = edge[order], is_backward[order], pair_of_edge[order]
         _, first, number = np.unique(pair_of_edge, return_index=True, return_inverse=True)
         lowest = find_leaders(
-            first[number], _to_comparable_rows(curves, edge, is_backward, common), SAME_CURVE
+            first[number], _to_comparable_rows(curves, edge, is_backward, common_degree), SAME_CURVE
         )
         has_lower_degree = degree[edge[lowest]] < degree[edge]
         leader[edge[has_lower_degree]] = edge[lowest[has_lower_degree]]
@@ -75,7 +75,9 @@ def find_lowest_degree_edges(
     return leader, is_reversed
 
 
-def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple[Ints, Ints, Ints]:
+def find_candidates(
+    is_line: Bools, degree: Ints, begin: Ints, end: Ints
+) -> tuple[Ints, Ints, Ints]:
     """Edges that may be the same curve: edges of several degrees join the same two corners.
 
     Returns
@@ -87,14 +89,18 @@ def find_candidates(lines: Bools, degree: Ints, begin: Ints, end: Ints) -> tuple
     highest : ndarray of int, shape (m,)
         The highest degree of the edges between the same corners.
     """
-    edges = np.flatnonzero(lines)
+    edges = np.flatnonzero(is_line)
     low, high = np.minimum(begin, end)[edges], np.maximum(begin, end)[edges]
     _, pair = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
-    least, most = np.full(len(pair), 1 << 30), np.zeros(len(pair), dtype=np.intp)
-    np.minimum.at(least, pair, degree[edges])
-    np.maximum.at(most, pair, degree[edges])
-    has_several_degrees = (least < most)[pair]
-    return pair[has_several_degrees], edges[has_several_degrees], most[pair[has_several_degrees]]
+    min_degree, max_degree = np.full(len(pair), 1 << 30), np.zeros(len(pair), dtype=np.intp)
+    np.minimum.at(min_degree, pair, degree[edges])
+    np.maximum.at(max_degree, pair, degree[edges])
+    has_several_degrees = (min_degree < max_degree)[pair]
+    return (
+        pair[has_several_degrees],
+        edges[has_several_degrees],
+        max_degree[pair[has_several_degrees]],
+    )
 
 
 def _to_comparable_rows(
@@ -107,14 +113,12 @@ def _to_comparable_rows(
     """
     nets = np.zeros((len(edge), degree + 1, 4))
     for group in curves:
-        pair_of_edge = np.searchsorted(group.ids, edge).clip(max=len(group.ids) - 1)
-        rows = np.flatnonzero(group.ids[pair_of_edge] == edge)
+        row_of_edge = np.searchsorted(group.ids, edge).clip(max=len(group.ids) - 1)
+        rows = np.flatnonzero(group.ids[row_of_edge] == edge)
         if not len(rows):
             continue
-        weights = None if group.weights is None else group.weights[pair_of_edge[rows]].T
-        points, weights = elevate(
-            (group.points[pair_of_edge[rows]].swapaxes(0, 1), weights), degree
-        )
+        weights = None if group.weights is None else group.weights[row_of_edge[rows]].T
+        points, weights = elevate((group.points[row_of_edge[rows]].swapaxes(0, 1), weights), degree)
         nets[rows, :, :3] = points.swapaxes(0, 1)
         if weights is not None:
             nets[rows, :, 3] = np.log(weights / weights.max(axis=0)).T

@@ -2,8 +2,7 @@
 
 A pattern has a number for each control point on the borders of patches; equal points have equal
 numbers. The pattern determines which sides are one edge, and which border points belong to each
-edge and corner. So for other coordinates with the same pattern, only these points must be looked
-up.
+edge and corner. So for other coordinates with the same pattern, only these points are read.
 
 Rational sides are one edge only if their weights are also equal, up to a common factor. The pattern
 is sufficient if, after division by the largest weight of each side, the weights of equal sides are
@@ -83,6 +82,7 @@ class EdgePattern:
                 side_weights = weights[sides]
                 side_weights /= side_weights.max(axis=1, keepdims=True)
                 first_weights = np.empty((len(rows), sides.shape[1]))
+                # In reverse order, the first side of each edge is written last, and stays.
                 first_weights[number[::-1]] = side_weights[::-1]
                 if not np.array_equal(side_weights, first_weights[number]):
                     return None
@@ -134,8 +134,8 @@ def replace_border(batch: Patches, points: FloatArray, weights: FloatArray | Non
 def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, ...], Ints]:
     """The control points of a net on its border, (b,), and which of these are on sides and corners.
 
-    The second result has the border points of each of the four sides, the third of the four
-    corners.
+    The second result has the border points on each of the four sides; the third result has those at
+    the four corners.
     """
     if is_triangle:
         sides = [*triangle.side_rows(p), np.array([triangle.count_points(p) - 1])]
@@ -162,18 +162,18 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     places: dict[int, list[Ints]] = {}
     rows: dict[int, list[Ints]] = {}
     corners: list[Ints] = []
-    begin = patches = 0
+    begin = patch_count = 0
     for batch in batches:
-        border, sides, ends = _border_rows(*_form(batch))
+        border, sides, corner_points_of_net = _border_rows(*_form(batch))
         nets = begin + len(border) * np.arange(batch.count)[:, None]
-        corners.append(nets + ends)
+        corners.append(nets + corner_points_of_net)
         for k, side in enumerate(sides):
             degree = len(side) - 1
-            places.setdefault(degree, []).append(4 * (patches + np.arange(batch.count)) + k)
+            places.setdefault(degree, []).append(4 * (patch_count + np.arange(batch.count)) + k)
             rows.setdefault(degree, []).append(nets + side)
-        begin, patches = begin + len(border) * batch.count, patches + batch.count
-    edge, backward = np.empty(4 * patches, np.intp), np.empty(4 * patches, np.bool_)
-    collapsed = np.empty(4 * patches, np.bool_)
+        begin, patch_count = begin + len(border) * batch.count, patch_count + batch.count
+    edge, backward = np.empty(4 * patch_count, np.intp), np.empty(4 * patch_count, np.bool_)
+    collapsed = np.empty(4 * patch_count, np.bool_)
     ids: list[Ints] = []
     edges: list[Ints] = []
     sides_by_degree: list[tuple[Ints, Ints]] = []
@@ -183,8 +183,8 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         side_numbers, side_rows = side_numbers[order], side_rows[order]
         points = numbers[side_rows]
         collapsed[side_numbers] = (points == points[:, :1]).all(axis=1)
-        canonical, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
-        leader, number = find_first_rows(canonical[..., 0])
+        oriented, _, is_reversed = orient_edges(points[..., None].astype(np.float64), None)
+        leader, number = find_first_rows(oriented[..., 0])
         first = sum(map(len, edges))
         ids.append(np.arange(first, first + len(leader)))
         edge[side_numbers] = first + number
@@ -205,7 +205,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
         collapsed=collapsed.reshape(-1, 4),
         corner=corner.reshape(-1, 4),
         users=np.bincount(edge),
-        corners=len(first_at_corner),
+        corner_count=len(first_at_corner),
     )
     is_certain = not _may_be_raised(connectivity, edges)
     return EdgePattern(
@@ -224,7 +224,7 @@ def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
     if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
         return False
     _, side = np.unique(connectivity.edge, return_index=True)
-    begin, end = (connectivity.corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
+    begin, end = (connectivity.corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
     degree = np.concatenate([np.full(len(rows), rows.shape[1] - 1) for rows in edges])
-    lines = ~connectivity.collapsed.ravel()[side]
-    return len(find_candidates(lines, degree, begin, end)[0]) > 0
+    is_line = ~connectivity.collapsed.ravel()[side]
+    return len(find_candidates(is_line, degree, begin, end)[0]) > 0

@@ -58,9 +58,9 @@ def sample_edges(
 
     The bits of a sample depend on the edge alone, and not on its direction or on other edges. The
     order of additions in a matrix product depends on its shape and on the machine. So the method
-    `matrix` adds term by term: first the first and the last term, then the second and the last but
-    one, and so on. The other methods compute each number separately, in one of the two directions.
-    The ends are the control points themselves.
+    `matrix` adds term by term: first the first and the last term, then the second and the
+    second-last term, and so on. The other methods compute each number separately, in one of the two
+    directions. The ends are the control points themselves.
 
     Parameters
     ----------
@@ -93,20 +93,20 @@ def orient_edges(
     The points and weights (E, n+1) are overwritten; the third result (E,) says which edges were
     reversed. For most edges the first coordinates of both ends decide; weights are compared last.
     """
-    first, last = points[:, 0, 0], points[:, -1, 0]
-    is_reversed = first > last
-    undecided = np.flatnonzero(first == last)
-    if len(undecided):
-        undecided_points = points[undecided]
+    first_x, last_x = points[:, 0, 0], points[:, -1, 0]
+    is_reversed = first_x > last_x
+    undecided_rows = np.flatnonzero(first_x == last_x)
+    if len(undecided_rows):
+        undecided_points = points[undecided_rows]
         rows, reversed_rows = (
             undecided_points.reshape(len(undecided_points), -1),
             undecided_points[:, ::-1].reshape(len(undecided_points), -1),
         )
         if weights is not None:
-            rows = np.concatenate([rows, weights[undecided]], axis=1)
-            reversed_rows = np.concatenate([reversed_rows, weights[undecided, ::-1]], axis=1)
+            rows = np.concatenate([rows, weights[undecided_rows]], axis=1)
+            reversed_rows = np.concatenate([reversed_rows, weights[undecided_rows, ::-1]], axis=1)
         first_difference = np.arange(len(rows)), (rows != reversed_rows).argmax(axis=1)
-        is_reversed[undecided] = rows[first_difference] > reversed_rows[first_difference]
+        is_reversed[undecided_rows] = rows[first_difference] > reversed_rows[first_difference]
     points[is_reversed] = points[is_reversed, ::-1]
     if weights is not None:
         weights[is_reversed] = weights[is_reversed, ::-1]
@@ -163,10 +163,11 @@ def _sum_pairs(terms: FloatArray) -> FloatArray:
 
     The terms in opposite order give the same sum, bit for bit.
     """
-    half = len(terms) // 2
-    terms[:half] += terms[: -half - 1 : -1]
+    half_count = len(terms) // 2
+    # The last terms, in reverse order, are added to the first terms.
+    terms[:half_count] += terms[: -half_count - 1 : -1]
     total: FloatArray = terms[0]
-    for pair in terms[1 : len(terms) - half]:
+    for pair in terms[1 : len(terms) - half_count]:
         total += pair
     return total
 

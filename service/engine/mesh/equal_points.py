@@ -99,15 +99,15 @@ def has_near_points(points: FloatArray, reach: float) -> bool:
     projection = _project(points)
     order = projection.argsort()
     rows, projection = points.take(order, axis=0), projection.take(order)
-    differ = np.logical_or.reduce(rows[1:] != rows[:-1], axis=1)
-    return bool((differ & (projection[1:] - projection[:-1] <= reach)).any())
+    is_unequal = np.logical_or.reduce(rows[1:] != rows[:-1], axis=1)
+    return bool((is_unequal & (projection[1:] - projection[:-1] <= reach)).any())
 
 
 def find_possible_neighbours(points: FloatArray, reach: float) -> Ints:
     """Numbers (n,) of the points (N, 3) that may be within `reach` of another point.
 
     All other points are certainly further than `reach` from every point, because their projections
-    are.
+    are further apart.
     """
     projection = _project(points)
     order = projection.argsort()

@@ -32,20 +32,20 @@ def join_faces(
         position[sequence] = position.copy()
         counts = counts[:, sequence]
     parts: list[IndexArray] = []
-    for which, corners in enumerate((3, 4)):
-        ends = counts[which].cumsum()
+    for kind_of_face, corners in enumerate((3, 4)):
+        ends = counts[kind_of_face].cumsum()
         out = np.empty((ends[-1], corners), dtype=np.uint32)
         for (shape, patches), pattern in zip(groups, patterns, strict=True):
-            local = pattern[which]
-            if not len(local):
+            pattern_faces = pattern[kind_of_face]
+            if not len(pattern_faces):
                 continue
             samples = layout.patch_samples(patches, shape)
             vertices = samples if welding is None else welding.vertex[samples]
             # One array operation finds the vertices of all patches of this shape.
-            corner_numbers = np.take(vertices.astype(np.uint32), local, axis=1)
+            corner_numbers = np.take(vertices.astype(np.uint32), pattern_faces, axis=1)
             for run in _find_runs(position[patches]):
-                first = ends[position[patches[run.start]]] - len(local)
-                rows = slice(first, first + (run.stop - run.start) * len(local))
+                first = ends[position[patches[run.start]]] - len(pattern_faces)
+                rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
                 out[rows] = corner_numbers[run].reshape(-1, corners)
         parts.append(out)
     triangles, quads = parts
@@ -58,7 +58,7 @@ def _find_runs(numbers: Ints) -> list[slice]:
     """Runs of rows in which each number is one more than the number before."""
     breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
     ends = [0, *breaks.tolist(), len(numbers)]
-    return [slice(first, last) for first, last in pairwise(ends)]
+    return [slice(begin, end) for begin, end in pairwise(ends)]
 
 
 def _count_before(counts: Ints) -> Ints:
@@ -79,7 +79,7 @@ def _drop_slivers(
     vertex at the place of each vertex. Returns the new triangles, quads and counts.
     """
     total = counts.shape[1]
-    owner, owner_of_quad = (np.repeat(np.arange(total), n) for n in counts)
+    patch_of_triangle, patch_of_quad = (np.repeat(np.arange(total), n) for n in counts)
     corner_places = place[quads]
     is_repeated = corner_places == np.roll(corner_places, -1, axis=1)
     is_quad = (
@@ -94,14 +94,14 @@ def _drop_slivers(
         quads[quads_to_halve], other_corners[is_repeated[quads_to_halve].argmax(axis=1)], axis=1
     )
     triangles = np.concatenate([triangles, triangles_of_quads])
-    owner = np.concatenate([owner, owner_of_quad[quads_to_halve]])
+    patch_of_triangle = np.concatenate([patch_of_triangle, patch_of_quad[quads_to_halve]])
     triangle_places = place[triangles]
     is_proper = (triangle_places != np.roll(triangle_places, -1, axis=1)).all(axis=1)
-    order = np.flatnonzero(is_proper)[np.argsort(owner[is_proper], kind="stable")]
+    order = np.flatnonzero(is_proper)[np.argsort(patch_of_triangle[is_proper], kind="stable")]
     new_counts = np.stack(
         [
-            np.bincount(owner[order], minlength=total),
-            np.bincount(owner_of_quad[is_quad], minlength=total),
+            np.bincount(patch_of_triangle[order], minlength=total),
+            np.bincount(patch_of_quad[is_quad], minlength=total),
         ]
     )
     return triangles[order], quads[is_quad], new_counts

@@ -1,7 +1,7 @@
 """Positions, normals and channels at all samples of a layout.
 
-Grids are evaluated patch by patch. Then the samples of each border are overwritten with those of
-its edge, which depend on the edge alone.
+Grids are evaluated patch by patch. Then the samples of each border are overwritten with the samples
+of its edge, which depend on the edge alone.
 """
 
 from dataclasses import dataclass, replace
@@ -126,8 +126,8 @@ def _write_edges(
     """Writes the samples of each edge to its sides, and control points to corners."""
     writes = layout.border_writes
     points = [
-        sample_edges(seams.curves, chosen, divisions, method).reshape(-1, 3)
-        for divisions, chosen in writes.groups
+        sample_edges(seams.curves, is_chosen, divisions, method).reshape(-1, 3)
+        for divisions, is_chosen in writes.groups
     ]
     table = np.concatenate([*points, seams.corner_points])
     if is_moved(origin):
@@ -138,7 +138,7 @@ def _write_edges(
 
 def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
     """Writes the normals of the extra samples of framed sides; returns the number of limits."""
-    limits = 0
+    total_limits = 0
     for block in layout.blocks:
         batch = model.batches[block.batch]
         if not isinstance(batch, TensorPatches):
@@ -147,5 +147,5 @@ def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) 
             across = np.full(len(along), float(side % 2))
             u, v = (across, along) if side < 2 else (along, across)
             normals[samples], limit_count = unit_normals(batch, patches, u, v)
-            limits += limit_count
-    return limits
+            total_limits += limit_count
+    return total_limits

@@ -1,9 +1,9 @@
-"""The rows of the samples of a model, patch after patch.
+"""Numbers the samples of a model, patch after patch.
 
-The samples of a patch are a grid of its resolution; those of a triangle are rows, in the larger of
-the two numbers of divisions. If a neighbour divides a shared edge more finely, the patch is
-*framed*: it takes the samples of its border from the edges. The samples that its grid lacks are in
-rows at the end, after those of all grids.
+A tensor-product patch has a grid of (Ru + 1) (Rv + 1) samples. A triangle has rows of samples, with
+max(Ru, Rv) divisions of each side. If a neighbour divides a shared edge more finely, the patch is
+*framed*: it takes the samples of its border from the edges. The samples of the edges that its grid
+lacks get the last numbers, after the samples of all grids.
 """
 
 from collections.abc import Hashable, Iterator, Sequence
@@ -23,15 +23,19 @@ from service.surface.batches import Patches
 from service.surface.sides import along_sides
 
 FINE = 4
-"""From this number of divisions along u and along v, a collapsed side removes only single faces."""
+"""A side that is one point removes only single faces of its patch if the patch has at least this
+number of divisions along u and along v."""
 
 
 @dataclass(frozen=True, eq=False)
 class Layout(SampleRuns):
-    """The rows of all samples of a model, which depend on connectivity and resolution alone.
+    """The numbers of all samples of a model, which depend on connectivity and resolution alone.
 
     Attributes
     ----------
+    connectivity, base, ru, rv, extra, inner
+        As in `SampleRuns`: the first sample and the divisions of each patch; the first extra sample
+        of each side, and their number.
     resolution : tuple of int
         Requested divisions along u and v.
     blocks : tuple of Block
@@ -63,7 +67,7 @@ class Layout(SampleRuns):
 
     @staticmethod
     def build(connectivity: Connectivity, resolution: tuple[int, int]) -> "Layout":
-        """A new layout: divisions of the edges, and rows of every patch and framed side."""
+        """A new layout: divisions of the edges, and numbers of the samples of patches and edges."""
         ru, rv = resolution
         edge, collapsed = connectivity.edge, connectivity.collapsed
         is_triangle, total = connectivity.is_triangle, len(connectivity.edge)
@@ -81,23 +85,23 @@ class Layout(SampleRuns):
         rus[is_framed], rvs[is_framed] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
         size = 0
-        for with_frames in (False, True):
+        for has_frame in (False, True):
             first = 0
             for number, count in enumerate(connectivity.counts):
-                rows = np.flatnonzero(is_framed[first : first + count] == with_frames)
+                rows = np.flatnonzero(is_framed[first : first + count] == has_frame)
                 if len(rows):
                     grid = int(rus[first + rows[0]]), int(rvs[first + rows[0]])
-                    has_triangles, is_batch = bool(is_triangle[first]), len(rows) == count
-                    block = Block(number, first, rows, grid, size, has_triangles, is_batch)
+                    has_triangles, is_whole_batch = bool(is_triangle[first]), len(rows) == count
+                    block = Block(number, first, rows, grid, size, has_triangles, is_whole_batch)
                     base[first + rows] = size + np.arange(len(rows)) * block.count
                     size += len(rows) * block.count
                     blocks.append(block)
                 first += count
-        grids = np.stack(along_sides(rus, rvs), axis=1)
-        is_separate = is_framed[:, None] & (divisions[edge] != grids) & ~collapsed
+        grid_divisions = np.stack(along_sides(rus, rvs), axis=1)
+        is_separate = is_framed[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
         inner = np.where(is_separate, divisions[edge] - 1, 0)
-        before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
-        extra[is_separate] = size + before[is_separate]
+        samples_before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
+        extra[is_separate] = size + samples_before[is_separate]
         size += int(inner.sum())
         return Layout(
             connectivity=connectivity,
@@ -124,7 +128,7 @@ class Layout(SampleRuns):
             (
                 block,
                 batches[block.batch]
-                if block.is_batch
+                if block.is_whole_batch
                 else batches[block.batch].take(block.patches),
             )
             for block in self.blocks
@@ -137,12 +141,12 @@ class Layout(SampleRuns):
 
     @cached_property
     def may_fold(self) -> bool:
-        """Whether index patterns may not omit all faces that have two vertices at one place."""
+        """Whether index patterns may keep faces that have two vertices at one place."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
     @cached_property
     def may_lose_faces(self) -> bool:
-        """Whether omitting faces without area may omit more than single faces."""
+        """Whether omitting faces without area may omit several faces that are neighbours."""
         is_fine = min(self.ru.min(), self.rv.min()) >= FINE
         return self.may_fold or (self.has_poles and not is_fine)
 
@@ -156,7 +160,11 @@ class Layout(SampleRuns):
         """Whether two samples, of one patch or of two patches, have one place."""
         # A triangle has three corners.
         corners = self.connectivity.corner.size - int(np.count_nonzero(self.is_triangle))
-        return self.connectivity.is_joined or self.connectivity.corners < corners or self.has_poles
+        return (
+            self.connectivity.is_joined
+            or self.connectivity.corner_count < corners
+            or self.has_poles
+        )
 
     @cached_property
     def leaders(self) -> Ints:
@@ -179,7 +187,7 @@ class Layout(SampleRuns):
 
     @cached_property
     def averages(self) -> Averages:
-        """The groups of samples at one place; normals are averaged where the model is smooth."""
+        """The groups of samples at one place; smooth models get the mean of their normals."""
         return Averages.from_leaders(self.leaders)
 
     @cached_property
@@ -214,6 +222,8 @@ class Layout(SampleRuns):
         side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1)
         sides = np.where(self.extra >= 0, self.inner + 1, side_divisions)
         connectivity = self.connectivity
+        # Columns: whether triangle; Ru, Rv; the divisions of four sides; which sides are one point;
+        # which of the corners (0, 0) and (1, 1) two patches cut off by the same line.
         rows = np.concatenate(
             [
                 self.is_triangle[:, None],
@@ -230,16 +240,16 @@ class Layout(SampleRuns):
         for k in np.argsort(first, kind="stable").tolist():
             is_triangle, ru, rv, a, b, c, d, *bits = rows[first[k]].tolist()
             collapsed = bool(bits[0]), bool(bits[1]), bool(bits[2]), bool(bits[3])
-            turned = bool(bits[4]), bool(bits[5])
+            is_turned = bool(bits[4]), bool(bits[5])
             shape: AnyShape = TriangleShape(ru, collapsed)
             if not is_triangle:
-                shape = Shape((ru, rv), (a, b, c, d), collapsed, turned)
+                shape = Shape((ru, rv), (a, b, c, d), collapsed, is_turned)
             numbers_by_shape.append((shape, np.flatnonzero(number == k)))
         return tuple(numbers_by_shape)
 
     def side_groups(self) -> Iterator[tuple[int, Ints]]:
-        """For each number of divisions, yields the sides (patch · 4 + side) that are lines."""
+        """Yields each number of divisions with its sides (patch · 4 + side) that are not points."""
         divisions = self.divisions[self.connectivity.edge.ravel()]
-        lines = ~self.connectivity.collapsed.ravel()
-        for number in np.unique(divisions[lines]).tolist():
-            yield number, np.flatnonzero(lines & (divisions == number))
+        is_line = ~self.connectivity.collapsed.ravel()
+        for number in np.unique(divisions[is_line]).tolist():
+            yield number, np.flatnonzero(is_line & (divisions == number))

@@ -66,11 +66,11 @@ def orient_sides(seams: Seams) -> OrientedSides:
     passage = np.where(seams.backward, -LEFT, LEFT)
     passage[seams.collapsed] = 0
     for group in seams.curves:
-        returns = (group.points == group.points[:, ::-1]).all(axis=(1, 2))
+        does_return = (group.points == group.points[:, ::-1]).all(axis=(1, 2))
         if group.weights is not None:
-            returns &= (group.weights == group.weights[:, ::-1]).all(axis=1)
-        if returns.any():
-            passage[np.isin(seams.edge, group.ids[returns])] = 0
+            does_return &= (group.weights == group.weights[:, ::-1]).all(axis=1)
+        if does_return.any():
+            passage[np.isin(seams.edge, group.ids[does_return])] = 0
     is_counted = passage != 0
     users = np.bincount(seams.edge[is_counted], minlength=len(seams.users))
     return OrientedSides(seams.edge, passage, (users[seams.edge] == 1) & is_counted)

@@ -79,13 +79,13 @@ def _boundary(model: PatchModel, options: MeshOptions, origin: FloatArray, dtype
     """Each distinct edge once, as a polyline through its samples."""
     seams = find_seams(model.batches)
     divisions = Layout.build(seams.connectivity, options.resolution).divisions
-    lines = np.zeros(len(divisions), dtype=bool)
-    lines[seams.edge[~seams.collapsed]] = True
+    is_line = np.zeros(len(divisions), dtype=bool)
+    is_line[seams.edge[~seams.collapsed]] = True
     positions = [np.empty((0, 3), dtype)]
     segments: list[IndexArray] = [np.empty((0, 2), np.uint32)]
     first = 0
-    for number in np.unique(divisions[lines]).tolist():
-        has_divisions = lines & (divisions == number)
+    for number in np.unique(divisions[is_line]).tolist():
+        has_divisions = is_line & (divisions == number)
         points = sample_edges(seams.curves, has_divisions, number, options.method) - origin
         points = points.swapaxes(0, 1)
         index = first + np.arange(points.size // 3, dtype=np.uint32).reshape(len(points), -1)

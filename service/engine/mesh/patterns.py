@@ -33,14 +33,14 @@ class Shape:
 
     `sides` are the divisions of the four sides. If the divisions of a side differ from those of the
     grid, the patch is framed: strips of triangles run along all four sides. `collapsed` says which
-    sides are one point. `turned` says whether the first and the last cell are split along
+    sides are one point. `is_turned` says whether the first and the last cell are split along
     (0, 0)–(1, 1); all other cells are split along the other diagonal.
     """
 
     resolution: tuple[int, int]
     sides: Divisions
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, False)
-    turned: tuple[bool, bool] = (False, False)
+    is_turned: tuple[bool, bool] = (False, False)
 
     @property
     def grid_divisions(self) -> Divisions:
@@ -116,7 +116,7 @@ def _build_grid_faces(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray
 
 
 def build_rim(shape: Shape, kind: Faces) -> tuple[IndexArray, IndexArray]:
-    """Triangles and quads of a patch of this shape, without those of its inner cells.
+    """Triangles and quads of a patch of this shape, without the faces of its inner cells.
 
     The (Ru − 2)(Rv − 2) inner cells touch no side, so their faces do not depend on the sides. So
     all faces can be counted from these faces at the rim, in a time that grows with Ru + Rv.
@@ -185,6 +185,7 @@ def _repeat_rows(row: IndexArray, rows: int, step: int) -> IndexArray:
 
 def _split_quads(cells: NDArray[Index]) -> NDArray[Index]:
     """Two triangles of every quad, split along (1, 0)–(0, 1)."""
+    # The corners 0, 1, 2, 3 of a cell are (0, 0), (1, 0), (1, 1), (0, 1).
     return cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
 
 
@@ -194,9 +195,9 @@ def _turn_corner_cells(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index
     if min(ru, rv) < 2:
         # The other diagonal, too, would join two sides.
         return triangles
-    for turned, begin in zip(shape.turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
-        first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if turned else []
-        for row in np.flatnonzero(first).tolist():
+    for is_turned, begin in zip(shape.is_turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
+        is_first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if is_turned else []
+        for row in np.flatnonzero(is_first).tolist():
             opposite = triangles[row + 1, 1]
             triangles[row + 1, 0], triangles[row, 2] = triangles[row, 0], opposite
     return triangles

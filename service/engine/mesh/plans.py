@@ -108,13 +108,15 @@ def _build_plan(
     """Builds the plan without the cache."""
     welding = means = None
     if layout.is_framed or (options.weld and layout.has_shared_samples):
-        used = _find_used(layout, options.faces) if layout.is_framed or layout.has_poles else None
+        used_samples = (
+            _find_used(layout, options.faces) if layout.is_framed or layout.has_poles else None
+        )
         leader = np.arange(layout.size)
         if options.weld and sharing is None:
             leader = layout.leaders
         elif options.weld and sharing is not None:
             leader[layout.averages.members] = sharing.leaders
-        welding = number_vertices(layout.leaders, leader, used)
+        welding = number_vertices(layout.leaders, leader, used_samples)
     checkpoint()
     faces = join_faces(layout, welding, options.faces, sequence)
     if welding is not None and layout.may_fold and options.weld:
@@ -125,7 +127,7 @@ def _build_plan(
         means = None if sharing and sharing.is_averaged else _find_means(welding, leader)
     triangles, quads, ends = faces
     welds = find_shared_positions(welding) if options.weld else None
-    boundary, watertight = find_mesh_borders(layout, options, (triangles, quads), welds)
+    boundary_edges, watertight = find_mesh_borders(layout, options, (triangles, quads), welds)
     vertices, is_vertex = layout.size, None
     if welding is not None:
         vertices, is_vertex = len(welding.samples), np.zeros(layout.size, np.bool_)
@@ -139,7 +141,7 @@ def _build_plan(
         grids=_build_grids(layout, welding),
         welds=welds,
         position_count=count_positions(vertices, welds),
-        boundary_edges=boundary,
+        boundary_edges=boundary_edges,
         watertight=watertight,
     )
     for array in plan.arrays:
@@ -150,13 +152,15 @@ def _build_plan(
 def _find_means(welding: Welding, leader: Ints) -> tuple[Averages, Ints] | None:
     """Groups of samples that share a vertex, and these vertices; only vertices in faces."""
     averages = Averages.from_leaders(leader)
-    vertex = np.searchsorted(welding.samples, averages.leaders)
-    vertex = np.minimum(vertex, len(welding.samples) - 1)
-    is_kept = welding.samples[vertex] == averages.leaders
-    if not is_kept.all():
-        averages = Averages.from_leaders(leader, np.sort(averages.members[is_kept[averages.slot]]))
-        vertex = np.searchsorted(welding.samples, averages.leaders)
-    return (averages, vertex) if len(averages.leaders) else None
+    vertices = np.searchsorted(welding.samples, averages.leaders)
+    vertices = np.minimum(vertices, len(welding.samples) - 1)
+    has_vertex = welding.samples[vertices] == averages.leaders
+    if not has_vertex.all():
+        averages = Averages.from_leaders(
+            leader, np.sort(averages.members[has_vertex[averages.slot]])
+        )
+        vertices = np.searchsorted(welding.samples, averages.leaders)
+    return (averages, vertices) if len(averages.leaders) else None
 
 
 def _find_used(layout: Layout, kind: Faces) -> Ints:

@@ -35,7 +35,7 @@ class Block:
         The number of the first sample of the block.
     is_triangle : bool
         Whether the patches are triangles.
-    is_batch : bool
+    is_whole_batch : bool
         Whether the block has all patches of the batch.
     """
 
@@ -45,7 +45,7 @@ class Block:
     resolution: tuple[int, int]
     base: int
     is_triangle: bool
-    is_batch: bool
+    is_whole_batch: bool
 
     @property
     def count(self) -> int:
@@ -90,7 +90,7 @@ class SampleRuns:
         If the divisions of a side differ from its grid, the number of its first inner sample; else
         −1.
     inner : ndarray of int, shape (P, 4)
-        The number of extra inner samples of each side.
+        The number of extra samples of each side, between its ends.
     """
 
     connectivity: Connectivity

@@ -65,7 +65,10 @@ class Seams:
         return self.connectivity.users
 
     def renumber(self) -> "Seams":
-        """The seams with edges and corners numbered and directed as in their first patches."""
+        """The seams with edges and corners numbered in the order of their first patches.
+
+        Edges have the directions of the sides of their first patches.
+        """
         connectivity = self.connectivity
         _, side = np.unique(connectivity.edge, return_index=True)
         is_backward = connectivity.backward.ravel()[side]
@@ -93,7 +96,7 @@ class Seams:
             collapsed=connectivity.collapsed,
             corner=number.reshape(-1, 4),
             users=np.bincount(rank[connectivity.edge].ravel()),
-            corners=connectivity.corners,
+            corner_count=connectivity.corner_count,
         )
         return Seams(
             renumbered,
@@ -145,7 +148,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
         collapsed=collapsed,
         corner=corner,
         users=np.bincount(edge),
-        corners=len(distinct),
+        corner_count=len(distinct),
     )
     return Seams(connectivity, corners[distinct], tuple(curves))
 
@@ -159,7 +162,7 @@ def _join_degrees(
     """
     _, side = np.unique(edge, return_index=True)
     is_backward = backward[side]
-    begin, end = (corner[:, which].ravel()[side] for which in (BEGINS, ENDS))
+    begin, end = (corner[:, corners].ravel()[side] for corners in (BEGINS, ENDS))
     begin, end = np.where(is_backward, end, begin), np.where(is_backward, begin, end)
     leader, is_reversed = find_lowest_degree_edges(curves, ~collapsed.ravel()[side], begin, end)
     is_kept = leader == np.arange(len(leader))

@@ -20,8 +20,8 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     Parameters
     ----------
     number : ndarray of int, shape (Ru+1, Rv+1)
-        The indices of the grid. The next indices are those of the extra samples of the sides, one
-        side after another.
+        The indices of the samples of the grid. The extra samples of the sides have the next
+        indices, one side after another.
     sides : tuple of int
         Divisions of the sides.
     """
@@ -49,9 +49,9 @@ def _build_strip(
 ) -> NDArray[np.intp]:
     """Triangles (T, 3) between a side, `outer`, and the shorter line of samples beside it, `inner`.
 
-    The samples of `outer` have equal distances from parameter 0 to 1, those of `inner` from 1/R to
-    1 − 1/R, where R is `divisions`. Each triangle advances by one sample, on the line whose next
-    sample has the smaller parameter.
+    The samples of `outer` are at equal distances from parameter 0 to 1, the samples of `inner` from
+    1/R to 1 − 1/R, where R is `divisions`. Each triangle advances by one sample, on the line whose
+    next sample has the smaller parameter.
     """
     last = len(outer) - 1
     triangles = []

@@ -24,12 +24,12 @@ class Welding:
 
 def weld(
     place: Ints,
-    used: Ints | None,
+    used_samples: Ints | None,
     normals: RealArray | None,
     crease_angle: float,
-    merge: bool,
+    is_merged: bool,
     *,
-    alike: Ints | None = None,
+    same_values: Ints | None = None,
 ) -> Welding:
     """Merges samples at one place whose normals nearly agree; writes their mean into `normals`.
 
@@ -40,62 +40,66 @@ def weld(
     ----------
     place : ndarray of int, shape (N,)
         For each sample, the number of one sample at its position, the same for all samples there.
-    used : ndarray of int, optional
+    used_samples : ndarray of int, optional
         Samples that occur in faces; by default, or without faces, all samples.
     normals : ndarray, shape (N, 3), or None
         Unit normals, if vertices have them.
     crease_angle : float
         Radians; samples whose normals are at a larger angle are not merged.
-    merge : bool
+    is_merged : bool
         If False, each sample becomes a separate vertex.
-    alike : ndarray of int, optional
+    same_values : ndarray of int, optional
         For each sample, one sample at its place that has equal colours, texture coordinates and
-        attributes. Samples with different ones become separate vertices, but may share the mean of
-        their normals.
+        attributes. Samples with different values become separate vertices, but may share the mean
+        of their normals.
     """
-    leader = merge_samples(place, normals, crease_angle, alike) if merge else np.arange(len(place))
-    return number_vertices(place, leader, used)
+    leader = (
+        merge_samples(place, normals, crease_angle, same_values)
+        if is_merged
+        else np.arange(len(place))
+    )
+    return number_vertices(place, leader, used_samples)
 
 
 def merge_samples(
-    place: Ints, normals: RealArray | None, crease_angle: float, alike: Ints | None
+    place: Ints, normals: RealArray | None, crease_angle: float, same_values: Ints | None
 ) -> Ints:
     """For each sample, the sample whose vertex it shares; writes mean normals into `normals`.
 
-    Parameters and rules are those of `weld`.
+    The parameters and the rules are as in `weld`.
     """
-    leader = place if alike is None else alike
+    leader = place if same_values is None else same_values
     if normals is not None:
         leader = find_leaders(place, normals, chord_length(crease_angle))
-        identity = np.arange(len(place))
+        own_numbers = np.arange(len(place))
         averages = Averages.from_leaders(leader)
         normals[averages.leaders] = mean_normals(normals, averages)
-        if alike is not None:
-            shared = np.flatnonzero(leader != identity)
-            normals[shared] = normals[leader[shared]]
-            leader = find_leaders(leader, alike[:, np.newaxis].astype(np.float64), 0.5)
+        if same_values is not None:
+            followers = np.flatnonzero(leader != own_numbers)
+            normals[followers] = normals[leader[followers]]
+            leader = find_leaders(leader, same_values[:, np.newaxis].astype(np.float64), 0.5)
     return leader
 
 
-def number_vertices(place: Ints, leader: Ints, used: Ints | None) -> Welding:
+def number_vertices(place: Ints, leader: Ints, used_samples: Ints | None) -> Welding:
     """The vertices of samples; each sample shares the vertex of its `leader`.
 
-    Parameters are those of `weld`; `leader[leader]` equals `leader`.
+    The parameters are as in `weld`; `leader[leader]` equals `leader`.
     """
-    identity = np.arange(len(place))
-    is_kept = leader == identity
-    if used is not None and len(used):
+    own_numbers = np.arange(len(place))
+    is_kept = leader == own_numbers
+    if used_samples is not None and len(used_samples):
         is_used = np.zeros(len(place), dtype=bool)
-        is_used[leader[used]] = True
+        is_used[leader[used_samples]] = True
         is_kept &= is_used
     samples = np.flatnonzero(is_kept)
     # The first vertex at each place: in reverse order, it is written last, and stays.
     first = np.zeros(len(place), dtype=np.intp)
-    first[place[samples[::-1]]] = identity[: len(samples)][::-1]
+    first[place[samples[::-1]]] = own_numbers[: len(samples)][::-1]
     # A sample without a face is not a vertex. If a grid refers to this sample, the grid gets the
     # vertex at its place.
     number = first[place]
-    number[samples] = identity[: len(samples)]
+    number[samples] = own_numbers[: len(samples)]
     return Welding(number[leader], samples, first[place[samples]])
 
 
@@ -104,19 +108,21 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
 
     If no face uses any vertex at a place, its vertices stay, because a grid may refer to them.
     """
-    used = np.zeros(len(welding.samples), dtype=bool)
+    is_used = np.zeros(len(welding.samples), dtype=bool)
     for rows in faces:
-        used[rows] = True
-    is_shown = np.zeros_like(used)
-    is_shown[welding.welds[used]] = True
-    used |= ~is_shown[welding.welds]
-    kept_vertices = np.flatnonzero(used)
-    number = np.cumsum(used) - 1
-    first = np.zeros_like(number)
-    first[welding.welds[kept_vertices[::-1]]] = number[kept_vertices[::-1]]
-    vertex = np.where(used, number, first[welding.welds])
+        is_used[rows] = True
+    is_shown = np.zeros_like(is_used)
+    is_shown[welding.welds[is_used]] = True
+    is_used |= ~is_shown[welding.welds]
+    kept_vertices = np.flatnonzero(is_used)
+    number = np.cumsum(is_used) - 1
+    first_at_place = np.zeros_like(number)
+    first_at_place[welding.welds[kept_vertices[::-1]]] = number[kept_vertices[::-1]]
+    vertex = np.where(is_used, number, first_at_place[welding.welds])
     return Welding(
-        vertex[welding.vertex], welding.samples[kept_vertices], first[welding.welds[kept_vertices]]
+        vertex[welding.vertex],
+        welding.samples[kept_vertices],
+        first_at_place[welding.welds[kept_vertices]],
     )
 
 

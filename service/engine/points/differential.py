@@ -59,38 +59,38 @@ def evaluate_jets(
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
     normals = np.empty((m, 3))
-    degenerate = np.empty(m, dtype=bool)
+    is_degenerate = np.empty(m, dtype=bool)
     curvatures = np.empty((4, m))
-    for nets, rows, which in nets_of_samples(patches, index):
+    for nets, rows, net_numbers in nets_of_samples(patches, index):
         parameters = u[rows], v[rows]
-        local = _partials(nets, which, *parameters, order)
-        scale = nets.scale[which]
+        local = _partials(nets, net_numbers, *parameters, order)
+        scale = nets.scale[net_numbers]
         partials[:, rows] = local / scale[:, None]
-        partials[0, rows] += nets.middle[which]
+        partials[0, rows] += nets.middle[net_numbers]
         if order > 0:
-            normals[rows], degenerate[rows] = find_normals(nets, which, *parameters)
+            normals[rows], is_degenerate[rows] = find_normals(nets, net_numbers, *parameters)
         if order > 1:
             local_curvatures = regular_curvatures(local, normals[rows])
-            is_pole = degenerate[rows]
+            is_pole = is_degenerate[rows]
             if is_pole.any():
                 u_pole, v_pole = u[rows[is_pole]], v[rows[is_pole]]
                 local_curvatures[:, is_pole] = find_limit_curvatures(
-                    nets, which[is_pole], u_pole, v_pole, normals[rows[is_pole]]
+                    nets, net_numbers[is_pole], u_pole, v_pole, normals[rows[is_pole]]
                 )
-            near_poles = find_curvatures_near(nets, which, *parameters, normals[rows])
+            near_poles = find_curvatures_near(nets, net_numbers, *parameters, normals[rows])
             local_curvatures = np.where(np.isnan(near_poles), local_curvatures, near_poles)
             curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_ends(patches, index, u, v, partials[0])
     return Jets(
         partials,
         normals if order > 0 else None,
-        degenerate if order > 0 else None,
+        is_degenerate if order > 0 else None,
         Curvatures(*curvatures) if order > 1 else None,
     )
 
 
 def _partials(
-    nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, order: int
+    nets: DerivativeNets, net_numbers: Ints, u: FloatArray, v: FloatArray, order: int
 ) -> FloatArray:
     """Partials of the surface, (1, 3 or 6, m, 3), in the local coordinates of the nets."""
     p, q = nets.degree
@@ -100,14 +100,14 @@ def _partials(
     for i, j in PARTIALS[: COUNTS[order]]:
         net, bu, bv = nets.partial_net(i, j), along_u[i], along_v[j]
         if net is None or bu is None or bv is None:
-            partials.append(np.zeros((len(which), nets.point.shape[1])))
+            partials.append(np.zeros((len(net_numbers), nets.point.shape[1])))
         else:
-            partials.append(evaluate_at(net, which, bu, bv))
-    return project_partials(np.stack(partials)) if nets.rational else np.stack(partials)
+            partials.append(evaluate_at(net, net_numbers, bu, bv))
+    return project_partials(np.stack(partials)) if nets.is_rational else np.stack(partials)
 
 
 def project_partials(x: FloatArray) -> FloatArray:
-    """Partials (1, 3 or 6, m, 3) of S = X/w from those of the homogeneous (X, w), (…, m, 4).
+    """Partials (1, 3 or 6, m, 3) of S = X/w from the partials of the homogeneous (X, w), (…, m, 4).
 
         S_u = (X_u − w_u S)/w,  S_uv = (X_uv − w_uv S − w_u S_v − w_v S_u)/w
 
@@ -131,9 +131,11 @@ def _write_ends(
     patches: TensorPatches, index: Ints, u: FloatArray, v: FloatArray, points: FloatArray
 ) -> None:
     """Replaces points at corners and on sides that are one point by the exact control points."""
-    corners = take_corners(patches.points)
-    for side, (on_side, corner) in enumerate(((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))):
-        rows = np.flatnonzero(on_side)
+    corners = take_corners(patches.points)  # (0, 0), (0, 1), (1, 0), (1, 1)
+    for side, (is_on_side, corner) in enumerate(
+        ((u == 0, 0), (u == 1, 2), (v == 0, 0), (v == 1, 1))
+    ):
+        rows = np.flatnonzero(is_on_side)
         rows = rows[patches.collapsed[index[rows], side]]
         points[rows] = corners[index[rows], corner]
     rows = np.flatnonzero(((u == 0) | (u == 1)) & ((v == 0) | (v == 1)))

@@ -8,7 +8,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.points.differential import evaluate_jets
 from service.engine.points.places import ParameterPoints
-from service.engine.points.pole_curvature import NEAR
+from service.engine.points.pole_curvature import MAX_DISTANCE
 from service.engine.points.triangle_differential import evaluate_triangle_jets
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
@@ -31,8 +31,9 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
 """For each order of derivatives, the names and widths of its columns; width 0 is a column of
 bool."""
 
-SERIES = 100_000
-"""The least number of multiplications for the power series of curvatures at or near one pole."""
+SERIES_COST = 100_000
+"""A lower bound of the number of multiplications for the power series of curvatures at or near one
+pole."""
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -100,7 +101,7 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
         total += len(np.unique(index)) * cost_of_patch + len(rows) * cost_of_place
         if order == 2:
             is_near = find_near_poles(batch, index, places.local[rows])
-            total += int(is_near.sum()) * (factor - 1) * (SERIES + 100 * (p + 1) * (q + 1))
+            total += int(is_near.sum()) * (factor - 1) * (SERIES_COST + 100 * (p + 1) * (q + 1))
     return total
 
 
@@ -115,7 +116,7 @@ def find_near_poles(batch: Patches, index: Ints, local: FloatArray) -> Bools:
         # The fourth side of a triangle is always one corner, where no series is needed.
         distances, collapsed = np.stack([u, 1 - u - v, v], axis=1), collapsed[:, :3]
         degree = batch.degree
-    is_near: Bools = np.any(collapsed & (distances <= NEAR / degree), axis=1)
+    is_near: Bools = np.any(collapsed & (distances <= MAX_DISTANCE / degree), axis=1)
     return is_near
 
 

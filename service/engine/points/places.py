@@ -16,7 +16,7 @@ by clients."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ParameterPoints:
-    """m parameters, each on a patch of the model.
+    """m places, each on a patch of the model.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class PointsQuery:
 
 
 def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
-    """The patch and the local parameters of each place of a query.
+    """Find the patch and the local parameters of each place of a query.
 
     A knot belongs to the patch that begins there, and the end of the domain to the last patch.
     Barycentric coordinates are divided by their sum.
@@ -79,8 +79,9 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
                 "none for this kind of surface",
             )
         )
-    numbers = _find_patch_numbers(len(model.domains) or model.patch_count, query)
-    patch = _find_first_patches(model)[numbers]
+    # A number in the request is the number of a surface or, in a model without domains, of a patch.
+    request_numbers = _find_patch_numbers(len(model.domains) or model.patch_count, query)
+    patch = _find_first_patches(model)[request_numbers]
     _check_coordinates(model, patch, query)
     if query.field == "barycentric":
         local = _normalize_sums(query.places)[:, 1:]
@@ -90,8 +91,8 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
         _check_inside(query.places, (unit, unit))
         return ParameterPoints(patch, query.places, np.ones(query.places.shape))
     local, widths = np.empty(query.places.shape), np.empty(query.places.shape)
-    for number in np.unique(numbers).tolist():
-        rows, domain = np.flatnonzero(numbers == number), model.domains[number]
+    for number in np.unique(request_numbers).tolist():
+        rows, domain = np.flatnonzero(request_numbers == number), model.domains[number]
         knots, uv = (domain.u, domain.v), query.places[rows]
         _check_inside(uv, knots, rows)
         (k, u, wu), (m, v, wv) = (_find_spans(uv[:, axis], line) for axis, line in enumerate(knots))
@@ -106,6 +107,7 @@ def _find_first_patches(model: PatchModel) -> Ints:
         return np.array([domain.first for domain in model.domains])
     if model.order is None:
         return np.arange(model.patch_count)
+    # `model.order` has, for each patch of the model, its number in the request.
     row = np.empty(model.patch_count, dtype=np.intp)
     row[model.order] = np.arange(model.patch_count)
     return row
@@ -122,8 +124,8 @@ def _normalize_sums(places: FloatArray) -> FloatArray:
                     "outside_domain",
                     "The place lies outside the triangle.",
                     f"/barycentric/{row}",
-                    f"a least number of {places[row].min():.6g}, a sum of {total[row]:.10g}",
-                    "no number below 0, a sum of 1",
+                    f"least number {places[row].min():.6g}, sum {total[row]:.10g}",
+                    "three numbers of at least 0, sum 1",
                 )
                 for row in np.flatnonzero(~is_inside)[:MAX_ISSUES].tolist()
             )
@@ -132,18 +134,18 @@ def _normalize_sums(places: FloatArray) -> FloatArray:
     return normalized
 
 
-def _check_coordinates(model: PatchModel, numbers: Ints, query: PointsQuery) -> None:
+def _check_coordinates(model: PatchModel, patch: Ints, query: PointsQuery) -> None:
     """Refuses barycentric coordinates on tensor patches, and (u, v) on triangles."""
     is_triangle = np.concatenate(
         [np.full(batch.count, isinstance(batch, TrianglePatches)) for batch in model.batches]
     )
-    wrong = np.flatnonzero(is_triangle[numbers] != (query.field == "barycentric"))
-    if len(wrong):
+    refused_rows = np.flatnonzero(is_triangle[patch] != (query.field == "barycentric"))
+    if len(refused_rows):
         raise InvalidRequest(
             Issue(
                 "wrong_parameters",
                 "Places on a triangle are barycentric; places on all other patches are uv.",
-                f"/{query.field}/{wrong[0]}",
+                f"/{query.field}/{refused_rows[0]}",
                 query.field,
                 "uv" if query.field == "barycentric" else "barycentric",
             )
@@ -160,29 +162,30 @@ def _find_spans(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, Flo
 def _check_inside(
     uv: FloatArray, knots: tuple[FloatArray, FloatArray], rows: Ints | None = None
 ) -> None:
-    """Refuses parameters outside of the knots; `rows` are their rows in the request."""
+    """Refuses (u, v) outside of the knots; `rows` are the rows of `uv` in the request, else all."""
     low, high = (np.array([line[end] for line in knots]) for end in (0, -1))
-    places = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]
-    if len(places):
+    # Each index is a pair: the row, and 0 for u or 1 for v.
+    outside = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]
+    if len(outside):
         raise InvalidRequest(
             *(
                 Issue(
                     "outside_domain",
                     "The parameter lies outside the surface.",
-                    "/uv" + pointer((place[0] if rows is None else int(rows[place[0]]), place[1])),
-                    format_number(uv[tuple(place)]),
-                    f"{format_number(low[place[1]])} to {format_number(high[place[1]])}",
+                    "/uv" + pointer((index[0] if rows is None else int(rows[index[0]]), index[1])),
+                    format_number(uv[tuple(index)]),
+                    f"{format_number(low[index[1]])} to {format_number(high[index[1]])}",
                 )
-                for place in places.tolist()
+                for index in outside.tolist()
             )
         )
 
 
-def _find_patch_numbers(most: int, query: PointsQuery) -> Ints:
-    """For each place, the number of its surface or patch; all numbers must be below `most`."""
+def _find_patch_numbers(number_count: int, query: PointsQuery) -> Ints:
+    """For each place, the number of its surface or patch, which is below `number_count`."""
     count, patch = len(query.places), query.patch
     if patch is None:
-        if most > 1:
+        if number_count > 1:
             raise InvalidRequest(
                 Issue(
                     "missing_field",
@@ -203,18 +206,18 @@ def _find_patch_numbers(most: int, query: PointsQuery) -> Ints:
                 f"{count}, or a single number",
             )
         )
-    places = np.argwhere((patch < 0) | (patch >= most))[:MAX_ISSUES]
-    if len(places):
+    refused = np.argwhere((patch < 0) | (patch >= number_count))[:MAX_ISSUES]
+    if len(refused):
         raise InvalidRequest(
             *(
                 Issue(
                     "index_out_of_range",
                     "Patches are numbered from 0, in the order of the request.",
-                    "/patch" + pointer(place),
-                    str(patch[tuple(place)]),
-                    f"0 to {most - 1}",
+                    "/patch" + pointer(index),
+                    str(patch[tuple(index)]),
+                    f"0 to {number_count - 1}",
                 )
-                for place in places.tolist()
+                for index in refused.tolist()
             )
         )
     return np.broadcast_to(patch, count).astype(np.intp)

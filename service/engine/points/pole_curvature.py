@@ -16,16 +16,17 @@ from service.engine.evaluation.degenerate import Direction, trace_inwards
 from service.engine.evaluation.nets import PARTIALS, DerivativeNets
 from service.engine.points.series import Series, cross, dot, expand
 
-ORDERS = (1, 4)
+MAX_ORDERS = (1, 4)
 """The orders of the zero of S_u × S_v up to which limits are computed: first up to order 1, which
 usual poles have, then up to order 4. Since K is a quotient by |S_u × S_v|⁴, a zero of order k takes
 4 k + 1 terms."""
 
-NEAR = 2.0**-8
+MAX_DISTANCE = 2.0**-8
 """The power series is used up to this distance from a pole, divided by the degree."""
 
 NEAR_TERMS = 10
-"""The number of terms of a series near a pole. The error of truncation is of the order of NEAR⁶."""
+"""The number of terms of a series near a pole. The error of truncation is of the order of
+MAX_DISTANCE⁶."""
 
 MAX_ERROR = 2.0**-20
 """The largest error of a limit that is reported: relative, or in units of the net if the limit is
@@ -33,7 +34,7 @@ below 1."""
 
 
 def find_curvatures_near(
-    nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
+    nets: DerivativeNets, patch_numbers: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
     """Curvatures K, H, k_1, k_2, shape (4, m), near sides that are one point.
 
@@ -41,15 +42,15 @@ def find_curvatures_near(
 
     Parameters
     ----------
-    which : ndarray of int, shape (m,)
+    patch_numbers : ndarray of int, shape (m,)
         The patch of each parameter in `nets`.
     normals : ndarray of float64, shape (m, 3)
         Unit normals, which decide the sign.
     """
-    result = np.full((4, len(which)), np.nan)
+    result = np.full((4, len(patch_numbers)), np.nan)
     distances = np.stack([u, 1 - u, v, 1 - v], axis=1)
-    is_inside = (distances > 0) & (distances <= NEAR / max(nets.degree))
-    is_near = nets.collapsed[which] & is_inside
+    is_inside = (distances > 0) & (distances <= MAX_DISTANCE / max(nets.degree))
+    is_near = nets.collapsed[patch_numbers] & is_inside
     distances = np.where(is_near, distances, np.inf)
     nearest = distances.argmin(axis=1)
     for side in range(4):
@@ -57,29 +58,29 @@ def find_curvatures_near(
         if len(rows):
             at_side = np.full(len(rows), float(side % 2))
             if side < 2:
-                line = Line(nets, which[rows], at_side, v[rows], "u")
+                line = Line(nets, patch_numbers[rows], at_side, v[rows], "u")
             else:
-                line = Line(nets, which[rows], u[rows], at_side, "v")
+                line = Line(nets, patch_numbers[rows], u[rows], at_side, "v")
             series = line.series(NEAR_TERMS)
             result[:, rows] = _compute_curvatures(series, normals[rows], distances[rows, side])
     return result
 
 
 def find_limit_curvatures(
-    nets: DerivativeNets, which: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
+    nets: DerivativeNets, patch_numbers: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
     """Limits of K, H, k_1, k_2 where S_u × S_v vanishes, in the scale of the nets: (4, m).
 
     They are limits along the first line into the patch on which S_u × S_v does not vanish
     everywhere; `service.engine.evaluation.degenerate` defines the order of the lines.
     """
-    result = np.full((4, len(which)), np.nan)
-    is_unresolved = np.ones(len(which), dtype=bool)
-    on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
+    result = np.full((4, len(patch_numbers)), np.nan)
+    is_unresolved = np.ones(len(patch_numbers), dtype=bool)
+    is_on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     is_corner = ((u == 0) | (u == 1)) & ((v == 0) | (v == 1))
     orders: tuple[tuple[Bools, tuple[Direction, ...]], ...] = (
-        (~on_u_edge_only, ("v", "u")),
-        (on_u_edge_only, ("u", "v")),
+        (~is_on_u_edge_only, ("v", "u")),
+        (is_on_u_edge_only, ("u", "v")),
         (is_corner, ("diagonal",)),
     )
     for group, directions in orders:
@@ -87,24 +88,24 @@ def find_limit_curvatures(
             rows = np.flatnonzero(group & is_unresolved)
             if not len(rows):
                 continue
-            order = Line(nets, which[rows], u[rows], v[rows], direction).order()
-            is_unresolved[rows[order <= ORDERS[-1]]] = False
-            for least, most in pairwise((-1, *ORDERS)):
-                block = rows[(order > least) & (order <= most)]
+            order = Line(nets, patch_numbers[rows], u[rows], v[rows], direction).order()
+            is_unresolved[rows[order <= MAX_ORDERS[-1]]] = False
+            for lower_order, upper_order in pairwise((-1, *MAX_ORDERS)):
+                block = rows[(order > lower_order) & (order <= upper_order)]
                 if len(block):
-                    line = Line(nets, which[block], u[block], v[block], direction)
+                    line = Line(nets, patch_numbers[block], u[block], v[block], direction)
                     result[:, block] = _compute_curvatures(
-                        line.series(4 * most + 1), normals[block]
+                        line.series(4 * upper_order + 1), normals[block]
                     )
     return result
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """m lines into patches: line k begins at (u[k], v[k]) of patch `which[k]` of the nets."""
+    """m lines into patches: line k begins at (u[k], v[k]) of net `patch_numbers[k]`."""
 
     nets: DerivativeNets
-    which: Ints
+    patch_numbers: Ints
     u: FloatArray
     v: FloatArray
     direction: Direction
@@ -112,16 +113,16 @@ class Line:
     def order(self) -> FloatArray:
         """The order of the zero of S_u × S_v at the beginning of each line, (m,).
 
-        It is larger than the highest order in `ORDERS` if that number of terms vanishes.
+        It is larger than the highest order in `MAX_ORDERS` if that number of terms vanishes.
         """
-        su, sv = self.series(ORDERS[-1] + 1, has_second=False)
+        su, sv = self.series(MAX_ORDERS[-1] + 1, has_second=False)
         order: FloatArray = cross(su, sv).first().min(axis=1)
         return order
 
     def series(self, count: int, *, has_second: bool = True) -> list[Series]:
         """S_u, S_v and, if `has_second`, S_uu, S_uv, S_vv along the lines: vectors (m, 3, T)."""
         partials = [self._partial(i, j, count) for i, j in PARTIALS[: 6 if has_second else 3]]
-        if not self.nets.rational:
+        if not self.nets.is_rational:
             return partials[1:]
         x, w = [f.axes(slice(0, 3)) for f in partials], [f.axes(slice(3, 4)) for f in partials]
         s = x[0] / w[0]
@@ -138,9 +139,9 @@ class Line:
         """The partial ∂^{i+j}/∂u^i ∂v^j along the lines, as series of `count` terms, (m, d, T)."""
         net = self.nets.partial_net(i, j)
         if net is None:
-            zero = np.zeros((len(self.which), self.nets.point.shape[1], count))
+            zero = np.zeros((len(self.patch_numbers), self.nets.point.shape[1], count))
             return Series(zero, zero)
-        return expand(trace_inwards(net, self.which, self.u, self.v, self.direction), count)
+        return expand(trace_inwards(net, self.patch_numbers, self.u, self.v, self.direction), count)
 
 
 def _compute_curvatures(
@@ -160,20 +161,21 @@ def _compute_curvatures(
     n = cross(su, sv)
     order = n.first().min(axis=1)
     ell, em, pe = (dot(partial, n) for partial in (suu, suv, svv))
-    square, _ = dot(n, n).tail(2 * order, distance)
-    gauss, gauss_error = _divide(ell * pe - em * em, 4 * order, square**2, distance)
+    squared_normal, _ = dot(n, n).tail(2 * order, distance)
+    gauss, gauss_error = _divide(ell * pe - em * em, 4 * order, squared_normal**2, distance)
     mean, mean_error = _divide(
         ell * dot(sv, sv) - (em * dot(su, sv)).times(2) + pe * dot(su, su),
         3 * order,
-        2 * square**1.5,
+        2 * squared_normal**1.5,
         distance,
     )
     # The given normal may be the limit along another line, and have the opposite sign.
-    leading, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
-    mean = np.where(vectors.dot(leading, normals) < 0, -mean, mean)
-    spread = mean**2 - gauss
+    direction, _ = n.tail(np.repeat(order[:, np.newaxis], 3, axis=1), 0.0)
+    mean = np.where(vectors.dot(direction, normals) < 0, -mean, mean)
+    # The square of half the difference of k_1 and k_2.
+    square = mean**2 - gauss
     uncertainty = 2 * np.abs(mean) * mean_error + gauss_error
-    spread = np.sqrt(np.where(spread <= uncertainty, 0.0, spread))
+    spread = np.sqrt(np.where(square <= uncertainty, 0.0, square))
     return np.stack([gauss, mean, mean + spread, mean - spread])
 
 

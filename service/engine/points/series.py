@@ -59,7 +59,7 @@ class Series:
         The error of each term affects all later terms.
         """
         terms, errors = np.array(self.terms), np.array(self.errors)
-        begin = other.terms[..., 0]
+        first_divisor = other.terms[..., 0]
         size = np.abs(other.terms)
         for k in range(terms.shape[-1]):
             b, earlier = slice(1, k + 1), slice(0, k)
@@ -69,9 +69,11 @@ class Series:
                 ROUNDING * size[..., b] + other.errors[..., b]
             ) * np.abs(q)
             errors[..., k] += term_errors.sum(axis=-1)
-            terms[..., k] /= begin
-            errors[..., k] /= begin
-            errors[..., k] += (ROUNDING + other.errors[..., 0] / begin) * np.abs(terms[..., k])
+            terms[..., k] /= first_divisor
+            errors[..., k] /= first_divisor
+            errors[..., k] += (ROUNDING + other.errors[..., 0] / first_divisor) * np.abs(
+                terms[..., k]
+            )
         return Series(terms, errors)
 
     def times(self, factor: float) -> "Series":
@@ -135,6 +137,7 @@ def dot(a: Series, b: Series) -> Series:
 
 def cross(a: Series, b: Series) -> Series:
     """Cross product of vectors (m, 3, T) of series."""
+    # y, z, x times z, x, y, minus z, x, y times y, z, x.
     return a.axes([1, 2, 0]) * b.axes([2, 0, 1]) - a.axes([2, 0, 1]) * b.axes([1, 2, 0])
 
 
@@ -142,6 +145,6 @@ def _multiply_series(a: FloatArray, b: FloatArray) -> FloatArray:
     """The terms Σ_i a_i b_{k−i}, by a product with the matrix of all b_{k−i}."""
     count = a.shape[-1]
     exponent = np.subtract.outer(np.arange(count), np.arange(count))
-    spread = np.where(exponent >= 0, b[..., np.maximum(exponent, 0)], 0.0)
-    product: FloatArray = np.einsum("...i,...ki->...k", a, spread)
+    matrix = np.where(exponent >= 0, b[..., np.maximum(exponent, 0)], 0.0)
+    product: FloatArray = np.einsum("...i,...ki->...k", a, matrix)
     return product

@@ -35,40 +35,44 @@ def evaluate_triangle_jets(
     """
     m = len(index)
     partials = np.empty((COUNTS[order], m, 3))
-    normals, degenerate = np.empty((m, 3)), np.empty(m, dtype=bool)
+    normals, is_degenerate = np.empty((m, 3)), np.empty(m, dtype=bool)
     if order > 0:
-        normals, degenerate = normals_at(patches, index, s, t)
+        normals, is_degenerate = normals_at(patches, index, s, t)
     curvatures = np.empty((4, m))
-    for local, rows, which in triangles_of_samples(patches, index):
+    for local, rows, patch_numbers in triangles_of_samples(patches, index):
         places = to_barycentric(s[rows], t[rows])
-        local_partials = _partials(local.patches, which, places, order)
-        scale = local.scale[which]
+        local_partials = _partials(local.patches, patch_numbers, places, order)
+        scale = local.scale[patch_numbers]
         partials[:, rows] = local_partials / scale[:, None]
-        partials[0, rows] += local.middle[which]
+        partials[0, rows] += local.middle[patch_numbers]
         if order > 1:
             local_curvatures = regular_curvatures(local_partials, normals[rows])
-            local_curvatures[:, degenerate[rows]] = np.nan
-            near_pole = degenerate[rows] | local.patches.collapsed[which, :3].any(axis=1)
-            if near_pole.any():
-                local_curvatures[:, near_pole] = _correct_near_poles(
+            local_curvatures[:, is_degenerate[rows]] = np.nan
+            is_near_pole = is_degenerate[rows] | local.patches.collapsed[patch_numbers, :3].any(
+                axis=1
+            )
+            if is_near_pole.any():
+                local_curvatures[:, is_near_pole] = _correct_near_poles(
                     local.patches,
-                    which[near_pole],
-                    places[near_pole],
-                    normals[rows[near_pole]],
-                    local_curvatures[:, near_pole],
+                    patch_numbers[is_near_pole],
+                    places[is_near_pole],
+                    normals[rows[is_near_pole]],
+                    local_curvatures[:, is_near_pole],
                 )
             curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_corners(patches, index, (s, t), partials[0])
     return Jets(
         partials,
         normals if order > 0 else None,
-        degenerate if order > 0 else None,
+        is_degenerate if order > 0 else None,
         Curvatures(*curvatures) if order > 1 else None,
     )
 
 
-def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: int) -> FloatArray:
-    """Partials of patches `which` at barycentric places (m, 3): shape (1, 3 or 6, m, 3)."""
+def _partials(
+    local: TrianglePatches, patch_numbers: Ints, places: FloatArray, order: int
+) -> FloatArray:
+    """Partials of patches `patch_numbers` at barycentric places (m, 3): shape (1, 3 or 6, m, 3)."""
     n = local.degree
     net = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
     nets = {(0, 0): net}
@@ -77,29 +81,29 @@ def _partials(local: TrianglePatches, which: Ints, places: FloatArray, order: in
     if order > 1 and n > 1:
         nets[2, 0], nets[1, 1] = partial_nets(nets[1, 0])
         nets[0, 2] = partial_nets(nets[0, 1])[1]
-    partials = np.zeros((COUNTS[order], len(which), net.shape[-1]))
+    partials = np.zeros((COUNTS[order], len(patch_numbers), net.shape[-1]))
     for row, key in enumerate(PARTIALS[: COUNTS[order]]):
         if key in nets:
             total_order = sum(key)
             basis = triangle_basis.triangle_bernstein(n - total_order, places)
             factor = (1, n, n * (n - 1))[total_order]
-            partials[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, which])
+            partials[row] = factor * np.einsum("km,kmd->md", basis, nets[key][:, patch_numbers])
     return project_partials(partials) if local.weights is not None else partials
 
 
 def _correct_near_poles(
     local: TrianglePatches,
-    which: Ints,
+    patch_numbers: Ints,
     places: FloatArray,
     normals: FloatArray,
     curvatures: FloatArray,
 ) -> FloatArray:
     """Curvatures (4, m): limits in place of NaN, and series near sides that are one point."""
-    used, row = np.unique(which, return_inverse=True)
+    used, row = np.unique(patch_numbers, return_inverse=True)
     nets = DerivativeNets(local.take(used).to_tensor(), np.arange(len(used)))
     # The side v = 1 is a pole of the tensor-product form, but not of the triangle.
     nets.collapsed[:, 3] = False
-    u, v = tensor_u(local, which, places), places[:, 2]
+    u, v = tensor_u(local, patch_numbers, places), places[:, 2]
     units = np.stack([nets.scale**2, nets.scale, nets.scale, nets.scale])[:, row]
     missing = np.flatnonzero(np.isnan(curvatures).all(axis=0))
     curvatures[:, missing] = find_limit_curvatures(
@@ -115,6 +119,6 @@ def _write_corners(
 ) -> None:
     """Replaces points at corners by the exact control points."""
     s, t = places
-    for number, at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
-        rows = np.flatnonzero(at_corner)
+    for number, is_at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
+        rows = np.flatnonzero(is_at_corner)
         points[rows] = patches.corners[index[rows], number]

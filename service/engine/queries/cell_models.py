@@ -13,7 +13,7 @@ their Bézier nets, follow bounds over the whole cell:
 
     τ_aa = T_aaa + T_aab,  τ_ab = T_aab + T_abb,  τ_bb = T_abb + T_bbb,
     |S_a − A − Q_aa a − Q_ab b| ≤ ρ_a = ½ (τ_aa + τ_ab),  α = |Q_aa| + |Q_ab| + ρ_a,  β alike,
-    |rest| ≤ (T_aaa + 3 T_aab + 3 T_abb + T_bbb) / 6,  that of S_a and S_b together 3 times as much
+    |rest| ≤ (T_aaa + 3 T_aab + 3 T_abb + T_bbb) / 6,  for S_a and S_b together 3 times this
 
 With n the unit normal at the centre, n · S_ij is bounded in the same way. This bound is smaller
 near poles, where second partials are nearly tangent to the surface.
@@ -118,35 +118,45 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         weights = nets[:, :, 3:]
         points = nets[:, :, :3] / weights
         ratio = (weights.max(axis=(0, 1)) / weights.min(axis=(0, 1)))[0]
-    about = points - center
-    radius = largest_length(about)
-    bounds = bounds_of_partials(about, weights, radius)
+    points_about_center = points - center
+    radius = largest_length(points_about_center)
+    bounds = bounds_of_partials(points_about_center, weights, radius)
     errors = {(i, j): 8 * error * ratio ** (i + j) * float(p**i * q**j) for i, j in ORDERS}
     third = [1.0000001 * bounds[item] + errors[item] for item in THIRD]
     a, b, aa, ab, bb = (partials[item] for item in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     normal = _unit_normals(a, b)
-    heights = inner(about, normal)[:, :, np.newaxis]
+    heights = inner(points_about_center, normal)[:, :, np.newaxis]
     bounds = bounds_of_partials(heights, weights, np.abs(heights).max(axis=(0, 1, 2)))
     lifts = [1.0000001 * bounds[item] + errors[item] for item in THIRD]
-    long_a, long_b, *bends = (length(item) for item in (a, b, aa, ab, bb))
-    slope_a, slope_b = errors[1, 0] + 8 * UNIT * long_a, errors[0, 1] + 8 * UNIT * long_b
-    wrong = [errors[2 - k, k] + 8 * UNIT * bend for k, bend in enumerate(bends)]
-    least = 2 * error + slope_a + slope_b + wrong[0] / 2 + wrong[1] + wrong[2] / 2
+    length_a, length_b, *bends = (length(item) for item in (a, b, aa, ab, bb))
+    slope_a, slope_b = errors[1, 0] + 8 * UNIT * length_a, errors[0, 1] + 8 * UNIT * length_b
+    second_errors = [errors[2 - k, k] + 8 * UNIT * bend for k, bend in enumerate(bends)]
+    value_error = (
+        2 * error
+        + slope_a
+        + slope_b
+        + second_errors[0] / 2
+        + second_errors[1]
+        + second_errors[2] / 2
+    )
     radius += 2 * error
     table = np.empty((COLUMNS, nets.shape[3]))
     table[CENTER : CENTER + 3], table[RADIUS], table[ERROR] = center, radius, error
     for first, item in zip(VECTORS, (a, b, aa, ab, bb, normal), strict=True):
         table[first : first + 3] = item
     table[FORM_AA], table[FORM_AB], table[FORM_BB] = dot(a, a), dot(a, b), dot(b, b)
-    table[REST], table[REST_LIFT] = _remainder(third, least), _remainder(lifts, least)
+    table[REST], table[REST_LIFT] = _remainder(third, value_error), _remainder(lifts, value_error)
     for k in range(3):
-        tau = third[k] + third[k + 1] + wrong[k]
-        table[BEND_AA + k], table[LIFT_AA + k] = tau, lifts[k] + lifts[k + 1] + wrong[k]
+        tau = third[k] + third[k + 1] + second_errors[k]
+        table[BEND_AA + k], table[LIFT_AA + k] = tau, lifts[k] + lifts[k + 1] + second_errors[k]
     table[SLOPE_A], table[SLOPE_B] = slope_a, slope_b
-    table[LEAST_A], table[LEAST_B] = 2 * error * (long_a + slope_a), 2 * error * (long_b + slope_b)
-    table[STRAIN] = table[REST] / np.minimum(long_a, long_b)
-    table[ROUND] = 16 * UNIT * (long_a + long_b + bends[0] + 2 * bends[1] + bends[2])
-    table[SPREAD_AA : SPREAD_BB + 1] = _spreads(table, (long_a, long_b), bends, wrong)
+    table[LEAST_A], table[LEAST_B] = (
+        2 * error * (length_a + slope_a),
+        2 * error * (length_b + slope_b),
+    )
+    table[STRAIN] = table[REST] / np.minimum(length_a, length_b)
+    table[ROUND] = 16 * UNIT * (length_a + length_b + bends[0] + 2 * bends[1] + bends[2])
+    table[SPREAD_AA : SPREAD_BB + 1] = _spreads(table, (length_a, length_b), bends, second_errors)
     for column, axis in ((SIZE_A, 0), (SIZE_B, 1)):
         steps = np.diff(points, axis=axis)
         table[column] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
@@ -160,22 +170,23 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
 
 def _spreads(
     table: FloatArray,
-    long: tuple[FloatArray, FloatArray],
+    tangent_lengths: tuple[FloatArray, FloatArray],
     bends: list[FloatArray],
-    wrong: list[FloatArray],
+    second_errors: list[FloatArray],
 ) -> list[FloatArray]:
     """The three rows SPREAD of a model.
 
-    `long` has the lengths of A and B, `bends` those of Q_aa, Q_ab and Q_bb, and `wrong` bounds of
-    the errors of Q.
+    `tangent_lengths` are the lengths of A and B, `bends` the lengths of Q_aa, Q_ab and Q_bb, and
+    `second_errors` bounds of the errors of Q.
     """
     a, b, aa, ab, bb = (table[first : first + 3] for first in VECTORS[:5])
     tau = table[BEND_AA : BEND_BB + 1]
-    rests = [
-        (tau[k] + tau[k + 1] + wrong[k] + wrong[k + 1]) / 2 + table[SLOPE_A + k] for k in range(2)
+    remainders = [
+        (tau[k] + tau[k + 1] + second_errors[k] + second_errors[k + 1]) / 2 + table[SLOPE_A + k]
+        for k in range(2)
     ]
-    most = [bends[k] + bends[k + 1] + rests[k] for k in range(2)]
-    lines = [
+    max_changes = [bends[k] + bends[k + 1] + remainders[k] for k in range(2)]
+    slopes = [
         np.abs(line)
         for line in (
             3 * dot(a, aa),
@@ -184,11 +195,17 @@ def _spreads(
             3 * dot(b, bb),
         )
     ]
-    rounding = 64 * UNIT * (long[0] + long[1]) * (bends[0] + bends[1] + bends[2])
+    rounding = (
+        64 * UNIT * (tangent_lengths[0] + tangent_lengths[1]) * (bends[0] + bends[1] + bends[2])
+    )
     spreads = []
     for k, (i, j, second) in enumerate(((0, 0, aa), (0, 1, ab), (1, 1, bb))):
-        value = lines[k] + lines[k + 1] + rounding
-        value += long[i] * rests[j] + long[j] * rests[i] + most[i] * most[j]
+        value = slopes[k] + slopes[k + 1] + rounding
+        value += (
+            tangent_lengths[i] * remainders[j]
+            + tangent_lengths[j] * remainders[i]
+            + max_changes[i] * max_changes[j]
+        )
         value += 0.5 * np.abs(dot(aa, second)) + np.abs(dot(ab, second))
         value += 0.5 * np.abs(dot(bb, second))
         value += table[REST] * bends[k] + table[RADIUS] * tau[k]
@@ -204,9 +221,9 @@ def _unit_normals(a: FloatArray, b: FloatArray) -> FloatArray:
     return normal
 
 
-def _remainder(third: list[FloatArray], least: FloatArray) -> FloatArray:
+def _remainder(third: list[FloatArray], value_error: FloatArray) -> FloatArray:
     """Bound of the remainder of a model of second order.
 
-    It is `least`, for rounding, plus a bound that follows from the bounds of third partials.
+    It is `value_error`, for rounding, plus a bound that follows from the bounds of third partials.
     """
-    return np.asarray(least + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)
+    return np.asarray(value_error + (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6)

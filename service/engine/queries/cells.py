@@ -19,17 +19,17 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
-DEEPEST = 96
+MAX_HALVINGS = 96
 """The most halvings of a cell. Such a cell is at least 2^−48 wide and high, so its parameters are
 exact numbers."""
 
-SURE = 6
-"""A cell that is not nearly flat counts as coarse if it was halved fewer times (`is_coarse`)."""
+COARSE_HALVINGS = 6
+"""A cell that was halved fewer times than this counts as coarse if it is not nearly flat."""
 
-MOST_BYTES = 96 << 20
+MAX_BYTES = 96 << 20
 """The most bytes of all cells and their nets, without the first nets."""
 
-MOST_ADDITIONS = 600_000_000
+MAX_ADDITIONS = 600_000_000
 """The most additions of numbers for halving cells in a request; each takes 6 to 40 ns. At degree 32
 halving a cell takes a millisecond. At low degrees the limit of pairs is reached first."""
 
@@ -126,43 +126,43 @@ class CellTree:
         )
 
     def drop_if_large(self) -> None:
-        """Drop the cells that halving added, if they take more than half of `MOST_BYTES`."""
-        if self.nbytes <= MOST_BYTES // 2:
+        """Drop the cells that halving added, if they take more than half of `MAX_BYTES`."""
+        if self.nbytes <= MAX_BYTES // 2:
             return
         self.count = self.roots
         for space, count in zip(self._spaces, self._root_counts, strict=True):
             space.count = count
         self._child[self.first] = -1
 
-    def halve_first(self, most: int, column: int, limit: float) -> None:
+    def halve_first(self, max_first: int, column: int, limit: float) -> None:
         """Halve first cells as long as a number of their model is above a limit.
 
-        The halves are first cells, too, of which there may be at most `most`. `column` is the
+        The halves are first cells, too, of which there may be at most `max_first`. `column` is the
         position of the number in a model.
         """
         while True:
-            coarse = self.models[column, self.first] > limit
-            if not coarse.any() or len(self.first) + 3 * np.count_nonzero(coarse) > most:
+            is_coarse = self.models[column, self.first] > limit
+            if not is_coarse.any() or len(self.first) + 3 * np.count_nonzero(is_coarse) > max_first:
                 break
-            children, _ = self.children(self.first[coarse])
-            self.first = np.concatenate([self.first[~coarse], children])
+            children, _ = self.children(self.first[is_coarse])
+            self.first = np.concatenate([self.first[~is_coarse], children])
         self.roots, self._root_counts = self.count, [space.count for space in self._spaces]
 
     @property
     def is_full(self) -> bool:
-        """Whether the cells take more than `MOST_BYTES`, so that no more cells can be halved."""
-        return self.nbytes > MOST_BYTES
+        """Whether the cells take more than `MAX_BYTES`, so that no more cells can be halved."""
+        return self.nbytes > MAX_BYTES
 
     def is_coarse(self, cells: Ints, strain: float) -> Bools:
-        """Which cells were halved fewer than `SURE` times and are not nearly flat."""
-        coarse = self.models[columns.STRAIN].take(cells) > strain
-        return np.asarray(coarse & (self._depth.take(cells) < SURE))
+        """Which cells were halved fewer than `COARSE_HALVINGS` times and are not nearly flat."""
+        has_strain = self.models[columns.STRAIN].take(cells) > strain
+        return np.asarray(has_strain & (self._depth.take(cells) < COARSE_HALVINGS))
 
     def can_halve(self, cells: Ints) -> Bools:
         """Which cells have children or can be halved."""
-        if self.is_full or self.additions > MOST_ADDITIONS:
+        if self.is_full or self.additions > MAX_ADDITIONS:
             return np.asarray(self._child[cells] >= 0)
-        return np.asarray(self._depth[cells] < DEEPEST)
+        return np.asarray(self._depth[cells] < MAX_HALVINGS)
 
     def children(self, cells: Ints) -> tuple[Ints, Ints]:
         """The children of cells (n,); cells without children are halved first.
@@ -187,19 +187,23 @@ class CellTree:
             return np.zeros((4, len(nets)), bool)
         points = _points(nets)
         sides = points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1]
-        near = 4 * columns.UNIT * self.largest
-        return np.stack([(np.abs(s - s[:, :1]) <= near).all(axis=(1, 2)) for s in sides])
+        tolerance = 4 * columns.UNIT * self.largest
+        return np.stack([(np.abs(s - s[:, :1]) <= tolerance).all(axis=(1, 2)) for s in sides])
 
     def _halve(self, cells: Ints) -> None:
         """Halve cells that have no children; cells of one group are halved together."""
         a, b = (self.models[size, cells] for size in self._table.sizes)
-        along_a, along_b = 2 * a >= b, (2 * b > a) & (b > 0)
-        self._children[cells] = np.where(along_a & along_b, 4, 2)
+        is_halved_along_a, is_halved_along_b = 2 * a >= b, (2 * b > a) & (b > 0)
+        self._children[cells] = np.where(is_halved_along_a & is_halved_along_b, 4, 2)
         for group in range(len(self._spaces)):
-            is_one = self._group[cells] == group
+            is_in_group = self._group[cells] == group
             parts = []
             for axes in ((0,), (1,), (0, 1)):
-                chosen = cells[is_one & (along_a == (0 in axes)) & (along_b == (1 in axes))]
+                chosen = cells[
+                    is_in_group
+                    & (is_halved_along_a == (0 in axes))
+                    & (is_halved_along_b == (1 in axes))
+                ]
                 if len(chosen):
                     nets = self._spaces[group].nets[self._row[chosen]]
                     place, sides = self.place[:, chosen], self.point_sides[:, chosen]
@@ -220,14 +224,14 @@ class CellTree:
 
     def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
         """Add cells with these nets; fills the arrays that follow from the nets alone."""
-        first, last = self.count, self.count + len(nets)
-        if last > len(self.net):
-            self._grow(max(last, 2 * len(self.net)))
-        run = slice(first, last)
+        begin, end = self.count, self.count + len(nets)
+        if end > len(self.net):
+            self._grow(max(end, 2 * len(self.net)))
+        run = slice(begin, end)
         self.models[:, run] = self._table.models(nets, depth, self.largest)
         self._group[run], self._depth[run], self._child[run] = group, depth, -1
         self._row[run] = self._spaces[group].append(nets)
-        self.count = last
+        self.count = end
         return run
 
     def _grow(self, size: int) -> None:

@@ -50,24 +50,24 @@ CHORDS = Table(chord_models, COLUMNS, (SIZE_A, SIZE_B))
 
 
 def _lens_areas(
-    polygons: FloatArray, weights: FloatArray | None, wrong: FloatArray
+    polygons: FloatArray, weights: FloatArray | None, point_error: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """A without g, and the factor of g, of sides with control points (K, n+1, 3).
 
-    `wrong` (K,) bounds the rounding errors of the control points.
+    `point_error` (K,) bounds the rounding errors of the control points.
     """
     difference = polygons - polygons[:, :1]
     steps = np.diff(difference, axis=1)
     longest = np.sqrt(_dot(steps, steps)).max(axis=1)
     chord = difference[:, -1:]
-    square = _dot(chord, chord)
-    share = _dot(difference, chord) / np.where(square > 0, square, 1.0)
+    squared_length = _dot(chord, chord)
+    share = _dot(difference, chord) / np.where(squared_length > 0, squared_length, 1.0)
     difference -= np.clip(share, 0.0, 1.0)[..., np.newaxis] * chord
-    mean = np.sqrt(_dot(difference, difference)).mean(axis=1)
-    lengths = steps.shape[1] * (longest + 2 * wrong) * (1 + 2.0**-40)
+    mean_distance = np.sqrt(_dot(difference, difference)).mean(axis=1)
+    lengths = steps.shape[1] * (longest + 2 * point_error) * (1 + 2.0**-40)
     if weights is not None:
         lengths *= (weights.max(axis=1) / weights.min(axis=1)) ** 3
-    return lengths * (mean + wrong), lengths
+    return lengths * (mean_distance + point_error), lengths
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:

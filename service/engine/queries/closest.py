@@ -12,7 +12,7 @@ farther; the upper end is the distance of the reported point. The work for a poi
 the limit is reached, the bounds of the remaining pairs are included in the interval.
 
 Most points need the bounds of 20 to 70 pairs; a point near the centre of a sphere needs 25,000. So
-the points of a request share a number of pairs (`MOST_CLOSE`, `shares`).
+the points of a request share a number of pairs (`MAX_PAIRS`, `shares`).
 """
 
 from collections.abc import Iterator
@@ -23,17 +23,17 @@ import numpy as np
 from service.bases.arrays import FloatArray
 from service.cancellation import checkpoint
 from service.engine.queries.cells import CellTree
-from service.engine.queries.closest_levels import MOST_OPEN, ClosestLevels
+from service.engine.queries.closest_levels import MAX_OPEN_PAIRS, ClosestLevels
 from service.engine.queries.nearest import ClosestPoints
 from service.engine.queries.nets import QueryNets
-from service.engine.queries.patch_tree import FREE, ROOM, PatchTree
+from service.engine.queries.patch_tree import FREE_PAIRS, MAX_PAIRS_IN_TREE, PatchTree
 from service.engine.queries.shares import Share
 
-CHUNK, FEWEST = 8192, 16
-"""How many points are searched together: at most `CHUNK`, so that their numbers stay in the
-processor's cache; and down to `FEWEST` if their cells take much memory."""
+MAX_CHUNK, MIN_CHUNK = 8192, 16
+"""How many points are searched together: at most `MAX_CHUNK`, so that their numbers stay in the
+processor's cache; and down to `MIN_CHUNK` if their cells take much memory."""
 
-MOST_CLOSE = 12_000_000
+MAX_PAIRS = 12_000_000
 """The most pairs whose bounds are computed in a request. A pair takes 1 to 2.5 µs, so a response
 takes at most half a minute."""
 
@@ -55,33 +55,40 @@ class ClosestSearch:
 
     def find(self, points: FloatArray) -> ClosestPoints:
         """Find the closest points to `points` (m, 3), in the coordinates of the nets."""
-        results = list(self._find_by_chunks(points, MOST_CLOSE))
+        results = list(self._find_by_chunks(points, MAX_PAIRS))
         names = [field.name for field in fields(ClosestPoints)]
         return ClosestPoints(
             *(np.concatenate([getattr(f, name) for f in results]) for name in names)
         )
 
-    def _find_by_chunks(self, points: FloatArray, pairs: int) -> Iterator[ClosestPoints]:
-        """Find the closest points, chunk by chunk; all chunks share a budget of `pairs` pairs."""
-        first, size, in_tree = 0, CHUNK, ROOM
+    def _find_by_chunks(self, points: FloatArray, remaining_pairs: int) -> Iterator[ClosestPoints]:
+        """Find the closest points, chunk by chunk; all chunks share `remaining_pairs` pairs."""
+        first, size, free_pairs_in_tree = 0, MAX_CHUNK, MAX_PAIRS_IN_TREE
         while first < len(points):
             checkpoint()
-            left = len(points) - first
+            remaining_points = len(points) - first
             chunk_points = points[first : first + size]
-            shared = Share(pairs * len(chunk_points) // left, len(chunk_points))
-            each = max(FREE, 2 * in_tree // left)
+            share = Share(
+                remaining_pairs * len(chunk_points) // remaining_points, len(chunk_points)
+            )
+            max_pairs_of_point = max(FREE_PAIRS, 2 * free_pairs_in_tree // remaining_points)
             chunk = ClosestLevels(
-                self.patches, chunk_points, shared, self.tolerance, each, can_split=size > FEWEST
+                self.patches,
+                chunk_points,
+                share,
+                self.tolerance,
+                max_pairs_of_point,
+                can_split=size > MIN_CHUNK,
             )
             result = chunk.search()
-            pairs -= int(shared.spent.sum())
-            if result is None or (size > FEWEST and (chunk.is_crowded or self.cells.is_full)):
+            remaining_pairs -= int(share.spent.sum())
+            if result is None or (size > MIN_CHUNK and (chunk.is_crowded or self.cells.is_full)):
                 # Search again with fewer points, whose pairs and cells take less memory.
                 size = max(1, min(size, len(chunk_points)) // 4)
             else:
                 yield result
                 first = first + size
-                in_tree -= int(np.maximum(chunk.in_tree - FREE, 0).sum())
-                if 2 * chunk.most_open <= MOST_OPEN:
-                    size = min(2 * size, CHUNK)
+                free_pairs_in_tree -= int(np.maximum(chunk.in_tree - FREE_PAIRS, 0).sum())
+                if 2 * chunk.most_open <= MAX_OPEN_PAIRS:
+                    size = min(2 * size, MAX_CHUNK)
             self.cells.drop_if_large()

@@ -23,27 +23,28 @@ from service.engine.queries.newton import measure_places
 from service.engine.queries.patch_tree import PatchTree, sphere_bounds
 from service.engine.queries.shares import Share
 
-PAIRS = 1 << 13
-"""How many pairs of a point and a cell are computed at once."""
+CHUNK_PAIRS = 1 << 13
+"""How many pairs of a point and a cell are computed at once: their arrays fit the cache."""
 
-MOST_PAIRS, MOST_OPEN = 1000, 1 << 18
+MAX_PAIRS_OF_POINT, MAX_OPEN_PAIRS = 1000, 1 << 18
 """The most cells that may be open on one level: for one point, and for all points together."""
 
-ROUNDING, LEAST = 48 * 2.0**-53, 2.0**-36
-"""The least widths of intervals for which the search continues. The first is relative to the
-distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is in the
-coordinates of the nets: narrower minima are never settled."""
+MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * 2.0**-53, 2.0**-36
+"""The search for a point continues while its interval is wider than both. The first width is
+relative to the distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is
+in the coordinates of the nets: narrower minima are never settled."""
 
-COARSE = 0.2
-"""A cell with more strain than this is halved without computing bounds, which would be too wide."""
+MAX_STRAIN = 0.2
+"""A cell with more strain (the remainder of its model, divided by its size) is halved without
+computing bounds, which would be too wide."""
 
-STEPS = 8
+MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
 
-ENOUGH = 1 / 2
+WIDTH_SHARE = 1 / 2
 """A cell is no longer halved if the interval is at most this wide, in units of the tolerance."""
 
-EXACT = 2.0**-40
+MAX_DISTANCE_TO_MINIMUM = 2.0**-40
 """Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
 
 
@@ -62,7 +63,7 @@ class ClosestLevels:
         The pairs whose bounds may be computed.
     tolerance : float
         The largest width of intervals, in the coordinates of the nets.
-    each : int
+    max_pairs : int
         The most pairs that one point may have in the tree of patches.
     can_split : bool
         Whether the search may end without a result if too many pairs are open, because the caller
@@ -84,22 +85,22 @@ class ClosestLevels:
         points: FloatArray,
         share: Share,
         tolerance: float,
-        each: int,
+        max_pairs: int,
         *,
         can_split: bool,
     ) -> None:
         self.can_split, self.is_crowded, self.most_open = can_split, False, 0
-        self.each, self.in_tree = each, np.zeros(len(points), np.intp)
+        self.max_pairs, self.in_tree = max_pairs, np.zeros(len(points), np.intp)
         self.share, self.cells, self.patches = share, patches.cells, patches
-        self.enough = max(ENOUGH * tolerance, LEAST)
+        self.min_width = max(WIDTH_SHARE * tolerance, MIN_WIDTH)
         self.x = np.ascontiguousarray(points.T)
         self.nearest = Nearest(self.cells, self.x, tolerance)
-        self.settled: list[tuple[Ints, Ints, Minima]] = []
-        self.waiting = NO_PAIRS
+        self.settled_pairs: list[tuple[Ints, Ints, Minima]] = []
+        self.waiting_pairs = NO_PAIRS
 
     def search(self) -> ClosestPoints | None:
         """Search all levels until no pair is open; None if the tree of patches has too many."""
-        candidates = self.patches.candidates(self.x, self.each)
+        candidates = self.patches.candidates(self.x, self.max_pairs)
         if candidates is None:
             return None
         for ended_point, ended_cell, low, upper in candidates.ended:
@@ -112,62 +113,66 @@ class ClosestLevels:
         while len(point):
             checkpoint()
             next_pairs = [self.step(point, cell)]
-            if sum(len(pairs[0]) for pairs in self.settled) >= len(next_pairs[0][0]):
+            if sum(len(pairs[0]) for pairs in self.settled_pairs) >= len(next_pairs[0][0]):
                 # Compute minima before the next level, as they exclude most open cells.
-                next_pairs.append(self.polish())
-            next_pairs.append(self.waiting)
-            self.waiting = NO_PAIRS
+                next_pairs.append(self.find_minima())
+            next_pairs.append(self.waiting_pairs)
+            self.waiting_pairs = NO_PAIRS
             point, cell = _join_pairs(next_pairs)
         return self.nearest.answer()
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """Examine one level of pairs; returns the pairs of the next level.
 
-        Pairs that are settled on this level are stored for `polish`.
+        Pairs that are settled on this level are stored for `find_minima`.
         """
         low = np.empty(len(point))
-        for part in row_slices(len(point), 1, PAIRS):
-            model = self.cells.models[:5].take(cell[part], axis=1)
-            low[part], upper = sphere_bounds(model, self.x.take(point[part], axis=1))
-            self.nearest.add_centers(point[part], cell[part], upper)
-        near = self.affordable(np.flatnonzero(low <= self.nearest.limit(point)), point, cell, low)
-        is_open = self.cells.is_coarse(cell[near], COARSE)
-        looked = np.flatnonzero(~is_open)
-        for part in row_slices(len(looked), 1, PAIRS):
-            chosen = looked[part]
-            rows = near[chosen]
-            is_open[chosen], low[rows] = self.look(point[rows], cell[rows], low[rows])
-        rows = near[is_open]
+        for chunk in row_slices(len(point), 1, CHUNK_PAIRS):
+            model = self.cells.models[:5].take(cell[chunk], axis=1)
+            low[chunk], upper = sphere_bounds(model, self.x.take(point[chunk], axis=1))
+            self.nearest.add_centers(point[chunk], cell[chunk], upper)
+        near_rows = self.allot_pairs(
+            np.flatnonzero(low <= self.nearest.limit(point)), point, cell, low
+        )
+        is_open = self.cells.is_coarse(cell[near_rows], MAX_STRAIN)
+        examined = np.flatnonzero(~is_open)
+        for chunk in row_slices(len(examined), 1, CHUNK_PAIRS):
+            chosen = examined[chunk]
+            rows = near_rows[chosen]
+            is_open[chosen], low[rows] = self.bound_pairs(point[rows], cell[rows], low[rows])
+        rows = near_rows[is_open]
         return self.halve(point[rows], cell[rows], low[rows])
 
-    def affordable(self, near: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
-        """Allot pairs to points; returns the rows of `near` whose points may continue.
+    def allot_pairs(self, near_rows: Ints, point: Ints, cell: Ints, low: FloatArray) -> Ints:
+        """Allot pairs to points; returns the rows of `near_rows` whose points may continue.
 
         The pairs of other points wait for a later level, or end now.
         """
-        goes, ends = self.share.allot(np.bincount(point[near], minlength=self.x.shape[1]))
-        if goes.all():
-            return near
-        rows = near[ends[point[near]]]
+        is_served, is_ended = self.share.allot(
+            np.bincount(point[near_rows], minlength=self.x.shape[1])
+        )
+        if is_served.all():
+            return near_rows
+        rows = near_rows[is_ended[point[near_rows]]]
         self.nearest.end_open_cells(point[rows], cell[rows], low[rows])
-        rows = near[~(goes | ends)[point[near]]]
-        self.waiting = point[rows], cell[rows]
-        return near[goes[point[near]]]
+        rows = near_rows[~(is_served | is_ended)[point[near_rows]]]
+        self.waiting_pairs = point[rows], cell[rows]
+        return near_rows[is_served[point[near_rows]]]
 
-    def look(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
+    def bound_pairs(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Bools, FloatArray]:
         """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
             self.cells.place.take(cell, axis=1),
             self.cells.point_sides.take(cell, axis=1),
             self.x.take(point, axis=1),
-            self.enough / 8,
+            self.min_width / 8,
         )
         low = np.maximum(bounds.low, low)
         is_near = low <= self.nearest.limit(point)
         rows = np.flatnonzero(is_near & bounds.settled)
         if len(rows):
-            self.settled.append((point[rows], cell[rows], bounds.minima(rows)))
+            self.settled_pairs.append((point[rows], cell[rows], bounds.minima(rows)))
         return is_near & ~(bounds.empty | bounds.settled), low
 
     def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
@@ -176,14 +181,14 @@ class ClosestLevels:
         Pairs end here if their intervals are narrow enough, or if the budget is spent.
         """
         best = np.sqrt(self.nearest.best)
-        stop = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(best[point])
-        stop |= np.bincount(point, minlength=len(best))[point] > MOST_PAIRS
-        stop |= ~self.cells.can_halve(cell)
-        if stop.any():
-            self.nearest.end_open_cells(point[stop], cell[stop], low[stop])
-            point, cell = point[~stop], cell[~stop]
+        is_ended = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(best[point])
+        is_ended |= np.bincount(point, minlength=len(best))[point] > MAX_PAIRS_OF_POINT
+        is_ended |= ~self.cells.can_halve(cell)
+        if is_ended.any():
+            self.nearest.end_open_cells(point[is_ended], cell[is_ended], low[is_ended])
+            point, cell = point[~is_ended], cell[~is_ended]
         self.most_open = max(self.most_open, len(point))
-        if len(point) > MOST_OPEN and self.can_split:
+        if len(point) > MAX_OPEN_PAIRS and self.can_split:
             self.is_crowded = True
             point, cell = point[:0], cell[:0]
         if not len(point):
@@ -191,74 +196,83 @@ class ClosestLevels:
         children, parents = self.cells.children(cell)
         return point[parents], children
 
-    def enough_at(self, distance: FloatArray) -> FloatArray:
+    def allowed_width(self, distance: FloatArray) -> FloatArray:
         """The widths at which intervals are narrow enough, for these distances."""
-        return np.maximum(self.enough, ROUNDING * distance)
+        return np.maximum(self.min_width, MIN_RELATIVE_WIDTH * distance)
 
-    def polish(self) -> tuple[Ints, Ints]:
+    def find_minima(self) -> tuple[Ints, Ints]:
         """Apply Newton's method in settled cells, the nearest first.
 
         Returns the pairs of the next level, with the halves of cells whose minimum was not found.
         """
-        if not self.settled:
+        if not self.settled_pairs:
             return NO_PAIRS
-        point = np.concatenate([point for point, _, _ in self.settled])
-        cell = np.concatenate([cell for _, cell, _ in self.settled])
-        bounds = Minima.join([bounds for _, _, bounds in self.settled])
-        self.settled = []
+        point = np.concatenate([point for point, _, _ in self.settled_pairs])
+        cell = np.concatenate([cell for _, cell, _ in self.settled_pairs])
+        bounds = Minima.join([bounds for _, _, bounds in self.settled_pairs])
+        self.settled_pairs = []
         order = np.lexsort((cell, bounds.estimate, point))
         is_first = np.diff(point[order], prepend=-1) > 0
-        left = []
+        open_rows = []
         for chosen in (order[is_first], order[~is_first]):
             rows = chosen[bounds.low[chosen] <= self.nearest.limit(point[chosen])]
             if len(rows):
-                left.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
-        rows = np.concatenate(left) if left else np.zeros(0, np.intp)
+                open_rows.append(rows[~self.descend(point[rows], cell[rows], bounds.take(rows))])
+        rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         rows = rows[np.lexsort((cell[rows], point[rows]))]
         return self.halve(point[rows], cell[rows], bounds.low[rows])
 
     def descend(self, point: Ints, cell: Ints, minima: Minima) -> Bools:
         """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
-        ended = np.zeros(len(point), bool)
-        rows, net, at = np.arange(len(point)), self.cells.net[cell], minima.start
-        place = self.cells.place.take(cell, axis=1)
+        is_ended = np.zeros(len(point), bool)
+        rows, net, cell_parameters = np.arange(len(point)), self.cells.net[cell], minima.start
+        rectangle = self.cells.place.take(cell, axis=1)
         errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
         x = self.x.take(point, axis=1)
-        for remaining in range(STEPS, 0, -1):
-            reached = measure_places(self.cells, net, place, at, x)
-            wrong = errors[:2] * reached.distance + errors[2:] + 4 * UNIT * np.abs(reached.gradient)
-            change = 2 * least_change(reached.gradient, minima.convexity, at)
-            low = reached.low * reached.low + change - 4 * wrong.sum(axis=0) - minima.loss
+        for remaining in range(MAX_STEPS, 0, -1):
+            places = measure_places(self.cells, net, rectangle, cell_parameters, x)
+            gradient_error = (
+                errors[:2] * places.distance + errors[2:] + 4 * UNIT * np.abs(places.gradient)
+            )
+            change = 2 * least_change(places.gradient, minima.convexity, cell_parameters)
+            low = places.low * places.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
             is_far = low > self.nearest.limit(point)
-            is_narrow = reached.high - np.sqrt(np.maximum(low, 0.0)) <= self.enough_at(reached.high)
+            is_narrow = places.high - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(
+                places.high
+            )
             if remaining > 1:
                 # Near a minimum the distance is exact before the place is: take one more step.
-                is_narrow &= change >= -EXACT * EXACT
+                is_narrow &= change >= -(MAX_DISTANCE_TO_MINIMUM**2)
             is_narrow &= ~is_far
             is_done = np.flatnonzero(is_narrow | (remaining == 1))
-            self.nearest.add_places(point[is_done], net[is_done], reached.take(is_done))
+            self.nearest.add_places(point[is_done], net[is_done], places.take(is_done))
             self.nearest.end_cells(point[is_narrow], low[is_narrow])
             is_narrow |= is_far
-            ended[rows[is_narrow]] = True
+            is_ended[rows[is_narrow]] = True
             remaining_rows = np.flatnonzero(~is_narrow)
             if remaining == 1 or not len(remaining_rows):
                 break
-            at = reached.next(at, minima.sides).take(remaining_rows, axis=1)
+            cell_parameters = places.next(cell_parameters, minima.sides).take(
+                remaining_rows, axis=1
+            )
             rows, net, point, minima = (
                 rows[remaining_rows],
                 net[remaining_rows],
                 point[remaining_rows],
                 minima.take(remaining_rows),
             )
-            place, errors, x = (each.take(remaining_rows, axis=1) for each in (place, errors, x))
-        return ended
+            rectangle, errors, x = (
+                columns_of_pairs.take(remaining_rows, axis=1)
+                for columns_of_pairs in (rectangle, errors, x)
+            )
+        return is_ended
 
 
 def _join_pairs(pairs: Sequence[tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
     """Join lists of pairs of a point and a cell to one list, in the order of points."""
-    filled = [each for each in pairs if len(each[0])]
+    filled = [pair_list for pair_list in pairs if len(pair_list[0])]
     if len(filled) < 2:
         return filled[0] if filled else NO_PAIRS
-    point, cell = (np.concatenate(each) for each in zip(*filled, strict=True))
+    point, cell = (np.concatenate(pair_list) for pair_list in zip(*filled, strict=True))
     order = np.argsort(point, kind="stable")
     return point[order], cell[order]

@@ -132,10 +132,11 @@ class CellBounds:
             values.take(rows, axis=1)
             for values in (self.gradient, self.forms, self.side, self.straight, self.convexity)
         )
-        on_side = side != 0
-        loss = np.where(on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
-        convexity = np.where(on_side[::-1], straight, convexity)
-        convexity = np.where(on_side, 0.0, np.maximum(convexity, 0.0))
+        is_on_side = side != 0
+        loss = np.where(is_on_side.any(axis=0), 0.0, -4 * np.minimum(convexity, 0.0).sum(axis=0))
+        # If b is on a side, only a varies, and the reverse: so l replaces μ (Theorem 3).
+        convexity = np.where(is_on_side[::-1], straight, convexity)
+        convexity = np.where(is_on_side, 0.0, np.maximum(convexity, 0.0))
         start = _model_minimum(gradient, forms, side)
         a, b = start
         slopes = np.stack([forms[0] * a + forms[1] * b, forms[1] * a + forms[2] * b])
@@ -166,30 +167,32 @@ def cell_bounds(
     y = x - model[:3]
     squared = dot(y, y)
     d = np.sqrt(squared) * SAFE
-    ya, yb, yaa, yab, ybb, above = (dot(y, model[first : first + 3]) for first in m.VECTORS)
+    ya, yb, yaa, yab, ybb, height = (dot(y, model[first : first + 3]) for first in m.VECTORS)
     gradient = -np.stack([ya, yb])
     forms = model[m.FORM_AA : m.FORM_BB + 1] - [yaa, yab, ybb]
-    beside = np.sqrt(np.maximum(squared - above * above, 0.0) + 32 * UNIT * squared)
-    spread = model[m.LIFT_AA : m.LIFT_BB + 1] * (np.abs(above) * SAFE)
-    spread += model[m.BEND_AA : m.BEND_BB + 1] * beside
+    distance_beside = np.sqrt(np.maximum(squared - height * height, 0.0) + 32 * UNIT * squared)
+    spread = model[m.LIFT_AA : m.LIFT_BB + 1] * (np.abs(height) * SAFE)
+    spread += model[m.BEND_AA : m.BEND_BB + 1] * distance_beside
     spread += model[m.SPREAD_AA : m.SPREAD_BB + 1]
     spread *= 1 + 16 * UNIT
     first, last = model[m.FORM_AA], model[m.FORM_BB]
     spread += 16 * UNIT * np.stack([first, 0.5 * (first + last), last])
+    # Rows 0 and 2 of `forms` and `spread` are aa and bb, row 1 is ab.
     straight = forms[::2] - spread[::2]
     mixed = np.abs(forms[1]) * SAFE + spread[1]
-    wrong = model[m.SLOPE_A : m.SLOPE_B + 1] * d + model[m.LEAST_A : m.LEAST_B + 1]
+    gradient_error = model[m.SLOPE_A : m.SLOPE_B + 1] * d + model[m.LEAST_A : m.LEAST_B + 1]
     # Theorem 1.
-    most = (np.abs(forms[::2]) + spread[::2] + mixed) * SAFE + wrong
-    is_down, is_up = gradient > most, gradient < -most
+    max_change = (np.abs(forms[::2]) + spread[::2] + mixed) * SAFE + gradient_error
+    is_down, is_up = gradient > max_change, gradient < -max_change
+    # Rows 0 and 2 of `place` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
     empty = ((is_down & (place[::2] > 0)) | (is_up & (place[1::2] < 1))).any(axis=0)
     # Theorem 2.
-    both = (straight > 0).all(axis=0)
-    share = np.where(both, 1 - SAFE * mixed / np.sqrt(straight).prod(axis=0), 1.0)
-    convexity = share * straight - np.where(both, 0.0, mixed)
+    are_both_convex = (straight > 0).all(axis=0)
+    share = np.where(are_both_convex, 1 - SAFE * mixed / np.sqrt(straight).prod(axis=0), 1.0)
+    convexity = share * straight - np.where(are_both_convex, 0.0, mixed)
     slope = np.abs(gradient)
     squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
-    low = squared + 2 * _least(slope + wrong, convexity, 1.0).sum(axis=0)
+    low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
     settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.
     is_one = is_down | is_up
@@ -209,13 +212,13 @@ def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -
     determinant = faa * fbb - fab * fab
     start = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
     a, b = sides
-    alone = np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb])
-    start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, alone, start))
+    start_along_axis = np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb])
+    start = np.where(sides != 0, sides, np.where(sides[::-1] != 0, start_along_axis, start))
     # Replace a minimum outside the square by the minimum on the nearest side.
     a, b = np.clip(start, -1.0, 1.0)
-    beyond = np.abs(start) > 1
-    alone = np.clip(np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb]), -1.0, 1.0)
-    start = np.where(beyond[::-1] & ~beyond & (sides == 0), alone, start)
+    is_outside = np.abs(start) > 1
+    start_along_axis = np.clip(np.stack([-(fa + fab * b) / faa, -(fb + fab * a) / fbb]), -1.0, 1.0)
+    start = np.where(is_outside[::-1] & ~is_outside & (sides == 0), start_along_axis, start)
     return np.where(np.isfinite(start), np.clip(start, -1.0, 1.0), 0.0)
 
 

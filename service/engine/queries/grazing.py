@@ -56,10 +56,10 @@ _VECTORS = (
     columns.SECOND_BB,
 )
 
-STEEPEST = 0.25
+MAX_SLOPE = 0.25
 """The largest |d · n| at the centre of a cell that counts as almost tangent to the ray."""
 
-STRIP = 1 / 3
+MAX_CONTRACTION = 1 / 3
 """The largest ν of thin cells."""
 
 
@@ -102,7 +102,8 @@ def find_grazed_strips(
     o, d : ndarray of float64, shape (3, N)
         Origins and directions of the rays.
     slack, thickness : ndarray of float64, shape (N,)
-        Of the rays.
+        As in `Rays`: a bound of the rounding errors of c − o; and the distance from the ray at
+        which a point may count as a hit.
 
     Returns
     -------
@@ -113,7 +114,7 @@ def find_grazed_strips(
     """
     m = columns
     normal = model[m.NORMAL : m.NORMAL + 3]
-    steep = np.abs(dot(d, normal))
+    slope_to_ray = np.abs(dot(d, normal))
     w = cross(d, normal)
     w = w / np.sqrt(dot(w, w))
     z = cross(d, w)
@@ -124,7 +125,7 @@ def find_grazed_strips(
     ha, hb, haa, hab, hbb = (dot(z, vector) for vector in vectors)
     rounding = model[m.ROUND] + slack
     rest = model[m.REST] + rounding
-    above = model[m.REST_LIFT] + (steep + 2.0**-40) * model[m.REST] + rounding
+    height_error = model[m.REST_LIFT] + (slope_to_ray + 2.0**-40) * model[m.REST] + rounding
     # Theorem 1.
     is_along_b = np.abs(pa) >= np.abs(pb)
     px, py = np.where(is_along_b, pa, pb), np.where(is_along_b, pb, pa)
@@ -137,21 +138,23 @@ def find_grazed_strips(
     h0 = dot(z, g) + hx * x0 + 0.5 * hxx * x0 * x0
     h1 = hx * x1 + hy + hxx * x0 * x1 + hab * x0
     h2 = 0.5 * hxx * x1 * x1 + hab * x1 + 0.5 * hyy
-    delta = error * (np.abs(hx) + np.abs(hxx) * (reach + 0.5 * error) + np.abs(hab)) + above
+    delta = error * (np.abs(hx) + np.abs(hxx) * (reach + 0.5 * error) + np.abs(hab)) + height_error
     delta += 16 * UNIT * (1 + reach) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + reach))
-    wide = (np.abs(h1) + np.abs(h2) + delta) * SAFE
-    empty |= np.abs(h0) > wide
-    is_thin = np.abs(h0) + wide <= thickness / 2
+    max_variation = (np.abs(h1) + np.abs(h2) + delta) * SAFE
+    empty |= np.abs(h0) > max_variation
+    is_thin = np.abs(h0) + max_variation <= thickness / 2
     is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
     # Theorem 2.
     size = np.abs(ta * pb - tb * pa)
-    most = np.zeros(len(size))
+    max_change = np.zeros(len(size))
     for t, p in ((tb, pb), (ta, pa)):
         terms = np.abs(p * taa - t * paa) + 2 * np.abs(p * tab - t * pab)
         terms += np.abs(p * tbb - t * pbb)
-        both = np.abs(p) + np.abs(t)
-        most = np.maximum(most, terms * SAFE + both * (3 * model[m.REST] + model[m.ROUND]))
-    is_thin &= (most <= STRIP * size) & ~empty & (steep <= STEEPEST)
+        length_in_plane = np.abs(p) + np.abs(t)
+        max_change = np.maximum(
+            max_change, terms * SAFE + length_in_plane * (3 * model[m.REST] + model[m.ROUND])
+        )
+    is_thin &= (max_change <= MAX_CONTRACTION * size) & ~empty & (slope_to_ray <= MAX_SLOPE)
     rows = np.flatnonzero(is_thin)
     spread = 4 * np.maximum(np.abs(ta[rows]), np.abs(tb[rows])) / np.abs(px[rows])
     strips = Strips(w[:, rows], is_along_b[rows], np.stack([x0[rows], x1[rows]]), spread)

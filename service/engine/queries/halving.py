@@ -36,10 +36,11 @@ class Cells:
             nets = np.stack(halve(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
             place, sides = cells.place.repeat(2, axis=1), cells.point_sides.repeat(2, axis=1)
             middle = (cells.place[2 * axis] + cells.place[2 * axis + 1]) / 2
-            for end in (0, 1):
-                # The lower half ends, and the upper half begins, at the middle.
-                place[2 * axis + 1 - end, end::2] = middle
-                sides[2 * axis + 1 - end, end::2] = False
+            # Even columns are lower halves, odd columns are upper halves. The lower half ends, and
+            # the upper half begins, at the middle: rows 2 axis + 1 and 2 axis.
+            for half in (0, 1):
+                place[2 * axis + 1 - half, half::2] = middle
+                sides[2 * axis + 1 - half, half::2] = False
             cells = Cells(nets, place, sides, cells.parent.repeat(2))
         return cells
 
@@ -62,14 +63,14 @@ class NetSpace:
 
     def append(self, nets: FloatArray) -> Ints:
         """Add nets; returns their rows in the array."""
-        last = self.count + len(nets)
-        if last > len(self.nets):
-            larger = np.empty((max(last, 2 * len(self.nets)), *nets.shape[1:]))
+        end = self.count + len(nets)
+        if end > len(self.nets):
+            larger = np.empty((max(end, 2 * len(self.nets)), *nets.shape[1:]))
             larger[: self.count] = self.nets[: self.count]
             self.nets = larger
-        self.nets[self.count : last] = nets
-        rows = np.arange(self.count, last)
-        self.count = last
+        self.nets[self.count : end] = nets
+        rows = np.arange(self.count, end)
+        self.count = end
         return rows
 
 

@@ -41,7 +41,7 @@ class RayQuery:
     relative_thickness: float = RELATIVE_THICKNESS
 
 
-def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[str, Any]:
+def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[str, Any]:
     """Find the hits of rays on a surface.
 
     Returns
@@ -65,7 +65,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
     Raises
     ------
     TooLarge
-        `too_many_hits`: more than `most_hits`.
+        `too_many_hits`: more than `max_hits`.
     """
     nets = surface_nets(model.batches)
     search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale)
@@ -78,10 +78,10 @@ def intersect_rays(model: PatchModel, query: RayQuery, most_hits: int) -> dict[s
         sines.append(chunk.sines)
         reached.append(chunk.reached)
         count += len(chunk.sines)
-        if count > most_hits:
+        if count > max_hits:
             message = "The rays have more hits than one response may list."
-            needed = f"at most {most_hits}; fewer rays, or their first hits alone"
-            got = f"more than {most_hits} hits"
+            needed = f"at most {max_hits}; fewer rays, or their first hits alone"
+            got = f"more than {max_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
     hits = Hits.join(parts)
     kind = np.concatenate([hits.origin[:0], *(p.origin for p in parts)])

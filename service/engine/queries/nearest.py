@@ -7,13 +7,13 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
-from service.engine.queries.newton import Place, measure_places
+from service.engine.queries.newton import Places, measure_places
 
-TIED = 1 / 16
+TIE_WIDTH = 1 / 16
 """Two places count as equally near if their distances differ by at most this, in units of the
 tolerance."""
 
-APART = 1e-3
+MIN_SEPARATION = 1e-3
 """Two equally near places count as different if they are farther apart than this, in the
 coordinates of the nets. (Near one minimum there are many almost equally near places.)"""
 
@@ -28,8 +28,9 @@ class ClosestPoints:
     Attributes
     ----------
     net : ndarray of int, shape (m,)
+        The number of the net on which the closest point lies.
     place : ndarray of float64, shape (m, 2)
-        In the parameters of the net.
+        The parameters (u, v) of the closest point in its net.
     position : ndarray of float64, shape (m, 3)
     distance, low, high : ndarray of float64, shape (m,)
         The distance of the position, and an interval that contains the least distance.
@@ -62,13 +63,13 @@ class Nearest:
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
         """For each point, the squared distance of the nearest centre of a cell, and that cell."""
         self._low = np.full(m, np.inf)
-        self._places: list[tuple[Ints, Ints, Place]] = []
-        self._left: list[tuple[Ints, Ints, FloatArray]] = []
+        self._places: list[tuple[Ints, Ints, Places]] = []
+        self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints) -> FloatArray:
         """Squared distances beyond which a cell has neither a closest nor an equally near point."""
         reach = np.sqrt(self.best.take(point))
-        reach += TIED * self._tolerance
+        reach += TIE_WIDTH * self._tolerance
         reach *= reach
         return np.asarray(reach)
 
@@ -80,17 +81,19 @@ class Nearest:
         if not len(point):
             return
         starts = np.flatnonzero(np.diff(point, prepend=-1))
-        least = np.minimum.reduceat(upper, starts)
+        min_upper = np.minimum.reduceat(upper, starts)
         points = point[starts]
-        is_better = least < self.best[points]
+        is_better = min_upper < self.best[points]
         if is_better.any():
-            hit = np.flatnonzero(upper == np.repeat(least, np.diff(starts, append=len(point))))
-            hit = hit[np.diff(point[hit], prepend=-1) > 0]
-            points, hit = points[is_better], hit[is_better]
-            self.best[points] = self._center_best[points] = upper[hit]
-            self._center_cell[points] = cell[hit]
+            nearest_rows = np.flatnonzero(
+                upper == np.repeat(min_upper, np.diff(starts, append=len(point)))
+            )
+            nearest_rows = nearest_rows[np.diff(point[nearest_rows], prepend=-1) > 0]
+            points, nearest_rows = points[is_better], nearest_rows[is_better]
+            self.best[points] = self._center_best[points] = upper[nearest_rows]
+            self._center_cell[points] = cell[nearest_rows]
 
-    def add_places(self, point: Ints, net: Ints, places: Place) -> None:
+    def add_places(self, point: Ints, net: Ints, places: Places) -> None:
         """Record places on the surface."""
         np.minimum.at(self.best, point, places.high * places.high)
         self._places.append((point, net, places))
@@ -100,16 +103,16 @@ class Nearest:
         np.minimum.at(self._low, point, low)
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
-        """Record squared lower bounds of cells that are still open when the search of them ends."""
+        """Record squared lower bounds of cells that the search leaves open."""
         self.end_cells(point, low)
-        self._left.append((point, cell, low))
+        self._open_cells.append((point, cell, low))
 
     def answer(self) -> ClosestPoints:
         """The result of the search: the closest points, with intervals of their distances."""
         self._descend()
         point = np.concatenate([point for point, _, _ in self._places])
         net = np.concatenate([net for _, net, _ in self._places])
-        places = Place.join([places for _, _, places in self._places])
+        places = Places.join([places for _, _, places in self._places])
         chosen = self._choose(point, net, places)
         position, distance = places.position[:, chosen], places.distance[chosen]
         high = np.full(len(distance), np.inf)
@@ -117,56 +120,58 @@ class Nearest:
         high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
         tied = self._find_ties(point, places, position, distance)
-        place = places.place[:, chosen].T
+        place = places.parameters[:, chosen].T
         return ClosestPoints(net[chosen], place, position.T, distance, low, high, tied)
 
     def _descend(self) -> None:
-        """If a point has no place nearer than the nearest centre of a cell, find one from there.
+        """Find places for points that have no place nearer than the nearest centre of a cell.
 
-        This uses Newton's method, without a proof.
+        Newton's method begins at this centre; it proves nothing.
         """
         reached = np.full(len(self.best), np.inf)
         for point, _, places in self._places:
             np.minimum.at(reached, point, places.high)
         rows = np.flatnonzero(np.isinf(reached) | (reached * reached > self._center_best))
         cell = self._center_cell[rows]
-        net, place = self._cells.net[cell], self._cells.place[:, cell]
+        net, rectangle = self._cells.net[cell], self._cells.place[:, cell]
         if not len(rows):
             return
-        at = free = np.zeros((2, len(rows)))
-        nearest = places = measure_places(self._cells, net, place, at, self._x[:, rows])
+        # The search begins at the centres, and no side is proved to contain the minimum.
+        center = no_sides = np.zeros((2, len(rows)))
+        cell_parameters = center
+        nearest = places = measure_places(self._cells, net, rectangle, center, self._x[:, rows])
         for _ in range(1, STEPS):
-            at = places.next(at, free)
-            places = measure_places(self._cells, net, place, at, self._x[:, rows])
+            cell_parameters = places.next(cell_parameters, no_sides)
+            places = measure_places(self._cells, net, rectangle, cell_parameters, self._x[:, rows])
             nearest = nearest.replace_where(places, places.high <= nearest.high)
         self.add_places(rows, net, nearest)
 
-    def _choose(self, point: Ints, net: Ints, places: Place) -> Ints:
+    def _choose(self, point: Ints, net: Ints, places: Places) -> Ints:
         """The row of the nearest place of each point, shape (m,).
 
         Of several places that are equally near, the first in the order of nets, u and v is chosen.
         """
-        least = np.full(len(self.best), np.inf)
-        np.minimum.at(least, point, places.distance)
-        most = least[point] + 4 * (places.high - places.distance)
-        rows = np.flatnonzero(places.distance <= most)
-        u, v = places.place[:, rows]
+        min_distance = np.full(len(self.best), np.inf)
+        np.minimum.at(min_distance, point, places.distance)
+        max_distance = min_distance[point] + 4 * (places.high - places.distance)
+        rows = np.flatnonzero(places.distance <= max_distance)
+        u, v = places.parameters[:, rows]
         rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 
     def _find_ties(
-        self, point: Ints, places: Place, position: FloatArray, distance: FloatArray
+        self, point: Ints, places: Places, position: FloatArray, distance: FloatArray
     ) -> Bools:
-        """For each point, whether another place or an open cell, apart from it, is equally near."""
-        tied = np.zeros(len(distance), bool)
+        """Which points (m,) have a second place or open cell that is equally near."""
+        is_tied = np.zeros(len(distance), bool)
         difference = places.position - position[:, point]
-        near = places.distance <= distance[point] + TIED * self._tolerance
-        near &= dot(difference, difference) > APART**2
-        tied[point[near]] = True
-        for points, cell, low in self._left:
+        is_near = places.distance <= distance[point] + TIE_WIDTH * self._tolerance
+        is_near &= dot(difference, difference) > MIN_SEPARATION**2
+        is_tied[point[is_near]] = True
+        for points, cell, low in self._open_cells:
             center, radius = self._cells.models[:3, cell], self._cells.models[3, cell]
             difference = center - position[:, points]
-            near = low <= self.limit(points)
-            near &= np.sqrt(dot(difference, difference)) > APART + radius
-            tied[points[near]] = True
-        return tied
+            is_near = low <= self.limit(points)
+            is_near &= np.sqrt(dot(difference, difference)) > MIN_SEPARATION + radius
+            is_tied[points[is_near]] = True
+        return is_tied

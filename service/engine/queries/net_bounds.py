@@ -55,21 +55,23 @@ def partials_at_center(nets: FloatArray) -> tuple[FloatArray, dict[tuple[int, in
 
 
 def bounds_of_partials(
-    about: FloatArray, weights: FloatArray | None, radius: FloatArray
+    points_about_centers: FloatArray, weights: FloatArray | None, radius: FloatArray
 ) -> dict[tuple[int, int], FloatArray]:
     """Upper bounds (K,) of the lengths of the third partials over the cells, by order.
 
-    `about` are the projected control points relative to the centres, and `radius` (K,) are their
-    greatest lengths. For rational nets, lower orders are in the result, too.
+    `points_about_centers` are the projected control points relative to the centres, and `radius`
+    (K,) are their greatest lengths. For rational nets, lower orders are in the result, too.
     """
-    p, q = about.shape[0] - 1, about.shape[1] - 1
+    p, q = points_about_centers.shape[0] - 1, points_about_centers.shape[1] - 1
     if weights is None:
         return {
-            order: _largest(about, order) * _factor(p, order[0]) * _factor(q, order[1])
+            order: _largest(points_about_centers, order)
+            * _factor(p, order[0])
+            * _factor(q, order[1])
             for order in THIRD
         }
-    x = about * weights
-    least = weights.min(axis=(0, 1, 2))
+    x = points_about_centers * weights
+    min_weights = weights.min(axis=(0, 1, 2))
     bound = {(0, 0): radius}
     w = {order: _largest(weights, order) for order in ORDERS[1:]}
     for i, j in ORDERS[1:]:
@@ -79,7 +81,7 @@ def bounds_of_partials(
                 if k or m:
                     factor = comb(i, k) * comb(j, m) * _factor(p, k) * _factor(q, m)
                     value = value + factor * w[k, m] * bound[i - k, j - m]
-        bound[i, j] = value / least
+        bound[i, j] = value / min_weights
     return bound
 
 

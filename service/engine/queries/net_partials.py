@@ -6,9 +6,8 @@ from service.bases.arrays import FloatArray, Ints
 from service.bases.bernstein import bernstein
 from service.engine.queries.nets import QueryNets
 
-ROOM = 1 << 20
-"""How many numbers the control nets of one chunk have, to bound the memory."""
-
+MAX_NUMBERS = 1 << 20
+"""The most numbers in the control nets of one chunk: this limits the memory."""
 
 _PARTIAL_ORDERS = {
     1: ([0, 1, 0], [0, 0, 1]),
@@ -18,7 +17,7 @@ _PARTIAL_ORDERS = {
 
 
 def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) -> FloatArray:
-    """Points S and partials S_u, S_v, S_uu, S_uv, S_vv; result k is that of net `net[k]`.
+    """Points S and partials S_u, S_v, S_uu, S_uv, S_vv; result k belongs to the net `net[k]`.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
         rows = np.arange(len(net))
         if len(nets.groups) > 1:
             rows = np.flatnonzero((net >= group.first) & (net < group.first + k))
-        step = max(1, ROOM // group.nets[0].size)
+        step = max(1, MAX_NUMBERS // group.nets[0].size)
         for first in range(0, len(rows), step):
             chunk = rows[first : first + step]
             u, v = place[:, chunk]

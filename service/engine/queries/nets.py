@@ -74,18 +74,18 @@ class NetGroup:
         return bool(self.nets.shape[3] == 4)
 
 
-FAR = 200
-"""Points farther than 2^FAR from the origin, in the coordinates of the nets, are moved towards the
-origin, because products of three of their coordinates must be finite."""
+MAX_EXPONENT = 200
+"""Points farther than 2^MAX_EXPONENT from the origin, in the coordinates of the nets, are moved
+towards the origin, because products of three of their coordinates must be finite."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LocalPoints:
     """Points in the coordinates of the nets; very far points are moved towards the origin.
 
-    A very far point 2^k x is moved to x, with k > 0 such that 2^(FAR - 1) <= |x|∞ <= 2^FAR. All
-    points p of the nets are nearer to the origin than 1. So |x − p| 2^k differs from the distance
-    |2^k x − p| by a relative error below 2^(3 - FAR).
+    Let E be `MAX_EXPONENT`. A very far point 2^k x is moved to x, with k > 0 such that 2^(E - 1) <=
+    |x|∞ <= 2^E. All points p of the nets are nearer to the origin than 1. So |x − p| 2^k differs
+    from the distance |2^k x − p| by a relative error below 2^(3 - E).
 
     Attributes
     ----------
@@ -142,9 +142,9 @@ class QueryNets:
         """Convert points (m, 3) as `local` does; very far points are moved towards the origin."""
         exponent = frexp(self.scale)[1] - 1
         difference = points - self.origin
-        shift = np.maximum(np.frexp(np.abs(difference).max(axis=1))[1] - exponent - FAR, 0)
-        near = np.ldexp(difference, -(shift + exponent)[:, np.newaxis])
-        return LocalPoints(np.asarray(near), shift, self.scale)
+        shift = np.maximum(np.frexp(np.abs(difference).max(axis=1))[1] - exponent - MAX_EXPONENT, 0)
+        moved_points = np.ldexp(difference, -(shift + exponent)[:, np.newaxis])
+        return LocalPoints(np.asarray(moved_points), shift, self.scale)
 
     def parameters(self, net: Ints, place: FloatArray) -> FloatArray:
         """Convert places (m, 2) in nets to parameters (m, 2) of their patches.
@@ -152,10 +152,10 @@ class QueryNets:
         On a tensor-product patch both are equal, bit for bit.
         """
         a, b = place.T[:, :, np.newaxis]
-        lowest, right, left, far = self.corners[net].transpose(1, 0, 2)
+        lowest, right, left, opposite = self.corners[net].transpose(1, 0, 2)
         # Both sums are exact if the corners are those of the unit square.
         along = lowest + a * (right - lowest)
-        parameters = along + b * (left - lowest) + a * b * (far - right - left + lowest)
+        parameters = along + b * (left - lowest) + a * b * (opposite - right - left + lowest)
         return np.asarray(np.clip(parameters, 0.0, 1.0))
 
 
@@ -165,7 +165,7 @@ UNIT_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
 COLLAPSED_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
 """`corners` of a net that is a whole triangle."""
 
-HIGHEST = 16
+MAX_SPLIT_DEGREE = 16
 """The highest degree at which triangles become three quadrilaterals, because the time grows with
 the fifth power of the degree. At higher degrees, a triangle is one net whose side b = 1 is a
 point."""
@@ -176,31 +176,33 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
     low = np.min([batch.bounds[0] for batch in batches], axis=0)
     high = np.max([batch.bounds[1] for batch in batches], axis=0)
     origin, scale, diagonal = frame(low, high)
-    alike: dict[tuple[int, ...], list[tuple[FloatArray, Ints, FloatArray]]] = {}
+    parts_by_shape: dict[tuple[int, ...], list[tuple[FloatArray, Ints, FloatArray]]] = {}
     first = 0
     for batch in batches:
         points = to_homogeneous((batch.points - origin) / scale, batch.weights)
         numbers = np.arange(first, first + batch.count)
         if isinstance(batch, TrianglePatches):
-            if batch.degree <= HIGHEST:
+            if batch.degree <= MAX_SPLIT_DEGREE:
                 points = _quadrilateral_nets(points, batch.degree)
                 numbers = np.tile(numbers, 3)
-                places = np.repeat(
+                corners_of_nets = np.repeat(
                     [corners[:, 1:] for corners in _QUADRILATERALS], batch.count, axis=0
                 )
             else:
                 points = tensor_net(points)
-                places = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
+                corners_of_nets = np.broadcast_to(COLLAPSED_CORNERS, (batch.count, 4, 2))
         else:
-            places = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
-        alike.setdefault(points.shape[1:], []).append((points, numbers, places))
+            corners_of_nets = np.broadcast_to(UNIT_CORNERS, (batch.count, 4, 2))
+        parts_by_shape.setdefault(points.shape[1:], []).append((points, numbers, corners_of_nets))
         first += batch.count
     groups, patches, net_corners, net = [], [], [], 0
-    for parts_alike in alike.values():
-        nets, numbers, places = (np.concatenate(parts) for parts in zip(*parts_alike, strict=True))
+    for parts in parts_by_shape.values():
+        nets, numbers, corners_of_nets = (
+            np.concatenate(parts) for parts in zip(*parts, strict=True)
+        )
         groups.append(NetGroup(np.ascontiguousarray(nets), net))
         patches.append(numbers)
-        net_corners.append(places)
+        net_corners.append(corners_of_nets)
         net += len(nets)
     return QueryNets(
         tuple(groups), origin, scale, np.concatenate(patches), np.concatenate(net_corners), diagonal
@@ -238,15 +240,15 @@ def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
         for m in range(degree):
             starts = triangle.row_starts(degree - m)
             ends = np.arange(degree - m + 1)
-            inner = np.delete(np.arange(starts[-1]), starts[1:] - 1)
-            row = np.searchsorted(starts, inner, side="right") - 1
-            above = inner + len(ends) - row
+            corner_rows = np.delete(np.arange(starts[-1]), starts[1:] - 1)
+            row = np.searchsorted(starts, corner_rows, side="right") - 1
+            above = corner_rows + len(ends) - row
             rising = np.arange(1, m + 2) / (m + 1)
             falling = rising[::-1]
-            size = (m + 2, m + 2, len(nets), len(inner), nets.shape[-1])
+            size = (m + 2, m + 2, len(nets), len(corner_rows), nets.shape[-1])
             raised = np.zeros(size)
             for (r, s, t), (alpha, beta) in zip(corners, _CHOICES, strict=True):
-                value = r * step[:, :, :, inner] + s * step[:, :, :, inner + 1]
+                value = r * step[:, :, :, corner_rows] + s * step[:, :, :, corner_rows + 1]
                 value += t * step[:, :, :, above]
                 value *= (rising if alpha else falling)[:, None, None, None, None]
                 value *= (rising if beta else falling)[:, None, None, None]

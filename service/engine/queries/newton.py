@@ -17,93 +17,98 @@ change in one direction; the increase then keeps the steps of Newton's method sm
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Place:
+class Places:
     """Places in n cells, with their distances from n points x.
 
     Attributes
     ----------
-    place : ndarray of float64, shape (2, n)
-        The parameters in the net.
+    parameters : ndarray of float64, shape (2, n)
+        The parameters (u, v) of the net, in [0, 1].
     position : ndarray of float64, shape (3, n)
         The points S of the surface.
-    gradient, forms : ndarray of float64, shapes (2, n) and (3, n)
-        First and second partials of ½ |x − S|² in the parameters of the cell.
+    gradient : ndarray of float64, shape (2, n)
+        The first partials of ½ |x − S|² by the parameters a and b of the cell.
+    second_partials : ndarray of float64, shape (3, n)
+        The second partials of ½ |x − S|² by aa, ab and bb.
     distance, low, high : ndarray of float64, shape (n,)
         |x − S| as computed, and bounds of the exact distance.
     """
 
-    place: FloatArray
+    parameters: FloatArray
     position: FloatArray
     gradient: FloatArray
-    forms: FloatArray
+    second_partials: FloatArray
     distance: FloatArray
     low: FloatArray
     high: FloatArray
 
-    def take(self, rows: Ints) -> "Place":
+    def take(self, rows: Ints) -> "Places":
         """The places with these rows."""
-        return Place(*(getattr(self, name).take(rows, axis=-1) for name in Place.__slots__))
+        return Places(*(getattr(self, name).take(rows, axis=-1) for name in Places.__slots__))
 
-    def replace_where(self, by: "Place", where: Bools) -> "Place":
-        """The places, with those of `by` where `where` (n,) is true."""
-        names = Place.__slots__
-        return Place(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
+    def replace_where(self, by: "Places", where: Bools) -> "Places":
+        """The places; where `where` (n,) is true, the places of `by` replace them."""
+        names = Places.__slots__
+        return Places(*(np.where(where, getattr(by, n), getattr(self, n)) for n in names))
 
     @staticmethod
-    def join(places: Sequence["Place"]) -> "Place":
+    def join(places: Sequence["Places"]) -> "Places":
         """All places, one after another."""
-        return Place(
+        return Places(
             *(
                 np.concatenate([getattr(place, name) for place in places], axis=-1)
-                for name in Place.__slots__
+                for name in Places.__slots__
             )
         )
 
-    def next(self, at: FloatArray, sides: FloatArray) -> FloatArray:
+    def next(self, cell_parameters: FloatArray, sides_of_minimum: FloatArray) -> FloatArray:
         """The next places (2, n) of Newton's method in the cells, in [−1, 1]².
 
-        `at` (2, n) are the present places. A place stays on a side of the cell if the distance
-        decreases beyond this side, or if `sides` (2, n) is not 0 in this direction.
+        `cell_parameters` (2, n) are the present places. `sides_of_minimum` (2, n) is −1 or 1, for a
+        and for b, if it is proved that the minimum lies on this side of the cell, else 0. A place
+        moves neither in a direction with −1 or 1, nor beyond a side of the cell.
         """
-        (fa, fb), (faa, fab, fbb) = self.gradient, self.forms
+        (fa, fb), (faa, fab, fbb) = self.gradient, self.second_partials
         ridge = RIDGE * (np.abs(faa) + np.abs(fbb))
         faa, fbb = faa + ridge, fbb + ridge
-        fixed = (sides != 0) | ((at <= -1) & (self.gradient > 0))
-        fixed |= (at >= 1) & (self.gradient < 0)
+        is_fixed = (sides_of_minimum != 0) | ((cell_parameters <= -1) & (self.gradient > 0))
+        is_fixed |= (cell_parameters >= 1) & (self.gradient < 0)
         determinant = faa * fbb - fab * fab
         with np.errstate(all="ignore"):
             step = np.stack([fab * fb - fbb * fa, fab * fa - faa * fb]) / determinant
-            alone = np.stack([-fa / faa, -fb / fbb])
-        step = np.where(fixed[::-1] | (determinant <= 0), alone, step)
-        step = np.where(fixed | ~np.isfinite(step), 0.0, step)
-        return np.asarray(np.clip(at + step, -1.0, 1.0))
+            step_along_axis = np.stack([-fa / faa, -fb / fbb])
+        # If b is fixed, a moves alone, and the reverse: row 0 of `is_fixed` is a, and row 1 is b.
+        step = np.where(is_fixed[::-1] | (determinant <= 0), step_along_axis, step)
+        step = np.where(is_fixed | ~np.isfinite(step), 0.0, step)
+        return np.asarray(np.clip(cell_parameters + step, -1.0, 1.0))
 
 
 def measure_places(
-    cells: CellTree, net: Ints, rectangle: FloatArray, at: FloatArray, x: FloatArray
-) -> Place:
+    cells: CellTree, net: Ints, rectangle: FloatArray, cell_parameters: FloatArray, x: FloatArray
+) -> Places:
     """Evaluate places in cells, with their distances from points.
 
     Parameters
     ----------
     cells : CellTree
     net : ndarray of int, shape (n,)
+        The number of the net of each cell.
     rectangle : ndarray of float64, shape (4, n)
-        The rectangles of the cells in their nets.
-    at : ndarray of float64, shape (2, n)
-        The places in the cells, in [−1, 1]².
+        The rectangle u₀, u₁, v₀, v₁ of each cell, in the parameters of its net.
+    cell_parameters : ndarray of float64, shape (2, n)
+        The places in the parameters (a, b) of the cells, in [−1, 1]².
     x : ndarray of float64, shape (3, n)
         The points.
     """
-    low = rectangle[::2]
-    half = (rectangle[1::2] - low) / 2
-    place = low + half * (at + 1)
-    position, da, db, daa, dab, dbb = net_partials(cells.nets, net, place)
+    low, high = rectangle[::2], rectangle[1::2]  # (u₀, v₀) and (u₁, v₁)
+    half = (high - low) / 2
+    parameters = low + half * (cell_parameters + 1)
+    position, da, db, daa, dab, dbb = net_partials(cells.nets, net, parameters)
     y = x - position
     distance = np.sqrt(dot(y, y))
     ha, hb = half
     gradient = -half * [dot(y, da), dot(y, db)]
-    forms = np.stack(
+    second_partials = np.stack(
         [
             (dot(da, da) - dot(y, daa)) * (ha * ha),
             (dot(da, db) - dot(y, dab)) * (ha * hb),
@@ -111,5 +116,7 @@ def measure_places(
         ]
     )
     error = cells.errors[net] + 8 * UNIT * distance
-    nearest = np.maximum(distance - error, 0.0)
-    return Place(place, position, gradient, forms, distance, nearest, distance + error)
+    min_distance = np.maximum(distance - error, 0.0)
+    return Places(
+        parameters, position, gradient, second_partials, distance, min_distance, distance + error
+    )

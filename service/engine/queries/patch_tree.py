@@ -25,19 +25,19 @@ from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
 from service.engine.queries.ray_bounds import SAFE, Rays, sphere_misses
 
-FANOUT, FEW = 8, 24
+FANOUT, MAX_ROOTS = 8, 24
 """How many members a sphere has, and the most spheres on the first level."""
 
-PAIRS = 1 << 13
-"""How many pairs of a ray and a sphere are tested at once."""
+CHUNK_PAIRS = 1 << 13
+"""How many pairs of a ray and a sphere are tested at once: their arrays fit the cache."""
 
-MOST_SPHERES = 1 << 18
+MAX_OPEN_PAIRS = 1 << 18
 """The most pairs with spheres that may be open on a level, for several points or rays together."""
 
-ROOM, FREE = 4_000_000, 128
+MAX_PAIRS_IN_TREE, FREE_PAIRS = 4_000_000, 128
 """The most pairs that the tree may leave for all points or rays of a request, without counting the
-first `FREE` pairs of each point or ray. A pair takes some 2 µs. The search of a point or ray for
-which the tree leaves too many pairs ends in the tree."""
+first `FREE_PAIRS` pairs of each point or ray. A pair takes some 2 µs. The search of a point or ray
+for which the tree leaves too many pairs ends in the tree."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,75 +96,76 @@ class PatchTree:
         For each level the cells whose centres are the centres of the spheres.
     """
 
-    def __init__(self, cells: CellTree, few: int = FEW) -> None:
+    def __init__(self, cells: CellTree, max_roots: int = MAX_ROOTS) -> None:
         self.cells = cells
         spheres = cells.models[:5, cells.first]
         order = np.argsort(_morton(spheres[:3]), kind="stable")
         level = spheres[:, order]
         self.order, self.levels = cells.first[order], [level]
         self.middles = [self.order]
-        while level.shape[1] > few:
+        while level.shape[1] > max_roots:
             level, middle = _enclose(level)
             self.levels.insert(0, level)
             self.middles.insert(0, self.middles[0][middle])
 
-    def candidates(self, x: FloatArray, each: int) -> Candidates | None:
+    def candidates(self, x: FloatArray, max_pairs_of_point: int) -> Candidates | None:
         """Find the pairs of a point of x (3, m) and a cell that may be its nearest cell.
 
-        None if there is more than one point, and all points together have more than `MOST_SPHERES`
-        pairs on a level. A point that has more than `each` pairs on a level ends there.
+        None if there is more than one point, and all points together have more than
+        `MAX_OPEN_PAIRS` pairs on a level. A point that has more than `max_pairs_of_point` pairs on
+        a level ends there.
         """
         m, first = x.shape[1], self.levels[0].shape[1]
         point = np.repeat(np.arange(m), first)
         sphere = np.tile(np.arange(first), m)
         best = np.full(m, np.inf)
-        ended, widest = [], 0
-        for which, level in enumerate(self.levels[:-1]):
+        ended_pairs, max_pairs = [], 0
+        for level_number, level in enumerate(self.levels[:-1]):
             checkpoint()
             low, upper = sphere_bounds(level.take(sphere, axis=1), x.take(point, axis=1))
             starts = np.flatnonzero(np.diff(point, prepend=-1))
             first_points = point[starts]
             best[first_points] = np.minimum(best[first_points], np.minimum.reduceat(upper, starts))
-            near = np.flatnonzero(low <= best[point])
-            point, sphere = point[near], sphere[near]
-            widest = max(widest, len(point))
-            if widest > MOST_SPHERES and m > 1:
+            near_rows = np.flatnonzero(low <= best[point])
+            point, sphere = point[near_rows], sphere[near_rows]
+            max_pairs = max(max_pairs, len(point))
+            if max_pairs > MAX_OPEN_PAIRS and m > 1:
                 return None
-            ends = np.bincount(point, minlength=m)[point] > each
-            if ends.any():
-                rows = near[ends]
-                cell = self.middles[which][sphere[ends]]
-                ended.append((point[ends], cell, low[rows], upper[rows]))
-                point, sphere = point[~ends], sphere[~ends]
-            point, sphere = _members(point, sphere, self.levels[which + 1].shape[1])
-        return Candidates(point, self.order[sphere], ended, widest)
+            is_ended = np.bincount(point, minlength=m)[point] > max_pairs_of_point
+            if is_ended.any():
+                rows = near_rows[is_ended]
+                cell = self.middles[level_number][sphere[is_ended]]
+                ended_pairs.append((point[is_ended], cell, low[rows], upper[rows]))
+                point, sphere = point[~is_ended], sphere[~is_ended]
+            point, sphere = _members(point, sphere, self.levels[level_number + 1].shape[1])
+        return Candidates(point, self.order[sphere], ended_pairs, max_pairs)
 
-    def candidates_on(self, rays: Rays, each: int) -> RayCandidates | None:
+    def candidates_on(self, rays: Rays, max_pairs_of_ray: int) -> RayCandidates | None:
         """Find the pairs of a ray and a cell that the ray may meet.
 
-        None if there is more than one ray, and all rays together have more than `MOST_SPHERES`
-        pairs on a level. A ray that has more than `each` pairs on a level ends there.
+        None if there is more than one ray, and all rays together have more than `MAX_OPEN_PAIRS`
+        pairs on a level. A ray that has more than `max_pairs_of_ray` pairs on a level ends there.
         """
         m = len(rays.near)
         ray, sphere = _find_met_spheres(self.levels[0], rays)
-        ends: Bools = np.zeros(m, bool)
-        widest = 0
+        is_ended: Bools = np.zeros(m, bool)
+        max_pairs = 0
         for level in self.levels[1:]:
             checkpoint()
-            widest = max(widest, len(ray))
-            if widest > MOST_SPHERES and m > 1:
+            max_pairs = max(max_pairs, len(ray))
+            if max_pairs > MAX_OPEN_PAIRS and m > 1:
                 return None
-            is_wide = np.bincount(ray, minlength=m) > each
-            if is_wide.any():
-                ends |= is_wide
-                ray, sphere = ray[~is_wide[ray]], sphere[~is_wide[ray]]
+            has_too_many = np.bincount(ray, minlength=m) > max_pairs_of_ray
+            if has_too_many.any():
+                is_ended |= has_too_many
+                ray, sphere = ray[~has_too_many[ray]], sphere[~has_too_many[ray]]
             ray, sphere = _members(ray, sphere, level.shape[1])
             meets = np.empty(len(ray), bool)
-            for rows in row_slices(len(ray), 1, PAIRS):
+            for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
                 spheres, farthest = level.take(sphere[rows], axis=1), np.array(np.inf)
                 meets[rows] = ~sphere_misses(spheres, rays, ray[rows], farthest)[0]
             ray, sphere = ray[meets], sphere[meets]
-        return RayCandidates(ray, self.order[sphere], ends, widest)
+        return RayCandidates(ray, self.order[sphere], is_ended, max_pairs)
 
 
 def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -206,48 +207,48 @@ def _find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
     """
     pairs = []
     center, radius = spheres[:3, np.newaxis], spheres[3]
-    for rows in row_slices(len(rays.near), spheres.shape[1], PAIRS):
+    for rows in row_slices(len(rays.near), spheres.shape[1], CHUNK_PAIRS):
         o, d = rays.origin[:, rows, np.newaxis], rays.direction[:, rows, np.newaxis]
         g = center - o
-        along, square = dot(g, d), dot(g, g)
-        square *= 1 - 32 * UNIT
-        along_square = along * along
-        square -= along_square
-        wide = radius + rays.slack[rows, np.newaxis]
-        along += wide
-        meets = along >= rays.near[rows, np.newaxis]
-        wide *= wide
-        wide *= SAFE
-        meets &= square <= wide
-        ray, sphere = np.nonzero(meets)
+        along_ray, squared_distance = dot(g, d), dot(g, g)
+        squared_distance *= 1 - 32 * UNIT
+        squared_along_ray = along_ray * along_ray
+        squared_distance -= squared_along_ray
+        radius_with_slack = radius + rays.slack[rows, np.newaxis]
+        along_ray += radius_with_slack
+        is_met = along_ray >= rays.near[rows, np.newaxis]
+        radius_with_slack *= radius_with_slack
+        radius_with_slack *= SAFE
+        is_met &= squared_distance <= radius_with_slack
+        ray, sphere = np.nonzero(is_met)
         pairs.append((ray + rows.start, sphere))
     ray, sphere = (np.concatenate(column) for column in zip(*pairs, strict=True))
     return ray, sphere
 
 
-def _members(who: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
+def _members(query: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
     """Replace each pair with a sphere by pairs with all members of the sphere.
 
-    `who` are points or rays; the level of the members has `count` spheres.
+    `query` has the numbers of points or rays; the level of the members has `count` spheres.
     """
     sphere = (FANOUT * sphere[:, np.newaxis] + np.arange(FANOUT)).ravel()
-    inside = sphere < count
-    return np.repeat(who, FANOUT)[inside], sphere[inside]
+    has_member = sphere < count
+    return np.repeat(query, FANOUT)[has_member], sphere[has_member]
 
 
 def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
-    """The spheres that enclose eight spheres of a level each, and the numbers of their middles.
+    """Spheres that enclose eight spheres of a level each, and the numbers of their middle spheres.
 
     The centre of a new sphere is the centre of the middle one of its eight spheres.
     """
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)
-    which = np.minimum(starts + FANOUT // 2, count - 1)
-    middle = level[:, which]
+    middle_numbers = np.minimum(starts + FANOUT // 2, count - 1)
+    middle = level[:, middle_numbers]
     difference = level[:3] - np.repeat(middle[:3], FANOUT, axis=1)[:, :count]
-    reach = np.sqrt((difference * difference).sum(axis=0)) + level[3]
-    middle[3] = np.maximum.reduceat(reach, starts) * (1 + 1e-12)
-    return middle, which
+    distance = np.sqrt((difference * difference).sum(axis=0)) + level[3]
+    middle[3] = np.maximum.reduceat(distance, starts) * (1 + 1e-12)
+    return middle, middle_numbers
 
 
 def _morton(centers: FloatArray) -> Ints:

@@ -23,14 +23,14 @@ from service.surface.lowered import PatchModel
 
 Columns: TypeAlias = dict[str, NDArray[Any]]
 
-SMALL = 1e-4
+MIN_SINE = 1e-4
 """If the sine of the angle between S_u and S_v is at most this, the normal is computed as a
 limit."""
 
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, as a share of the diagonal."""
 
-ON_SIDE = 1e-12
+MAX_GAP = 1e-12
 """A place counts as on a side of its patch if its parameter differs by at most this."""
 
 
@@ -70,12 +70,12 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
         - signs (m,), if requested: NaN where they are uncertain
     """
     nets = surface_nets(model.batches)
-    near = nets.to_near_points(query.points)
-    closest, columns = _closest(nets, near, query.relative_tolerance)
+    local_points = nets.to_near_points(query.points)
+    closest, columns = _closest(nets, local_points, query.relative_tolerance)
     seams = None
     if query.sign:
         seams = connect_if_apart(model, WELD_TOLERANCE)
-        columns["signs"] = compute_signs(model, seams, nets, near.points, closest.low)
+        columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]
     local = nets.parameters(closest.net, closest.place)
     columns |= surface_columns(model, patch, local, net_normals(nets, closest.net, closest.place))
@@ -93,8 +93,8 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
         (m,) in the domain of the curve; unit tangents (m, d).
     """
     nets = curve_nets(pieces)
-    near = nets.to_near_points(to_space(query.points))
-    closest, columns = _closest(nets, near, query.relative_tolerance)
+    local_points = nets.to_near_points(to_space(query.points))
+    closest, columns = _closest(nets, local_points, query.relative_tolerance)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
     places = CurveSamples(closest.net, closest.place[:, 0])
     columns["parameters"] = places.parameters(pieces.breaks)
@@ -113,8 +113,10 @@ def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
     normals = cross(du, dv)
     with np.errstate(all="ignore"):
         length = np.sqrt(dot(normals, normals))
-        most = np.sqrt(dot(du, du) * dot(dv, dv))
-        return normals / length[:, np.newaxis], (length > SMALL * most) & (length > SMALL**2)
+        max_length = np.sqrt(dot(du, du) * dot(dv, dv))
+        return normals / length[:, np.newaxis], (length > MIN_SINE * max_length) & (
+            length > MIN_SINE**2
+        )
 
 
 def surface_columns(
@@ -136,8 +138,8 @@ def surface_columns(
     u, v = local.T
     if triangular_patches(model.batches).any():
         is_triangle = triangular_patches(model.batches)[patch]
-        rest = np.where(is_triangle & (v < 1), 1 - v, 1.0)
-        u = np.minimum(u / rest, 1.0)
+        width_of_row = np.where(is_triangle & (v < 1), 1 - v, 1.0)
+        u = np.minimum(u / width_of_row, 1.0)
     if len(rows := np.flatnonzero(~is_regular)):
         normals[rows], _ = evaluate_scattered_normals(model.batches, patch[rows], u[rows], v[rows])
     return columns | {"normals": normals}
@@ -148,33 +150,33 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
 
     Returns the parameters (m, 2) of the surfaces, and the numbers (m,) of the surfaces.
     """
-    firsts = np.array([domain.first for domain in model.domains])
-    order = np.argsort(firsts)
-    number = order[np.searchsorted(firsts[order], patch, side="right") - 1]
+    first_patches = np.array([domain.first for domain in model.domains])
+    order = np.argsort(first_patches)
+    surface_numbers = order[np.searchsorted(first_patches[order], patch, side="right") - 1]
     uv = np.empty(local.shape)
-    for k in np.unique(number).tolist():
-        domain, rows = model.domains[k], np.flatnonzero(number == k)
+    for k in np.unique(surface_numbers).tolist():
+        domain, rows = model.domains[k], np.flatnonzero(surface_numbers == k)
         spans = np.divmod(patch[rows] - domain.first, len(domain.v) - 1)
         for axis, (knots, span) in enumerate(zip((domain.u, domain.v), spans, strict=True)):
             t, low, high = local[rows, axis], knots[span], knots[span + 1]
             uv[rows, axis] = np.where(t == 1, high, low + t * (high - low))
-    return uv, number
+    return uv, surface_numbers
 
 
 def _closest(
-    nets: QueryNets, near: LocalPoints, relative_tolerance: float
+    nets: QueryNets, local_points: LocalPoints, relative_tolerance: float
 ) -> tuple[ClosestPoints, Columns]:
     """Find the closest points; returns them, and the arrays that surfaces and curves share."""
     width = relative_tolerance * nets.diagonal
-    closest = ClosestSearch(nets, width / nets.scale).find(near.points)
+    closest = ClosestSearch(nets, width / nets.scale).find(local_points.points)
     # The distances of points that were moved have an error of less than one rounding.
-    is_moved = near.shift > 0
+    is_moved = local_points.shift > 0
     low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)
     high = np.where(is_moved, np.nextafter(closest.high, np.inf), closest.high)
-    bounds = np.stack([near.model_lengths(low), near.model_lengths(high)], axis=1)
+    bounds = np.stack([local_points.model_lengths(low), local_points.model_lengths(high)], axis=1)
     return closest, {
         "positions": nets.origin + closest.position * nets.scale,
-        "distances": near.model_lengths(closest.distance),
+        "distances": local_points.model_lengths(closest.distance),
         "distance_bounds": bounds,
         "reached": bounds[:, 1] - bounds[:, 0] <= width,
         "tied": closest.tied,
@@ -189,4 +191,4 @@ def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray
     is_triangle = triangular_patches(model.batches)[patch]
     gaps[is_triangle, 1] = (1 - u - v)[is_triangle]
     gaps[is_triangle, 3] = 1.0
-    return np.asarray(((gaps <= ON_SIDE) & is_open[patch]).any(axis=1))
+    return np.asarray(((gaps <= MAX_GAP) & is_open[patch]).any(axis=1))

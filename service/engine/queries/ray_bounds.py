@@ -30,7 +30,7 @@ s₀), where N' has the same bounds as N; so I + N' is regular. ∎
 within the cell, or if |X · g| + k_X < |D| and |Y · g| + k_Y < |D|, then the cell meets the line.
 *Proof.* s − G(s) maps the square, or the cell, continuously into itself (Brouwer). ∎
 
-A cell is *settled* if ν ≤ `SETTLED`.
+A cell is *settled* if ν ≤ `MAX_CONTRACTION`.
 
 **Rounding.** X, Y and D are the exact products of the floating-point numbers A, B and d, so X and Y
 are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
@@ -51,13 +51,13 @@ from service.engine.queries.cell_models import UNIT
 from service.engine.queries.column_vectors import cross, dot, length
 from service.engine.queries.nets import QueryNets
 
-SETTLED = 0.5
+MAX_CONTRACTION = 0.5
 """The largest ν of settled cells: Newton's method then finds their roots in few steps."""
 
 SAFE = 1 + 64 * UNIT
 """A factor that is larger than all rounding of a few products."""
 
-WIDEST = 2.0**6
+MIN_THICKNESS = 2.0**6
 """The thickness of a ray is at least this factor times its slack."""
 
 
@@ -98,12 +98,12 @@ def local_rays(
     """
     d = directions.T / np.abs(directions).max(axis=1)
     d = np.ascontiguousarray(d / np.sqrt(dot(d, d)))
-    far = np.ascontiguousarray(nets.local(origins).T)
-    near = dot(far, d)
-    o = far - near * d
-    slack = 4 * UNIT * (length(far) + np.abs(near)) + 16 * UNIT * (length(o) + 4)
+    local_origins = np.ascontiguousarray(nets.local(origins).T)
+    begins = dot(local_origins, d)
+    o = local_origins - begins * d
+    slack = 4 * UNIT * (length(local_origins) + np.abs(begins)) + 16 * UNIT * (length(o) + 4)
     slack = np.where(np.isfinite(slack), slack, np.inf)
-    return Rays(o, d, near, slack, np.maximum(thickness, WIDEST * slack))
+    return Rays(o, d, begins, slack, np.maximum(thickness, MIN_THICKNESS * slack))
 
 
 def sphere_misses(
@@ -200,25 +200,25 @@ def root_bounds(
     x, y = cross(b, d), cross(d, a)
     lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])
     size = np.abs(determinant := dot(x, a))
-    wrong = (model[m.ROUND] + slack) * lengths
-    values, curvature_terms, near, most = [], [], [], []
-    for k, (row, by) in enumerate(((x, -b), (y, a))):
-        value = dot(by, q)
+    error = (model[m.ROUND] + slack) * lengths
+    values, curvature_terms, bounds_k, bounds_n = [], [], [], []
+    for k, (row, tangent) in enumerate(((x, -b), (y, a))):
+        value = dot(tangent, q)
         aa, ab, bb = (dot(row, second) for second in seconds)
-        long = length(row) * SAFE
-        square = np.abs(aa) + 2 * np.abs(ab) + np.abs(bb)
-        near.append((0.5 * square + long * model[m.REST]) * SAFE + wrong[k])
-        most.append((square + 3 * long * model[m.REST]) * SAFE + wrong[k])
+        row_length = length(row) * SAFE
+        second_order = np.abs(aa) + 2 * np.abs(ab) + np.abs(bb)
+        bounds_k.append((0.5 * second_order + row_length * model[m.REST]) * SAFE + error[k])
+        bounds_n.append((second_order + 3 * row_length * model[m.REST]) * SAFE + error[k])
         values.append(value)
         curvature_terms.append((aa, ab, bb))
-    empty = np.abs(values[0]) > size + near[0]
-    empty |= np.abs(values[1]) > size + near[1]
-    most_of = np.maximum(most[0], most[1])
-    settled = (most_of <= SETTLED * size) & ~empty
+    empty = np.abs(values[0]) > size + bounds_k[0]
+    empty |= np.abs(values[1]) > size + bounds_k[1]
+    max_n = np.maximum(bounds_n[0], bounds_n[1])
+    settled = (max_n <= MAX_CONTRACTION * size) & ~empty
     rows = np.flatnonzero(settled)
     size, determinant = size[rows], determinant[rows]
-    exists = np.abs(values[0][rows]) + near[0][rows] < size
-    exists &= np.abs(values[1][rows]) + near[1][rows] < size
+    exists = np.abs(values[0][rows]) + bounds_k[0][rows] < size
+    exists &= np.abs(values[1][rows]) + bounds_k[1][rows] < size
     values = [-value[rows] / determinant for value in values]
     curvature_terms = [
         (aa[rows] / determinant, ab[rows] / determinant, bb[rows] / determinant)
@@ -235,7 +235,7 @@ def root_bounds(
         a[:, rows],
         lengths[:, rows],
         determinant,
-        most_of[rows] / size,
+        max_n[rows] / size,
         np.stack([s, t]),
         exists,
     )

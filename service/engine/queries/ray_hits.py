@@ -26,18 +26,18 @@ from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.ray_bounds import Rays
 
-LONG = 32
+MIN_LENGTH_ALONG = 32
 """The least length of the interval of a hit *along*, in units of √(thickness · diagonal)."""
 
-EVEN = 1 / 64
+MAX_VARIATION = 1 / 64
 """In a hit *along*, the distance between surface and ray varies by at most this, in units of the
 thickness."""
 
-PAD = 1 / 8
+STRIP_PADDING = 1 / 8
 """Strips with at most twice this gap are at one place; in units of the least length of a hit
 *along*."""
 
-TANGENT = 1e-3
+MAX_TANGENT_SINE = 1e-3
 """A ray and the surface are almost tangent if the sine of their angle is at most this."""
 
 
@@ -96,9 +96,9 @@ class Hits:
     def join(parts: "Sequence[Hits]") -> "Hits":
         """The hits of all parts, one after another."""
         if not parts:
-            three, none, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)
-            places = np.zeros((2, 0)), three, three, three
-            return Hits(numbers, numbers, *places, none, none, none, none, numbers)
+            vectors, scalars, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)
+            places = np.zeros((2, 0)), vectors, vectors, vectors
+            return Hits(numbers, numbers, *places, scalars, scalars, scalars, scalars, numbers)
         return Hits(
             *(np.concatenate([getattr(p, f.name) for p in parts], axis=-1) for f in fields(Hits))
         )
@@ -113,47 +113,49 @@ class Hits:
         return dot(normal, direction) / np.where(length > 0, length, 1.0)
 
 
-def merge_hits(hits: Hits, rays: Rays, long: float) -> Hits:
+def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     """Merge hits to one hit for each place, in the order of rays and of t.
 
-    `origin` of the merged hits is a `Kind`. `long` is the least length of the interval of a hit
-    *along*. If such an interval begins behind the origin of the ray, the hit is at the first end of
-    a strip that is not behind the origin.
+    `origin` of the merged hits is a `Kind`. `min_length_along` is the least length of the interval
+    of a hit *along*. If such an interval begins behind the origin of the ray, the hit is at the
+    first end of a strip that is not behind the origin.
     """
     sines = hits.sines(rays.direction[:, hits.ray])
     # Enlarge the intervals of strips: a surface that is almost tangent to the ray is also near the
     # ray before and after the strip.
-    pad = np.where(hits.origin == Origin.STRIP, PAD * long, 0.0)
+    pad = np.where(hits.origin == Origin.STRIP, STRIP_PADDING * min_length_along, 0.0)
     order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
-    variation, is_behind = EVEN * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
+    variation, is_behind = MAX_VARIATION * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
     cluster = _number_clusters(hits, pad)
     first = np.flatnonzero(np.diff(cluster, prepend=-1))
     sizes = np.diff(first, append=len(cluster))
     kind = np.full(len(cluster), int(Kind.CROSSING))
-    keep = np.ones(len(cluster), bool)
-    special = np.maximum.reduceat(hits.origin, first) if len(first) else first
-    for k in np.flatnonzero((special > 1) | ((sizes > 1) & (special > 0))).tolist():
+    is_kept = np.ones(len(cluster), bool)
+    max_origin = np.maximum.reduceat(hits.origin, first) if len(first) else first
+    for k in np.flatnonzero((max_origin > 1) | ((sizes > 1) & (max_origin > 0))).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
-        keep[rows] = False
-        for row, merged_kind in _merge_cluster(hits, sines, (long, variation, is_behind), rows):
-            keep[row], kind[row] = True, merged_kind
+        is_kept[rows] = False
+        for row, merged_kind in _merge_cluster(
+            hits, sines, (min_length_along, variation, is_behind), rows
+        ):
+            is_kept[row], kind[row] = True, merged_kind
     hits.origin[:] = kind
-    merged = hits.take(keep)
+    merged = hits.take(is_kept)
     return merged.take(np.lexsort((merged.net, merged.t, merged.ray)))
 
 
 def _number_clusters(hits: Hits, pad: FloatArray) -> Ints:
     """Numbers (n,) of the clusters of hits, which are ordered by ray and by `low` − `pad`."""
     low, high = hits.low - pad, hits.high + pad
-    starts = np.diff(hits.ray, prepend=-1) != 0
-    # The running maximum of `high` for each ray, by ranks: those of different rays do not overlap.
+    is_start = np.diff(hits.ray, prepend=-1) != 0
+    # The running maximum of `high` for each ray, by ranks: ranks of different rays do not overlap.
     rank = np.lexsort((high, hits.ray))
-    place = np.empty(len(rank), np.intp)
-    place[rank] = np.arange(len(rank))
-    most = high[rank[np.maximum.accumulate(place)]] if len(rank) else high
-    starts[1:] |= low[1:] > most[:-1]
-    return np.cumsum(starts) - 1
+    rank_of_hit = np.empty(len(rank), np.intp)
+    rank_of_hit[rank] = np.arange(len(rank))
+    max_high_before = high[rank[np.maximum.accumulate(rank_of_hit)]] if len(rank) else high
+    is_start[1:] |= low[1:] > max_high_before[:-1]
+    return np.cumsum(is_start) - 1
 
 
 def _merge_cluster(
@@ -166,26 +168,29 @@ def _merge_cluster(
     origin of its ray.
     """
     origin, t = hits.origin[rows], hits.t[rows]
-    proved, near = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
+    proved, near_rows = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
     strips = rows[origin >= Origin.STRIP]
     crossings: list[tuple[int, Kind]] = []
     if len(strips):
         ends = t[origin >= Origin.STRIP]
-        inner = (hits.low[near] > ends.min()) & (hits.high[near] < ends.max())
-        steep = inner & (np.abs(sines[near]) > TANGENT)
-        strips, near = np.concatenate([strips, near[~steep]]), near[steep]
-        tangent_rows = proved[np.abs(sines[proved]) <= TANGENT]
+        is_between_ends = (hits.low[near_rows] > ends.min()) & (hits.high[near_rows] < ends.max())
+        is_steep = is_between_ends & (np.abs(sines[near_rows]) > MAX_TANGENT_SINE)
+        strips, near_rows = np.concatenate([strips, near_rows[~is_steep]]), near_rows[is_steep]
+        tangent_rows = proved[np.abs(sines[proved]) <= MAX_TANGENT_SINE]
         sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
         residuals = hits.residual[rows[origin == Origin.STRIP]]
-        long, variation, is_behind = limits
-        if np.ptp(ends) > long and _is_even(residuals, variation[rows[0]]):
+        min_length_along, max_variation, is_behind = limits
+        if np.ptp(ends) > min_length_along and _is_even(residuals, max_variation[rows[0]]):
             low, high = hits.low[strips].min(), hits.high[strips].max()
-            within = tangent_rows[
+            tangent_rows_within = tangent_rows[
                 (hits.low[tangent_rows] <= high) & (hits.high[tangent_rows] >= low)
             ]
-            proved, strips = np.setdiff1d(proved, within), np.concatenate([strips, within])
-            ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
-            chosen = ahead[np.lexsort((hits.residual[ahead], hits.t[ahead]))[0]]
+            proved, strips = (
+                np.setdiff1d(proved, tangent_rows_within),
+                np.concatenate([strips, tangent_rows_within]),
+            )
+            rows_ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
+            chosen = rows_ahead[np.lexsort((hits.residual[rows_ahead], hits.t[rows_ahead]))[0]]
             crossings.append((_extend_interval(hits, chosen, strips), Kind.ALONG))
         else:
             # Strips beside a crossing that is almost tangent belong to its interval.
@@ -193,51 +198,53 @@ def _merge_cluster(
                 [row for row in strips if not _join_to_crossing(hits, row, tangent_rows)], np.intp
             )
             if len(strips):
-                ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
-                chosen = ahead[np.argmin(hits.residual[ahead])]
-                one_sided = (sine > TANGENT).all() or (sine < -TANGENT).all()
-                kind = Kind.CROSSING if is_point and one_sided else Kind.TOUCHING
+                rows_ahead = strips[~is_behind[strips]] if (~is_behind[strips]).any() else strips
+                chosen = rows_ahead[np.argmin(hits.residual[rows_ahead])]
+                is_one_sided = (sine > MAX_TANGENT_SINE).all() or (sine < -MAX_TANGENT_SINE).all()
+                kind = Kind.CROSSING if is_point and is_one_sided else Kind.TOUCHING
                 crossings.append((_extend_interval(hits, chosen, strips), kind))
     for sign in (-1, 1):
-        same = proved[sines[proved] * sign > 0]
-        if len(same):
-            for row in near[sines[near] * sign > 0]:
-                chosen = same[np.argmin(np.abs(hits.t[same] - hits.t[row]))]
+        same_direction = proved[sines[proved] * sign > 0]
+        if len(same_direction):
+            for row in near_rows[sines[near_rows] * sign > 0]:
+                chosen = same_direction[np.argmin(np.abs(hits.t[same_direction] - hits.t[row]))]
                 _extend_interval(hits, chosen, np.array([chosen, row]))
-            near = near[sines[near] * sign <= 0]
-    if len(near):
-        chosen = near[np.argmin(hits.residual[near])]
-        signs = np.sign(sines[near])
+            near_rows = near_rows[sines[near_rows] * sign <= 0]
+    if len(near_rows):
+        chosen = near_rows[np.argmin(hits.residual[near_rows])]
+        signs = np.sign(sines[near_rows])
         kind = Kind.CROSSING if (signs == signs[0]).all() else Kind.TOUCHING
-        crossings.append((_extend_interval(hits, chosen, near), kind))
+        crossings.append((_extend_interval(hits, chosen, near_rows), kind))
     return crossings + [(int(row), Kind.CROSSING) for row in proved]
 
 
 def _extend_interval(hits: Hits, chosen: np.intp, rows: Ints) -> int:
-    """Extend the interval of the hit `chosen` to contain those of all `rows`; returns `chosen`."""
+    """Extend the interval of the hit `chosen` to contain all intervals of `rows`; returns it."""
     low, high = hits.low[rows].min(), hits.high[rows].max()
     hits.low[chosen], hits.high[chosen] = low, high
     return int(chosen)
 
 
-def _join_to_crossing(hits: Hits, strip: np.intp, flat: Ints) -> bool:
-    """Join a strip to a crossing of `flat` that is no farther away than the length of the strip.
+def _join_to_crossing(hits: Hits, strip: np.intp, tangent_rows: Ints) -> bool:
+    """Join a strip to a crossing of `tangent_rows`, at most the length of the strip away.
 
     Returns whether there is such a crossing.
     """
     low, high = hits.low[strip], hits.high[strip]
-    near = flat[np.maximum(low - hits.high[flat], hits.low[flat] - high) <= high - low]
-    if len(near):
-        chosen = near[np.argmin(np.abs(hits.t[near] - hits.t[strip]))]
+    near_rows = tangent_rows[
+        np.maximum(low - hits.high[tangent_rows], hits.low[tangent_rows] - high) <= high - low
+    ]
+    if len(near_rows):
+        chosen = near_rows[np.argmin(np.abs(hits.t[near_rows] - hits.t[strip]))]
         _extend_interval(hits, chosen, np.array([chosen, strip]))
-    return len(near) > 0
+    return len(near_rows) > 0
 
 
-def _is_even(residuals: FloatArray, most: float) -> bool:
+def _is_even(residuals: FloatArray, max_variation: float) -> bool:
     """Whether three quarters of the ends of strips have nearly the same distance from the ray.
 
-    The others may be at borders, where the distance may be larger.
+    The remaining ends may be at borders, where the distance may be larger.
     """
     if not len(residuals):
         return False
-    return bool(np.quantile(residuals, 0.75) - residuals.min() <= most)
+    return bool(np.quantile(residuals, 0.75) - residuals.min() <= max_variation)

@@ -12,10 +12,10 @@ from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.column_vectors import dot
-from service.engine.queries.grazing import STEEPEST, find_grazed_strips
+from service.engine.queries.grazing import MAX_SLOPE, find_grazed_strips
 from service.engine.queries.patch_tree import PatchTree
 from service.engine.queries.ray_bounds import (
-    SETTLED,
+    MAX_CONTRACTION,
     Rays,
     RootBounds,
     root_bounds,
@@ -29,25 +29,25 @@ from service.engine.queries.ray_newton import (
 )
 from service.engine.queries.shares import Share
 
-PAIRS = 1 << 13
-"""How many pairs of a ray and a cell are computed at once."""
+CHUNK_PAIRS = 1 << 13
+"""How many pairs of a ray and a cell are computed at once: their arrays fit the cache."""
 
-MOST_PAIRS, MOST_OPEN = 4096, 1 << 18
+MAX_PAIRS_OF_RAY, MAX_OPEN_PAIRS = 4096, 1 << 18
 """The most cells that may be open on one level: for one ray, and for all rays together."""
 
-COARSE = SETTLED / 3
+MAX_STRAIN = MAX_CONTRACTION / 3
 """A cell with more strain than this is halved without computing bounds, because no ray can be
 settled in it. In the notation of `ray_bounds`: |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d ·
 n| give ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|, and with Y, ν ≥ 3 REST / |B|."""
 
-SMALL = 1 / 8
+MAX_POINT_RADIUS = 1 / 8
 """A cell whose radius is at most this, in units of the thickness, counts as a point."""
 
-BEHIND = 4
+MAX_DISTANCE_BEHIND = 4
 """Cells are examined up to this distance behind a crossing, in units of the thickness, to find
 other hits at the same place."""
 
-TAIL = 1 / 4
+MAX_NEAR_SHARE = 1 / 4
 """The farther half of the first pairs joins the search when the open pairs of the nearer half are
 at most this share of the farther half."""
 
@@ -74,7 +74,7 @@ class RayLevels:
     rays : Rays
     share : Share
         The pairs whose bounds may be computed.
-    each : int
+    max_pairs_of_ray : int
         The most pairs that one ray may have in the tree of patches.
     only_first : bool
         Whether only the first hit of each ray is needed.
@@ -99,43 +99,43 @@ class RayLevels:
         patches: PatchTree,
         rays: Rays,
         share: Share,
-        each: int,
+        max_pairs_of_ray: int,
         *,
         only_first: bool,
         can_split: bool,
     ) -> None:
         self.can_split, self.is_crowded, self.most_open = can_split, False, 0
-        self.each, self.in_tree = each, np.zeros(len(rays.near), np.intp)
-        self.share, self.waiting = share, NO_PAIRS
+        self.max_pairs_of_ray, self.in_tree = max_pairs_of_ray, np.zeros(len(rays.near), np.intp)
+        self.share, self.waiting_pairs = share, NO_PAIRS
         self.only_first = only_first
         self.cells, self.patches, self.rays = patches.cells, patches, rays
         self.farthest = np.full(len(rays.near), np.inf)
         self.reached = np.isfinite(rays.slack)
         self.is_later = np.zeros(len(rays.near), bool)
-        self.settled: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
-        self.found: list[Hits] = []
+        self.settled_pairs: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
+        self.hits: list[Hits] = []
 
     def search(self) -> Hits | None:
         """Search all levels until no pair is open; None if the tree of patches has too many."""
-        met = self.patches.candidates_on(self.rays, self.each)
-        if met is None:
+        candidates = self.patches.candidates_on(self.rays, self.max_pairs_of_ray)
+        if candidates is None:
             return None
-        self.reached &= ~met.ends
-        self.in_tree = np.bincount(met.ray, minlength=len(met.ends))
-        self.in_tree[met.ends] = self.each
-        self.most_open = met.widest
-        (ray, cell), later = self.split_by_distance(met.ray, met.cell)
-        self.is_later[later[0]] = True
-        while len(ray) or self.settled or len(later[0]):
-            if len(ray) - len(self.waiting[0]) <= TAIL * len(later[0]):
-                ray, cell = _join_pairs([(ray, cell), later])
-                later = NO_PAIRS
+        self.reached &= ~candidates.ends
+        self.in_tree = np.bincount(candidates.ray, minlength=len(candidates.ends))
+        self.in_tree[candidates.ends] = self.max_pairs_of_ray
+        self.most_open = candidates.widest
+        (ray, cell), later_pairs = self.split_by_distance(candidates.ray, candidates.cell)
+        self.is_later[later_pairs[0]] = True
+        while len(ray) or self.settled_pairs or len(later_pairs[0]):
+            if len(ray) - len(self.waiting_pairs[0]) <= MAX_NEAR_SHARE * len(later_pairs[0]):
+                ray, cell = _join_pairs([(ray, cell), later_pairs])
+                later_pairs = NO_PAIRS
                 self.is_later[:] = False
             pairs = [self.step(ray, cell)]
-            if sum(len(pair[0]) for pair in self.settled) >= len(pairs[0][0]):
-                pairs.append(self.polish())
-            ray, cell = _join_pairs([*pairs, self.waiting])
-        hits = Hits.join(self.found)
+            if sum(len(pair[0]) for pair in self.settled_pairs) >= len(pairs[0][0]):
+                pairs.append(self.apply_newton())
+            ray, cell = _join_pairs([*pairs, self.waiting_pairs])
+        hits = Hits.join(self.hits)
         return hits.take(hits.high >= self.rays.near[hits.ray])
 
     def split_by_distance(
@@ -157,43 +157,48 @@ class RayLevels:
     def step(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """Examine one level of pairs; returns the pairs of the next level.
 
-        Pairs that are settled on this level are stored for `polish`.
+        Pairs that are settled on this level are stored for `apply_newton`.
         """
-        self.waiting = NO_PAIRS
-        keep, low = np.zeros(len(ray), bool), np.empty(len(ray))
+        self.waiting_pairs = NO_PAIRS
+        meets, low = np.zeros(len(ray), bool), np.empty(len(ray))
         models, limit = self.cells.models, self.farthest[ray]
-        for rows in row_slices(len(ray), 1, PAIRS):
+        for rows in row_slices(len(ray), 1, CHUNK_PAIRS):
             spheres = models[:4].take(cell[rows], axis=1)
             misses, low[rows] = sphere_misses(spheres, self.rays, ray[rows], limit[rows])
-            keep[rows] = ~misses
-        near = np.flatnonzero(keep)
-        is_point = models[columns.RADIUS, cell[near]] <= SMALL * self.rays.thickness[ray[near]]
+            meets[rows] = ~misses
+        near_rows = np.flatnonzero(meets)
+        is_point = (
+            models[columns.RADIUS, cell[near_rows]]
+            <= MAX_POINT_RADIUS * self.rays.thickness[ray[near_rows]]
+        )
         if is_point.any():
-            points = near[is_point]
-            self.found.append(take_points(self.cells, self.rays, ray[points], cell[points]))
-            near = near[~is_point]
-        near = self.affordable(near, ray, cell)
-        coarse = models[columns.STRAIN, cell[near]] > COARSE
-        left = [(ray[near[coarse]], cell[near[coarse]])]
-        near = near[~coarse]
-        for chunk in (near[k : k + PAIRS] for k in range(0, max(len(near), 1), PAIRS)):
+            points = near_rows[is_point]
+            self.hits.append(take_points(self.cells, self.rays, ray[points], cell[points]))
+            near_rows = near_rows[~is_point]
+        near_rows = self.allot_pairs(near_rows, ray, cell)
+        is_coarse = models[columns.STRAIN, cell[near_rows]] > MAX_STRAIN
+        open_pairs = [(ray[near_rows[is_coarse]], cell[near_rows[is_coarse]])]
+        near_rows = near_rows[~is_coarse]
+        for chunk in (
+            near_rows[k : k + CHUNK_PAIRS] for k in range(0, max(len(near_rows), 1), CHUNK_PAIRS)
+        ):
             checkpoint()
-            left.append(self.look(ray[chunk], cell[chunk], low[chunk]))
-        return self.halve(*(np.concatenate(column) for column in zip(*left, strict=True)))
+            open_pairs.append(self.bound_pairs(ray[chunk], cell[chunk], low[chunk]))
+        return self.halve(*(np.concatenate(column) for column in zip(*open_pairs, strict=True)))
 
-    def affordable(self, near: Ints, ray: Ints, cell: Ints) -> Ints:
-        """Allot pairs to rays; returns the rows of `near` whose rays may continue.
+    def allot_pairs(self, near_rows: Ints, ray: Ints, cell: Ints) -> Ints:
+        """Allot pairs to rays; returns the rows of `near_rows` whose rays may continue.
 
         The pairs of other rays wait for a later level, or end now.
         """
-        counts = np.bincount(ray[near], minlength=len(self.reached))
-        goes, ends = self.share.allot(counts, self.is_later)
-        self.reached &= ~ends
-        rows = near[~(goes | ends)[ray[near]]]
-        self.waiting = ray[rows], cell[rows]
-        return near[goes[ray[near]]]
+        counts = np.bincount(ray[near_rows], minlength=len(self.reached))
+        is_served, is_ended = self.share.allot(counts, self.is_later)
+        self.reached &= ~is_ended
+        rows = near_rows[~(is_served | is_ended)[ray[near_rows]]]
+        self.waiting_pairs = ray[rows], cell[rows]
+        return near_rows[is_served[ray[near_rows]]]
 
-    def look(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
+    def bound_pairs(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
         """Compute the bounds of pairs; returns the pairs that stay open."""
         models, rays = self.cells.models, self.rays
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
@@ -201,18 +206,20 @@ class RayLevels:
         empty, settled, bounds = root_bounds(model, o, d, rays.slack[ray])
         rows = np.flatnonzero(settled)
         if len(rows):
-            self.settled.append((ray[rows], cell[rows], low[rows], bounds))
+            self.settled_pairs.append((ray[rows], cell[rows], low[rows], bounds))
             if self.only_first:
                 is_sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
-                self.shorten(ray[is_sure], low[is_sure] + 3 * models[columns.RADIUS, cell[is_sure]])
+                self.limit_search(
+                    ray[is_sure], low[is_sure] + 3 * models[columns.RADIUS, cell[is_sure]]
+                )
         rows = np.flatnonzero(~(empty | settled))
         normals = models[columns.NORMAL : columns.NORMAL + 3].take(cell[rows], axis=1)
-        is_grazed = np.abs(dot(normals, d[:, rows])) <= STEEPEST
+        is_grazed = np.abs(dot(normals, d[:, rows])) <= MAX_SLOPE
         grazed = rows[is_grazed]
-        left = [rows[~is_grazed]]
+        open_rows = [rows[~is_grazed]]
         if len(grazed):
-            left.append(grazed[self.graze(ray[grazed], cell[grazed])])
-        rows = np.concatenate(left)
+            open_rows.append(grazed[self.graze(ray[grazed], cell[grazed])])
+        rows = np.concatenate(open_rows)
         return ray[rows], cell[rows]
 
     def graze(self, ray: Ints, cell: Ints) -> Bools:
@@ -223,31 +230,31 @@ class RayLevels:
         empty, is_thin, strips = find_grazed_strips(
             model, o, d, rays.slack[ray], rays.thickness[ray]
         )
-        left = ~empty
+        is_open = ~empty
         rows = np.flatnonzero(is_thin)
         if len(rows):
             hits, is_done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
-            self.found.append(hits)
-            left[rows[is_done]] = False
-        return left
+            self.hits.append(hits)
+            is_open[rows[is_done]] = False
+        return is_open
 
-    def shorten(self, ray: Ints, t: FloatArray) -> None:
+    def limit_search(self, ray: Ints, t: FloatArray) -> None:
         """Do not search behind the hit at t, except for other hits at the same place."""
-        np.minimum.at(self.farthest, ray, t + BEHIND * self.rays.thickness[ray])
+        np.minimum.at(self.farthest, ray, t + MAX_DISTANCE_BEHIND * self.rays.thickness[ray])
 
     def halve(self, ray: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """Halve the cells of open pairs; returns the pairs with the halves.
 
         Rays that have too many pairs, or whose cells cannot be halved, end: they are not `reached`.
         """
-        stop = np.bincount(ray, minlength=len(self.reached))[ray] > MOST_PAIRS
-        stop |= ~self.cells.can_halve(cell)
-        if stop.any():
-            self.reached[ray[stop]] = False
-            keep = self.reached[ray]
-            ray, cell = ray[keep], cell[keep]
+        is_ended = np.bincount(ray, minlength=len(self.reached))[ray] > MAX_PAIRS_OF_RAY
+        is_ended |= ~self.cells.can_halve(cell)
+        if is_ended.any():
+            self.reached[ray[is_ended]] = False
+            is_kept = self.reached[ray]
+            ray, cell = ray[is_kept], cell[is_kept]
         self.most_open = max(self.most_open, len(ray))
-        if len(ray) > MOST_OPEN and self.can_split:
+        if len(ray) > MAX_OPEN_PAIRS and self.can_split:
             self.is_crowded = True
             ray, cell = ray[:0], cell[:0]
         if not len(ray):
@@ -256,33 +263,35 @@ class RayLevels:
         children, parents = self.cells.children(cell[order])
         return ray[order][parents], children
 
-    def polish(self) -> tuple[Ints, Ints]:
+    def apply_newton(self) -> tuple[Ints, Ints]:
         """Apply Newton's method in settled cells, the nearest first.
 
         Returns the pairs of the next level, with the halves of cells in which the method failed.
         """
-        if not self.settled:
+        if not self.settled_pairs:
             return NO_PAIRS
-        ray, cell, low = (np.concatenate([pairs[k] for pairs in self.settled]) for k in range(3))
-        bounds = RootBounds.join([pairs[3] for pairs in self.settled])
-        self.settled = []
+        ray, cell, low = (
+            np.concatenate([pairs[k] for pairs in self.settled_pairs]) for k in range(3)
+        )
+        bounds = RootBounds.join([pairs[3] for pairs in self.settled_pairs])
+        self.settled_pairs = []
         parts = [np.arange(len(ray))]
         if self.only_first:
             order = np.lexsort((cell, low, ray))
             is_first = np.diff(ray[order], prepend=-1) > 0
             parts = [order[is_first], order[~is_first]]
-        left = []
+        open_rows = []
         for part in parts:
             rows = part[low[part] <= self.farthest[ray[part]]]
-            for chunk in (rows[k : k + PAIRS] for k in range(0, len(rows), PAIRS)):
+            for chunk in (rows[k : k + CHUNK_PAIRS] for k in range(0, len(rows), CHUNK_PAIRS)):
                 checkpoint()
                 hits, is_done = find_roots(
                     self.cells, self.rays, ray[chunk], cell[chunk], bounds.take(chunk)
                 )
-                self.found.append(hits)
-                left.append(chunk[~is_done])
+                self.hits.append(hits)
+                open_rows.append(chunk[~is_done])
                 if self.only_first:
                     is_sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
-                    self.shorten(hits.ray[is_sure], hits.t[is_sure])
-        rows = np.concatenate(left) if left else np.zeros(0, np.intp)
+                    self.limit_search(hits.ray[is_sure], hits.t[is_sure])
+        rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         return self.halve(ray[rows], cell[rows])

@@ -14,16 +14,16 @@ from service.engine.queries.net_partials import net_partials
 from service.engine.queries.ray_bounds import Rays, RootBounds
 from service.engine.queries.ray_hits import Hits, Kind, Origin
 
-STEPS = 8
+MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
 
 STRIP_STEPS = 4
 """The most steps of Newton's method across a strip."""
 
-OBLIQUE = 1 / 2
+MIN_SLANT = 1 / 2
 """A strip may end at a side x = ±1 if |x₁| is at least this (Theorem 2 of `grazing`)."""
 
-EXACT = 4
+MAX_EXACT_ERROR = 4
 """A place counts as exact if its distance from the ray is at most this, in units of the rounding
 error."""
 
@@ -34,8 +34,9 @@ class _RayPlaces:
 
     Attributes
     ----------
-    at, place : ndarray of float64, shape (2, n)
-        The places in the coordinates [−1, 1]² of the cells, and in the parameters of the nets.
+    cell_parameters, place : ndarray of float64, shape (2, n)
+        The places in the parameters (a, b) ∈ [−1, 1]² of the cells, and in the parameters (u, v) of
+        the nets.
     half : ndarray of float64, shape (2, n)
         Half the sides of the cells.
     position, du, dv : ndarray of float64, shape (3, n)
@@ -48,7 +49,7 @@ class _RayPlaces:
         This distance, and a bound of its rounding error.
     """
 
-    at: FloatArray
+    cell_parameters: FloatArray
     place: FloatArray
     half: FloatArray
     position: FloatArray
@@ -59,13 +60,13 @@ class _RayPlaces:
     residual: FloatArray
     rounding: FloatArray
 
-    def move(self, at: FloatArray, d: FloatArray) -> "_RayPlaces":
-        """Move to the places `at`, so near that the tangent plane can replace the surface."""
-        step = self.half * (at - self.at)
+    def move(self, cell_parameters: FloatArray, d: FloatArray) -> "_RayPlaces":
+        """Move to near places `cell_parameters`; the tangent plane replaces the surface."""
+        step = self.half * (cell_parameters - self.cell_parameters)
         difference = step[0] * self.du + step[1] * self.dv
         place = np.clip(self.place + step, 0.0, 1.0)
         position, t = self.position + difference, self.t + dot(difference, d)
-        return replace(self, at=at, place=place, position=position, t=t)
+        return replace(self, cell_parameters=cell_parameters, place=place, position=position, t=t)
 
     def to_hits(
         self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], origin: Origin
@@ -83,20 +84,22 @@ class _RayPlaces:
 
 
 def _evaluate_places(
-    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, at: FloatArray
+    cells: CellTree, rays: Rays, ray: Ints, cell: Ints, cell_parameters: FloatArray
 ) -> _RayPlaces:
-    """Evaluate the surface at places `at` (2, n) of cells, with its distances from rays."""
+    """Evaluate the surface at `cell_parameters` (2, n), with its distances from rays."""
     rectangle, net = cells.place[:, cell], cells.net[cell]
     low, half = rectangle[::2], (rectangle[1::2] - rectangle[::2]) / 2
-    place = low + half * (at + 1)
-    at = (place - low) / half - 1  # again, because `place` was rounded
+    place = low + half * (cell_parameters + 1)
+    cell_parameters = (place - low) / half - 1  # again, because `place` was rounded
     position, du, dv = net_partials(cells.nets, net, place, 1)
     d = rays.direction[:, ray]
     g = position - rays.origin[:, ray]
     across = cross(g, d)
     residual = np.sqrt(dot(across, across))
     rounding = cells.errors[net] + rays.slack[ray]
-    return _RayPlaces(at, place, half, position, du, dv, dot(g, d), across, residual, rounding)
+    return _RayPlaces(
+        cell_parameters, place, half, position, du, dv, dot(g, d), across, residual, rounding
+    )
 
 
 @np.errstate(all="ignore")
@@ -117,43 +120,56 @@ def find_roots(
     """
     is_done = np.zeros(len(ray), bool)
     hits_by_step: list[Hits] = []
-    rows, at = np.arange(len(ray)), bounds.start
-    for left in range(STEPS, 0, -1):
-        which = bounds.take(rows)
-        places = _evaluate_places(cells, rays, ray[rows], cell[rows], at)
-        size = which.determinant
-        g = np.stack([dot(which.first, places.across), dot(which.second, places.across)]) / size
-        wrong = which.lengths * places.rounding / np.abs(size)
-        reach = (np.abs(g) + wrong).max(axis=0) / (1 - which.contraction)
-        distance = np.abs(places.at - g) - which.contraction * reach - wrong
+    rows, cell_parameters = np.arange(len(ray)), bounds.start
+    for remaining_steps in range(MAX_STEPS, 0, -1):
+        root_bounds = bounds.take(rows)
+        places = _evaluate_places(cells, rays, ray[rows], cell[rows], cell_parameters)
+        size = root_bounds.determinant
+        g = (
+            np.stack(
+                [dot(root_bounds.first, places.across), dot(root_bounds.second, places.across)]
+            )
+            / size
+        )
+        error = root_bounds.lengths * places.rounding / np.abs(size)
+        reach = (np.abs(g) + error).max(axis=0) / (1 - root_bounds.contraction)
+        distance = np.abs(places.cell_parameters - g) - root_bounds.contraction * reach - error
         is_outside = (distance > 1 + 64 * UNIT).any(axis=0)
         da, db = places.half[0] * places.du, places.half[1] * places.dv
         d = rays.direction[:, ray[rows]]
         determinant = dot(cross(da, db), d)
         step = np.stack([dot(db, places.across), -dot(da, places.across)]) / determinant
         step = np.where(np.isfinite(step), step, 0.0)
-        next_at = np.clip(places.at + step, -1.0, 1.0)
-        stuck = (np.abs(next_at - places.at) <= 8 * UNIT).all(axis=0) | (left == 1)
-        is_exact = places.residual <= EXACT * places.rounding
-        near = is_exact | stuck & (places.residual <= rays.thickness[ray[rows]])
-        hit = np.flatnonzero(near & ~is_outside)
-        if len(hit):
+        next_parameters = np.clip(places.cell_parameters + step, -1.0, 1.0)
+        is_stuck = (np.abs(next_parameters - places.cell_parameters) <= 8 * UNIT).all(axis=0) | (
+            remaining_steps == 1
+        )
+        is_exact = places.residual <= MAX_EXACT_ERROR * places.rounding
+        is_near = is_exact | is_stuck & (places.residual <= rays.thickness[ray[rows]])
+        hit_columns = np.flatnonzero(is_near & ~is_outside)
+        if len(hit_columns):
             # For exact places, the last step has the size of rounding errors.
-            places = places.move(np.where(is_exact, next_at, places.at), d)
-            hit_rows = rows[hit]
-            inside = (np.abs(places.at[:, hit]) + reach[hit] <= 1).all(axis=0)
+            places = places.move(np.where(is_exact, next_parameters, places.cell_parameters), d)
+            hit_rows = rows[hit_columns]
+            is_inside = (
+                np.abs(places.cell_parameters[:, hit_columns]) + reach[hit_columns] <= 1
+            ).all(axis=0)
             model = cells.models[: columns.ROUND + 1, cell[hit_rows]]
             speed = model[columns.ROUND] / (16 * UNIT) + 3 * model[columns.REST]
-            t = places.t[hit]
-            wide = reach[hit] * speed + places.rounding[hit]
+            t = places.t[hit_columns]
+            half_width = reach[hit_columns] * speed + places.rounding[hit_columns]
             hits = places.to_hits(
-                hit, ray[hit_rows], cells.net[cell[hit_rows]], (t - wide, t + wide), Origin.NEAR
+                hit_columns,
+                ray[hit_rows],
+                cells.net[cell[hit_rows]],
+                (t - half_width, t + half_width),
+                Origin.NEAR,
             )
-            hits.origin[inside] = Origin.PROVED
+            hits.origin[is_inside] = Origin.PROVED
             hits_by_step.append(hits)
-        is_done[rows[is_outside | near]] = True
-        open_rows = ~(is_outside | near | stuck)
-        rows, at = rows[open_rows], next_at[:, open_rows]
+        is_done[rows[is_outside | is_near]] = True
+        is_open = ~(is_outside | is_near | is_stuck)
+        rows, cell_parameters = rows[is_open], next_parameters[:, is_open]
         if not len(rows):
             break
     return Hits.join(hits_by_step), is_done
@@ -177,42 +193,48 @@ def find_strips(
     """
     x0, x1 = strips.line
     rows = np.arange(len(ray))
-    ends, fine = [], np.ones(len(ray), bool)
+    ends, is_done = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
         x = x0 + x1 * y
         # A slanted curve may leave the cell at x = −1 or x = 1, its lower end at one of these sides
         # and its upper end at the other side.
         side = np.sign(x1) * y
-        is_side = (x * side > 1) & (np.abs(x1) >= OBLIQUE)
-        fixed = np.where(is_side, side, y)
-        free = np.clip(np.where(is_side, (side - x0) / x1, x), -1.0, 1.0)
+        is_side = (x * side > 1) & (np.abs(x1) >= MIN_SLANT)
+        fixed_parameter = np.where(is_side, side, y)
+        free_parameter = np.clip(np.where(is_side, (side - x0) / x1, x), -1.0, 1.0)
         is_free_a = strips.is_along_b != is_side
-        for left in range(STRIP_STEPS, -1, -1):
-            at = np.where(is_free_a, np.stack([free, fixed]), np.stack([fixed, free]))
-            places = _evaluate_places(cells, rays, ray, cell, at)
-            if not left:
+        for remaining_steps in range(STRIP_STEPS, -1, -1):
+            cell_parameters = np.where(
+                is_free_a,
+                np.stack([free_parameter, fixed_parameter]),
+                np.stack([fixed_parameter, free_parameter]),
+            )
+            places = _evaluate_places(cells, rays, ray, cell, cell_parameters)
+            if not remaining_steps:
                 break
             slope = np.where(is_free_a, places.half[0] * places.du, places.half[1] * places.dv)
             p = dot(strips.across, places.position - rays.origin[:, ray])
-            free = np.clip(free - p / dot(strips.across, slope), -1.0, 1.0)
-            free = np.where(np.isfinite(free), free, 0.0)
-        fine &= places.residual <= rays.thickness[ray]
+            free_parameter = np.clip(free_parameter - p / dot(strips.across, slope), -1.0, 1.0)
+            free_parameter = np.where(np.isfinite(free_parameter), free_parameter, 0.0)
+        is_done &= places.residual <= rays.thickness[ray]
         ends.append(places)
-    rows = np.flatnonzero(fine)
-    wide = (rays.thickness[ray] * (1 + strips.spread))[rows]
+    rows = np.flatnonzero(is_done)
+    padding = (rays.thickness[ray] * (1 + strips.spread))[rows]
     t = np.stack([places.t[rows] for places in ends])
-    low, high = t.min(axis=0) - wide, t.max(axis=0) + wide
+    low, high = t.min(axis=0) - padding, t.max(axis=0) + padding
     net = cells.net[cell[rows]]
     hits = [places.to_hits(rows, ray[rows], net, (low, high), Origin.STRIP) for places in ends]
-    return Hits.join(hits), fine
+    return Hits.join(hits), is_done
 
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
     """Take the centres of cells that are smaller than the thickness as hits."""
     places = _evaluate_places(cells, rays, ray, cell, np.zeros((2, len(ray))))
-    wide = 2 * cells.models[columns.RADIUS, cell] + places.rounding
+    half_width = 2 * cells.models[columns.RADIUS, cell] + places.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
-    return places.to_hits(rows, ray, net, (places.t - wide, places.t + wide), Origin.POINT)
+    return places.to_hits(
+        rows, ray, net, (places.t - half_width, places.t + half_width), Origin.POINT
+    )
 
 
 @np.errstate(all="ignore")
@@ -228,10 +250,12 @@ def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
     ray, net = hits.ray[rows], hits.net[rows]
     point = rays.origin[:, ray] + rays.near[ray] * rays.direction[:, ray]
     place = hits.place[:, rows]
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS):
         position, du, dv = net_partials(cells.nets, net, place, 1)
         y = point - position
-        uu, uv, vv, yu, yv = (dot(*two) for two in ((du, du), (du, dv), (dv, dv), (y, du), (y, dv)))
+        uu, uv, vv, yu, yv = (
+            dot(*pair) for pair in ((du, du), (du, dv), (dv, dv), (y, du), (y, dv))
+        )
         size = uu * vv - uv * uv
         step = np.stack([vv * yu - uv * yv, uu * yv - uv * yu]) / size
         place = np.clip(place + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)

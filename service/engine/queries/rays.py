@@ -32,28 +32,27 @@ from service.cancellation import checkpoint
 from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import CellTree
 from service.engine.queries.nets import QueryNets
-from service.engine.queries.patch_tree import FREE, PatchTree
-from service.engine.queries.patch_tree import ROOM as ROOM_IN_TREE
+from service.engine.queries.patch_tree import FREE_PAIRS, MAX_PAIRS_IN_TREE, PatchTree
 from service.engine.queries.ray_bounds import (
     Rays,
     local_rays,
 )
-from service.engine.queries.ray_hits import LONG, Hits, Kind, merge_hits
-from service.engine.queries.ray_levels import COARSE, MOST_OPEN, RayLevels
+from service.engine.queries.ray_hits import MIN_LENGTH_ALONG, Hits, Kind, merge_hits
+from service.engine.queries.ray_levels import MAX_OPEN_PAIRS, MAX_STRAIN, RayLevels
 from service.engine.queries.ray_newton import (
     begin_at_origins,
 )
 from service.engine.queries.shares import Share
 
-FEWEST, CHUNK, MOST_RAYS = 16, 1 << 14, 1 << 16
-"""How many rays are searched together: `CHUNK` at first; later down to `FEWEST` if their cells take
-much memory, and up to `MOST_RAYS` if they take little."""
+MIN_CHUNK, FIRST_CHUNK, MAX_CHUNK = 16, 1 << 14, 1 << 16
+"""How many rays are searched together: `FIRST_CHUNK` at first; later down to `MIN_CHUNK` if their
+cells take much memory, and up to `MAX_CHUNK` if they take little."""
 
-MOST_CLOSE = 8_000_000
+MAX_PAIRS = 8_000_000
 """The most pairs whose bounds are computed in a request. Most rays need 10 to 40; a pair takes 0.5
 to 5 µs, including its new cells, so that the response comes within half a minute."""
 
-FEW, ROOM = 128, 1 << 16
+MAX_FIRST_CELLS, MAX_NUMBERS = 128, 1 << 16
 """The most cells that are tested with every ray, without a tree of patches; and the most numbers
 that the nets of these cells may have."""
 
@@ -88,13 +87,15 @@ class RaySearch:
 
     def __init__(self, nets: QueryNets, thickness: float) -> None:
         self.thickness = thickness
-        self.long = LONG * (thickness * nets.diagonal / nets.scale) ** 0.5
+        self.min_length_along = MIN_LENGTH_ALONG * (thickness * nets.diagonal / nets.scale) ** 0.5
         self.cells = CellTree(nets)
-        most = min(FEW, ROOM // max(group.nets[0].size for group in nets.groups))
-        self.cells.halve_first(most, columns.STRAIN, COARSE)
-        self.patches = PatchTree(self.cells, FEW)
+        max_cells = min(
+            MAX_FIRST_CELLS, MAX_NUMBERS // max(group.nets[0].size for group in nets.groups)
+        )
+        self.cells.halve_first(max_cells, columns.STRAIN, MAX_STRAIN)
+        self.patches = PatchTree(self.cells, MAX_FIRST_CELLS)
         self.most_open = self.in_tree = 0
-        self.each = FREE
+        self.max_pairs_of_ray = FREE_PAIRS
 
     def find(
         self, origins: FloatArray, directions: FloatArray, *, only_first: bool
@@ -105,15 +106,21 @@ class RaySearch:
         found.
         """
         rays = local_rays(self.cells.nets, origins, directions, self.thickness)
-        first, size, pairs, self.in_tree = 0, CHUNK, MOST_CLOSE, 0
+        first, size, remaining_pairs, self.in_tree = 0, FIRST_CHUNK, MAX_PAIRS, 0
         while first < len(origins):
             checkpoint()
-            left = len(origins) - first
+            remaining_rays = len(origins) - first
             chunk_rays = rays.take(slice(first, first + size))
-            share = Share(pairs * len(chunk_rays.near) // left, len(chunk_rays.near))
-            self.each = max(FREE, 2 * (ROOM_IN_TREE - self.in_tree) // left)
-            result = self._search(chunk_rays, share, only_first=only_first, can_split=size > FEWEST)
-            pairs -= int(share.spent.sum())
+            share = Share(
+                remaining_pairs * len(chunk_rays.near) // remaining_rays, len(chunk_rays.near)
+            )
+            self.max_pairs_of_ray = max(
+                FREE_PAIRS, 2 * (MAX_PAIRS_IN_TREE - self.in_tree) // remaining_rays
+            )
+            result = self._search(
+                chunk_rays, share, only_first=only_first, can_split=size > MIN_CHUNK
+            )
+            remaining_pairs -= int(share.spent.sum())
             if result is None:
                 # Search again with fewer rays, whose pairs and cells take less memory.
                 size = max(1, min(size, len(chunk_rays.near)) // 4)
@@ -121,8 +128,8 @@ class RaySearch:
                 result.hits.ray[:] += first
                 yield result
                 first = first + size
-                if 2 * self.most_open <= MOST_OPEN:
-                    size = min(2 * size, MOST_RAYS)
+                if 2 * self.most_open <= MAX_OPEN_PAIRS:
+                    size = min(2 * size, MAX_CHUNK)
             self.cells.drop_if_large()
 
     def _search(
@@ -138,23 +145,23 @@ class RaySearch:
             # The search ended behind proved crossings, so the intervals of other first hits may be
             # incomplete: search these rays again for all hits.
             rows = np.flatnonzero(hits.origin != Kind.CROSSING)
-            which = hits.ray[rows]
-            again = Share(share.pairs - int(share.spent.sum()), len(rows))
-            complete = None
+            repeated_rays = hits.ray[rows]
+            share_of_repeated = Share(share.pairs - int(share.spent.sum()), len(rows))
+            complete_result = None
             if len(rows):
-                complete = self._search_merged(
-                    rays.take(which), again, only_first=False, can_split=False
+                complete_result = self._search_merged(
+                    rays.take(repeated_rays), share_of_repeated, only_first=False, can_split=False
                 )
-                share.spent[which] += again.spent
-            if complete:
-                strips = _take_first_hits(complete[0])
-                strips.ray[:] = which[strips.ray]
-                reached[which] &= complete[1]
-                others = np.flatnonzero(hits.origin == Kind.CROSSING)
-                hits = Hits.join([hits.take(others), strips])
+                share.spent[repeated_rays] += share_of_repeated.spent
+            if complete_result:
+                strips = _take_first_hits(complete_result[0])
+                strips.ray[:] = repeated_rays[strips.ray]
+                reached[repeated_rays] &= complete_result[1]
+                crossing_rows = np.flatnonzero(hits.origin == Kind.CROSSING)
+                hits = Hits.join([hits.take(crossing_rows), strips])
                 hits = hits.take(np.argsort(hits.ray, kind="stable"))
-        near = rays.near[hits.ray]
-        t, low, high = (np.maximum(ends - near, 0.0) for ends in (hits.t, hits.low, hits.high))
+        begins = rays.near[hits.ray]
+        t, low, high = (np.maximum(ends - begins, 0.0) for ends in (hits.t, hits.low, hits.high))
         hits = replace(hits, t=t, low=low, high=high)
         reached &= rays.thickness <= self.thickness
         return RayHits(hits, hits.sines(rays.direction[:, hits.ray]), reached)
@@ -164,14 +171,21 @@ class RaySearch:
     ) -> tuple[Hits, Bools] | None:
         """Find the hits of some rays, merged to one for each place, and which rays are reached."""
         levels = RayLevels(
-            self.patches, rays, share, self.each, only_first=only_first, can_split=can_split
+            self.patches,
+            rays,
+            share,
+            self.max_pairs_of_ray,
+            only_first=only_first,
+            can_split=can_split,
         )
         hits = levels.search()
         self.most_open = max(self.most_open, levels.most_open)
         if hits is None or (can_split and (levels.is_crowded or self.cells.is_full)):
             return None
-        self.in_tree += int(np.maximum(levels.in_tree - FREE, 0).sum())
-        return begin_at_origins(self.cells, rays, merge_hits(hits, rays, self.long)), levels.reached
+        self.in_tree += int(np.maximum(levels.in_tree - FREE_PAIRS, 0).sum())
+        return begin_at_origins(
+            self.cells, rays, merge_hits(hits, rays, self.min_length_along)
+        ), levels.reached
 
 
 def _take_first_hits(hits: Hits) -> Hits:

@@ -2,10 +2,10 @@
 
 Some points need a thousand times more work than others. For example, all points of a sphere are
 equally near to its centre. A point that needs more pairs than its share waits until the other
-points have ended; the pairs that those did not use are then shared again. When all remaining points
-need more than their share, those that have used the fewest pairs continue while pairs are left, and
-the others end with wider intervals. The budget counts pairs, not seconds, so that the same request
-always gets the same response.
+points have ended; the pairs that they did not use are then shared again. When all remaining points
+need more than their share, the points that have used the fewest pairs continue while pairs are
+left, and the remaining points end with wider intervals. The budget counts pairs, not seconds, so
+that the same request always gets the same response.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ class Share:
         self.spent = np.zeros(points, np.intp)
 
     def allot(self, counts: Ints, is_later: Bools | None = None) -> tuple[Bools, Bools]:
-        """Decide which points continue, and which end; the others wait.
+        """Decide which points continue, and which end; all other points wait.
 
         Parameters
         ----------
@@ -45,20 +45,20 @@ class Share:
 
         Returns
         -------
-        goes, ends : ndarray of bool, shape (m,)
+        is_served, is_ended : ndarray of bool, shape (m,)
             Points that continue, and points that end because no pairs are left.
         """
         is_next = counts > 0
         is_open = is_next if is_later is None else is_next | is_later
         total = self.spent + counts
-        free = self.pairs - int(self.spent[~is_open].sum())
-        goes = is_next & (total * np.count_nonzero(is_open) <= free)
-        ends = np.zeros(len(counts), bool)
-        if is_next.any() and not goes.any() and not (is_open & ~is_next).any():
+        available_pairs = self.pairs - int(self.spent[~is_open].sum())
+        is_served = is_next & (total * np.count_nonzero(is_open) <= available_pairs)
+        is_ended = np.zeros(len(counts), bool)
+        if is_next.any() and not is_served.any() and not (is_open & ~is_next).any():
             order = np.argsort(np.where(is_open, total, 0), kind="stable")
-            left = self.pairs - int(self.spent.sum())
-            goes[order] = np.cumsum(counts[order]) <= left
-            goes &= is_open
-            ends = is_open & ~goes
-        self.spent[goes] += counts[goes]
-        return goes, ends
+            remaining_pairs = self.pairs - int(self.spent.sum())
+            is_served[order] = np.cumsum(counts[order]) <= remaining_pairs
+            is_served &= is_open
+            is_ended = is_open & ~is_served
+        self.spent[is_served] += counts[is_served]
+        return is_served, is_ended

@@ -52,25 +52,25 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cells import CellTree
 from service.engine.queries.chord_models import AREA, CORNERS, SPREAD
 
-ROOM = 0.95 * 2 * pi
+MAX_BOUND = 0.95 * 2 * pi
 """The largest sum of bounds with which the winding number is certain."""
 
-SMALL = (2.0**-4, 2.0**-7, 2.0**-10)
+SMALL_BOUNDS = (2.0**-4, 2.0**-7, 2.0**-10)
 """A cell is not halved if its bound is at most this. The search tries these numbers one after
-another, until the sum of all bounds is at most `ROOM`."""
+another, until the sum of all bounds is at most `MAX_BOUND`."""
 
 ROUNDING = 1e-6
 """A bound of the rounding error of a sum of solid angles; the error of one angle is about 1e-13."""
 
-CLEAR = 0.1
+MIN_CLEARANCE = 0.1
 """A solid angle is computed only if the distance of x from the ball of the cell is more than this,
 in radii of the ball."""
 
-PAIRS, MOST_PAIRS, MOST_EACH = 1 << 15, 20_000_000, 1 << 14
+CHUNK_PAIRS, MAX_PAIRS, MAX_PAIRS_OF_POINT = 1 << 15, 20_000_000, 1 << 14
 """The most pairs of a point and a cell: that are computed at once; in a request, which takes 20 to
 35 s; and of one point on one level."""
 
-FEWEST = 1
+MIN_CHUNK = 1
 """If cells take too much memory, fewer points are searched together, but at least this number."""
 
 
@@ -93,25 +93,25 @@ def compute_winding_numbers(
     lowest, highest = cells.box
     is_inside = ((x >= lowest) & (x <= highest)).all(axis=1)
     gap += 2.0**-44 * cells.largest
-    is_off = low > 4 * gap
-    numbers = np.where(is_inside | ~is_off, np.nan, 0.0)
-    rows = np.flatnonzero(is_inside & is_off)
+    is_off_surface = low > 4 * gap
+    numbers = np.where(is_inside | ~is_off_surface, np.nan, 0.0)
+    rows = np.flatnonzero(is_inside & is_off_surface)
     places, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
     is_inside = ((places >= lowest) & (places <= highest)).all(axis=1)
     distinct_numbers = np.where(is_inside, np.nan, 0.0)
     inner = np.flatnonzero(is_inside)
-    left, first, size = MOST_PAIRS, 0, max(FEWEST, PAIRS // cells.roots)
-    while first < len(inner) and left > 0:
+    remaining_pairs, first, size = MAX_PAIRS, 0, max(MIN_CHUNK, CHUNK_PAIRS // cells.roots)
+    while first < len(inner) and remaining_pairs > 0:
         checkpoint()
         chunk = inner[first : first + size]
-        for small in SMALL:
-            search = _Chunk(cells, places[chunk].T, gap, small)
+        for small_bound in SMALL_BOUNDS:
+            search = _Chunk(cells, places[chunk].T, gap, small_bound)
             distinct_numbers[chunk] = search.numbers()
-            left -= search.looked
-            chunk = chunk[search.bound > ROOM]
+            remaining_pairs -= search.pair_count
+            chunk = chunk[search.bound > MAX_BOUND]
             if not len(chunk) or cells.is_full:
                 break
-        if cells.is_full and size > FEWEST:
+        if cells.is_full and size > MIN_CHUNK:
             distinct_numbers[inner[first : first + size]] = np.nan
             # Search again with fewer points, whose cells take less memory.
             size = min(size, len(inner) - first) // 4
@@ -132,13 +132,13 @@ def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
 class _Chunk:
     """The search for the winding numbers of some points (3, m).
 
-    Cells with bounds of at most `small` are not halved.
+    Cells with bounds of at most `small_bound` are not halved.
     """
 
-    def __init__(self, cells: CellTree, x: FloatArray, gap: float, small: float) -> None:
+    def __init__(self, cells: CellTree, x: FloatArray, gap: float, small_bound: float) -> None:
         self.cells, self.x, self.gap = cells, np.ascontiguousarray(x), gap
-        self.small = small
-        self.looked = 0
+        self.small_bound = small_bound
+        self.pair_count = 0
         self.angle, self.bound = np.zeros(x.shape[1]), np.zeros(x.shape[1])
         self.is_open = np.zeros(x.shape[1], bool)
 
@@ -148,27 +148,27 @@ class _Chunk:
         point = np.repeat(np.arange(m), self.cells.roots)
         cell = np.tile(np.arange(self.cells.roots), m)
         while len(point):
-            self.looked += len(point)
+            self.pair_count += len(point)
             point, cell = self.step(point, cell)
         winding_number = np.rint(self.angle / (4 * pi))
         is_certain = np.abs(self.angle - 4 * pi * winding_number) <= self.bound + ROUNDING
-        is_certain &= self.bound <= ROOM
+        is_certain &= self.bound <= MAX_BOUND
         return np.where(is_certain & ~self.is_open, winding_number, np.nan)
 
     def step(self, point: Ints, cell: Ints) -> tuple[Ints, Ints]:
         """Add the angles of pairs that are precise enough; returns the pairs of the next level."""
         m = self.x.shape[1]
         angle, bound = self.angles(point, cell)
-        ends = self.bound + np.bincount(point, bound, m) <= ROOM
-        is_precise = (bound <= self.small) | ends[point]
+        is_certain = self.bound + np.bincount(point, bound, m) <= MAX_BOUND
+        is_precise = (bound <= self.small_bound) | is_certain[point]
         self.angle += np.bincount(point[is_precise], angle[is_precise], m)
         self.bound += np.bincount(point[is_precise], bound[is_precise], m)
         point, cell = point[~is_precise], cell[~is_precise]
-        stop = ~self.cells.can_halve(cell)
-        stop |= np.bincount(point, minlength=m)[point] > MOST_EACH
-        self.is_open[point[stop]] = True
-        is_left = ~self.is_open[point]
-        point, cell = point[is_left], cell[is_left]
+        must_end = ~self.cells.can_halve(cell)
+        must_end |= np.bincount(point, minlength=m)[point] > MAX_PAIRS_OF_POINT
+        self.is_open[point[must_end]] = True
+        is_kept = ~self.is_open[point]
+        point, cell = point[is_kept], cell[is_kept]
         if not len(point):
             return point, cell
         children, parents = self.cells.children(cell)
@@ -179,23 +179,23 @@ class _Chunk:
 
         A bound is infinite if the point is too near to the ball of the cell.
         """
-        distinct, number = np.unique(cell, return_inverse=True)
-        model = self.cells.models[:, distinct]
+        distinct_cells, number = np.unique(cell, return_inverse=True)
+        model = self.cells.models[:, distinct_cells]
         areas = model[AREA] + model[SPREAD] * self.gap
         corners = model[CORNERS:].reshape(4, 3, -1)
         angle, bound = np.empty(len(point)), np.empty(len(point))
-        for first in range(0, len(point), PAIRS):
-            rows = slice(first, first + PAIRS)
-            x, which = self.x[:, point[rows]], number[rows]
-            sphere = model[:4, which]
+        for first in range(0, len(point), CHUNK_PAIRS):
+            rows = slice(first, first + CHUNK_PAIRS)
+            x, cell_numbers = self.x[:, point[rows]], number[rows]
+            sphere = model[:4, cell_numbers]
             difference = x - sphere[:3]
-            clear = (
+            clearance = (
                 np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * columns.UNIT) - sphere[3]
             )
-            is_near = clear <= CLEAR * sphere[3] + self.gap
-            clear[is_near] = 1.0
-            bound[rows] = np.where(is_near, np.inf, areas[which] / (clear * clear))
-            angle[rows] = np.where(is_near, 0.0, _solid_angles(corners[..., which] - x))
+            is_near = clearance <= MIN_CLEARANCE * sphere[3] + self.gap
+            clearance[is_near] = 1.0
+            bound[rows] = np.where(is_near, np.inf, areas[cell_numbers] / (clearance * clearance))
+            angle[rows] = np.where(is_near, 0.0, _solid_angles(corners[..., cell_numbers] - x))
         return angle, bound
 
 

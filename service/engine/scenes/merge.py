@@ -19,7 +19,7 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
     colours or texture coordinates, the vertices of the other meshes become white or get (0, 0).
     """
     counts = [len(mesh.positions) for mesh in meshes]
-    first = np.cumsum([0, *counts]).astype(np.uint32)
+    first_vertices = np.cumsum([0, *counts]).astype(np.uint32)
     return replace(
         meshes[0],
         name=name,
@@ -31,18 +31,18 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
             (name, np.concatenate([dict(mesh.attributes)[name] for mesh in meshes]))
             for name, _ in meshes[0].attributes
         ),
-        triangles=_shift_faces([mesh.triangles for mesh in meshes], first),
-        quads=_shift_faces([mesh.quads for mesh in meshes], first),
+        triangles=_shift_faces([mesh.triangles for mesh in meshes], first_vertices),
+        quads=_shift_faces([mesh.quads for mesh in meshes], first_vertices),
         parts=_join_parts(meshes),
         # The merged mesh has grids only if all meshes have grids.
         grids=tuple(
             grid + start
-            for mesh, start in zip(meshes, first[:-1], strict=True)
+            for mesh, start in zip(meshes, first_vertices[:-1], strict=True)
             for grid in mesh.grids
         )
         if all(mesh.grids for mesh in meshes)
         else (),
-        welds=_join_welds(meshes, first),
+        welds=_join_welds(meshes, first_vertices),
         overlays=tuple(overlay for mesh in meshes for overlay in mesh.overlays),
         report=add_reports([mesh.report for mesh in meshes]),
     )
@@ -105,9 +105,11 @@ def _fill_rows(
     return merged
 
 
-def _shift_faces(faces: Sequence[IndexArray], first: IndexArray) -> IndexArray:
+def _shift_faces(faces: Sequence[IndexArray], first_vertices: IndexArray) -> IndexArray:
     """Faces of all meshes, with the vertex numbers of the merged mesh."""
-    return np.concatenate([rows + start for rows, start in zip(faces, first, strict=False)])
+    return np.concatenate(
+        [rows + start for rows, start in zip(faces, first_vertices, strict=False)]
+    )
 
 
 def _join_parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
@@ -128,7 +130,7 @@ def _join_parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
     return tuple(parts)
 
 
-def _join_welds(meshes: Sequence[Mesh], first: IndexArray) -> IndexArray | None:
+def _join_welds(meshes: Sequence[Mesh], first_vertices: IndexArray) -> IndexArray | None:
     """The first vertex at each position; no position belongs to two meshes."""
     if all(mesh.welds is None for mesh in meshes):
         return None
@@ -136,4 +138,4 @@ def _join_welds(meshes: Sequence[Mesh], first: IndexArray) -> IndexArray | None:
         np.arange(len(mesh.positions), dtype=np.uint32) if mesh.welds is None else mesh.welds
         for mesh in meshes
     )
-    return _shift_faces(list(rows), first)
+    return _shift_faces(list(rows), first_vertices)

@@ -29,9 +29,9 @@ def scalings(matrix: FloatArray | None) -> tuple[float, float]:
     """Bounds (s, S) of the scaling of lengths: s |x − y| ≤ |L x − L y| ≤ S |x − y|."""
     if matrix is None:
         return 1.0, 1.0
-    most, _, least = np.linalg.svd(matrix[:3, :3], compute_uv=False).tolist()
-    slack = SINGULAR_VALUE_ERROR * most
-    return max(least - slack, 0.0), most + slack
+    max_scaling, _, min_scaling = np.linalg.svd(matrix[:3, :3], compute_uv=False).tolist()
+    slack = SINGULAR_VALUE_ERROR * max_scaling
+    return max(min_scaling - slack, 0.0), max_scaling + slack
 
 
 def bound_placing_error(matrix: FloatArray | None, low: FloatArray, high: FloatArray) -> float:

@@ -36,7 +36,7 @@ class Scene:
     meshes : tuple of Mesh
         Each mesh in the coordinates of its model, before placing.
     report : MeshReport
-        Its counts are sums over all nodes; its bounds are those of the placed vertices.
+        Its counts are sums over all nodes; its bounds are the bounds of the placed vertices.
     joined : tuple of tuples of int
         Groups of nodes whose meshes meet. Vertices of one group at equal positions count as one
         position.
@@ -86,7 +86,7 @@ def _join_welds(
 def scene_parts(scene: Scene) -> tuple[MeshPart, ...]:
     """The parts of all copies, under their names, with bounds in the coordinates of the scene.
 
-    The runs of faces of a part are those in the mesh of its copy.
+    The faces of a part are numbered as in the mesh of its copy.
     """
     return tuple(
         part for node in scene.nodes for part in _place_parts(scene.meshes[node.model], node)
@@ -110,8 +110,8 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
     low, high = (
         bound.astype(np.float64) + origin for bound in find_extent(find_shown_points(rounded))
     )
-    least, greatest = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
-    error = bound_single_error(least, greatest, origin)
+    bounds_min, bounds_max = np.array(mesh.report.bounds_min), np.array(mesh.report.bounds_max)
+    error = bound_single_error(bounds_min, bounds_max, origin)
     report = _spread_report(replace_bounds(mesh.report, low, high), 1.0, error)
     return replace(
         rounded,
@@ -238,11 +238,11 @@ def find_shown_points(mesh: Mesh) -> RealArray:
 
 def replace_bounds(report: MeshReport, low: RealArray, high: RealArray) -> MeshReport:
     """The report with other bounds."""
-    least, greatest = low.tolist(), high.tolist()
+    minimum, maximum = low.tolist(), high.tolist()
     return replace(
         report,
-        bounds_min=(least[0], least[1], least[2]),
-        bounds_max=(greatest[0], greatest[1], greatest[2]),
+        bounds_min=(minimum[0], minimum[1], minimum[2]),
+        bounds_max=(maximum[0], maximum[1], maximum[2]),
     )
 
 
@@ -290,4 +290,5 @@ def _multiply(rows: FloatArray, linear: FloatArray) -> FloatArray:
 
 def _reverse_faces(faces: IndexArray) -> IndexArray:
     """Faces in the opposite order, from the same first corner; quads keep their diagonal."""
+    # The first corner, then the remaining corners from the last to the second.
     return np.concatenate([faces[:, :1], faces[:, :0:-1]], axis=1)

@@ -32,7 +32,7 @@ class Arcs:
     Attributes
     ----------
     ends : ndarray of int, shape (A, 2)
-        The nodes at both ends. The numbers of crossings follow those of the nodes of `Segments`.
+        The nodes at both ends. Crossings have the numbers after the nodes of `Segments`.
     sense : ndarray of float64, shape (A,)
         In the plane of parameters: 1 if f > 0 lies to the left of the arc, −1 if to the right, 0 if
         unknown.
@@ -52,35 +52,39 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     """Find the arcs in all cells."""
     cell, side, root = _incidences(segments)
     node = segments.root_node[root]
-    nodes = len(segments.node_net)
+    node_count = len(segments.node_net)
     u, v = CellSides.of(cells, borders).parameters(cells, cell, side, segments.root_at[root])
     checkpoint()
     kind = cells.kind[cell]
     key = np.where(kind == OVER_U, u, v)
-    around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
-    rows = cell[around], side[around]
-    key[around] = _find_positions(cells, segments, rows, (u[around], v[around]))
-    paired = np.flatnonzero(kind != SINGULAR)
-    paired = paired[np.lexsort((key[paired], cell[paired]))]
-    begin, end = _pair_entries(cell[paired])
-    pairs = np.stack([node[paired[begin]], node[paired[end]]], axis=1)
-    owner = cell[paired[begin]]
-    loops = pairs[:, 0] == pairs[:, 1]
-    keep = ~loops & ~_along_sides(segments, owner, pairs)
+    rows_around = np.flatnonzero((kind != OVER_U) & (kind != OVER_V))
+    rows = cell[rows_around], side[rows_around]
+    key[rows_around] = _find_positions(cells, segments, rows, (u[rows_around], v[rows_around]))
+    ordered = np.flatnonzero(kind != SINGULAR)
+    ordered = ordered[np.lexsort((key[ordered], cell[ordered]))]
+    begin, end = _pair_entries(cell[ordered])
+    pairs = np.stack([node[ordered[begin]], node[ordered[end]]], axis=1)
+    cell_of_pair = cell[ordered[begin]]
+    is_loop = pairs[:, 0] == pairs[:, 1]
+    is_kept = ~is_loop & ~_along_sides(segments, cell_of_pair, pairs)
 
     checkpoint()
-    flat, flat_sense = _sides_in_plane(cells, segments)
+    arcs_in_plane, sense_in_plane = _sides_in_plane(cells, segments)
     crossing = _number_crossings(cells, segments)
     checkpoint()
     is_singular = kind == SINGULAR
-    on_border = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
-    is_joined = is_singular & on_border
-    spokes, touching = _spokes(crossing[cell[is_joined]] + nodes, node[is_joined], crossing, nodes)
-    ends = np.concatenate([pairs[keep], flat, spokes])
-    sense = np.concatenate([cells.sense[owner[keep]], flat_sense, np.zeros(len(spokes))])
+    is_on_border = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
+    is_joined = is_singular & is_on_border
+    spokes, touching = _spokes(
+        crossing[cell[is_joined]] + node_count, node[is_joined], crossing, node_count
+    )
+    ends = np.concatenate([pairs[is_kept], arcs_in_plane, spokes])
+    sense = np.concatenate(
+        [cells.sense[cell_of_pair[is_kept]], sense_in_plane, np.zeros(len(spokes))]
+    )
     # A patch folded to a curve crosses the plane at a node that is on two of its sides.
-    free = _free_nodes(segments, ends, cells, pairs[loops, 0])
-    touching = np.concatenate([free, touching])
+    free_nodes = _free_nodes(segments, ends, cells, pairs[is_loop, 0])
+    touching = np.concatenate([free_nodes, touching])
     return Arcs(ends, sense, crossing, touching)
 
 
@@ -89,17 +93,17 @@ def _incidences(segments: Segments) -> tuple[Ints, Ints, Ints]:
     first = np.searchsorted(segments.root_segment, segments.first.ravel())
     last = np.searchsorted(segments.root_segment, segments.last.ravel())
     counts = last - first
-    where = np.repeat(np.arange(len(counts)), counts)
-    offset = np.arange(len(where)) - np.repeat(np.cumsum(counts) - counts, counts)
-    cell, side = np.divmod(where, 4)
-    return cell, side, first[where] + offset
+    side_numbers = np.repeat(np.arange(len(counts)), counts)
+    offset = np.arange(len(side_numbers)) - np.repeat(np.cumsum(counts) - counts, counts)
+    cell, side = np.divmod(side_numbers, 4)
+    return cell, side, first[side_numbers] + offset
 
 
 def _find_positions(
     cells: CellTable,
     segments: Segments,
     sides: tuple[Ints, Ints],
-    at: tuple[FloatArray, FloatArray],
+    parameters: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
     """The positions of nodes around the borders of their cells, by which neighbours are paired.
 
@@ -107,19 +111,22 @@ def _find_positions(
     sides v₀, u₁, v₁ and u₀. If this corner lies between two nodes of one piece, the first node gets
     a position at the end.
     """
-    (cell, side), (u, v) = sides, at
-    place = cells.place[:, cell] / ONE
-    s, t = (u - place[0]) / (place[1] - place[0]), (v - place[2]) / (place[3] - place[2])
+    (cell, side), (u, v) = sides, parameters
+    rectangle = cells.place[:, cell] / ONE
+    s, t = (
+        (u - rectangle[0]) / (rectangle[1] - rectangle[0]),
+        (v - rectangle[2]) / (rectangle[3] - rectangle[2]),
+    )
     key = np.choose(side, [3 + (1 - t), 1 + t, s, 2 + (1 - s)])
     is_negative = segments.value[segments.corner[cell, 0]] < 0
     kind = cells.kind[cell]
-    shift = np.where(kind == BELOW, ~is_negative, (kind == ABOVE) & is_negative)
+    must_move = np.where(kind == BELOW, ~is_negative, (kind == ABOVE) & is_negative)
     order = np.lexsort((key, cell))
     is_first = np.ones(len(order), bool)
     is_first[1:] = cell[order][1:] != cell[order][:-1]
-    moved = order[is_first]
-    moved = moved[shift[moved]]
-    key[moved] += 8.0
+    first_nodes = order[is_first]
+    first_nodes = first_nodes[must_move[first_nodes]]
+    key[first_nodes] += 8.0
     return np.asarray(key)
 
 
@@ -129,48 +136,48 @@ def _pair_entries(cell: Ints) -> tuple[Ints, Ints]:
     `cell` is the sorted list of the cells of all entries. Returns the positions in this list of the
     first, and of the second entries of all pairs.
     """
-    begins = np.ones(len(cell), bool)
-    begins[1:] = cell[1:] != cell[:-1]
-    start = np.maximum.accumulate(np.where(begins, np.arange(len(cell)), 0))
-    even = np.flatnonzero((np.arange(len(cell)) - start) % 2 == 0)
-    even = even[even + 1 < len(cell)]
-    even = even[cell[even] == cell[even + 1]]
-    return even, even + 1
+    is_first = np.ones(len(cell), bool)
+    is_first[1:] = cell[1:] != cell[:-1]
+    start = np.maximum.accumulate(np.where(is_first, np.arange(len(cell)), 0))
+    first_of_pair = np.flatnonzero((np.arange(len(cell)) - start) % 2 == 0)
+    first_of_pair = first_of_pair[first_of_pair + 1 < len(cell)]
+    first_of_pair = first_of_pair[cell[first_of_pair] == cell[first_of_pair + 1]]
+    return first_of_pair, first_of_pair + 1
 
 
 def _along_sides(segments: Segments, cell: Ints, pairs: Ints) -> Bools:
     """Which pairs of nodes are both ends of a side of their cell that lies in the plane."""
-    along = np.zeros(len(cell), bool)
+    is_along = np.zeros(len(cell), bool)
     for side, (a, b) in enumerate(((0, 1), (2, 3), (0, 2), (1, 3))):
-        one, other = segments.corner[cell, a], segments.corner[cell, b]
-        same = (pairs[:, 0] == one) & (pairs[:, 1] == other)
-        same |= (pairs[:, 0] == other) & (pairs[:, 1] == one)
-        along |= same & segments.side_in_plane[cell, side]
-    return along
+        begin, end = segments.corner[cell, a], segments.corner[cell, b]
+        is_side = (pairs[:, 0] == begin) & (pairs[:, 1] == end)
+        is_side |= (pairs[:, 0] == end) & (pairs[:, 1] == begin)
+        is_along |= is_side & segments.side_in_plane[cell, side]
+    return is_along
 
 
-def _count_sides(segments: Segments, chosen: Bools) -> Ints:
+def _count_sides(segments: Segments, is_chosen: Bools) -> Ints:
     """For each segment, how many sides of the chosen cells contain it: shape (G,)."""
     change = np.zeros(len(segments.ends) + 1, np.intp)
-    np.add.at(change, segments.first[chosen].ravel(), 1)
-    np.add.at(change, segments.last[chosen].ravel(), -1)
+    np.add.at(change, segments.first[is_chosen].ravel(), 1)
+    np.add.at(change, segments.last[is_chosen].ravel(), -1)
     return np.cumsum(change)[:-1]
 
 
 def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatArray]:
     """Segments in the plane as arcs, and their senses."""
     is_coplanar = cells.kind == COPLANAR
-    inside = _count_sides(segments, is_coplanar) > 1
-    inside &= _count_sides(segments, ~is_coplanar) == 0
-    arcs = np.flatnonzero(segments.in_plane & ~inside)
+    is_inside = _count_sides(segments, is_coplanar) > 1
+    is_inside &= _count_sides(segments, ~is_coplanar) == 0
+    arcs = np.flatnonzero(segments.in_plane & ~is_inside)
     side_of_plane = np.sign(cells.corner_values().sum(axis=1))
     # If f > 0 above v₀, the arc runs toward larger u; if f > 0 right of u₀, toward smaller v.
     sense = side_of_plane[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
     sense[segments.backward] *= -1
-    total = np.zeros(len(segments.ends))
-    single = segments.last - segments.first == 1
-    np.add.at(total, segments.first[single], sense[single])
-    return segments.ends[arcs], np.sign(total[arcs])
+    sense_of_segment = np.zeros(len(segments.ends))
+    is_single = segments.last - segments.first == 1
+    np.add.at(sense_of_segment, segments.first[is_single], sense[is_single])
+    return segments.ends[arcs], np.sign(sense_of_segment[arcs])
 
 
 def _number_crossings(cells: CellTable, segments: Segments) -> Ints:
@@ -184,48 +191,48 @@ def _number_crossings(cells: CellTable, segments: Segments) -> Ints:
         return crossing
     first, last = segments.first[singular].ravel(), segments.last[singular].ravel()
     counts = last - first
-    owner = np.repeat(np.repeat(singular, 4), counts)
-    offset = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    cell_of_segment = np.repeat(np.repeat(singular, 4), counts)
+    offset = np.arange(len(cell_of_segment)) - np.repeat(np.cumsum(counts) - counts, counts)
     n, places = len(cells.kind), len(segments.value)
-    one = np.concatenate([np.repeat(singular, 4), owner])
-    other = np.concatenate(
+    first_vertices = np.concatenate([np.repeat(singular, 4), cell_of_segment])
+    second_vertices = np.concatenate(
         [n + segments.corner[singular].ravel(), n + places + np.repeat(first, counts) + offset]
     )
-    label = components(n + places + len(segments.ends), one, other)
+    label = components(n + places + len(segments.ends), first_vertices, second_vertices)
     crossing[singular] = np.unique(label[singular], return_inverse=True)[1]
     return crossing
 
 
-def components(count: int, one: Ints, other: Ints) -> Ints:
+def components(count: int, first_vertices: Ints, second_vertices: Ints) -> Ints:
     """Connected components of a graph of `count` vertices: the least vertex of each, (count,)."""
     label = np.arange(count)
     while True:
         checkpoint()
-        least = np.minimum(label[one], label[other])
-        following = label.copy()
-        for ends in (one, other):
-            np.minimum.at(following, label[ends], least)
-        while not np.array_equal(following[following], following):
-            following = following[following]
-        if np.array_equal(following, label):
+        smaller_label = np.minimum(label[first_vertices], label[second_vertices])
+        next_label = label.copy()
+        for ends in (first_vertices, second_vertices):
+            np.minimum.at(next_label, label[ends], smaller_label)
+        while not np.array_equal(next_label[next_label], next_label):
+            next_label = next_label[next_label]
+        if np.array_equal(next_label, label):
             return label
-        label = following
+        label = next_label
 
 
-def _spokes(hub: Ints, node: Ints, crossing: Ints, nodes: int) -> tuple[Ints, Ints]:
+def _spokes(hub: Ints, node: Ints, crossing: Ints, node_count: int) -> tuple[Ints, Ints]:
     """The arcs from crossings to nodes on their borders, and the crossings without arcs.
 
-    `hub` and `node` are the crossing and the node of each meeting. A node that meets a crossing
+    `hub` and `node` are the crossing and the node of each arc. A node that meets a crossing
     twice is inside the crossing and has no arc. A crossing with two nodes becomes one arc between
     these nodes.
     """
     pairs, counts = np.unique(np.stack([hub, node], axis=1), axis=0, return_counts=True)
     pairs = pairs[counts % 2 == 1]
     hubs, degree = np.unique(pairs[:, 0], return_counts=True)
-    twofold = np.isin(pairs[:, 0], hubs[degree == 2])
-    through = pairs[twofold, 1].reshape(-1, 2)
-    touching = np.setdiff1d(np.unique(crossing[crossing >= 0]) + nodes, hubs)
-    return np.concatenate([through, pairs[~twofold]]), touching
+    has_two_nodes = np.isin(pairs[:, 0], hubs[degree == 2])
+    joined_pairs = pairs[has_two_nodes, 1].reshape(-1, 2)
+    touching = np.setdiff1d(np.unique(crossing[crossing >= 0]) + node_count, hubs)
+    return np.concatenate([joined_pairs, pairs[~has_two_nodes]]), touching
 
 
 def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -> Ints:
@@ -236,8 +243,8 @@ def _free_nodes(segments: Segments, ends: Ints, cells: CellTable, loops: Ints) -
     """
     is_free = np.zeros(len(segments.node_net), bool)
     is_free[: len(segments.value)] = segments.value == 0
-    again = np.diff(segments.root_node, prepend=-1) == 0
-    is_free[segments.root_node[again]] = True
+    is_repeated = np.diff(segments.root_node, prepend=-1) == 0
+    is_free[segments.root_node[is_repeated]] = True
     is_free[loops[loops >= len(segments.value)]] = True
     is_free[ends[ends < len(is_free)]] = False
     is_free[segments.corner[(cells.kind == SINGULAR) | (cells.kind == COPLANAR)]] = False

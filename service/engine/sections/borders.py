@@ -20,10 +20,10 @@ from service.engine.mesh.seams import Seams
 from service.engine.queries.nets import QueryNets
 from service.surface.sides import BEGINS, ENDS
 
-DEPTH = 30
+MAX_HALVINGS = 30
 """The most halvings of a net in each direction."""
 
-ONE = 1 << DEPTH
+ONE = 1 << MAX_HALVINGS
 """The integer that stands for the parameter 1 of a net."""
 
 LINE = 2 * ONE
@@ -76,20 +76,22 @@ def find_border_lines(nets: QueryNets, seams: Seams, is_triangle: Bools) -> Bord
     medians = edges + 3 * np.arange(patches)[:, np.newaxis] + np.arange(3)
     ends[medians, 0, 0], ends[medians, 0, 1] = seams.edge[:, :3], ONE
     ends[medians, 1, 0], ends[medians, 1, 1] = CENTROID, np.arange(patches)[:, np.newaxis]
-    collapsed = seams.collapsed[:, :3]
-    ends[medians[collapsed], 0] = ends[seams.edge[:, :3][collapsed], 0]
+    is_collapsed = seams.collapsed[:, :3]
+    ends[medians[is_collapsed], 0] = ends[seams.edge[:, :3][is_collapsed], 0]
 
     patch = nets.patch
     line, start = seams.edge[patch], np.where(seams.backward[patch], LINE, 0)
     step = np.where(seams.backward[patch], -2, 2)
     for third in _thirds(nets, is_triangle[patch]):
         rows, sides = third.rows, third.sides
-        owner = patch[rows, np.newaxis]
-        line[rows] = np.where(third.inner, medians[owner, sides], seams.edge[owner, sides])
+        patch_of_row = patch[rows, np.newaxis]
+        line[rows] = np.where(
+            third.is_inner, medians[patch_of_row, sides], seams.edge[patch_of_row, sides]
+        )
         # On an outer side a net begins at an end of the patch's side and reaches its middle.
-        is_reversed = third.is_reversed != seams.backward[owner, sides]
-        start[rows] = np.where(third.inner, 0, np.where(is_reversed, LINE, 0))
-        step[rows] = np.where(third.inner, 2, np.where(is_reversed, -1, 1))
+        is_reversed = third.is_reversed != seams.backward[patch_of_row, sides]
+        start[rows] = np.where(third.is_inner, 0, np.where(is_reversed, LINE, 0))
+        step[rows] = np.where(third.is_inner, 2, np.where(is_reversed, -1, 1))
     return Borders(line, start, step, is_point, ends)
 
 
@@ -104,7 +106,7 @@ class _Third:
     sides : ndarray of int, shape (4,)
         For each side of a net, the side of the triangle on which it lies, or on whose median it
         lies.
-    inner : ndarray of bool, shape (4,)
+    is_inner : ndarray of bool, shape (4,)
         Whether each side of a net lies on a median.
     is_reversed : ndarray of bool, shape (4,)
         Whether each side of a net begins at the end of the side of the triangle.
@@ -112,7 +114,7 @@ class _Third:
 
     rows: Ints
     sides: Ints
-    inner: Bools
+    is_inner: Bools
     is_reversed: Bools
 
 
@@ -130,10 +132,10 @@ _THIRDS = (
 def _thirds(nets: QueryNets, is_triangle: Bools) -> list[_Third]:
     """The nets that are thirds of triangles, for each of the three corners."""
     # A triangle of high degree is one net, not three; two of the corners of this net are at C.
-    divided = is_triangle & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
-    inner = np.array([False, True, False, True])
+    is_divided = is_triangle & (nets.corners[:, 2] != nets.corners[:, 3]).any(axis=1)
+    is_inner = np.array([False, True, False, True])
     thirds = []
     for corner, sides, is_reversed in _THIRDS:
-        rows = np.flatnonzero(divided & (nets.corners[:, 0] == corner).all(axis=1))
-        thirds.append(_Third(rows, np.array(sides), inner, np.array(is_reversed)))
+        rows = np.flatnonzero(is_divided & (nets.corners[:, 0] == corner).all(axis=1))
+        thirds.append(_Third(rows, np.array(sides), is_inner, np.array(is_reversed)))
     return thirds

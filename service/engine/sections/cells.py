@@ -7,8 +7,8 @@ Rounding. Halving takes means of two numbers. With u = 2⁻⁵³, it moves coeff
 max |f| along u, and by at most q u max |f| along v. There are at most 30 halvings in each
 direction, and |f| ≤ 3.5, as coordinates are at most 1. So the errors of coefficients are at most
 105 (p + q) u. This is less than `THICKNESS` for p + q ≤ 78, and 1.5e-12 for degrees of 64. The
-section in each cell is therefore exactly that of a surface whose points are moved by at most this
-along n.
+section in each cell is therefore exactly the section of a surface whose points are moved by at most
+this along n.
 
 On a side, f is computed from the control points of this side alone, by the same operations in both
 directions. So f has the same bits in two patches whose control points on an edge are the same. If
@@ -111,11 +111,13 @@ class OpenCells:
     def halve(self, along_u: Bools, along_v: Bools) -> "OpenCells":
         """Halve cells along u, along v or along both; cells with neither are omitted."""
         parts = []
-        for on_u, on_v in ((True, False), (False, True), (True, True)):
-            chosen = self.take(np.flatnonzero((along_u == on_u) & (along_v == on_v)))
-            pieces = [chosen] if len(chosen) else []
-            for axis, is_on in ((0, on_u), (1, on_v)):
-                if is_on:
+        for is_along_u, is_along_v in ((True, False), (False, True), (True, True)):
+            cells_to_halve = self.take(
+                np.flatnonzero((along_u == is_along_u) & (along_v == is_along_v))
+            )
+            pieces = [cells_to_halve] if len(cells_to_halve) else []
+            for axis, is_halved in ((0, is_along_u), (1, is_along_v)):
+                if is_halved:
                     checkpoint()
                     pieces = [half for piece in pieces for half in piece._halves(axis)]
             parts += pieces
@@ -146,9 +148,15 @@ class OpenCells:
 def join_cells(parts: list[Cells]) -> Cells:
     """Join lists of cells of one group."""
     if not parts:
-        none, rows = np.zeros(0, np.intp), np.zeros((0, 2))
+        no_numbers, rows = np.zeros(0, np.intp), np.zeros((0, 2))
         return Cells(
-            none, none, none, np.zeros((4, 0), np.int64), rows[:, 0], rows[:, 0], (rows,) * 4
+            no_numbers,
+            no_numbers,
+            no_numbers,
+            np.zeros((4, 0), np.int64),
+            rows[:, 0],
+            rows[:, 0],
+            (rows,) * 4,
         )
     a, b, c, d = (np.concatenate([part.rows[side] for part in parts]) for side in range(4))
     return Cells(

@@ -40,7 +40,7 @@ SLACK = 2.0**-44
 """A bound of the rounding errors of control points for p + q ≤ 64, in the coordinates of the
 nets."""
 
-ROOM = 1 << 19
+MAX_NUMBERS = 1 << 19
 """How many coordinates of control points one chunk has, to bound the memory."""
 
 
@@ -76,7 +76,7 @@ def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatA
     for rounding, which is large where the surface is almost parallel to the plane.
     """
     bounds = np.empty((2, len(pieces.net)))
-    for rows in row_slices(len(pieces.net), group.nets[0].size, ROOM):
+    for rows in row_slices(len(pieces.net), group.nets[0].size, MAX_NUMBERS):
         checkpoint()
         bounds[:, rows] = _bounds(
             group,
@@ -87,40 +87,42 @@ def piece_bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatA
 
 
 def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
-    """Apply the theorem to some pieces; the result is that of `piece_bounds`."""
+    """Apply the theorem to some pieces; the result is as in `piece_bounds`."""
     nets = group.nets[pieces.net - group.first]
     first, last = _points_at(nets, pieces.begin), _points_at(nets, pieces.end)
     normal = planes.normals[pieces.plane]
     chord = last - first
     chord -= dot(chord, normal)[:, np.newaxis] * normal
     length = np.sqrt(dot(chord, chord))
-    along = chord / np.where(length > 0, length, 1.0)[:, np.newaxis]
-    no_chord = np.flatnonzero(length == 0)
-    if len(no_chord):
+    direction_along = chord / np.where(length > 0, length, 1.0)[:, np.newaxis]
+    rows_without_chord = np.flatnonzero(length == 0)
+    if len(rows_without_chord):
         # Both ends are equal: take any direction in the plane.
-        direction = np.eye(3)[np.abs(normal[no_chord]).argmin(axis=1)]
-        direction = cross(normal[no_chord], direction)
-        along[no_chord] = direction / np.sqrt(dot(direction, direction))[:, np.newaxis]
-    across = cross(normal, along)
+        direction = np.eye(3)[np.abs(normal[rows_without_chord]).argmin(axis=1)]
+        direction = cross(normal[rows_without_chord], direction)
+        direction_along[rows_without_chord] = (
+            direction / np.sqrt(dot(direction, direction))[:, np.newaxis]
+        )
+    direction_across = cross(normal, direction_along)
     points = points_of(restrict(nets, pieces.low, pieces.high))
     difference = points - first[:, np.newaxis, np.newaxis]
-    x = np.matmul(difference, along[:, np.newaxis, :, np.newaxis])[..., 0]
-    y = np.matmul(difference, across[:, np.newaxis, :, np.newaxis])[..., 0]
+    x = np.matmul(difference, direction_along[:, np.newaxis, :, np.newaxis])[..., 0]
+    y = np.matmul(difference, direction_across[:, np.newaxis, :, np.newaxis])[..., 0]
     h = planes.heights(pieces.plane, points)
     h_slope = _slopes(h)
-    steep = dot(h_slope, h_slope)
-    steep[steep == 0] = np.inf
+    squared_slope = dot(h_slope, h_slope)
+    squared_slope[squared_slope == 0] = np.inf
     target = np.zeros((len(length), 2))
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
     for axis, share in enumerate(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])):
         target[:, axis] = share[pieces.axis] * length * sense[:, axis]
-    slide_y = dot(_slopes(y), h_slope) / steep
-    slide_x = dot(_slopes(x) - target, h_slope) / steep
-    beside = np.abs(y - slide_y[:, np.newaxis, np.newaxis] * h).max(axis=(1, 2))
-    place = x - slide_x[:, np.newaxis, np.newaxis] * h
-    beyond = np.maximum(place.max(axis=(1, 2)) - length, -place.min(axis=(1, 2)))
+    slide_y = dot(_slopes(y), h_slope) / squared_slope
+    slide_x = dot(_slopes(x) - target, h_slope) / squared_slope
+    distance_beside = np.abs(y - slide_y[:, np.newaxis, np.newaxis] * h).max(axis=(1, 2))
+    position = x - slide_x[:, np.newaxis, np.newaxis] * h
+    length_beyond = np.maximum(position.max(axis=(1, 2)) - length, -position.min(axis=(1, 2)))
     slack = slack_of(group.nets) * (1 + np.abs(slide_x) + np.abs(slide_y))
-    return np.stack([np.hypot(beside, np.maximum(beyond, 0.0)), slack])
+    return np.stack([np.hypot(distance_beside, np.maximum(length_beyond, 0.0)), slack])
 
 
 def side_bounds(
@@ -138,7 +140,7 @@ def side_bounds(
 def cell_sizes(group: NetGroup, net: Ints, low: FloatArray, high: FloatArray) -> FloatArray:
     """Bound the diameters (m,) of the pieces of surface over rectangles."""
     sizes = np.empty(len(net))
-    for rows in row_slices(len(sizes), group.nets[0].size, ROOM):
+    for rows in row_slices(len(sizes), group.nets[0].size, MAX_NUMBERS):
         cells = restrict(group.nets[net[rows] - group.first], low[rows], high[rows])
         points = points_of(cells).reshape(len(cells), -1, 3)
         sides = points.max(axis=1) - points.min(axis=1)

@@ -45,25 +45,28 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     sense : ndarray of float64, shape (n,)
         As in `Cells`.
     is_monotone : ndarray of bool, shape (n,)
-        Whether the section is a graph over u, and over v as well.
+        Whether the section is a graph over u and also over v.
     """
     count = len(nets)
     kind, sense = np.full(count, SINGULAR), np.zeros(count)
     steepest, graphs = np.zeros(count), np.zeros(count, np.intp)
-    for axis, which in ((1, OVER_V), (2, OVER_U)):
+    for axis, graph_kind in ((1, OVER_V), (2, OVER_U)):
         steps = np.diff(nets, axis=axis).reshape(count, -1)
         low, high = steps.min(axis=1), steps.max(axis=1)
-        rises, falls = (low >= 0) & (high > 0), (high <= 0) & (low < 0)
+        does_rise, does_fall = (low >= 0) & (high > 0), (high <= 0) & (low < 0)
         slope = np.abs(steps.mean(axis=1)) * (nets.shape[axis] - 1)
-        is_better = (rises | falls) & (slope >= steepest)
-        graphs += rises | falls
+        is_better = (does_rise | does_fall) & (slope >= steepest)
+        graphs += does_rise | does_fall
         steepest[is_better] = slope[is_better]
-        kind[is_better] = which
+        kind[is_better] = graph_kind
         # In the plane of parameters, f is larger to the left of the direction (f_v, −f_u).
-        sense[is_better] = np.where(rises == (which == OVER_U), 1.0, -1.0)[is_better]
-    flat = nets.reshape(count, -1)
-    for which, is_one in ((ABOVE, flat.min(axis=1) >= 0), (BELOW, flat.max(axis=1) <= 0)):
-        kind[is_one], sense[is_one] = which, 0.0
+        sense[is_better] = np.where(does_rise == (graph_kind == OVER_U), 1.0, -1.0)[is_better]
+    coefficients = nets.reshape(count, -1)
+    for graph_kind, is_of_kind in (
+        (ABOVE, coefficients.min(axis=1) >= 0),
+        (BELOW, coefficients.max(axis=1) <= 0),
+    ):
+        kind[is_of_kind], sense[is_of_kind] = graph_kind, 0.0
     return kind, sense, graphs == 2
 
 
@@ -94,15 +97,15 @@ def crossings(
     for side in range(4):
         row, t = roots(take_side(nets, side), floor)
         across, along = side // 2, 1 - side // 2
-        where = np.empty((len(row), 2))
+        parameters = np.empty((len(row), 2))
         low, high = place[2 * along, row], place[2 * along + 1, row]
-        where[:, across], where[:, along] = place[side, row], low + t * (high - low)
+        parameters[:, across], parameters[:, along] = place[side, row], low + t * (high - low)
         cells.append(row)
-        places.append(where)
+        places.append(parameters)
     checkpoint()
-    cell, where = np.concatenate(cells), np.concatenate(places)
-    order = np.lexsort((where[:, axis], cell))
-    return cell[order], where[order]
+    cell, parameters = np.concatenate(cells), np.concatenate(places)
+    order = np.lexsort((parameters[:, axis], cell))
+    return cell[order], parameters[order]
 
 
 def bound_slopes(cells: OpenCells, axis: int) -> FloatArray:
@@ -115,9 +118,11 @@ def bound_slopes(cells: OpenCells, axis: int) -> FloatArray:
     """
     steps = []
     for direction in (0, 1):
-        long = cells.place[2 * direction + 1] - cells.place[2 * direction]
-        steps.append(np.diff(cells.nets, axis=direction + 1).reshape(len(long), -1))
-        steps[-1] = np.abs(steps[-1]) * (cells.nets.shape[direction + 1] - 1) / long[:, np.newaxis]
-    least = steps[1 - axis].min(axis=1)
-    most = steps[axis].max(axis=1)
-    return np.where(least > 0, most / np.where(least > 0, least, 1.0), 1e300)
+        length = cells.place[2 * direction + 1] - cells.place[2 * direction]
+        steps.append(np.diff(cells.nets, axis=direction + 1).reshape(len(length), -1))
+        steps[-1] = (
+            np.abs(steps[-1]) * (cells.nets.shape[direction + 1] - 1) / length[:, np.newaxis]
+        )
+    min_slope = steps[1 - axis].min(axis=1)
+    max_slope = steps[axis].max(axis=1)
+    return np.where(min_slope > 0, max_slope / np.where(min_slope > 0, min_slope, 1.0), 1e300)

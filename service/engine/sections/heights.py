@@ -7,9 +7,9 @@ For a patch S(u, v) with control points P_ij, weights w_ij and a plane n · p = 
 is a scalar Bézier polynomial: the height of S over the plane, times Σ B_i B_j w_ij. This factor is
 positive, so the zero set of f is the section, and the sign of f is the side of the plane.
 
-Rounding. Coordinates are those of `QueryNets`, which are at most 1 in absolute value. Weights are
+Rounding. Coordinates are local, as in `QueryNets`: at most 1 in absolute value. Weights are
 divided by the largest weight of a net. Heights of at most `THICKNESS` in absolute value count as
-zero; so the section is that of a surface whose control points are moved by at most this distance
+zero; so the section belongs to a surface whose control points are moved by at most this distance
 along n. `THICKNESS` is far more than the rounding errors of h. So a patch that lies exactly in the
 plane also lies in the plane after rounding.
 """
@@ -70,8 +70,8 @@ class Boxes:
         """Pairs of a plane of first … last − 1 and a net that it may cut, ordered by plane."""
         normals = planes.normals[first:last]
         gap = normals @ self.middle.T - planes.offsets[first:last, np.newaxis]
-        near = np.abs(gap) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
-        plane, net = np.nonzero(near)
+        may_meet = np.abs(gap) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
+        plane, net = np.nonzero(may_meet)
         return plane + first, net
 
 
@@ -96,13 +96,13 @@ def height_nets(
     nets = group.nets[net - group.first]
     heights = planes.heights(plane, points_of(nets))
     heights[np.abs(heights) <= THICKNESS] = 0.0
-    coplanar = np.asarray(~heights.any(axis=(1, 2)))
+    is_coplanar = np.asarray(~heights.any(axis=(1, 2)))
     floor = np.full(len(net), THICKNESS)
     if group.is_rational:
         weights = nets[..., 3] / nets[..., 3].max(axis=(1, 2), keepdims=True)
         heights *= weights
         floor *= weights.min(axis=(1, 2))
-    return heights, floor, coplanar
+    return heights, floor, is_coplanar
 
 
 def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -139,14 +139,14 @@ def _beginnings(degree: int, end: FloatArray) -> FloatArray:
     return matrices
 
 
-def runs_of_planes(counts: Ints, most: int) -> Iterator[tuple[int, int]]:
-    """Split planes into runs [first, last) that have together at most `most` pairs.
+def runs_of_planes(counts: Ints, max_pairs: int) -> Iterator[tuple[int, int]]:
+    """Split planes into runs [first, last) that have together at most `max_pairs` pairs.
 
     `counts` has the number of pairs of each plane. A run has at least one plane.
     """
     first, total = 0, 0
     for k, count in enumerate(counts.tolist()):
-        if k > first and total + count > most:
+        if k > first and total + count > max_pairs:
             yield first, k
             first, total = k, 0
         total += count

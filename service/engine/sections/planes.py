@@ -13,7 +13,7 @@ from service.surface.lowered import PatchModel
 RELATIVE_TOLERANCE = 1e-3
 """The default tolerance, in diagonals of the box of control points."""
 
-LEAST_TOLERANCE = 1e-9
+MIN_RELATIVE_TOLERANCE = 1e-9
 """The least tolerance, in diagonals; smaller tolerances would be of the size of rounding errors."""
 
 SINGLE = float(np.finfo(np.float32).eps)
@@ -78,19 +78,19 @@ class SectionTolerance:
             `tolerance_too_small`.
         """
         low, high = model.bounds
-        least = LEAST_TOLERANCE * model.diagonal
+        min_tolerance = MIN_RELATIVE_TOLERANCE * model.diagonal
         if single:
-            near = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
-            least = max(least, 8 * SINGLE * near)
+            max_coordinate = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
+            min_tolerance = max(min_tolerance, 8 * SINGLE * max_coordinate)
         tolerance = self.relative * model.diagonal if self.distance is None else self.distance
-        if tolerance < least:
+        if tolerance < min_tolerance:
             raise InvalidRequest(
                 Issue(
                     "tolerance_too_small",
                     "The tolerance is below the precision of the numbers in the response.",
                     "/relative_tolerance" if self.distance is None else "/tolerance",
                     f"{tolerance:.6g}",
-                    f"at least {least:.3g} for this surface in this format, in model units",
+                    f"at least {min_tolerance:.3g} for this surface in this format, in model units",
                 )
             )
         return tolerance

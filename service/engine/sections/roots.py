@@ -7,7 +7,7 @@ counts as positive, both for coefficients and for values; so a root at an end be
 interval in which the polynomial becomes negative. If all coefficients of an interval are at most
 `floor` in absolute value, they count as zero. Such an interval has one root if the signs at its
 ends differ, else a double root, where the section touches the side or crosses itself. The same rule
-is used for an interval after `DEEPEST` halvings.
+is used for an interval after `MAX_HALVINGS` halvings.
 
 All operations are elementwise, so the roots of one row do not depend on the other rows.
 
@@ -21,10 +21,10 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.cancellation import checkpoint
 
-DEEPEST = 50
+MAX_HALVINGS = 50
 """The most halvings of an interval."""
 
-STEPS = 80
+MAX_STEPS = 80
 """The most steps of Newton's method and bisection; bisection alone needs some 60."""
 
 
@@ -50,26 +50,29 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
     parts: list[tuple[Ints, FloatArray]] = []
     while len(number):
         checkpoint()
-        signs = nets < 0
-        changes = np.count_nonzero(signs[:, 1:] != signs[:, :-1], axis=1)
-        small = (np.abs(nets).max(axis=1) <= floor[number]) | (depth == DEEPEST)
-        differ = signs[:, 0] != signs[:, -1]
-        single = (changes == 1) | (small & differ)
-        double = np.flatnonzero((changes > 1) & small & ~differ)
+        is_negative = nets < 0
+        changes = np.count_nonzero(is_negative[:, 1:] != is_negative[:, :-1], axis=1)
+        is_small = (np.abs(nets).max(axis=1) <= floor[number]) | (depth == MAX_HALVINGS)
+        signs_differ = is_negative[:, 0] != is_negative[:, -1]
+        has_single = (changes == 1) | (is_small & signs_differ)
+        double_rows = np.flatnonzero((changes > 1) & is_small & ~signs_differ)
         parts.append(
-            (np.repeat(number[double], 2), np.repeat(begin[double] + 0.5 ** (depth + 1), 2))
+            (
+                np.repeat(number[double_rows], 2),
+                np.repeat(begin[double_rows] + 0.5 ** (depth + 1), 2),
+            )
         )
-        if single.any():
-            t = _find_single(nets[single], signs[single])
-            parts.append((number[single], begin[single] + t * 0.5**depth))
-        left = np.flatnonzero((changes > 1) & ~small)
-        if not len(left):
+        if has_single.any():
+            t = _find_single(nets[has_single], is_negative[has_single])
+            parts.append((number[has_single], begin[has_single] + t * 0.5**depth))
+        open_rows = np.flatnonzero((changes > 1) & ~is_small)
+        if not len(open_rows):
             break
         depth += 1
-        low, high = _halves(nets[left])
+        low, high = _halves(nets[open_rows])
         nets = np.concatenate([low, high])
-        number = np.concatenate([number[left], number[left]])
-        begin = np.concatenate([begin[left], begin[left] + 0.5**depth])
+        number = np.concatenate([number[open_rows], number[open_rows]])
+        begin = np.concatenate([begin[open_rows], begin[open_rows] + 0.5**depth])
     if not parts:
         return np.zeros(0, np.intp), np.zeros(0)
     row, t = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -89,7 +92,7 @@ def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low.T, high.T
 
 
-def _find_single(nets: FloatArray, signs: Bools) -> FloatArray:
+def _find_single(nets: FloatArray, is_negative: Bools) -> FloatArray:
     """The only place in [0, 1] at which each polynomial changes its sign."""
     low, high = np.zeros(len(nets)), np.ones(len(nets))
     # The secant gives a better start than the middle.
@@ -98,25 +101,25 @@ def _find_single(nets: FloatArray, signs: Bools) -> FloatArray:
     t = np.where(span != 0, first / np.where(span != 0, span, 1.0), 0.5)
     t = np.where((t > 0) & (t < 1), t, 0.5)
     # If the coefficients before the change, or after it, are all 0, the root is at this end.
-    before = signs == signs[:, :1]
-    t[~signs[:, 0] & ~((nets != 0) & before).any(axis=1)] = 0.0
-    t[signs[:, 0] & ~((nets != 0) & ~before).any(axis=1)] = 1.0
+    is_before_change = is_negative == is_negative[:, :1]
+    t[~is_negative[:, 0] & ~((nets != 0) & is_before_change).any(axis=1)] = 0.0
+    t[is_negative[:, 0] & ~((nets != 0) & ~is_before_change).any(axis=1)] = 1.0
     rows = np.flatnonzero((t > 0) & (t < 1))
-    begin_sign = signs[:, 0].copy()
-    for _ in range(STEPS):
+    begin_sign = is_negative[:, 0].copy()
+    for _ in range(MAX_STEPS):
         if not len(rows):
             break
-        at = t[rows]
-        value, slope = _values(nets[rows], at)
+        t_now = t[rows]
+        value, slope = _values(nets[rows], t_now)
         is_before = (value < 0) == begin_sign[rows]
-        low[rows] = np.where(is_before, at, low[rows])
-        high[rows] = np.where(is_before, high[rows], at)
+        low[rows] = np.where(is_before, t_now, low[rows])
+        high[rows] = np.where(is_before, high[rows], t_now)
         with np.errstate(all="ignore"):
-            step = at - value / slope
-        inside = (step >= low[rows]) & (step <= high[rows])
-        following = np.where(inside, step, (low[rows] + high[rows]) / 2)
-        t[rows] = following
-        has_moved = np.abs(following - at) > 2.0**-53
+            step = t_now - value / slope
+        is_inside = (step >= low[rows]) & (step <= high[rows])
+        next_t = np.where(is_inside, step, (low[rows] + high[rows]) / 2)
+        t[rows] = next_t
+        has_moved = np.abs(next_t - t_now) > 2.0**-53
         rows = rows[has_moved & (value != 0) & (high[rows] - low[rows] > 2.0**-53)]
     return t
 

@@ -3,10 +3,10 @@
 A cell in which the section is not a graph (`graphs`) is halved in both directions. A cell with a
 graph is halved along the parameter of the graph, until each piece of the graph is within the
 tolerance of its chord (`flatness`); cells with a side in the plane are halved in the same way. If
-the section is still not a graph in a cell of the size `FINEST`, the cell is *singular*: near it the
-surface touches the plane, or the section crosses itself. If more than `CROWD` cells of one patch
-are not graphs, they lie along a curve; then a cell is singular already at a larger size, `SHARE` of
-the tolerance.
+the section is still not a graph in a cell of the size `MIN_SIZE`, the cell is *singular*: near it
+the surface touches the plane, or the section crosses itself. If more than `MAX_OPEN_CELLS` cells of
+one patch are not graphs, they lie along a curve; then a cell is singular already at a larger size,
+`SIZE_SHARE` of the tolerance.
 """
 
 from collections.abc import Callable
@@ -33,22 +33,22 @@ from service.engine.sections.graphs import bound_slopes, classify, crossings
 from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
 from service.surface.sides import take_side
 
-FINEST = 2.0**-20
+MIN_SIZE = 2.0**-20
 """The size of singular cells, in the coordinates of the nets. Heights in such cells are about
 `THICKNESS`."""
 
-CROWD = 128
+MAX_OPEN_CELLS = 128
 """If more cells of one patch are open, they lie along a curve, because there are only about 16 open
 cells around a point where a section crosses itself."""
 
-SHARE = 1 / 8
+SIZE_SHARE = 1 / 8
 """The size of singular cells along a curve, in units of the tolerance."""
 
-STEADY = 0.1
+MAX_CHANGE = 0.1
 """The expected number of pieces is reliable if it changes by at most this share from one level to
 the next."""
 
-ROOM = 1 << 18
+MAX_NUMBERS = 1 << 18
 """How many coefficients one array has at most, to bound the memory."""
 
 
@@ -77,17 +77,17 @@ class CellSearch:
     """The expected number of pieces: the sum of √(bound / tolerance) over the cells of a level,
     because bounds are of the second order in the size of cells. In tests this sum was 0.6 to 1.7
     times the final number from the third level on, and 0.6 to 1 times if it changed by less than
-    `STEADY`."""
+    `MAX_CHANGE`."""
 
     def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
         """Find the cells that the sections meet, for m pairs of a plane and a net.
 
         Also returns for which pairs (m,) the patch lies in the plane.
         """
-        nets, floor, coplanar = height_nets(self.group, self.planes, plane, net)
+        nets, floor, is_coplanar = height_nets(self.group, self.planes, plane, net)
         place = np.zeros((4, len(plane)), np.int64)
         place[1], place[3] = ONE, ONE
-        cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, coplanar, floor)
+        cells = OpenCells(np.arange(len(plane)), plane, net, place, nets, is_coplanar, floor)
         count, expected = 0, 0.0
         while len(cells := _keep_near(cells)):
             kind, sense, is_monotone = _classify(cells.nets)
@@ -95,46 +95,49 @@ class CellSearch:
             along_u, along_v = self._to_halve(cells, kind, is_monotone)
             change = abs(count + self._pieces - expected)
             expected = count + self._pieces
-            self.allow(count + len(cells), expected / (1 if change <= STEADY * expected else 2))
-            ends = ~(along_u | along_v)
-            count += int(np.count_nonzero(ends))
+            self.allow(count + len(cells), expected / (1 if change <= MAX_CHANGE * expected else 2))
+            is_ended = ~(along_u | along_v)
+            count += int(np.count_nonzero(is_ended))
             checkpoint()
-            if ends.any():
-                self._ended.append(cells.take(ends).end(kind[ends], sense[ends]))
+            if is_ended.any():
+                self._ended.append(cells.take(is_ended).end(kind[is_ended], sense[is_ended]))
             cells = cells.halve(along_u, along_v)
-        return join_cells(self._ended), coplanar
+        return join_cells(self._ended), is_coplanar
 
     def _to_halve(self, cells: OpenCells, kind: Ints, is_monotone: Bools) -> tuple[Bools, Bools]:
         """Which cells are halved along u, and along v."""
         checkpoint()
         self._pieces = 0.0
-        long = cells.place[1::2] - cells.place[::2]
+        sizes_in_units = cells.place[1::2] - cells.place[::2]
         is_open = kind == SINGULAR
-        crowded = np.bincount(cells.pair[is_open], minlength=1)
-        crowd = np.zeros(len(cells), bool)
-        crowd[is_open] = crowded[cells.pair[is_open]] > CROWD
-        least = np.where(crowd, self.tolerance * SHARE, FINEST)
-        is_open &= self._sizes(cells, long) > least
-        along = np.stack([is_open, is_open])
+        open_counts = np.bincount(cells.pair[is_open], minlength=1)
+        is_crowded = np.zeros(len(cells), bool)
+        is_crowded[is_open] = open_counts[cells.pair[is_open]] > MAX_OPEN_CELLS
+        min_size = np.where(is_crowded, self.tolerance * SIZE_SHARE, MIN_SIZE)
+        is_open &= self._sizes(cells, sizes_in_units) > min_size
+        is_halved = np.stack([is_open, is_open])
         for axis in (OVER_U, OVER_V):
             graphs = np.flatnonzero(kind == axis)
-            for chunk in row_slices(len(graphs), cells.nets[0].size, ROOM):
+            for chunk in row_slices(len(graphs), cells.nets[0].size, MAX_NUMBERS):
                 rows = graphs[chunk]
-                flat, wide = self._are_flat(cells.take(rows), axis, is_monotone[rows])
-                along[axis, rows], along[1 - axis, rows] = ~flat, ~flat & wide
+                is_flat_graph, is_wide = self._are_flat(cells.take(rows), axis, is_monotone[rows])
+                is_halved[axis, rows], is_halved[1 - axis, rows] = (
+                    ~is_flat_graph,
+                    ~is_flat_graph & is_wide,
+                )
         for side in range(4):
             checkpoint()
             axis = 1 - side // 2
             is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
             # The section has no polylines inside a patch that lies in the plane.
             is_flat &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
-            rows = np.flatnonzero(is_flat & ~along[axis])
+            rows = np.flatnonzero(is_flat & ~is_halved[axis])
             if len(rows):
-                along[axis, rows] = ~self._have_flat_side(cells.take(rows), side, axis)
-        along &= long > 1
-        return along[0], along[1]
+                is_halved[axis, rows] = ~self._have_flat_side(cells.take(rows), side, axis)
+        is_halved &= sizes_in_units > 1
+        return is_halved[0], is_halved[1]
 
-    def _sizes(self, cells: OpenCells, long: Ints) -> FloatArray:
+    def _sizes(self, cells: OpenCells, sizes_in_units: Ints) -> FloatArray:
         """Approximate sizes (n,) of cells on the surface."""
         points = self.group.nets[..., :3]
         if self.group.is_rational:
@@ -144,7 +147,9 @@ class CellSearch:
             steps = np.abs(np.diff(points, axis=axis)).max(axis=(1, 2, 3))
             speeds.append(steps * (points.shape[axis] - 1))
         net = cells.net - self.group.first
-        return np.asarray((speeds[0][net] * long[0] + speeds[1][net] * long[1]) / ONE)
+        return np.asarray(
+            (speeds[0][net] * sizes_in_units[0] + speeds[1][net] * sizes_in_units[1]) / ONE
+        )
 
     def _are_flat(self, cells: OpenCells, axis: int, is_monotone: Bools) -> tuple[Bools, Bools]:
         """In which cells all pieces of the graph are near enough to their chords, shape (n,).
@@ -154,33 +159,38 @@ class CellSearch:
         """
         cell, place = crossings(cells.nets, cells.floor, cells.place / ONE, axis)
         checkpoint()
-        first, begin, end = cell[::2], place[::2], place[1::2]
-        low = np.stack([cells.place[0], cells.place[2]], axis=1)[first] / ONE
-        high = np.stack([cells.place[1], cells.place[3]], axis=1)[first] / ONE
+        cell_of_piece, begin, end = cell[::2], place[::2], place[1::2]
+        low = np.stack([cells.place[0], cells.place[2]], axis=1)[cell_of_piece] / ONE
+        high = np.stack([cells.place[1], cells.place[3]], axis=1)[cell_of_piece] / ONE
         low[:, axis], high[:, axis] = begin[:, axis], end[:, axis]
         across = 1 - axis
         # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends.
         middle = (begin[:, across] + end[:, across]) / 2
-        reach = bound_slopes(cells, axis)[first] * (end[:, axis] - begin[:, axis]) / 2 + 2.0**-50
+        reach = (
+            bound_slopes(cells, axis)[cell_of_piece] * (end[:, axis] - begin[:, axis]) / 2
+            + 2.0**-50
+        )
         low[:, across] = np.maximum(low[:, across], middle - reach)
         high[:, across] = np.minimum(high[:, across], middle + reach)
-        tight = is_monotone[first]
-        low[tight] = np.minimum(begin[tight], end[tight])
-        high[tight] = np.maximum(begin[tight], end[tight])
-        kinds = np.where(tight, 2, axis)
-        pieces = Pieces(cells.plane[first], cells.net[first], begin, end, low, high, kinds)
+        is_tight = is_monotone[cell_of_piece]
+        low[is_tight] = np.minimum(begin[is_tight], end[is_tight])
+        high[is_tight] = np.maximum(begin[is_tight], end[is_tight])
+        kinds = np.where(is_tight, 2, axis)
+        pieces = Pieces(
+            cells.plane[cell_of_piece], cells.net[cell_of_piece], begin, end, low, high, kinds
+        )
         bound, slack = piece_bounds(self.group, self.planes, pieces)
-        worst = np.zeros(len(cells))
+        max_bound = np.zeros(len(cells))
         # Halving does not reduce the slack for rounding, so count at most half of the tolerance for
         # it: then the rest is left for the errors that halving reduces.
-        np.maximum.at(worst, first, np.minimum(slack, self.tolerance / 2) + bound)
-        is_wide = np.zeros(len(worst), bool)
-        is_wide[first] = (high - low)[:, across] * ONE >= cells.place[2 * across + 1, first] - (
-            cells.place[2 * across, first]
-        )
-        flat = self._are_small(worst, cells.place[2 * axis + 1] - cells.place[2 * axis])
-        self._note((bound + slack)[flat[first]])
-        return flat, is_wide & ~is_monotone
+        np.maximum.at(max_bound, cell_of_piece, np.minimum(slack, self.tolerance / 2) + bound)
+        is_wide = np.zeros(len(max_bound), bool)
+        is_wide[cell_of_piece] = (high - low)[:, across] * ONE >= cells.place[
+            2 * across + 1, cell_of_piece
+        ] - (cells.place[2 * across, cell_of_piece])
+        is_flat = self._are_small(max_bound, cells.place[2 * axis + 1] - cells.place[2 * axis])
+        self._record_bounds((bound + slack)[is_flat[cell_of_piece]])
+        return is_flat, is_wide & ~is_monotone
 
     def _have_flat_side(self, cells: OpenCells, side: int, axis: int) -> Bools:
         """Which cells have a side in the plane that is near enough to its chord."""
@@ -188,23 +198,23 @@ class CellSearch:
         high = np.stack([cells.place[1], cells.place[3]], axis=1) / ONE
         low[:, 1 - axis] = high[:, 1 - axis] = cells.place[side] / ONE
         bounds = side_bounds(self.group, cells.net, low, high, axis)
-        flat = self._are_small(bounds, cells.place[2 * axis + 1] - cells.place[2 * axis])
-        self._note(bounds[flat])
-        return flat
+        is_flat = self._are_small(bounds, cells.place[2 * axis + 1] - cells.place[2 * axis])
+        self._record_bounds(bounds[is_flat])
+        return is_flat
 
-    def _are_small(self, bounds: FloatArray, long: Ints) -> Bools:
+    def _are_small(self, bounds: FloatArray, size_in_units: Ints) -> Bools:
         """Which bounds are small enough, or belong to cells that cannot be halved."""
         self._pieces += float(np.sqrt(np.maximum(bounds / self.tolerance, 1.0)).sum())
-        return np.asarray((bounds <= self.tolerance) | (long <= 1))
+        return np.asarray((bounds <= self.tolerance) | (size_in_units <= 1))
 
-    def _note(self, bounds: FloatArray) -> None:
+    def _record_bounds(self, bounds: FloatArray) -> None:
         """Update the largest bound."""
         self.deviation = max(self.deviation, float(bounds.max(initial=0.0)))
 
 
 def _classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     """Call `graphs.classify` for a limited number of cells at a time."""
-    parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, ROOM)]
+    parts = [classify(nets[rows]) for rows in row_slices(len(nets), nets[0].size, MAX_NUMBERS)]
     kind, sense, is_monotone = (np.concatenate(column) for column in zip(*parts, strict=True))
     return kind, sense, is_monotone
 

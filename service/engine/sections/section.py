@@ -29,23 +29,23 @@ from service.engine.sections.trace import join_arcs
 from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
-PAIRS = 1 << 16
+CHUNK_NUMBERS = 1 << 16
 """How many coefficients of f, before halving, the patches in one chunk have."""
 
-LEAST = 2.0**-38
+MIN_TOLERANCE = 2.0**-38
 """The least tolerance in the coordinates of the nets, for a surface that is one point."""
 
-NEAR = 2.0**-14
+MAX_DISTANCE = 2.0**-14
 """Touching points nearer than this to each other, in the coordinates of the nets, count as one
 point, because several cells around one point may touch the plane."""
 
-NODES = 1 << 14
+CHUNK_NODES = 1 << 14
 """How many points are computed at once."""
 
-ALL = 1 << 20
+CHUNK_PAIRS = 1 << 20
 """How many pairs of a plane and a net have their boxes compared at once."""
 
-BELOW = 0.999
+TOLERANCE_SHARE = 0.999
 """Sections are refined to this multiple of the tolerance. Formats round the bound up to four
 digits, and the rounded bound must still be within the tolerance."""
 
@@ -71,18 +71,18 @@ def cut_surface(
     nets = surface_nets(model.batches)
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
     local = LocalPlanes.of(planes, nets)
-    near = max(BELOW * tolerance / nets.scale, LEAST)
-    search = _Search(nets, borders, local, planes, near, allow)
+    local_tolerance = max(TOLERANCE_SHARE * tolerance / nets.scale, MIN_TOLERANCE)
+    search = _Search(nets, borders, local, planes, local_tolerance, allow)
     boxes = Boxes(nets)
     sections: list[Section] = []
-    step = max(1, ALL // len(nets.patch))
-    widest = max(group.nets[0, ..., 0].size for group in nets.groups)
+    step = max(1, CHUNK_PAIRS // len(nets.patch))
+    max_coefficients = max(group.nets[0, ..., 0].size for group in nets.groups)
     for first in range(0, len(planes), step):
         last = min(first + step, len(planes))
         plane, net = boxes.candidates(local, first, last)
         counts = np.bincount(plane - first, minlength=last - first)
         search.begin(len(plane))
-        for low, high in runs_of_planes(counts, PAIRS // widest):
+        for low, high in runs_of_planes(counts, CHUNK_NUMBERS // max_coefficients):
             checkpoint()
             rows = slice(*np.searchsorted(plane, [first + low, first + high]))
             sections += search.cut(range(first + low, first + high), plane[rows], net[rows])
@@ -103,7 +103,7 @@ class _Search:
     allow: Callable[[int], None]
     deviation: float = 0.0
     count: int = 0
-    _before: int = 0
+    _earlier_count: int = 0
     """The number of pieces before the last call of `begin`."""
     _pairs: tuple[int, int] = 0, 0
     """The number of pairs of a plane and a net that `begin` announced, and the number that `cut`
@@ -111,12 +111,12 @@ class _Search:
 
     def begin(self, pairs: int) -> None:
         """Prepare to cut a number of pairs of a plane and a net, in several calls."""
-        self._before, self._pairs = self.count, (pairs, 0)
+        self._earlier_count, self._pairs = self.count, (pairs, 0)
 
     def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
         """The sections by planes `numbers`, from all pairs (plane, net) whose boxes meet."""
-        pairs, begun = self._pairs
-        self._pairs = pairs, begun + len(plane)
+        pairs, begun_pairs = self._pairs
+        self._pairs = pairs, begun_pairs + len(plane)
         parts: list[Cells] = []
         coplanar = [np.zeros((0, 2), np.intp)]
         for group in self.nets.groups:
@@ -124,22 +124,24 @@ class _Search:
             search = CellSearch(group, self.local, self.tolerance, self._allow)
             cells, is_coplanar = search.find(plane[rows], net[rows])
             self.deviation = max(self.deviation, search.deviation)
-            flat = rows[is_coplanar]
-            coplanar.append(np.stack([plane[flat], self.nets.patch[net[flat]]], axis=1))
+            coplanar_rows = rows[is_coplanar]
+            coplanar.append(
+                np.stack([plane[coplanar_rows], self.nets.patch[net[coplanar_rows]]], axis=1)
+            )
             if len(cells.net):
                 self.count += len(cells.net)
                 parts.append(cells)
-        within = np.unique(np.concatenate(coplanar), axis=0)
+        coplanar_patches = np.unique(np.concatenate(coplanar), axis=0)
         polylines: list[list[Polyline]] = [[] for _ in numbers]
         touching = np.zeros((0, 3))
-        of_plane = np.zeros(0, np.intp)
+        plane_of_point = np.zeros(0, np.intp)
         if parts:
-            touching, of_plane = self._draw(tuple(parts), numbers.start, polylines)
+            touching, plane_of_point = self._draw(tuple(parts), numbers.start, polylines)
         return [
             Section(
                 tuple(polylines[k - numbers.start]),
-                touching[of_plane == k],
-                within[within[:, 0] == k, 1],
+                touching[plane_of_point == k],
+                coplanar_patches[coplanar_patches[:, 0] == k, 1],
             )
             for k in numbers
         ]
@@ -147,10 +149,10 @@ class _Search:
     def _allow(self, count: int, expected: float) -> None:
         """Call `allow` with a lower bound of the pieces, and with an estimate for all pairs."""
         self.allow(self.count + count)
-        pairs, begun = self._pairs
-        pieces = self.count - self._before + expected
+        pairs, begun_pairs = self._pairs
+        pieces = self.count - self._earlier_count + expected
         # The sections by other planes may have fewer pieces.
-        self.allow(int(self._before + pieces * max(1.0, pairs / begun / 2)))
+        self.allow(int(self._earlier_count + pieces * max(1.0, pairs / begun_pairs / 2)))
 
     def _draw(
         self, parts: tuple[Cells, ...], first: int, polylines: list[list[Polyline]]
@@ -162,16 +164,16 @@ class _Search:
         checkpoint()
         points, plane = self._points(cells, segments, arcs)
         x, y = (axes[plane] for axes in self.planes.axes)
-        flat = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
+        places_in_plane = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
         model = self.nets.origin + points * self.nets.scale
         checkpoint()
         touching = [arcs.touching]
-        for line in join_arcs(arcs.ends, arcs.sense, flat, self.tolerance):
+        for line in join_arcs(arcs.ends, arcs.sense, places_in_plane, self.tolerance):
             rows = model[line.nodes]
-            keep = np.ones(len(rows), bool)
-            keep[1:] = (rows[1:] != rows[:-1]).any(axis=1)
-            if keep.sum() > 1:
-                polylines[plane[line.nodes[0]] - first].append(Polyline(rows[keep], line.closed))
+            is_kept = np.ones(len(rows), bool)
+            is_kept[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+            if is_kept.sum() > 1:
+                polylines[plane[line.nodes[0]] - first].append(Polyline(rows[is_kept], line.closed))
             else:
                 # All points are equal: a patch that is only a curve passes through the plane.
                 touching.append(line.nodes[:1])
@@ -187,52 +189,59 @@ class _Search:
         """
         plane = segments.node_plane
         points = np.zeros((len(plane), 3))
-        used = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
-        used = used[used < len(plane)]
-        for first, last in row_runs(len(used), NODES):
-            nodes = used[first:last]
-            at = net_partials(self.nets, segments.node_net[nodes], segments.node_place[:, nodes])
-            points[nodes] = at[0].T
+        used_nodes = np.unique(np.concatenate([arcs.ends.ravel(), arcs.touching]))
+        used_nodes = used_nodes[used_nodes < len(plane)]
+        for first, last in row_runs(len(used_nodes), CHUNK_NODES):
+            nodes = used_nodes[first:last]
+            positions = net_partials(
+                self.nets, segments.node_net[nodes], segments.node_place[:, nodes]
+            )
+            points[nodes] = positions[0].T
         rows = np.flatnonzero(arcs.crossing >= 0)
         if len(rows):
             hub = arcs.crossing[rows]
             middle = (cells.place[::2, rows] + cells.place[1::2, rows]) / (2 * ONE)
-            at = net_partials(self.nets, cells.net[rows], middle)[0].T
-            sums = np.stack([np.bincount(hub, at[:, k]) for k in range(3)], axis=1)
+            positions = net_partials(self.nets, cells.net[rows], middle)[0].T
+            sums = np.stack([np.bincount(hub, positions[:, k]) for k in range(3)], axis=1)
             means = sums / np.bincount(hub)[:, np.newaxis]
             points = np.concatenate([points, means])
-            owner = np.zeros(len(means), np.intp)
-            owner[hub] = cells.plane[rows]
-            plane = np.concatenate([plane, owner])
-            self._note_crossings(cells, rows, np.sqrt(((at - means[hub]) ** 2).sum(axis=1)))
+            plane_of_crossing = np.zeros(len(means), np.intp)
+            plane_of_crossing[hub] = cells.plane[rows]
+            plane = np.concatenate([plane, plane_of_crossing])
+            self._note_crossings(cells, rows, np.sqrt(((positions - means[hub]) ** 2).sum(axis=1)))
         checkpoint()
         height = self.local.heights(plane, points)
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
-    def _note_crossings(self, cells: CellTable, rows: Ints, away: FloatArray) -> None:
+    def _note_crossings(self, cells: CellTable, rows: Ints, distances: FloatArray) -> None:
         """Include in the deviation the distance of the section from the arcs at crossings.
 
         The point of a crossing is the mean of the middles of a group of singular cells. The section
-        in such a cell, and the ends of arcs on its border, are at most r = away + size from this
-        point. So the distance of the section from the arcs is at most 2 max r.
+        in such a cell, and the ends of arcs on its border, are at most r = distance + size from
+        this point. So the distance of the section from the arcs is at most 2 max r.
         """
         low, high = cells.place[::2, rows].T / ONE, cells.place[1::2, rows].T / ONE
         size = np.zeros(len(rows))
         for group in self.nets.groups:
-            chosen = np.flatnonzero(
+            rows_of_group = np.flatnonzero(
                 (cells.net[rows] >= group.first) & (cells.net[rows] < group.first + len(group.nets))
             )
-            size[chosen] = cell_sizes(group, cells.net[rows][chosen], low[chosen], high[chosen])
-        self.deviation = max(self.deviation, float(2 * (away + size).max()))
+            size[rows_of_group] = cell_sizes(
+                group, cells.net[rows][rows_of_group], low[rows_of_group], high[rows_of_group]
+            )
+        self.deviation = max(self.deviation, float(2 * (distances + size).max()))
 
 
 def _keep_separate(points: FloatArray, nodes: Ints, crossings: Ints) -> Ints:
     """The `nodes` that are not near a crossing, and not near an earlier node."""
     separate: list[int] = []
-    others = points[crossings]
+    crossing_points = points[crossings]
     for k in nodes.tolist():
         checkpoint()
-        near = np.abs(np.concatenate([others, points[separate]]) - points[k]).max(axis=1) <= NEAR
-        if not near.any():
+        is_near = (
+            np.abs(np.concatenate([crossing_points, points[separate]]) - points[k]).max(axis=1)
+            <= MAX_DISTANCE
+        )
+        if not is_near.any():
             separate.append(k)
     return np.array(separate, np.intp)

@@ -21,9 +21,9 @@ from service.engine.sections.roots import roots
 from service.engine.sections.sides import CellSides, CellTable, is_change, number_corners
 from service.surface.sides import BEGINS, ENDS
 
-TINY = 2.0**-1000
+MIN_NEGATIVE = 2.0**-1000
 """If a coefficient at the end of a segment should be negative, but is not because of rounding, it
-becomes −TINY."""
+becomes −MIN_NEGATIVE."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,8 +73,8 @@ class Segments:
 
 def find_segments(cells: CellTable, borders: Borders) -> Segments:
     """Find the segments of all sides of cells, and the roots on them."""
-    corner, chosen = number_corners(cells, borders)
-    value = cells.corner_values().ravel()[chosen]
+    corner, first_corners = number_corners(cells, borders)
+    value = cells.corner_values().ravel()[first_corners]
     sides = CellSides.of(cells, borders)
     checkpoint()
     side, first, last = _find_smallest(sides)
@@ -85,23 +85,23 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     ends[is_reversed] = ends[is_reversed, ::-1]
     segment, t, in_plane = _segment_roots(cells, side, is_reversed, value[ends])
     low, high = sides.low[side][segment], sides.high[side][segment]
-    at = np.asarray(low + t * (high - low), np.float64)
+    coordinates = np.asarray(low + t * (high - low), np.float64)
     node = np.where(t == 0, ends[segment, 0], ends[segment, 1])
-    inner = np.flatnonzero((t > 0) & (t < 1))
+    inner_roots = np.flatnonzero((t > 0) & (t < 1))
     # A double root is one node.
-    again = np.zeros(len(inner), bool)
-    again[1:] = (np.diff(segment[inner]) == 0) & (np.diff(t[inner]) == 0)
-    node[inner] = len(value) - 1 + np.cumsum(~again)
-    inner = inner[~again]
+    is_repeated = np.zeros(len(inner_roots), bool)
+    is_repeated[1:] = (np.diff(segment[inner_roots]) == 0) & (np.diff(t[inner_roots]) == 0)
+    node[inner_roots] = len(value) - 1 + np.cumsum(~is_repeated)
+    inner_roots = inner_roots[~is_repeated]
 
     checkpoint()
-    places = cells.corner_places()[:, chosen]
-    owner, which = np.divmod(side[segment[inner]], 4)
-    net = np.concatenate([cells.net[chosen // 4], cells.net[owner]])
-    plane = np.concatenate([cells.plane[chosen // 4], cells.plane[owner]])
-    where = sides.parameters(cells, owner, which, at[inner])
+    places = cells.corner_places()[:, first_corners]
+    cell_of_node, side_of_node = np.divmod(side[segment[inner_roots]], 4)
+    net = np.concatenate([cells.net[first_corners // 4], cells.net[cell_of_node]])
+    plane = np.concatenate([cells.plane[first_corners // 4], cells.plane[cell_of_node]])
+    parameters = sides.parameters(cells, cell_of_node, side_of_node, coordinates[inner_roots])
     checkpoint()
-    zero = np.concatenate(
+    is_zero_side = np.concatenate(
         [np.stack([is_zero(row) for row in part.rows], axis=1) for part in cells.parts]
     )
     return Segments(
@@ -111,14 +111,14 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
         last.reshape(-1, 4),
         ends,
         in_plane,
-        zero,
+        is_zero_side,
         sides.backward.reshape(-1, 4),
         segment,
         node,
-        at,
+        coordinates,
         net,
         plane,
-        np.concatenate([places, where], axis=1),
+        np.concatenate([places, parameters], axis=1),
     )
 
 
@@ -141,8 +141,8 @@ def _find_smallest(sides: CellSides) -> tuple[Ints, Ints, Ints]:
     low, high = sides.low[order], sides.high[order]
     distinct = np.flatnonzero(is_change(line, low, high))
     # If sides are nested, the next side is inside.
-    following = np.append(distinct[1:], distinct[-1:])
-    is_smallest = (line[following] != line[distinct]) | (low[following] >= high[distinct])
+    next_side = np.append(distinct[1:], distinct[-1:])
+    is_smallest = (line[next_side] != line[distinct]) | (low[next_side] >= high[distinct])
     is_smallest[-1:] = True
     smallest = distinct[is_smallest]
     first, last = np.zeros((2, len(sides.low)), np.intp)
@@ -173,16 +173,19 @@ def _segment_roots(
     parts: list[tuple[Ints, FloatArray]] = []
     group = np.searchsorted(cells.first, cell, side="right") - 1
     for k, part in enumerate(cells.parts):
-        for which, rows_of_side in enumerate(part.rows):
-            chosen = np.flatnonzero((group == k) & (number == which))
-            rows = rows_of_side[cell[chosen] - cells.first[k]]
-            rows = np.where(is_reversed[chosen, np.newaxis], rows[:, ::-1], rows)
-            in_plane[chosen] = is_zero(rows)
-            for end, sign in ((0, ends[chosen, 0] < 0), (-1, ends[chosen, 1] < 0)):
-                wrong = (rows[:, end] < 0) != sign
-                rows[wrong, end] = np.where(sign[wrong], -TINY, 0.0)
-            row, t = roots(rows, part.floor[cell[chosen] - cells.first[k]])
-            parts.append((chosen[row], t))
+        for side_number, rows_of_side in enumerate(part.rows):
+            segments_of_side = np.flatnonzero((group == k) & (number == side_number))
+            rows = rows_of_side[cell[segments_of_side] - cells.first[k]]
+            rows = np.where(is_reversed[segments_of_side, np.newaxis], rows[:, ::-1], rows)
+            in_plane[segments_of_side] = is_zero(rows)
+            for end, sign in (
+                (0, ends[segments_of_side, 0] < 0),
+                (-1, ends[segments_of_side, 1] < 0),
+            ):
+                has_wrong_sign = (rows[:, end] < 0) != sign
+                rows[has_wrong_sign, end] = np.where(sign[has_wrong_sign], -MIN_NEGATIVE, 0.0)
+            row, t = roots(rows, part.floor[cell[segments_of_side] - cells.first[k]])
+            parts.append((segments_of_side[row], t))
     segment, t = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((t, segment))
     return segment[order], t[order], in_plane

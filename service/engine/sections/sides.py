@@ -97,16 +97,19 @@ class CellSides:
         line, across, low, high, start, step = np.zeros((6, n, 4), np.intp)
         has_length = np.ones((n, 4), bool)
         for side in range(4):
-            along = 1 - side // 2
-            outer = cells.place[side] == (side % 2) * ONE
+            varying_axis = 1 - side // 2
+            is_outer = cells.place[side] == (side % 2) * ONE
             border = borders.line[cells.net, side]
-            line[:, side] = np.where(outer, border, borders.count + 2 * cells.net + side // 2)
-            across[:, side] = np.where(outer, 0, cells.place[side])
-            start[:, side] = np.where(outer, borders.start[cells.net, side], 0)
-            step[:, side] = np.where(outer, borders.step[cells.net, side], 1)
-            ends = start[:, side] + step[:, side] * cells.place[2 * along : 2 * along + 2]
+            line[:, side] = np.where(is_outer, border, borders.count + 2 * cells.net + side // 2)
+            across[:, side] = np.where(is_outer, 0, cells.place[side])
+            start[:, side] = np.where(is_outer, borders.start[cells.net, side], 0)
+            step[:, side] = np.where(is_outer, borders.step[cells.net, side], 1)
+            ends = (
+                start[:, side]
+                + step[:, side] * cells.place[2 * varying_axis : 2 * varying_axis + 2]
+            )
             low[:, side], high[:, side] = ends.min(axis=0), ends.max(axis=0)
-            has_length[:, side] = ~(outer & borders.is_point[border])
+            has_length[:, side] = ~(is_outer & borders.is_point[border])
         return CellSides(
             np.repeat(cells.plane, 4),
             line.ravel(),
@@ -119,13 +122,20 @@ class CellSides:
             step.ravel(),
         )
 
-    def parameters(self, cells: CellTable, cell: Ints, side: Ints, at: FloatArray) -> FloatArray:
-        """Convert coordinates `at` (k,) on the lines of sides to parameters (2, k) of the nets."""
+    def parameters(
+        self, cells: CellTable, cell: Ints, side: Ints, coordinates: FloatArray
+    ) -> FloatArray:
+        """Convert `coordinates` (k,) on the lines of sides to parameters (2, k) of the nets."""
         k = 4 * cell + side
-        along = (at - self.start[k]) / self.step[k] / ONE
-        fixed = cells.place[side, cell] / ONE
+        varying_parameter = (coordinates - self.start[k]) / self.step[k] / ONE
+        fixed_parameter = cells.place[side, cell] / ONE
         is_u = side < 2
-        return np.stack([np.where(is_u, fixed, along), np.where(is_u, along, fixed)])
+        return np.stack(
+            [
+                np.where(is_u, fixed_parameter, varying_parameter),
+                np.where(is_u, varying_parameter, fixed_parameter),
+            ]
+        )
 
 
 def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
@@ -144,15 +154,15 @@ def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
         u, v = cells.place[corner // 2], cells.place[2 + corner % 2]
         names[0, :, corner] = borders.count + cells.net
         names[1, :, corner] = u * LINE + v
-        for side, t, other in ((2 + corner % 2, v, u), (corner // 2, u, v)):
+        for side, t, other_parameter in ((2 + corner % 2, v, u), (corner // 2, u, v)):
             rows = np.flatnonzero(t == (side % 2) * ONE)
             net = cells.net[rows]
             line = borders.line[net, side]
-            x = borders.start[net, side] + borders.step[net, side] * other[rows]
-            at_end = (x == 0) | (x == LINE) | borders.is_point[line]
-            end = borders.ends[line, (x == LINE).astype(np.intp)]
-            names[0, rows, corner] = np.where(at_end, end[:, 0], line)
-            names[1, rows, corner] = np.where(at_end, end[:, 1], x)
+            coordinate = borders.start[net, side] + borders.step[net, side] * other_parameter[rows]
+            is_at_end = (coordinate == 0) | (coordinate == LINE) | borders.is_point[line]
+            end = borders.ends[line, (coordinate == LINE).astype(np.intp)]
+            names[0, rows, corner] = np.where(is_at_end, end[:, 0], line)
+            names[1, rows, corner] = np.where(is_at_end, end[:, 1], coordinate)
     checkpoint()
     first_name, second_name = names.reshape(2, -1)
     plane = np.repeat(cells.plane, 4)

@@ -18,10 +18,10 @@ import numpy as np
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 
-FAR = 64
+MAX_NODES = 64
 """The direction in which a line leaves a crossing is found from at most this number of nodes."""
 
-CHECKED = 4096
+CHECKPOINT_NODES = 4096
 """After this number of nodes of a polyline, the request can be cancelled."""
 
 
@@ -50,24 +50,24 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
     """
     node = ends.ravel()
     mate = _find_mates(node, places, reach)
-    nodes, following = node.tolist(), mate.tolist()
+    nodes, mates = node.tolist(), mate.tolist()
     senses = sense.tolist()
-    done = bytearray(len(ends))
+    is_done = bytearray(len(ends))
     order = np.argsort(node, kind="stable")
     starts = [*order[mate[order] < 0].tolist(), *range(0, 2 * len(ends), 2)]
     for start in starts:
-        if done[start >> 1]:
+        if is_done[start >> 1]:
             continue
         half, path, votes = start, [nodes[start]], 0.0
         while True:
-            if not len(path) % CHECKED:
+            if not len(path) % CHECKPOINT_NODES:
                 checkpoint()
             arc = half >> 1
-            done[arc] = 1
+            is_done[arc] = 1
             votes += senses[arc] if half & 1 == 0 else -senses[arc]
             path.append(nodes[half ^ 1])
-            half = following[half ^ 1]
-            if half < 0 or done[half >> 1]:
+            half = mates[half ^ 1]
+            if half < 0 or is_done[half >> 1]:
                 break
         checkpoint()
         line = np.array(path if votes >= 0 else path[::-1])
@@ -83,15 +83,18 @@ def _find_mates(node: Ints, places: FloatArray, reach: float) -> Ints:
     mate = np.full(len(node), -1)
     begins = np.flatnonzero(np.diff(node[order], prepend=-1))
     counts = np.diff(begins, append=len(node))
-    twos = begins[counts == 2]
-    mate[order[twos]], mate[order[twos + 1]] = order[twos + 1], order[twos]
+    begins_of_two = begins[counts == 2]
+    mate[order[begins_of_two]], mate[order[begins_of_two + 1]] = (
+        order[begins_of_two + 1],
+        order[begins_of_two],
+    )
     crossings = np.flatnonzero((counts > 2) & (counts % 2 == 0))
     if len(crossings):
-        simple = mate.copy()
+        mates_of_two = mate.copy()
         for k in crossings.tolist():
             checkpoint()
             halves = order[begins[k] : begins[k] + counts[k]]
-            angles = [_find_angle(int(h), node, simple, places, reach) for h in halves]
+            angles = [_find_angle(int(h), node, mates_of_two, places, reach) for h in halves]
             halves = halves[np.argsort(angles, kind="stable")]
             mate[halves] = np.roll(halves, len(halves) // 2)
     return mate
@@ -101,7 +104,7 @@ def _find_angle(half: int, node: Ints, mate: Ints, places: FloatArray, reach: fl
     """The angle in the plane at which the line that begins with a half leaves its node."""
     begin = places[node[half]]
     x = y = 0.0
-    for _ in range(FAR):
+    for _ in range(MAX_NODES):
         x, y = (places[node[half ^ 1]] - begin).tolist()
         half = int(mate[half ^ 1])
         if half < 0 or x * x + y * y >= reach * reach:

@@ -75,7 +75,7 @@ def _transport(points: FloatArray, tangents: FloatArray, first: FloatArray) -> F
 
 def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     """The rotation of every step as a unit quaternion: (K, m−1, 4)."""
-    before, after = tangents[:, :-1], tangents[:, 1:]
+    tangents_before, tangents_after = tangents[:, :-1], tangents[:, 1:]
     chord = np.diff(points, axis=1)
     # Relative to the longest step, because squares of small lengths may underflow.
     size = np.abs(chord).max(axis=(1, 2), keepdims=True)
@@ -83,28 +83,34 @@ def _steps(points: FloatArray, tangents: FloatArray) -> FloatArray:
     squared_lengths = _dot(chord, chord)
     is_still: Bools = squared_lengths <= NO_PLANE
     first = chord / np.sqrt(np.where(is_still, 1.0, squared_lengths))[..., None]
-    mirrored = before - 2 * _dot(first, before)[..., None] * first
-    second = after - mirrored
-    length = _dot(second, second)
-    is_still |= length <= NO_PLANE
-    second = second / np.sqrt(np.where(is_still, 1.0, length))[..., None]
+    mirrored = tangents_before - 2 * _dot(first, tangents_before)[..., None] * first
+    second = tangents_after - mirrored
+    squared_length = _dot(second, second)
+    is_still |= squared_length <= NO_PLANE
+    second = second / np.sqrt(np.where(is_still, 1.0, squared_length))[..., None]
     turns = np.concatenate([-_dot(second, first)[..., None], cross(second, first)], axis=-1)
     if is_still.any():
-        turns[is_still] = _find_least_rotations(before[is_still], after[is_still])
+        turns[is_still] = _find_least_rotations(tangents_before[is_still], tangents_after[is_still])
     return turns
 
 
-def _find_least_rotations(before: FloatArray, after: FloatArray) -> FloatArray:
+def _find_least_rotations(first_vectors: FloatArray, second_vectors: FloatArray) -> FloatArray:
     """The least rotations that take some unit vectors to others, as quaternions: (M, 4)."""
-    turns = np.concatenate([1.0 + _dot(before, after)[:, None], cross(before, after)], axis=-1)
-    back = turns[:, 0] < NO_PLANE
-    turns[back, 0], turns[back, 1:] = 0.0, find_perpendicular(before[back])
+    turns = np.concatenate(
+        [1.0 + _dot(first_vectors, second_vectors)[:, None], cross(first_vectors, second_vectors)],
+        axis=-1,
+    )
+    is_opposite = turns[:, 0] < NO_PLANE
+    turns[is_opposite, 0], turns[is_opposite, 1:] = (
+        0.0,
+        find_perpendicular(first_vectors[is_opposite]),
+    )
     unit: FloatArray = turns / np.sqrt(_dot(turns, turns))[:, None]
     return unit
 
 
 def _multiply(second: FloatArray, first: FloatArray) -> FloatArray:
-    """Quaternion products: the rotations of `second` after those of `first`."""
+    """Quaternion products: first the rotations `first`, then the rotations `second`."""
     a, u, b, v = second[..., :1], second[..., 1:], first[..., :1], first[..., 1:]
     real = a * b - _dot(u, v)[..., None]
     return np.concatenate([real, a * v + b * u + cross(u, v)], axis=-1)
@@ -120,8 +126,8 @@ def _rotate(turns: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def _find_normal_parts(vectors: FloatArray, tangents: FloatArray) -> FloatArray:
     """The parts of vectors that are perpendicular to the tangents, with unit length."""
-    rest = vectors - _dot(vectors, tangents)[..., None] * tangents
-    unit: FloatArray = rest / np.sqrt(_dot(rest, rest))[..., None]
+    parts = vectors - _dot(vectors, tangents)[..., None] * tangents
+    unit: FloatArray = parts / np.sqrt(_dot(parts, parts))[..., None]
     return unit
 
 

@@ -19,7 +19,7 @@ from service.engine.curves.evaluation import CurveSamples, evaluate_positions, e
 from service.engine.sweeps.frames import find_perpendicular
 from service.surface.curve_pieces import CurvePieces, to_space
 
-SHARPEST_MITRE = radians(90)
+MAX_MITRE_TURN = radians(90)
 """The largest turn at a mitred corner. Across the corner a tube is 1 / cos(half the turn) times as
 wide: at this turn 1.41 times."""
 
@@ -34,7 +34,7 @@ class Paths:
     Attributes
     ----------
     points, tangents : ndarray of float64, shape (K, m, 3)
-        Of a closed curve, the last station has the point of the first.
+        The last station of a closed curve has the point of the first station.
     fractions : ndarray of float64, shape (K, m)
         The length of the curve up to each station, divided by the whole length: 0 to 1.
     closed : bool
@@ -42,8 +42,8 @@ class Paths:
     parameters : ndarray of float64, shape (m,)
         The parameters of the stations in the functions of radii and widths, 0 to 1.
     mitres : ndarray of float64, shape (K, m, 3), or None
-        The unit normals of the planes of the stations; None if these are the tangents.
-    mitred : ndarray of bool, shape (m,)
+        The unit normals of the planes of the stations; None if the tangents are these normals.
+    is_mitred : ndarray of bool, shape (m,)
         Whether each station is the second station of a mitred corner: it has the point of the
         station before, without faces between them.
     speeds : ndarray of float64, shape (K, m), or None
@@ -56,7 +56,7 @@ class Paths:
     closed: bool
     parameters: FloatArray
     mitres: FloatArray | None = None
-    mitred: Bools | None = None
+    is_mitred: Bools | None = None
     speeds: FloatArray | None = None
 
     @staticmethod
@@ -65,17 +65,19 @@ class Paths:
     ) -> "Paths":
         """Smooth curves from their samples and unit tangents, (K, m, 3) each.
 
-        Lengths are those of the polylines. Points may repeat, but each curve needs two different
-        points.
+        Lengths are the lengths of the polylines. Points may repeat, but each curve needs two
+        different points.
         """
         steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
         lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
-        even = np.linspace(0.0, 1.0, points.shape[1])
+        even_fractions = np.linspace(0.0, 1.0, points.shape[1])
         total_length = lengths[:, -1:]
         fractions = np.where(
-            total_length > 0, lengths / np.where(total_length > 0, total_length, 1.0), even
+            total_length > 0,
+            lengths / np.where(total_length > 0, total_length, 1.0),
+            even_fractions,
         )
-        return Paths(points, tangents, fractions, closed, even)
+        return Paths(points, tangents, fractions, closed, even_fractions)
 
 
 def build_path(
@@ -86,67 +88,73 @@ def build_path(
     By default, a curve that ends at its first point is closed; `closed` overrides this.
     """
     closed = pieces.closed if closed is None else closed
-    at = CurveSamples.uniform(pieces.count, divisions)
-    arriving = _arrive(at)
-    before, after = _directions(pieces, at, arriving, closed)
-    turn = _angles(before, after)
-    counts = _corners(pieces, at, turn, crease_angle)
-    mean = _mean(before, after)
-    mitred, smooth = counts == 2, counts == 1
-    before[smooth] = after[smooth] = mean[smooth]
+    samples = CurveSamples.uniform(pieces.count, divisions)
+    samples_before = _move_joints_to_ends(samples)
+    tangents_before, tangents_after = _directions(pieces, samples, samples_before, closed)
+    turn = _angles(tangents_before, tangents_after)
+    counts = _count_stations_at_samples(pieces, samples, turn, crease_angle)
+    mean_tangents = _mean(tangents_before, tangents_after)
+    has_mitre, is_smooth = counts == 2, counts == 1
+    tangents_before[is_smooth] = tangents_after[is_smooth] = mean_tangents[is_smooth]
     if closed:
         # The first and the last sample are one place; all stations of its corner but one are at the
         # end.
         counts[0] = 1
-        counts[-1] -= mitred[-1]
-    lengths = arc_lengths(pieces, at)
-    parameters = at.parameters(pieces.breaks)
+        counts[-1] -= has_mitre[-1]
+    lengths = arc_lengths(pieces, samples)
+    parameters = samples.parameters(pieces.breaks)
 
-    sample = np.repeat(np.arange(len(at)), counts)
+    sample = np.repeat(np.arange(len(samples)), counts)
     number = np.arange(len(sample)) - np.repeat(np.cumsum(counts) - counts, counts)
-    share = number / np.maximum(counts - 1, 1)[sample]
+    turned_share = number / np.maximum(counts - 1, 1)[sample]
     if closed:
-        share[0] = 1.0  # the first station has the direction after the corner
-    directions = _interpolate(before[sample], after[sample], turn[sample], share)
-    planes = np.where(mitred[sample, None], mean[sample], directions)
-    arrives = (counts[sample] > 1) & (share == 0)
-    speeds = np.where(arrives, _speeds(pieces, arriving)[sample], _speeds(pieces, at)[sample])
+        turned_share[0] = 1.0  # the first station has the direction after the corner
+    directions = _interpolate(
+        tangents_before[sample], tangents_after[sample], turn[sample], turned_share
+    )
+    planes = np.where(has_mitre[sample, None], mean_tangents[sample], directions)
+    is_before_corner = (counts[sample] > 1) & (turned_share == 0)
+    speeds = np.where(
+        is_before_corner, _speeds(pieces, samples_before)[sample], _speeds(pieces, samples)[sample]
+    )
     return Paths(
-        points=to_space(evaluate_positions(pieces, at))[np.newaxis, sample],
+        points=to_space(evaluate_positions(pieces, samples))[np.newaxis, sample],
         tangents=directions[np.newaxis],
         fractions=(lengths / lengths[-1])[np.newaxis, sample],
         closed=closed,
         parameters=((parameters - parameters[0]) / (parameters[-1] - parameters[0]))[sample],
-        mitres=planes[np.newaxis] if mitred.any() else None,
-        mitred=mitred[sample] & (number == 1),
+        mitres=planes[np.newaxis] if has_mitre.any() else None,
+        is_mitred=has_mitre[sample] & (number == 1),
         speeds=speeds[np.newaxis],
     )
 
 
-def count_most_stations(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
+def bound_station_count(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
     """An upper bound of the number of stations, exact except for cusps within pieces."""
     joints = CurveSamples.uniform(pieces.count, 1)
-    turn = _angles(*_directions(pieces, joints, _arrive(joints), pieces.closed))
-    corners = int((_stations(turn, crease_angle) - 1).sum())
-    cusps = int(np.minimum(_most_cusps(pieces), divisions - 1).sum())
+    turn = _angles(*_directions(pieces, joints, _move_joints_to_ends(joints), pieces.closed))
+    corners = int((_count_stations(turn, crease_angle) - 1).sum())
+    cusps = int(np.minimum(_bound_cusps(pieces), divisions - 1).sum())
     return pieces.count * divisions + 1 + corners + cusps * ceil(pi / ROUND_STEP)
 
 
-def _corners(pieces: CurvePieces, at: CurveSamples, turn: FloatArray, crease_angle: float) -> Ints:
+def _count_stations_at_samples(
+    pieces: CurvePieces, samples: CurveSamples, turn: FloatArray, crease_angle: float
+) -> Ints:
     """The number of stations at every sample.
 
     If a piece seems to have more corners than it can have cusps, these turns are the effect of
     rounding, and none of them counts as a corner.
     """
-    counts = _stations(turn, crease_angle)
-    has_corner = (counts > 1) & (at.t > 0) & (at.t < 1)
-    number = np.bincount(at.piece[has_corner], minlength=pieces.count)
-    wrong = number > _most_cusps(pieces)
-    counts[has_corner & wrong[at.piece]] = 1
+    counts = _count_stations(turn, crease_angle)
+    has_corner = (counts > 1) & (samples.t > 0) & (samples.t < 1)
+    corner_counts = np.bincount(samples.piece[has_corner], minlength=pieces.count)
+    has_too_many = corner_counts > _bound_cusps(pieces)
+    counts[has_corner & has_too_many[samples.piece]] = 1
     return counts
 
 
-def _most_cusps(pieces: CurvePieces) -> Ints:
+def _bound_cusps(pieces: CurvePieces) -> Ints:
     """Upper bounds of the number of cusps of each piece.
 
     A piece has no cusp if all steps of its control polygon have a positive component along the
@@ -158,34 +166,36 @@ def _most_cusps(pieces: CurvePieces) -> Ints:
     size = np.abs(steps).max(axis=(1, 2))
     unit = np.where(size > 0, size, 1.0)
     forwards = np.einsum("sid,sd->si", steps / unit[:, None, None], chord / unit[:, None])
-    most: Ints = np.where((size > 0) & (forwards.min(axis=1) <= 0), pieces.degree - 1, 0)
-    return most
+    max_cusps: Ints = np.where((size > 0) & (forwards.min(axis=1) <= 0), pieces.degree - 1, 0)
+    return max_cusps
 
 
-def _arrive(at: CurveSamples) -> CurveSamples:
+def _move_joints_to_ends(samples: CurveSamples) -> CurveSamples:
     """The samples, with joints of two pieces at t = 1 of the first, not at t = 0 of the second."""
-    joint = (at.t == 0.0) & (at.piece > 0)
-    return CurveSamples(at.piece - joint, np.where(joint, 1.0, at.t))
+    is_joint = (samples.t == 0.0) & (samples.piece > 0)
+    return CurveSamples(samples.piece - is_joint, np.where(is_joint, 1.0, samples.t))
 
 
 def _directions(
-    pieces: CurvePieces, at: CurveSamples, arriving: CurveSamples, closed: bool
+    pieces: CurvePieces, samples: CurveSamples, samples_before: CurveSamples, closed: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Unit tangents of the curve before and after each sample."""
-    after = to_space(evaluate_tangents(pieces, at))
-    before = to_space(evaluate_tangents(pieces, arriving, before=True))
+    tangents_after = to_space(evaluate_tangents(pieces, samples))
+    tangents_before = to_space(evaluate_tangents(pieces, samples_before, before=True))
     if closed:
         # The corner between end and beginning belongs to both.
-        after[-1], before[0] = after[0], before[-1]
+        tangents_after[-1], tangents_before[0] = tangents_after[0], tangents_before[-1]
     else:
-        after[-1], before[0] = before[-1], after[0]
-    return before, after
+        tangents_after[-1], tangents_before[0] = tangents_before[-1], tangents_after[0]
+    return tangents_before, tangents_after
 
 
-def _speeds(pieces: CurvePieces, at: CurveSamples) -> FloatArray:
+def _speeds(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
     """Derivative of the length by the parameter, which runs from 0 to 1 along the curve."""
     widths = np.diff(pieces.breaks) / (pieces.breaks[-1] - pieces.breaks[0])
-    speeds: FloatArray = Speeds(pieces).evaluate(at.piece, at.t[:, None])[:, 0] / widths[at.piece]
+    speeds: FloatArray = (
+        Speeds(pieces).evaluate(samples.piece, samples.t[:, None])[:, 0] / widths[samples.piece]
+    )
     return speeds
 
 
@@ -201,22 +211,22 @@ def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
     """Unit vectors half way between a and b, (N, 3); b where they are opposite."""
     mean = a + b
     length = np.sqrt(np.square(mean).sum(axis=1))
-    opposite = length < 1e-6
-    mean[opposite], length[opposite] = b[opposite], 1.0
+    is_opposite = length < 1e-6
+    mean[is_opposite], length[is_opposite] = b[is_opposite], 1.0
     mean /= length[:, None]
     return mean
 
 
-def _least_turn(crease_angle: float) -> float:
+def _find_min_turn(crease_angle: float) -> float:
     """The least turn that counts as a corner: smaller turns need one ring, or are rounding."""
     return min(max(crease_angle, 1e-6), ROUND_STEP)
 
 
-def _stations(turn: FloatArray, crease_angle: float) -> Ints:
+def _count_stations(turn: FloatArray, crease_angle: float) -> Ints:
     """Numbers of stations at every sample: 1 on a smooth curve, 2 at a mitred corner, else more."""
     steps = np.ceil(turn / ROUND_STEP).astype(np.intp)
-    corner = np.where(turn <= SHARPEST_MITRE, 2, steps + 1)
-    stations: Ints = np.where(turn <= _least_turn(crease_angle), 1, corner)
+    corner_stations = np.where(turn <= MAX_MITRE_TURN, 2, steps + 1)
+    stations: Ints = np.where(turn <= _find_min_turn(crease_angle), 1, corner_stations)
     return stations
 
 
@@ -224,11 +234,11 @@ def _interpolate(a: FloatArray, b: FloatArray, turn: FloatArray, share: FloatArr
     """Unit vectors on the arc from a to b, (N, 3); from a to −a it is any half circle."""
     across = b - np.einsum("nd,nd->n", a, b)[:, None] * a
     length = np.sqrt(np.square(across).sum(axis=1))
-    back = (length <= 1e-6) & (turn > 1)
-    across[back], length[back] = find_perpendicular(a[back]), 1.0
+    is_reversal = (length <= 1e-6) & (turn > 1)
+    across[is_reversal], length[is_reversal] = find_perpendicular(a[is_reversal]), 1.0
     across /= np.where(length > 0, length, 1.0)[:, None]
     angle = (share * turn)[:, None]
-    between: FloatArray = np.cos(angle) * a + np.sin(angle) * across
-    exact = share == 1.0
-    between[exact] = b[exact]
-    return between
+    directions: FloatArray = np.cos(angle) * a + np.sin(angle) * across
+    is_end = share == 1.0
+    directions[is_end] = b[is_end]
+    return directions

@@ -61,14 +61,14 @@ def build_tubes(
     normals = compute_frames(paths.points, paths.tangents, paths.fractions, closed=paths.closed)
     tangents = paths.tangents[:, :, None]
     ring = _build_ring(normals, cross(normals, paths.tangents), sides)
-    reach = ring
+    ring_in_plane = ring
     if paths.mitres is not None:
         # Along the curve up to the plane of the station.
         plane = paths.mitres[:, :, None]
         slide = -(ring * plane).sum(axis=-1) / (tangents * plane).sum(axis=-1)
-        reach = ring + slide[..., None] * tangents
+        ring_in_plane = ring + slide[..., None] * tangents
     checkpoint()
-    positions = paths.points[:, :, None] + radius[:, None, None] * reach
+    positions = paths.points[:, :, None] + radius[:, None, None] * ring_in_plane
     ring_normals = ring
     if slopes is not None and slopes.any():
         ring_normals = ring - slopes[:, :, None, None] * tangents
@@ -84,7 +84,7 @@ def build_tubes(
         ~_find_mitres(paths)[1:],
         radius == 0,
         _find_same_rows(paths),
-        around=True,
+        is_ring=True,
     )
     if caps and not paths.closed:
         rows = _add_caps(rows, paths, (bool(radius[0] > 0), bool(radius[-1] > 0)))
@@ -114,15 +114,17 @@ def build_ribbons(
         directions = camera - paths.points
     else:
         directions = np.broadcast_to(np.zeros(3) if facing is None else facing, paths.points.shape)
-    side = _find_crossbars(paths, directions)
-    normals = cross(paths.tangents, side)
-    reach = side
+    crossbar = _find_crossbars(paths, directions)
+    normals = cross(paths.tangents, crossbar)
+    crossbar_in_plane = crossbar
     if paths.mitres is not None:
-        slide = -(side * paths.mitres).sum(axis=-1) / (paths.tangents * paths.mitres).sum(axis=-1)
-        reach = side + slide[..., None] * paths.tangents
+        slide = -(crossbar * paths.mitres).sum(axis=-1) / (paths.tangents * paths.mitres).sum(
+            axis=-1
+        )
+        crossbar_in_plane = crossbar + slide[..., None] * paths.tangents
     across = np.array([-0.5, 0.5])
     positions = paths.points[:, :, None] + (
-        (width[:, None] * across)[:, :, None] * reach[:, :, None]
+        (width[:, None] * across)[:, :, None] * crossbar_in_plane[:, :, None]
     )
     uvs = np.empty((*positions.shape[:3], 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], across + 0.5
@@ -130,10 +132,10 @@ def build_ribbons(
         positions=positions,
         normals=np.broadcast_to(normals[:, :, None], positions.shape),
         uvs=uvs,
-        drawn=~_find_mitres(paths)[1:],
-        pointed=width == 0,
-        same=_find_same_rows(paths),
-        around=False,
+        has_faces=~_find_mitres(paths)[1:],
+        is_point=width == 0,
+        first_equal_row=_find_same_rows(paths),
+        is_ring=False,
     )
     return join_rows(rows, faces)
 
@@ -155,79 +157,81 @@ def _find_crossbars(paths: Paths, directions: FloatArray) -> FloatArray:
     # If a station has no crossbar, take that of the last station before that has one, else that of
     # the first station after.
     number = np.where(has_direction, np.arange(side.shape[1]), -1)
-    last = np.maximum.accumulate(number, axis=1)
-    source = np.where(last >= 0, last, has_direction.argmax(axis=1)[:, None])
-    chosen = np.take_along_axis(side, source[..., None], axis=1)
-    is_lost = ~has_direction.any(axis=1)
-    if is_lost.any():
+    last_with_crossbar = np.maximum.accumulate(number, axis=1)
+    source = np.where(
+        last_with_crossbar >= 0, last_with_crossbar, has_direction.argmax(axis=1)[:, None]
+    )
+    crossbars = np.take_along_axis(side, source[..., None], axis=1)
+    is_undefined = ~has_direction.any(axis=1)
+    if is_undefined.any():
         # A straight line in the facing direction: any crossbar is valid.
-        closed, fractions = paths.closed, paths.fractions[is_lost]
-        chosen[is_lost] = compute_frames(
-            paths.points[is_lost], paths.tangents[is_lost], fractions, closed=closed
+        closed, fractions = paths.closed, paths.fractions[is_undefined]
+        crossbars[is_undefined] = compute_frames(
+            paths.points[is_undefined], paths.tangents[is_undefined], fractions, closed=closed
         )
-    chosen = chosen - (chosen * paths.tangents).sum(axis=2, keepdims=True) * paths.tangents
-    unit: FloatArray = chosen / np.sqrt(np.square(chosen).sum(axis=2, keepdims=True))
+    crossbars = crossbars - (crossbars * paths.tangents).sum(axis=2, keepdims=True) * paths.tangents
+    unit: FloatArray = crossbars / np.sqrt(np.square(crossbars).sum(axis=2, keepdims=True))
     return unit
 
 
 def _find_mitres(paths: Paths) -> Bools:
     """Which stations are second stations of mitred corners, (m,)."""
-    return np.zeros(paths.points.shape[1], bool) if paths.mitred is None else paths.mitred
+    return np.zeros(paths.points.shape[1], bool) if paths.is_mitred is None else paths.is_mitred
 
 
 def _find_same_rows(paths: Paths) -> Ints:
     """For each station the first station whose row has the same positions."""
-    same = np.arange(paths.points.shape[1]) - _find_mitres(paths)
+    first_equal_row = np.arange(paths.points.shape[1]) - _find_mitres(paths)
     if paths.closed:
-        same[-1] = 0
-    return same
+        first_equal_row[-1] = 0
+    return first_equal_row
 
 
 def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
     """Add discs at the ends; each has two rows: its rim, with other normals, and its centre."""
-    for at_end in (False, True):
-        if not has_caps[at_end]:
+    for is_at_end in (False, True):
+        if not has_caps[is_at_end]:
             continue
-        at = -1 if at_end else 0
-        rim = rows.positions[:, at]
-        centre = np.broadcast_to(paths.points[:, at, None], rim.shape)
-        normal = paths.tangents[:, at, None, None] * (1.0 if at_end else -1.0)
-        angle = 2 * np.pi * rows.uvs[:, at, :, 1]
+        row = -1 if is_at_end else 0
+        rim = rows.positions[:, row]
+        centre = np.broadcast_to(paths.points[:, row, None], rim.shape)
+        normal = paths.tangents[:, row, None, None] * (1.0 if is_at_end else -1.0)
+        angle = 2 * np.pi * rows.uvs[:, row, :, 1]
         disc = 0.5 + 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         disc[:, -1] = disc[:, 0]
-        added = [(rim, disc), (centre, np.full_like(disc, 0.5))]
-        count = len(rows.same)
-        if at_end:
-            same = [*rows.same.tolist(), rows.same[-1], count + 1]
+        cap_rows = [(rim, disc), (centre, np.full_like(disc, 0.5))]
+        count = len(rows.first_equal_row)
+        if is_at_end:
+            first_equal_row = [*rows.first_equal_row.tolist(), rows.first_equal_row[-1], count + 1]
         else:
-            added.reverse()
-            same = [0, 2, *(rows.same + 2).tolist()]
-        positions = np.stack([place for place, _ in added], axis=1)
+            cap_rows.reverse()
+            first_equal_row = [0, 2, *(rows.first_equal_row + 2).tolist()]
+        positions = np.stack([place for place, _ in cap_rows], axis=1)
         rows = _add_rows(
             rows,
             replace(
                 rows,
                 positions=positions,
                 normals=np.broadcast_to(normal, positions.shape),
-                uvs=np.stack([uv for _, uv in added], axis=1),
-                drawn=np.array([True]),
-                pointed=np.array([False, True] if at_end else [True, False]),
+                uvs=np.stack([uv for _, uv in cap_rows], axis=1),
+                has_faces=np.array([True]),
+                is_point=np.array([False, True] if is_at_end else [True, False]),
             ),
-            np.array(same),
-            at_end,
+            np.array(first_equal_row),
+            is_at_end,
         )
     return rows
 
 
-def _add_rows(rows: Rows, added: Rows, same: Ints, at_end: bool) -> Rows:
+def _add_rows(rows: Rows, cap_rows: Rows, first_equal_row: Ints, is_at_end: bool) -> Rows:
     """Rows with added rows before or after them, without faces between."""
-    first, second = (rows, added) if at_end else (added, rows)
+    first, second = (rows, cap_rows) if is_at_end else (cap_rows, rows)
     return Rows(
         np.concatenate([first.positions, second.positions], axis=1),
         np.concatenate([first.normals, second.normals], axis=1),
         np.concatenate([first.uvs, second.uvs], axis=1),
-        np.concatenate([first.drawn, [False], second.drawn]),
-        np.concatenate([first.pointed, second.pointed]),
-        same,
-        rows.around,
+        np.concatenate([first.has_faces, [False], second.has_faces]),
+        np.concatenate([first.is_point, second.is_point]),
+        first_equal_row,
+        rows.is_ring,
     )

@@ -48,35 +48,35 @@ class Rows:
     ----------
     positions, normals : ndarray of float64, shape (K, rows, columns, 3)
     uvs : ndarray of float64, shape (K, rows, columns, 2)
-    drawn : ndarray of bool, shape (rows − 1,)
+    has_faces : ndarray of bool, shape (rows − 1,)
         Whether there are faces between each row and the next.
-    pointed : ndarray of bool, shape (rows,)
+    is_point : ndarray of bool, shape (rows,)
         Whether each row is one point.
-    same : ndarray of int, shape (rows,)
-        For each row, a row with the same positions; the row itself if it is the first of these.
-    around : bool
+    first_equal_row : ndarray of int, shape (rows,)
+        For each row, an earlier row with the same positions, or the row itself.
+    is_ring : bool
         Whether the last column has the positions of the first.
     """
 
     positions: FloatArray
     normals: FloatArray
     uvs: FloatArray
-    drawn: Bools
-    pointed: Bools
-    same: Ints
-    around: bool
+    has_faces: Bools
+    is_point: Bools
+    first_equal_row: Ints
+    is_ring: bool
 
 
 def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     """Grids of the samples, which are numbered curve by curve and row by row."""
     count, height, width = rows.positions.shape[:3]
     number = np.arange(height * width).reshape(height, width)
-    place = number[_first(rows.same)]
-    place[rows.pointed] = place[rows.pointed, :1]
-    if rows.around:
+    place = number[_first(rows.first_equal_row)]
+    place[rows.is_point] = place[rows.is_point, :1]
+    if rows.is_ring:
         place[:, -1] = place[:, 0]
-    each = np.arange(count)[:, None] * (height * width)
-    places = (each + place.ravel()).ravel()
+    first_samples = np.arange(count)[:, None] * (height * width)
+    places = (first_samples + place.ravel()).ravel()
     positions = rows.positions.reshape(-1, 3)[places]
     checkpoint()
     triangles, quads = _faces(number, rows, faces)
@@ -86,48 +86,50 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
         rows.normals.reshape(-1, 3),
         rows.uvs.reshape(-1, 2),
         places,
-        _repeat(triangles, each),
-        _repeat(quads, each),
+        _repeat(triangles, first_samples),
+        _repeat(quads, first_samples),
         tuple(
-            _repeat(number[run].reshape(1, -1), each).reshape(count, -1, width)
-            for run in _runs(rows.drawn)
+            _repeat(number[run].reshape(1, -1), first_samples).reshape(count, -1, width)
+            for run in _runs(rows.has_faces)
         ),
     )
 
 
-def _first(same: Ints) -> Ints:
+def _first(first_equal_row: Ints) -> Ints:
     """For each row the first row with the same positions, after following all references."""
-    while (same[same] != same).any():
-        same = same[same]
-    return same
+    while (first_equal_row[first_equal_row] != first_equal_row).any():
+        first_equal_row = first_equal_row[first_equal_row]
+    return first_equal_row
 
 
 def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
     """Triangles and quads between the rows of one curve, numbers of samples."""
     corner = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    low, high = rows.pointed[:-1], rows.pointed[1:]
-    is_quad = rows.drawn & ~low & ~high
+    is_low_point, is_high_point = rows.is_point[:-1], rows.is_point[1:]
+    is_quad = rows.has_faces & ~is_low_point & ~is_high_point
     cells = np.stack([c[is_quad] for c in corner], axis=-1).reshape(-1, 4)
     fans = [
-        np.stack([corner[k][strip] for k in chosen], axis=-1).reshape(-1, 3)
-        for strip, chosen in (
-            (rows.drawn & low & ~high, (0, 1, 2)),
-            (rows.drawn & ~low & high, (0, 1, 3)),
+        np.stack([corner[k][is_fan] for k in corner_numbers], axis=-1).reshape(-1, 3)
+        for is_fan, corner_numbers in (
+            (rows.has_faces & is_low_point & ~is_high_point, (0, 1, 2)),
+            (rows.has_faces & ~is_low_point & is_high_point, (0, 1, 3)),
         )
     ]
     if faces == "quads":
         return np.concatenate(fans), cells
-    halves = cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
-    return np.concatenate([halves, *fans]), np.empty((0, 4), dtype=np.intp)
+    half_cells = cells[:, [0, 1, 3, 1, 2, 3]].reshape(-1, 3)
+    return np.concatenate([half_cells, *fans]), np.empty((0, 4), dtype=np.intp)
 
 
-def _repeat(pattern: Ints, each: Ints) -> IndexArray:
+def _repeat(pattern: Ints, first_samples: Ints) -> IndexArray:
     """The pattern of one curve, repeated for all curves."""
-    every: IndexArray = (each[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
-    return every
+    repeated: IndexArray = (
+        (first_samples[:, :, None] + pattern).reshape(-1, pattern.shape[1]).astype(np.uint32)
+    )
+    return repeated
 
 
-def _runs(drawn: Bools) -> Sequence[slice]:
+def _runs(has_faces: Bools) -> Sequence[slice]:
     """Runs of two or more rows with faces between them."""
-    ends = [0, *(np.flatnonzero(~drawn) + 1).tolist(), len(drawn) + 1]
+    ends = [0, *(np.flatnonzero(~has_faces) + 1).tolist(), len(has_faces) + 1]
     return [slice(a, b) for a, b in pairwise(ends) if b - a > 1]

@@ -6,15 +6,15 @@ from service.bases.arrays import FloatArray
 from service.bases.bernstein import bernstein
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
-from service.engine.sweeps.paths import Paths, build_path, count_most_stations
+from service.engine.sweeps.paths import Paths, bound_station_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh
 from service.surface.sweep_model import Ribbon, SweepModel, Tube
 
-STEEPEST = 1e6
+MAX_SLOPE = 1e6
 """The largest derivative of the radius by the length. A steeper tube counts as a step, with a
-normal almost like that of a disc."""
+normal almost like the normal of a disc."""
 
 EFFORT = 40
 """To compute the length up to a station takes at most this number times (degree + 1)²
@@ -44,17 +44,17 @@ def sweep_grids(model: SweepModel, options: MeshOptions) -> SweptGrids:
 
 def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, int, int]:
     """Upper bounds of the numbers of samples, triangles, quads and grids, without evaluation."""
-    stations = count_most_stations(model.pieces, options.resolution[0], options.crease_angle)
-    tube = isinstance(model.profile, Tube)
+    stations = bound_station_count(model.pieces, options.resolution[0], options.crease_angle)
+    is_tube = isinstance(model.profile, Tube)
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1
-    rows = stations + 4 * tube
+    rows = stations + 4 * is_tube
     cells = (rows - 1) * columns
     corners = stations - model.pieces.count * options.resolution[0]
-    grids = corners + 2 * tube
+    grids = corners + 2 * is_tube
     if options.faces == "triangles":
         return rows * (columns + 1), 2 * cells, 0, grids
-    pointed = cells if (model.profile.spread == 0).any() else 2 * columns
-    return rows * (columns + 1), pointed, cells, grids
+    triangles_at_points = cells if (model.profile.spread == 0).any() else 2 * columns
+    return rows * (columns + 1), triangles_at_points, cells, grids
 
 
 def estimate_effort(model: SweepModel, options: MeshOptions) -> int:
@@ -78,6 +78,6 @@ def _slopes(tube: Tube, paths: Paths) -> FloatArray | None:
     degree = len(tube.radii) - 1
     steps = degree * np.diff(tube.radii)
     rate = (bernstein(degree - 1, paths.parameters) * steps).sum(axis=1)
-    least = np.maximum(np.abs(rate) / STEEPEST, np.finfo(np.float64).tiny)
-    slopes: FloatArray = rate / np.maximum(paths.speeds, least)
+    min_speed = np.maximum(np.abs(rate) / MAX_SLOPE, np.finfo(np.float64).tiny)
+    slopes: FloatArray = rate / np.maximum(paths.speeds, min_speed)
     return slopes

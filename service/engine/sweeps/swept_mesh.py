@@ -50,9 +50,9 @@ def build_swept_mesh(
     stored: RealArray = (positions - origin).astype(dtype) if single else positions
     welds = _welds(welding) if options.weld else None
     checkpoint()
-    boundary, watertight = count_borders((triangles, quads), welds)
+    boundary_edges, watertight = count_borders((triangles, quads), welds)
     low, high = (bound.astype(np.float64) + origin for bound in find_extent(stored))
-    drawn = "control_net" in options.overlays and polygon is not None
+    has_polygon = "control_net" in options.overlays and polygon is not None
     return Mesh(
         name=name,
         positions=stored,
@@ -63,7 +63,7 @@ def build_swept_mesh(
         parts=(MeshPart(name, (0, len(triangles)), (0, len(quads))),),
         grids=tuple(welding.vertex[grid].astype(np.uint32) for grid in swept.grids),
         welds=welds,
-        overlays=(_polygon_overlay(polygon, origin, dtype),) if drawn else (),
+        overlays=(_polygon_overlay(polygon, origin, dtype),) if has_polygon else (),
         origin=origin,
         up=up,
         report=MeshReport(
@@ -74,7 +74,7 @@ def build_swept_mesh(
             bounds_min=(float(low[0]), float(low[1]), float(low[2])),
             bounds_max=(float(high[0]), float(high[1]), float(high[2])),
             watertight=watertight,
-            boundary_edges=boundary,
+            boundary_edges=boundary_edges,
             poles_repaired=0,
         ),
     )
@@ -92,14 +92,14 @@ def _polygon_overlay(
 
 def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
     """Make vertices from samples: one for each sample, or one for each set of welded samples."""
-    identity = np.arange(len(swept.place))
+    own_numbers = np.arange(len(swept.place))
     if not options.weld:
-        return Welding(identity, identity, identity)
-    used = np.zeros(len(swept.place), dtype=bool)
-    used[swept.triangles] = True
-    used[swept.quads] = True
-    merge = not options.uvs
-    return weld(swept.place, np.flatnonzero(used), normals, options.crease_angle, merge)
+        return Welding(own_numbers, own_numbers, own_numbers)
+    is_used = np.zeros(len(swept.place), dtype=bool)
+    is_used[swept.triangles] = True
+    is_used[swept.quads] = True
+    is_merged = not options.uvs
+    return weld(swept.place, np.flatnonzero(is_used), normals, options.crease_angle, is_merged)
 
 
 def _welds(welding: Welding) -> IndexArray | None:

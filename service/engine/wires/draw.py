@@ -25,10 +25,10 @@ from service.surface.lowered import Color, PatchModel
 NAME = "isocurves"
 """The name of the part or overlay with the curves."""
 
-SHARE = 1 / 300
+WIDTH_SHARE = 1 / 300
 """The default width of a wire, as a share of the diagonal of the box of control points."""
 
-LIFT = 1 / 20
+LIFT_SHARE = 1 / 20
 """The distance of ribbons from the faces, in units of their width. Without it, faces and ribbons
 have the same depth, and a renderer shows parts of both."""
 
@@ -114,16 +114,16 @@ def _add_solids(
 ) -> Mesh:
     """The mesh with one more part: tubes or ribbons along the isoparametric curves.
 
-    Ribbons face in the direction of the surface's normals; on an edge, those of one of its patches.
-    Ribbons lie on the surface; if the faces of the surface are drawn, too, ribbons lie a little
-    above them.
+    Ribbons face in the direction of the surface's normals; on an edge, of the normals of one of its
+    patches. Ribbons lie on the surface; if the faces of the surface are drawn, too, ribbons lie a
+    little above them.
     """
     width = find_width(model, options)
     swept = [
         build_tubes(wires.paths, width / 2, options.wire_sides, faces=options.faces)
         if options.wires == "tubes"
         else build_ribbons(
-            wires.lift(width * LIFT if options.has_faces else 0.0),
+            wires.lift(width * LIFT_SHARE if options.has_faces else 0.0),
             width,
             facing=wires.normals,
             faces=options.faces,
@@ -132,8 +132,8 @@ def _add_solids(
     ]
     if not swept:
         return mesh
-    plain = replace(options, overlays=(), isocurves=(0, 0), has_faces=True)
-    wires = build_swept_mesh(NAME, _join_sweeps(swept), plain, up=model.up)
+    solid_options = replace(options, overlays=(), isocurves=(0, 0), has_faces=True)
+    wires = build_swept_mesh(NAME, _join_sweeps(swept), solid_options, up=model.up)
     positions = _convert_positions(wires.positions, mesh)
     if positions.dtype == np.float32:
         wires = round_to_single(wires, mesh.origin)
@@ -152,10 +152,10 @@ def _add_solids(
     if not options.has_faces:
         report = replace(wires.report, patches=model.patch_count)
         return replace(wires, name=mesh.name, overlays=mesh.overlays, report=report)
-    together = merge_meshes([mesh, wires], mesh.name)
-    # Bounds are those of the surface; the wires have no exact shape from which they could deviate.
+    merged = merge_meshes([mesh, wires], mesh.name)
+    # The deviation is bounded for the surface alone: wires have no exact shape to deviate from.
     report = replace(
-        together.report,
+        merged.report,
         closure=mesh.report.closure,
         deviation_bound=mesh.report.deviation_bound,
         mesh_deviation_bound=mesh.report.mesh_deviation_bound,
@@ -164,7 +164,7 @@ def _add_solids(
         merged_knots=mesh.report.merged_knots,
         moved=mesh.report.moved,
     )
-    return replace(together, report=report)
+    return replace(merged, report=report)
 
 
 def find_width(model: PatchModel, options: MeshOptions) -> float:
@@ -172,10 +172,10 @@ def find_width(model: PatchModel, options: MeshOptions) -> float:
     if options.wire_width is not None:
         return options.wire_width
     low, high = model.bounds
-    return SHARE * float(np.linalg.norm(high - low))
+    return WIDTH_SHARE * float(np.linalg.norm(high - low))
 
 
-def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
+def bound_solid_counts(curves: int, samples: int, options: MeshOptions) -> tuple[int, int, int]:
     """Upper bounds of the vertices, triangles and quads of tubes or ribbons.
 
     There are `curves` curves with together `samples` samples.
@@ -183,26 +183,30 @@ def count_most_solids(curves: int, samples: int, options: MeshOptions) -> tuple[
     # If two curves are joined, the last station of one and the first of the other both remain.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples
-    around = options.wire_sides + 1
+    ring_samples = options.wire_sides + 1
     return (
-        (samples + 4 * curves) * around,
-        2 * (samples + curves) * around,
-        samples * around,
+        (samples + 4 * curves) * ring_samples,
+        2 * (samples + curves) * ring_samples,
+        samples * ring_samples,
     )
 
 
 def _join_sweeps(swept: Sequence[SweptGrids]) -> SweptGrids:
     """Join the arrays of several sweeps."""
-    first = np.cumsum([0, *(len(one.positions) for one in swept)])[:-1]
+    first = np.cumsum([0, *(len(grids_of_sweep.positions) for grids_of_sweep in swept)])[:-1]
     return SweptGrids(
-        positions=np.concatenate([one.positions for one in swept]),
-        normals=np.concatenate([one.normals for one in swept]),
-        uvs=np.concatenate([one.uvs for one in swept]),
-        place=np.concatenate([one.place + k for one, k in zip(swept, first, strict=True)]),
-        triangles=_shift([one.triangles for one in swept], first),
-        quads=_shift([one.quads for one in swept], first),
+        positions=np.concatenate([grids_of_sweep.positions for grids_of_sweep in swept]),
+        normals=np.concatenate([grids_of_sweep.normals for grids_of_sweep in swept]),
+        uvs=np.concatenate([grids_of_sweep.uvs for grids_of_sweep in swept]),
+        place=np.concatenate(
+            [grids_of_sweep.place + k for grids_of_sweep, k in zip(swept, first, strict=True)]
+        ),
+        triangles=_shift([grids_of_sweep.triangles for grids_of_sweep in swept], first),
+        quads=_shift([grids_of_sweep.quads for grids_of_sweep in swept], first),
         grids=tuple(
-            grid + np.uint32(k) for one, k in zip(swept, first, strict=True) for grid in one.grids
+            grid + np.uint32(k)
+            for grids_of_sweep, k in zip(swept, first, strict=True)
+            for grid in grids_of_sweep.grids
         ),
     )
 
@@ -226,13 +230,13 @@ def line_overlay(curves: Sequence[IsoCurves]) -> Overlay:
 
 
 def _find_bounds(
-    overlays: Sequence[Overlay], origin: FloatArray, otherwise: tuple[FloatArray, FloatArray]
+    overlays: Sequence[Overlay], origin: FloatArray, default_bounds: tuple[FloatArray, FloatArray]
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Bounds of the lines, or `otherwise` if there are no lines."""
+    """Bounds of the lines, or `default_bounds` if there are no lines."""
     extents = [find_extent(overlay.positions) for overlay in overlays if len(overlay.positions)]
-    low, high = otherwise
+    low, high = default_bounds
     if extents:
         low = np.min([low for low, _ in extents], axis=0).astype(np.float64) + origin
         high = np.max([high for _, high in extents], axis=0).astype(np.float64) + origin
-    least, greatest = low.tolist(), high.tolist()
-    return (least[0], least[1], least[2]), (greatest[0], greatest[1], greatest[2])
+    minimum, maximum = low.tolist(), high.tolist()
+    return (minimum[0], minimum[1], minimum[2]), (maximum[0], maximum[1], maximum[2])

@@ -28,10 +28,10 @@ from service.engine.wires.isocurves import Divisions
 from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import PatchModel
 
-SHARE = 0.75
+CHORD_SHARE = 0.75
 """Share of the tolerance for chords; the rest is for the rounding of points."""
 
-MOST_PIECES = 1 << 12
+MAX_PIECES = 1 << 12
 """Most divisions for angles: at a cusp no number of divisions is enough."""
 
 BLOCKS = 8
@@ -43,8 +43,11 @@ def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisio
     edges = np.ones(len(seams.users), dtype=np.intp)
     for group in seams.curves:
         edges[group.ids] = _divide_edges(group, goal)
-    across = [_divide_batch(batch, goal) for batch in model.batches]
-    along_u, along_v = (np.concatenate([both[axis] for both in across]) for axis in (0, 1))
+    divisions_by_batch = [_divide_batch(batch, goal) for batch in model.batches]
+    along_u, along_v = (
+        np.concatenate([divisions_of_batch[axis] for divisions_of_batch in divisions_by_batch])
+        for axis in (0, 1)
+    )
     return Divisions(edges, along_u, along_v)
 
 
@@ -57,15 +60,17 @@ def _divide_edges(group: EdgeCurves, goal: Goal) -> Ints:
 def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
     """Numbers of divisions (P,) along u, and along v, of the patches of a batch."""
     points = batch.points.reshape(batch.count, -1, 3)
-    allowed = SHARE * goal.find_allowed(
+    allowed = CHORD_SHARE * goal.find_allowed(
         goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
     )
     if isinstance(batch, TrianglePatches):
         bound = bound_triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
         pieces = _count_pieces(8 * bound, allowed)
         if goal.angle < np.inf:
-            square = batch.to_tensor().points
-            turns = np.maximum(_measure_turns(square), _measure_turns(square.swapaxes(1, 2)))
+            tensor_points = batch.to_tensor().points
+            turns = np.maximum(
+                _measure_turns(tensor_points), _measure_turns(tensor_points.swapaxes(1, 2))
+            )
             pieces = np.maximum(pieces, _count_pieces_by_angle(turns, goal))
         return pieces, pieces
     p, q = batch.degree
@@ -88,8 +93,8 @@ def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:
 
 
 def _count_pieces_by_angle(turns: FloatArray, goal: Goal) -> Ints:
-    """Numbers of pieces (P,) of curves that turn by these angles, at most `MOST_PIECES`."""
-    return np.clip(np.ceil(turns / goal.angle), 1, MOST_PIECES).astype(np.intp)
+    """Numbers of pieces (P,) of curves that turn by these angles, at most `MAX_PIECES`."""
+    return np.clip(np.ceil(turns / goal.angle), 1, MAX_PIECES).astype(np.intp)
 
 
 def _measure_turns(points: FloatArray) -> FloatArray:
@@ -99,8 +104,8 @@ def _measure_turns(points: FloatArray) -> FloatArray:
     """
     legs = np.diff(points, axis=1)
     length = np.sqrt(np.square(legs).sum(axis=-1))
-    one, two = legs[:, :-1], legs[:, 1:]
-    cosine = (one * two).sum(axis=-1)
+    first_legs, second_legs = legs[:, :-1], legs[:, 1:]
+    cosine = (first_legs * second_legs).sum(axis=-1)
     cosine /= np.maximum(length[:, :-1] * length[:, 1:], np.finfo(float).tiny)
     has_no_angle = (length[:, :-1] == 0) | (length[:, 1:] == 0)
     angle = np.where(has_no_angle, 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -24,7 +24,7 @@ from service.surface.sides import BEGINS, ENDS
 
 AnyPatches = TypeVar("AnyPatches", TensorPatches, TrianglePatches)
 
-POINT = 2.0**-40
+MIN_LENGTH_SHARE = 2.0**-40
 """A curve shorter than this share of its largest coordinate counts as a point."""
 
 
@@ -55,10 +55,13 @@ class IsoCurves:
     first: FloatArray
     last: FloatArray
 
-    def take(self, chosen: Bools) -> "IsoCurves":
+    def take(self, is_chosen: Bools) -> "IsoCurves":
         """The chosen curves."""
         return IsoCurves(
-            self.points[chosen], self.patch[chosen], self.first[chosen], self.last[chosen]
+            self.points[is_chosen],
+            self.patch[is_chosen],
+            self.first[is_chosen],
+            self.last[is_chosen],
         )
 
 
@@ -88,9 +91,9 @@ class Divisions:
 
     def count_curves(self, seams: Seams, counts: tuple[int, int]) -> tuple[int, int]:
         """Upper bounds of the number of curves, and of their samples together."""
-        drawn = np.zeros(len(self.edges), dtype=bool)
-        drawn[seams.edge[_find_drawn(seams, counts)]] = True
-        curves, samples = int(drawn.sum()), int((self.edges[drawn] + 1).sum())
+        is_drawn = np.zeros(len(self.edges), dtype=bool)
+        is_drawn[seams.edge[_find_drawn(seams, counts)]] = True
+        curves, samples = int(is_drawn.sum()), int((self.edges[is_drawn] + 1).sum())
         is_triangle = seams.connectivity.is_triangle
         for count, along in zip(counts, (self.along_v, self.along_u), strict=True):
             inner = max(count - 1, 0)
@@ -174,8 +177,8 @@ def _find_drawn(seams: Seams, counts: tuple[int, int]) -> Bools:
     is_drawn = np.zeros(seams.edge.shape, dtype=bool)
     is_drawn[:, :2], is_drawn[:, 2:] = counts[0] > 0, counts[1] > 0
     is_drawn[seams.connectivity.is_triangle] = True
-    lines: Bools = is_drawn & ~seams.collapsed
-    return lines
+    is_drawn_line: Bools = is_drawn & ~seams.collapsed
+    return is_drawn_line
 
 
 class _EdgePoints:
@@ -192,9 +195,9 @@ class _EdgePoints:
         seams = self._seams
         index = np.where(seams.backward[patches, side], self.count - i, i)
         points = self._points[index, seams.edge[patches, side]]
-        collapsed = seams.collapsed[patches, side]
+        is_collapsed = seams.collapsed[patches, side]
         corner = seams.corner_points[seams.corner[patches, BEGINS[side]]]
-        ends: FloatArray = np.where(collapsed[:, None], corner, points)
+        ends: FloatArray = np.where(is_collapsed[:, None], corner, points)
         return ends
 
 
@@ -202,17 +205,17 @@ def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> I
     """Sample every edge that is drawn once, with the parameters of one of its patches."""
     sides = np.flatnonzero(_find_drawn(seams, counts))
     edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
-    owner = sides[place]
-    backward = seams.backward.ravel()[owner]
-    kind = seams.connectivity.is_triangle[owner // 4].astype(np.intp)
-    begin, end = (_CORNERS[kind, corner[owner % 4]] for corner in (BEGINS, ENDS))
+    first_sides = sides[place]
+    is_backward = seams.backward.ravel()[first_sides]
+    kind = seams.connectivity.is_triangle[first_sides // 4].astype(np.intp)
+    begin, end = (_CORNERS[kind, corner[first_sides % 4]] for corner in (BEGINS, ENDS))
     for count, rows in _groups(divisions[edges]):
-        chosen = np.zeros(len(divisions), dtype=bool)
-        chosen[edges[rows]] = True
-        is_reversed = backward[rows, None]
+        is_chosen = np.zeros(len(divisions), dtype=bool)
+        is_chosen[edges[rows]] = True
+        is_reversed = is_backward[rows, None]
         yield IsoCurves(
-            sample_edges(seams.curves, chosen, count).swapaxes(0, 1),
-            owner[rows] // 4,
+            sample_edges(seams.curves, is_chosen, count).swapaxes(0, 1),
+            first_sides[rows] // 4,
             np.where(is_reversed, end[rows], begin[rows]),
             np.where(is_reversed, begin[rows], end[rows]),
         )
@@ -233,12 +236,16 @@ def _sample_across_grids(
     grids = evaluate(batch, steps, normals=False).positions
     for i in range(1, ends.count):
         points = (grids[:, i] if axis == 0 else grids[:, :, i]).astype(np.float64)
-        # A curve of constant u begins and ends on the sides v = 0 and v = 1, and vice versa.
+        # A curve of constant u begins and ends on the sides v = 0 and v = 1, and the reverse.
         low, high = (2, 3) if axis == 0 else (0, 1)
         points[:, 0], points[:, -1] = ends.at(patches, low, i), ends.at(patches, high, i)
         place = np.full(len(patches), i / ends.count)
-        from_, to = (np.full(len(patches), end) for end in (0.0, 1.0))
-        corners = ([place, from_], [place, to]) if axis == 0 else ([from_, place], [to, place])
+        begins, ends_of_curves = (np.full(len(patches), end) for end in (0.0, 1.0))
+        corners = (
+            ([place, begins], [place, ends_of_curves])
+            if axis == 0
+            else ([begins, place], [ends_of_curves, place])
+        )
         yield IsoCurves(points, patches, *(np.stack(corner, axis=1) for corner in corners))
 
 
@@ -253,11 +260,11 @@ def _sample_across_triangles(
     for i in range(1, n):
         # With this count, samples of the mesh on the curve are also samples of the curve.
         count = -(-divisions * (n - i) // n)
-        near, far = i / n, (n - i) / n
+        fraction, remainder = i / n, (n - i) / n
         for begin, end, sides in (
-            ((near, 0.0), (near, far), ((2, i), (1, n - i))),
-            ((far, 0.0), (0.0, far), ((2, n - i), (0, n - i))),
-            ((0.0, near), (far, near), ((0, i), (1, i))),
+            ((fraction, 0.0), (fraction, remainder), ((2, i), (1, n - i))),
+            ((remainder, 0.0), (0.0, remainder), ((2, n - i), (0, n - i))),
+            ((0.0, fraction), (remainder, fraction), ((0, i), (1, i))),
         ):
             share = np.arange(count + 1) / count
             line = (1 - share)[:, None] * begin + share[:, None] * end
@@ -274,20 +281,20 @@ def _sample_across_triangles(
 def _find_lines(points: FloatArray) -> Bools:
     """Whether a curve is more than a point."""
     size = np.ptp(points, axis=1).max(axis=1)
-    longer: Bools = size > POINT * np.abs(points).max(axis=(1, 2))
-    return longer
+    is_line: Bools = size > MIN_LENGTH_SHARE * np.abs(points).max(axis=(1, 2))
+    return is_line
 
 
-def count_most_isocurves(
+def bound_isocurves(
     grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[int, int]:
     """Upper bounds of the curves and of their samples, for these numbers of patches."""
-    most = max(resolution)
+    max_divisions = max(resolution)
     # In each of the three directions of a triangle, one border and n − 1 curves across it.
     curves = triangles * 3 * max(counts)
-    points = curves * (most + 1)
+    points = curves * (max_divisions + 1)
     for count, divisions in zip(counts, reversed(resolution), strict=True):
         inner, borders = max(count - 1, 0), 2 * (count > 0)
         curves += grids * (inner + borders)
-        points += grids * (inner * (divisions + 1) + borders * (most + 1))
+        points += grids * (inner * (divisions + 1) + borders * (max_divisions + 1))
     return curves, points

@@ -22,10 +22,10 @@ from service.engine.wires.isocurves import IsoCurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import PatchModel
 
-LEAST_MITRE = 2.0**-0.5
+MIN_MITRE_LENGTH = 2.0**-0.5
 """Length of the mean of two unit vectors at an angle of 90°."""
 
-SLOW = 1e-9
+MIN_DERIVATIVE = 1e-9
 """A derivative that is at most this, in units of the largest derivative along the curve, has no
 reliable direction."""
 
@@ -62,8 +62,8 @@ def build_wire_paths(
     curves = [curve for run in runs for curve in _build_curves(model, run)]
     groups: dict[tuple[bool, bytes], list[tuple[_Curve, FloatArray, Bools]]] = {}
     for chain, closed in _find_chains(curves, _find_joints(model, curves, crease_angle)):
-        curve, before, bends = _join_chain(chain, closed, crease_angle)
-        groups.setdefault((closed, bends.tobytes()), []).append((curve, before, bends))
+        curve, tangents_before, is_bend = _join_chain(chain, closed, crease_angle)
+        groups.setdefault((closed, is_bend.tobytes()), []).append((curve, tangents_before, is_bend))
     for (closed, _), members in groups.items():
         yield _build_paths(members, closed)
 
@@ -101,8 +101,8 @@ def _unit(slopes: FloatArray, points: FloatArray) -> FloatArray:
     chords[:, 1:-1] = points[:, 2:] - points[:, :-2]
     chords[:, 0], chords[:, -1] = points[:, 1] - points[:, 0], points[:, -1] - points[:, -2]
     size = np.abs(slopes).max(axis=2)
-    slow = size <= SLOW * size.max(axis=1, keepdims=True)
-    vectors = np.where(slow[:, :, None], chords, slopes)
+    is_slow = size <= MIN_DERIVATIVE * size.max(axis=1, keepdims=True)
+    vectors = np.where(is_slow[:, :, None], chords, slopes)
     size = np.abs(vectors).max(axis=2)
     # If points repeat, too, take the direction of the last sample before, or the first after, that
     # has one.
@@ -122,31 +122,37 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
     _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)
-    at_corner = np.zeros(number.max() + 1, dtype=bool)
-    at_corner[number[len(ends) :]] = True
+    is_at_corner = np.zeros(number.max() + 1, dtype=bool)
+    is_at_corner[number[len(ends) :]] = True
     number = number[: len(ends)]
-    outside = np.flatnonzero(~at_corner[number])
-    inside = np.flatnonzero(at_corner[number])
+    ends_outside_corners = np.flatnonzero(~is_at_corner[number])
+    ends_at_corners = np.flatnonzero(is_at_corner[number])
     tangents = [t for curve in curves for t in (curve.tangents[0], -curve.tangents[-1])]
-    straight = _find_continuations(
-        number[inside], np.array(tangents).reshape(-1, 3)[inside], crease_angle
+    continuations = _find_continuations(
+        number[ends_at_corners], np.array(tangents).reshape(-1, 3)[ends_at_corners], crease_angle
     )
-    other = np.full(len(ends), -1, dtype=np.intp)
-    for pairs in (outside[_find_pairs(number[outside])], inside[straight]):
-        other[pairs[:, 0]], other[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+    joined_end = np.full(len(ends), -1, dtype=np.intp)
+    for pairs in (
+        ends_outside_corners[_find_pairs(number[ends_outside_corners])],
+        ends_at_corners[continuations],
+    ):
+        joined_end[pairs[:, 0]], joined_end[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
     # A curve that ends at its first point is closed, even if other curves end there.
-    ring = 2 * np.flatnonzero(number[::2] == number[1::2])
-    partners = other[np.concatenate([ring, ring + 1])]
-    other[partners[partners >= 0]] = -1
-    other[ring], other[ring + 1] = ring + 1, ring
-    return other
+    begins_of_rings = 2 * np.flatnonzero(number[::2] == number[1::2])
+    partners = joined_end[np.concatenate([begins_of_rings, begins_of_rings + 1])]
+    joined_end[partners[partners >= 0]] = -1
+    joined_end[begins_of_rings], joined_end[begins_of_rings + 1] = (
+        begins_of_rings + 1,
+        begins_of_rings,
+    )
+    return joined_end
 
 
 def _find_pairs(number: Ints) -> Ints:
     """Pairs (n, 2) of rows that have the same number, which no third row has."""
-    _, back, uses = np.unique(number, return_inverse=True, return_counts=True)
-    order = np.argsort(back, kind="stable")
-    pairs: Ints = order[uses[back[order]] == 2].reshape(-1, 2)
+    _, row_number, use_counts = np.unique(number, return_inverse=True, return_counts=True)
+    order = np.argsort(row_number, kind="stable")
+    pairs: Ints = order[use_counts[row_number[order]] == 2].reshape(-1, 2)
     return pairs
 
 
@@ -158,28 +164,28 @@ def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Int
     of their matrices is √2 times the angle.
     """
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
-    _, first, back = np.unique(number, return_index=True, return_inverse=True)
-    pairs = _find_pairs(find_leaders(first[back], lines, 2.0**0.5 * angle))
-    one, two = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
-    opposite: Ints = pairs[np.einsum("nd,nd->n", one, two) < 0]
-    return opposite
+    _, first, row_number = np.unique(number, return_index=True, return_inverse=True)
+    pairs = _find_pairs(find_leaders(first[row_number], lines, 2.0**0.5 * angle))
+    first_tangents, second_tangents = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
+    continuing_pairs: Ints = pairs[np.einsum("nd,nd->n", first_tangents, second_tangents) < 0]
+    return continuing_pairs
 
 
-def _find_chains(curves: Sequence[_Curve], other: Ints) -> Iterator[tuple[list[_Curve], bool]]:
+def _find_chains(curves: Sequence[_Curve], joined_end: Ints) -> Iterator[tuple[list[_Curve], bool]]:
     """The chains of joined curves, with every curve once; and whether each chain is closed."""
-    following = other.tolist()
-    waiting = [True] * len(curves)
+    joined_ends = joined_end.tolist()
+    is_waiting = [True] * len(curves)
     # Open chains begin at an end; the remaining chains are closed.
-    ends = [end for end in range(len(following)) if following[end] < 0]
-    for begin in (*ends, *range(0, len(following), 2)):
-        if not waiting[begin // 2]:
+    ends = [end for end in range(len(joined_ends)) if joined_ends[end] < 0]
+    for begin in (*ends, *range(0, len(joined_ends), 2)):
+        if not is_waiting[begin // 2]:
             continue
         chain, end = [], begin
-        while end >= 0 and waiting[end // 2]:
-            waiting[end // 2] = False
+        while end >= 0 and is_waiting[end // 2]:
+            is_waiting[end // 2] = False
             curve = curves[end // 2]
             chain.append(curve.reverse() if end % 2 else curve)
-            end = following[end ^ 1]
+            end = joined_ends[end ^ 1]
         yield from _split_at_bends(chain, closed=end == begin)
 
 
@@ -188,7 +194,7 @@ def _split_at_bends(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list
     breaks = [
         k
         for k in range(0 if closed else 1, len(chain))
-        if _mean_length(chain[k - 1].tangents[-1], chain[k].tangents[0]) < LEAST_MITRE
+        if _mean_length(chain[k - 1].tangents[-1], chain[k].tangents[0]) < MIN_MITRE_LENGTH
     ]
     if not breaks:
         yield chain, closed
@@ -210,52 +216,57 @@ def _join_chain(
     chain: list[_Curve], closed: bool, crease_angle: float
 ) -> tuple[_Curve, FloatArray, Bools]:
     """One curve of a chain, its tangents before each sample, and which samples are bends."""
-    after = np.concatenate([curve.tangents[bool(k) :] for k, curve in enumerate(chain)])
-    before = after.copy()
+    tangents_after = np.concatenate([curve.tangents[bool(k) :] for k, curve in enumerate(chain)])
+    tangents_before = tangents_after.copy()
     joints = np.cumsum([len(curve.tangents) - 1 for curve in chain])
-    for joint, following in zip(joints[:-1], chain[1:], strict=True):
-        after[joint] = following.tangents[0]
+    for joint, next_curve in zip(joints[:-1], chain[1:], strict=True):
+        tangents_after[joint] = next_curve.tangents[0]
     if closed:
-        after[-1] = after[0]
-        before[0] = before[-1]
+        tangents_after[-1] = tangents_after[0]
+        tangents_before[0] = tangents_before[-1]
     chain_curve = _Curve(
         np.concatenate([curve.points[bool(k) :] for k, curve in enumerate(chain)]),
-        after,
+        tangents_after,
         np.concatenate([curve.normals[bool(k) :] for k, curve in enumerate(chain)]),
     )
-    bends = np.square((before + after) / 2).sum(axis=1) < np.cos(max(crease_angle, 1e-6) / 2) ** 2
-    return chain_curve, before, bends
+    is_bend = (
+        np.square((tangents_before + tangents_after) / 2).sum(axis=1)
+        < np.cos(max(crease_angle, 1e-6) / 2) ** 2
+    )
+    return chain_curve, tangents_before, is_bend
 
 
 def _build_paths(members: list[tuple[_Curve, FloatArray, Bools]], closed: bool) -> WirePaths:
     """Paths with one pattern of stations: one at every sample, two at every bend."""
     points = np.stack([curve.points for curve, _, _ in members])
-    after = np.stack([curve.tangents for curve, _, _ in members])
+    tangents_after = np.stack([curve.tangents for curve, _, _ in members])
     normals = np.stack([curve.normals for curve, _, _ in members])
-    before = np.stack([tangents for _, tangents, _ in members])
-    bends = members[0][2]
-    planes = before + after
+    tangents_before = np.stack([tangents for _, tangents, _ in members])
+    is_bend = members[0][2]
+    planes = tangents_before + tangents_after
     planes /= np.sqrt(np.square(planes).sum(axis=2, keepdims=True))
-    doubled = bends.copy()
+    has_two_stations = is_bend.copy()
     if closed:
-        # The first and the last station are at one place: together they are the two of a bend.
-        doubled[[0, -1]] = False
-    sample = np.repeat(np.arange(len(bends)), 1 + doubled)
-    second = np.zeros(len(sample), dtype=bool)
-    second[1:] = sample[1:] == sample[:-1]
-    goes_on = second.copy()
-    goes_on[0] = True
-    tangents = np.where(goes_on[:, None], after[:, sample], before[:, sample])
-    tangents = np.where(bends[sample, None], tangents, planes[:, sample])
-    smooth = Paths.from_smooth_curves(points[:, sample], tangents, closed=closed)
-    bent = bool(bends.any())
+        # The first and the last station are at one place: they are the two stations of a bend.
+        has_two_stations[[0, -1]] = False
+    sample = np.repeat(np.arange(len(is_bend)), 1 + has_two_stations)
+    is_second = np.zeros(len(sample), dtype=bool)
+    is_second[1:] = sample[1:] == sample[:-1]
+    is_after_bend = is_second.copy()
+    is_after_bend[0] = True
+    tangents = np.where(
+        is_after_bend[:, None], tangents_after[:, sample], tangents_before[:, sample]
+    )
+    tangents = np.where(is_bend[sample, None], tangents, planes[:, sample])
+    smooth_paths = Paths.from_smooth_curves(points[:, sample], tangents, closed=closed)
+    has_bends = bool(is_bend.any())
     paths = Paths(
-        smooth.points,
-        smooth.tangents,
-        smooth.fractions,
+        smooth_paths.points,
+        smooth_paths.tangents,
+        smooth_paths.fractions,
         closed,
-        smooth.parameters,
-        mitres=planes[:, sample] if bent else None,
-        mitred=second if bent else None,
+        smooth_paths.parameters,
+        mitres=planes[:, sample] if has_bends else None,
+        is_mitred=is_second if has_bends else None,
     )
     return WirePaths(paths, normals[:, sample])

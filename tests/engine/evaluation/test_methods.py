@@ -193,7 +193,7 @@ def test_chunks_have_no_effect(
     ]
     in_one_chunk = [evaluate(patches, (9, 11), dtype=dtype, method=method) for patches in batches]
     monkeypatch.setattr(de_casteljau, "CHUNK_NUMBERS", 1)
-    monkeypatch.setattr(de_casteljau, "LEAST_SAMPLES", 13)
+    monkeypatch.setattr(de_casteljau, "MIN_SAMPLES", 13)
     monkeypatch.setattr(forward_difference, "CHUNK_SAMPLES", 40)
     atol = 1e-13 if dtype is np.float64 else 1e-6
     for patches, expected in zip(batches, in_one_chunk, strict=True):

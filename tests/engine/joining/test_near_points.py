@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
-from service.engine.joining.near_points import FINER, LEVELS, MAX_CROWD, group_near_points
+from service.engine.joining.near_points import (
+    MAX_CROWD,
+    MAX_SEARCHES,
+    REACH_FACTOR,
+    group_near_points,
+)
 from service.engine.mesh.equal_points import has_near_points
 
 Array = np.ndarray
@@ -21,7 +26,7 @@ def group_by_pairs(points: Array, reach: float) -> list[int]:
     If a component is wider than `reach`, its points are grouped again with a smaller `reach`.
     """
     distances, leader = cdist(points, points), np.arange(len(points))
-    remaining, finest = leader, reach * FINER ** (LEVELS - 1)
+    remaining, finest = leader, reach * REACH_FACTOR ** (MAX_SEARCHES - 1)
     while len(remaining) and reach >= finest:
         remaining_distances = distances[np.ix_(remaining, remaining)]
         _, component = connected_components(remaining_distances <= reach, directed=False)
@@ -32,7 +37,7 @@ def group_by_pairs(points: Array, reach: float) -> list[int]:
         for rows in groups:
             leader[remaining[rows]] = remaining[rows[0]]
         remaining = np.setdiff1d(remaining, remaining[np.concatenate([[], *groups]).astype(int)])
-        reach *= FINER
+        reach *= REACH_FACTOR
     for k in remaining.tolist():
         leader[k] = np.flatnonzero(distances[k] == 0)[0]
     return leader.tolist()

@@ -19,10 +19,10 @@ POINTS, DIRECTIONS = RNG.normal(size=(2, 12, 3))
 
 def set_limits(monkeypatch: pytest.MonkeyPatch, *, spheres: int, room: int) -> None:
     """Sets small limits of the spheres that are compared at a time, and of all pairs."""
-    monkeypatch.setattr(patch_tree, "MOST_SPHERES", spheres)
-    for module, name in ((closest, "ROOM"), (rays, "ROOM_IN_TREE")):
+    monkeypatch.setattr(patch_tree, "MAX_OPEN_PAIRS", spheres)
+    for module, name in ((closest, "MAX_PAIRS_IN_TREE"), (rays, "MAX_PAIRS_IN_TREE")):
         monkeypatch.setattr(module, name, room)
-        monkeypatch.setattr(module, "FREE", 4)
+        monkeypatch.setattr(module, "FREE_PAIRS", 4)
 
 
 def test_spheres_have_the_centres_of_their_cells() -> None:

@@ -128,7 +128,7 @@ def test_intervals_are_wider_but_right_if_the_budget_ends(
 ) -> None:
     near_centre = RNG(5).normal(0, 1e-3, (100, 3))
     points = np.concatenate([near_centre, RNG(6).uniform(-2, 2, (300, 3))])
-    monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
+    monkeypatch.setattr(closest, "MAX_PAIRS", 100 * len(points))
     columns = project(find("sphere").surface(), points)
     low, high = columns["distance_bounds"].T
     expected_distance = np.abs(quadrics.sphere(points)[0])
@@ -145,7 +145,7 @@ def test_cells_are_not_halved_if_rounding_limits_the_interval(
 ) -> None:
     """Earlier, cells were halved without effect: 200 points took more than a minute."""
     points = RNG(4).normal(size=(40, 3)) * away
-    monkeypatch.setattr(closest, "MOST_CLOSE", 100 * len(points))
+    monkeypatch.setattr(closest, "MAX_PAIRS", 100 * len(points))
     low, high = project(find("sphere").surface(), points, tolerance)["distance_bounds"].T
     expected_distance = np.abs(quadrics.sphere(points)[0])
     assert (
@@ -178,7 +178,7 @@ def test_closest_points_do_not_depend_on_other_points(monkeypatch: pytest.Monkey
         all_columns = project(surface, points)
         single_columns = [project(surface, point[np.newaxis]) for point in points[::9]]
         with monkeypatch.context() as patch:
-            patch.setattr(cells, "MOST_BYTES", 1 << 17)  # the cache of cells is too small for all
+            patch.setattr(cells, "MAX_BYTES", 1 << 17)  # the cache of cells is too small for all
             with_small_cache = project(surface, points)
         for column, values in all_columns.items():
             np.testing.assert_array_equal(
@@ -235,7 +235,7 @@ def test_closest_points_of_curves_agree_with_fine_samples(dimension: int, ration
 def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPatch) -> None:
     surface, points = BezierSurface(RNG(2).random((25, 25, 3))), RNG(3).random((5, 3))
     without_limit = project(surface, points)
-    monkeypatch.setattr(cells, "MOST_ADDITIONS", 1_000_000)
+    monkeypatch.setattr(cells, "MAX_ADDITIONS", 1_000_000)
     columns = project(surface, points)
     assert without_limit["reached"].all()
     assert not columns["reached"].all()

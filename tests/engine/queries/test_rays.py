@@ -217,7 +217,7 @@ def test_rays_that_cannot_be_decided_are_not_reached() -> None:
 
 
 def test_the_number_of_pairs_of_a_request_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.engine.queries.rays.MOST_CLOSE", 1000)
+    monkeypatch.setattr("service.engine.queries.rays.MAX_PAIRS", 1000)
     easy, hard = [[0.8, 0.6, 3.0], [0.0, 0, -1]], [[0.8, 0.6, -4.0], [0.0, 0, 1]]
     origins = [[0.1, 2, k / 50] for k in range(20)] + [hard[0], easy[0]]
     result = find_hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])

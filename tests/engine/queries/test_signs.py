@@ -172,8 +172,8 @@ def test_signs_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) ->
     single_signs = [project(SPHERE, point[np.newaxis])["signs"][0] for point in points[::8]]
     np.testing.assert_array_equal(all_signs[::8], single_signs)
     with monkeypatch.context() as patch:
-        patch.setattr(cells, "MOST_BYTES", 1 << 19)  # the cache of cells is too small for all
+        patch.setattr(cells, "MAX_BYTES", 1 << 19)  # the cache of cells is too small for all
         np.testing.assert_array_equal(all_signs, project(SPHERE, points)["signs"])
-    monkeypatch.setattr(winding, "MOST_PAIRS", 0)
+    monkeypatch.setattr(winding, "MAX_PAIRS", 0)
     outside = np.abs(points).max(axis=1) > 1
     np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~outside)

@@ -8,7 +8,7 @@ import pytest
 
 from service.bases.arrays import FloatArray
 from service.engine.options import Faces, MeshOptions
-from service.engine.sweeps.paths import Paths, build_path, count_most_stations
+from service.engine.sweeps.paths import Paths, bound_station_count, build_path
 from service.engine.sweeps.profiles import build_ribbons, build_tubes
 from service.engine.sweeps.rows import SweptGrids
 from service.engine.sweeps.swept_mesh import build_swept_mesh
@@ -61,7 +61,7 @@ def test_tubes_are_closed_and_have_unit_normals(
     assert is_closed(swept)
     assert np.isfinite(swept.positions).all()
     assert np.linalg.norm(swept.normals, axis=1) == pytest.approx(1, abs=1e-12)
-    assert path.points.shape[1] <= count_most_stations(pieces, divisions, 0.02)
+    assert path.points.shape[1] <= bound_station_count(pieces, divisions, 0.02)
 
 
 def test_normals_of_a_conical_tube_are_those_of_a_cone() -> None:

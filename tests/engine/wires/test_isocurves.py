@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from service.engine.wires.isocurves import IsoCurves, count_most_isocurves, sample_isocurves
+from service.engine.wires.isocurves import IsoCurves, bound_isocurves, sample_isocurves
 from service.surface.batches import TrianglePatches
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import build_mesh
@@ -32,7 +32,7 @@ def sample_curves(
     result = sample_isocurves(model, resolution, counts)
     triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
     grids = model.patch_count - triangles
-    curves, points = count_most_isocurves(grids, triangles, resolution, counts)
+    curves, points = bound_isocurves(grids, triangles, resolution, counts)
     assert sum(len(run.points) for run in result) <= curves
     assert sum(run.points[..., 0].size for run in result) <= points
     return result
