@@ -95,17 +95,8 @@ def triangulate(
     ----------
     store : callable
         See `Store`.
-    most : int
-        Largest number of triangles.
-    effort : Effort, optional
-        Limit of the work, and count of the work done.
-
-    Raises
-    ------
-    TooLarge
-        `too_many_triangles` as soon as this is certain, or `too_costly`.
-    InvalidRequest
-        `tolerance_too_small` if leaves would be smaller than the least cell.
+    most, effort
+        Limits, as for `ModelMesher.build_mesh`, which lists the errors.
     """
     task = Task(patch_nets, faces, goal, MeshLimits(most, effort or Effort()))
     draft, proofs = Draft(task, border, store), Proofs()
@@ -117,7 +108,6 @@ def triangulate(
         if not len(cut) and not len(strips):
             return draft.finish(proofs.deviation, proofs.mesh if goal.two_sided else None)
         draft.halvings[strips] += FLATTER
-        assert draft.polygons.leaves is not None
         is_plain = draft.polygons.size[cut] == PLAIN
         fresh = replace_failing(task, draft.polygons.leaves.take(cut), along_v, is_plain)
         draft.renew(fresh, cut, strips)
@@ -208,7 +198,6 @@ class Proofs:
 def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
     """The leaves to be cut, whether to halve v, and segments of the border whose strips fail."""
     leaves, triangles, samples = draft.polygons.leaves, draft.triangles, draft.samples
-    assert leaves is not None
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
     box = leaves.box
     has_reference = triangles.reference >= 0
@@ -249,7 +238,6 @@ def _prefer_vertices(draft: Draft, cut: Ints, along_v: Bools) -> Bools:
     """
     polygons, samples = draft.polygons, draft.samples
     leaf, place = expand_runs(polygons.size[cut], polygons.first[cut])
-    assert polygons.leaves is not None
     leaves, corner = polygons.leaves.take(cut), polygons.polygon[place]
     u0, u1, v0, v1 = leaves.box[:, leaf]
     u, v = samples.u[corner], samples.v[corner]

@@ -90,16 +90,8 @@ class LocalFrames:
     ) -> LocalNets:
         """Nets near pieces of patches of high degree, with bounds of the deviations of the pieces.
 
-        Parameters
-        ----------
-        nets : ndarray of float64, shape (P, D, p+1, q+1)
-            Nets of different patches, in model units.
-        patch : ndarray of int, shape (m,)
-            The patch of each piece; pieces are in the order of `sort_by_box`.
-        sizes : ndarray of float64, shape (P,)
-            Sizes of the patches (`PatchNets.sizes`).
-        places : ndarray of float64, shape (3, 2, m)
-            The corners of the pieces, as parameters of the patches.
+        The arguments are those of `reduce_boxes`, but nets are in model units; `sizes` (P,) are the
+        sizes of their patches (`PatchNets.sizes`).
         """
         units = find_units(sizes)
         scaled = nets.copy()

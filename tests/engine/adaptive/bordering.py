@@ -25,18 +25,18 @@ class Bordered(NamedTuple):
     faces: Faces
     border: Border
 
-    def side(self, face: int, side: int) -> tuple[list[int], list[int], Array]:
+    def find_side(self, face: int, side: int) -> tuple[list[int], list[int], Array]:
         """Places, vertices and points of one side."""
         rows = slice(*self.border.start[4 * face + side : 4 * face + side + 2].tolist())
         vertex = self.border.vertex[rows]
         return self.border.at[rows].tolist(), vertex.tolist(), self.border.points[vertex]
 
-    def bits(self) -> list[bytes]:
+    def list_bits(self) -> list[bytes]:
         """The points of every side, as bytes, in the direction that comes first in order."""
         result = []
         for face in range(len(self.faces.first)):
             for side in range(4):
-                points = self.side(face, side)[2]
+                points = self.find_side(face, side)[2]
                 result.append(min(points.tobytes(), points[::-1].tobytes()))
         return result
 
@@ -57,7 +57,7 @@ def check_border(bordered: Bordered, tolerance: float) -> None:
     begin, step, spans = faces.list_sides()
     for face in range(len(faces.first)):
         for side in range(4):
-            at, vertex, points = bordered.side(face, side)
+            at, vertex, points = bordered.find_side(face, side)
             count = int(spans[face, side])
             assert (at[0], at[-1]) == (0, count * SPAN)
             assert at == sorted(set(at))

@@ -28,7 +28,7 @@ class Refined(NamedTuple):
     border: Border
     triangulation: Triangulation
 
-    def of_face(self, face: int) -> tuple[bytes, bytes]:
+    def list_face_bytes(self, face: int) -> tuple[bytes, bytes]:
         """Places and positions of the triangles of one face, bit for bit, in their order."""
         built = self.triangulation
         corners = built.triangles[built.face[built.triangles[:, 0]] == face]
@@ -40,12 +40,12 @@ def build_refined(
     model: PatchModel,
     goal: Goal,
     most: int = MOST,
-    stored: Callable[[Array], Array] = lambda positions: positions,
+    store: Callable[[Array], Array] = lambda positions: positions,
 ) -> Refined:
     """The triangulation of a model."""
     result = build_border(model, goal, most)
     patch_nets = PatchNets.of(model)
-    built = triangulate(patch_nets, result.faces, result.border, goal, store=stored, most=most)
+    built = triangulate(patch_nets, result.faces, result.border, goal, store=store, most=most)
     return Refined(patch_nets, result.faces, result.border, built)
 
 

@@ -23,7 +23,7 @@ from tests.examples import lower_patches
 from tools.certify.models import build_complex
 
 MOST, WORK = 30_000, 5e8
-"""Limit of the work of one request: some seconds at most."""
+"""Limits of the triangles and of the work of one request: some seconds at most."""
 
 
 def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mesh:
@@ -38,7 +38,7 @@ def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mes
 example_mesh = cache(build_mesh)
 
 
-# As many triangles as are allowed, at 0.5 and at 0.2 radians.
+# The most triangles that a mesh may take, at 0.5 and at 0.2 radians.
 SMOOTH = {
     "sphere": (500, 2600),
     "octahedral-sphere": (500, 2800),
@@ -89,7 +89,7 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
 
 @pytest.mark.parametrize("kind", ["fans", "rings"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_folds_come_to_an_end(kind: str, seed: int) -> None:
+def test_refinement_of_folded_patches_ends(kind: str, seed: int) -> None:
     """Folded patches: normals turn by π at every division, and the report has this angle."""
     whole = build_complex(kind, seed)
     order = range(len(whole.nets))

@@ -34,14 +34,14 @@ EXAMPLES = [
 def assemble_regular(
     source: str | PatchModel, divisions: int = 2, storage: Storage | None = None, **options: object
 ) -> Mesh:
-    """A regular mesh, assembled as adaptive ones are."""
+    """A regular mesh, assembled as adaptive meshes are."""
     model = lower_patches(source) if isinstance(source, str) else source
-    expected, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
+    mesh_options, storage = MeshOptions(**options), storage or Storage()  # type: ignore[arg-type]
     built = build_regular(model, divisions)
     origin = storage.choose_origin(*model.bounds)
-    lines = draw_overlays(model, built.border, expected, storage, origin)
+    lines = draw_overlays(model, built.border, mesh_options, storage, origin)
     return assemble(
-        *(model, built.faces, built.triangulation, expected, lines),
+        *(model, built.faces, built.triangulation, mesh_options, lines),
         storage=storage,
         origin=origin,
         closure=find_closure(model),
@@ -52,8 +52,8 @@ def list_corners(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
     """For each corner of each triangle a point that identifies it, and its values."""
     ends: Array = mesh.positions[mesh.triangles].astype(np.float64)
     inside = 0.9 * ends + 0.1 * ends.mean(axis=1, keepdims=True)
-    carried: Array = values[mesh.triangles].astype(np.float64)
-    return inside.reshape(-1, 3), carried.reshape(len(inside) * 3, -1)
+    corner_values: Array = values[mesh.triangles].astype(np.float64)
+    return inside.reshape(-1, 3), corner_values.reshape(len(inside) * 3, -1)
 
 
 def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
@@ -142,13 +142,13 @@ def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> N
     assert corner_places.min() == 0
     assert corner_places.max() == 1
     places = span + corner_places
-    given = (
+    expected = (
         np.stack([built.triangulation.u, built.triangulation.v], axis=1)[
             built.triangulation.triangles
         ]
         / SPAN
     )
-    np.testing.assert_allclose(places, given, atol=1e-9)
+    np.testing.assert_allclose(places, expected, atol=1e-9)
     middle = places.mean(axis=1, keepdims=True)
     ahead = places + 1e-3 * (middle - places) - span
     assert ahead.min() >= -1e-9
@@ -215,7 +215,7 @@ def test_the_largest_angle_is_measured_if_requested() -> None:
     assert assemble_regular("saddle", 3).report.normal_angle is None
 
 
-def test_lines_go_through_vertices_of_the_mesh() -> None:
+def test_overlays_go_through_vertices_of_the_mesh() -> None:
     mesh = assemble_regular("saddle", 4, overlays=("control_net", "boundary"))
     net, border = mesh.overlays
     assert net.name == "control_net"

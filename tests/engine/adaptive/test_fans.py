@@ -41,7 +41,7 @@ def divide_patch(net: Array, tolerance: float) -> tuple[Task, Leaves]:
 
 @pytest.mark.parametrize("shape", [(1, 1, 0), (0.2, 1, 0.3), (1, -0.6, 0), (0.1, 0.1, 2)])
 def test_heights_over_fans_are_those_of_dense_samples(shape: tuple[float, float, float]) -> None:
-    """For flat quadratic cells, whose normals hardly turn."""
+    """The cells are quadratic and nearly flat, so their normals hardly turn."""
     a, b, mixed = np.array(shape) * 1e-4
     half = np.array([0.0, 0.5, 1.0])
     u, v = (grid.ravel() for grid in np.meshgrid(half, half, indexing="ij"))
@@ -62,7 +62,7 @@ def test_heights_over_fans_are_those_of_dense_samples(shape: tuple[float, float,
 
 
 def test_a_cell_that_bends_alike_in_both_directions_becomes_a_fan() -> None:
-    """Its middle is twice as high over a diagonal as over a spoke or a side."""
+    """The height of the cell over a side is half of its height over a diagonal."""
     net = build_quadratic(0.01, 0.01)
     for tolerance, leaves, fans in ((0.021, 1, 0), (0.016, 1, 1), (0.006, 4, 0)):
         _, result = divide_patch(net, tolerance)
@@ -70,12 +70,12 @@ def test_a_cell_that_bends_alike_in_both_directions_becomes_a_fan() -> None:
 
 
 def test_a_saddle_of_equal_and_opposite_bends_has_no_fan() -> None:
-    """A fan is as far from it as two triangles are."""
+    """A fan is as far from the saddle as two triangles are."""
     for tolerance in np.geomspace(1e-4, 0.01, 9):
         assert not divide_patch(build_quadratic(0.01, -0.01), tolerance)[1].is_fan.any()
 
 
-def test_no_fan_where_the_border_has_a_vertex_that_halves_the_cell() -> None:
+def test_a_cell_is_not_a_fan_if_the_border_has_a_vertex_that_halves_it() -> None:
     """A side on the border with a height of 0.8 tolerances is divided, so halving costs nothing."""
     assert not divide_patch(build_quadratic(0.01, 0.01), 0.0125)[1].is_fan.any()
 

@@ -42,7 +42,7 @@ def test_patches_are_covered(net: tuple[Array, Array | None], tolerance: float) 
 
 
 @given(degenerate_nets(), tolerances, st.booleans())
-def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict: bool) -> None:
+def test_refinement_of_degenerate_patches_ends(net: Array, tolerance: float, strict: bool) -> None:
     """Patches with poles and folds, lines and points; also with `angle_tolerance` and
     `two_sided`."""
     goal = Goal(tolerance, 0.5, two_sided=True) if strict else Goal(tolerance)
@@ -51,7 +51,7 @@ def test_degenerate_patches_come_to_an_end(net: Array, tolerance: float, strict:
 
 @given(split_models(), tolerances, st.randoms(use_true_random=False))
 @settings(max_examples=6)
-def test_other_faces_change_nothing(
+def test_triangles_of_a_face_do_not_depend_on_other_faces(
     split: tuple[Array, list[Array]], tolerance: float, random: Random
 ) -> None:
     """A face has the same triangles, bit for bit, alone and with others, in any order."""
@@ -63,15 +63,19 @@ def test_other_faces_change_nothing(
     random.shuffle(order)
     shuffled = build_refined(build_model([patches[k] for k in order]), goal)
     for place, k in enumerate(order):
-        assert together.of_face(k) == shuffled.of_face(place)
-        assert together.of_face(k) == build_refined(build_model([patches[k]]), goal).of_face(0)
+        assert together.list_face_bytes(k) == shuffled.list_face_bytes(place)
+        assert together.list_face_bytes(k) == build_refined(
+            build_model([patches[k]]), goal
+        ).list_face_bytes(0)
 
 
 @pytest.mark.parametrize(
     ("name", "share", "triangles"),
     [("sphere", 1e-2, 320), ("torus", 1e-2, 432), ("utah-teapot", 1e-2, 518), ("cone", 1e-3, 128)],
 )
-def test_known_shapes_close(name: str, share: float, triangles: int) -> None:
+def test_examples_are_closed_and_take_few_triangles(
+    name: str, share: float, triangles: int
+) -> None:
     """Examples with tolerances relative to their size, and the most triangles that they may
     take."""
     model = lower_patches(name)
@@ -97,7 +101,7 @@ def test_a_ring_of_equal_leaves_is_cut_in_few_rounds(monkeypatch: pytest.MonkeyP
     assert len(rounds) <= 4
 
 
-def test_near_the_eye_there_is_more() -> None:
+def test_triangles_are_smaller_near_the_eye() -> None:
     """With a camera, the allowed deviation grows with the distance."""
     rng = np.random.default_rng(5)
     u, v = np.meshgrid(np.linspace(0, 10, 14), np.linspace(0, 2, 6), indexing="ij")
@@ -112,26 +116,26 @@ def test_near_the_eye_there_is_more() -> None:
     assert (built.bounds <= 2e-3 * (farthest + 2.0)).all()
 
 
-def test_the_proof_is_about_the_stored_positions() -> None:
+def test_bounds_are_those_of_stored_positions() -> None:
     """Far from the origin float32 moves vertices by more than the deviation of the surface."""
     net = translate(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]), 4096.3)
     model = build_model([net])
     exact = build_refined(model, Goal(0.01))
     rounded = build_refined(
-        model, Goal(0.01), stored=lambda x: x.astype(np.float32).astype(np.float64)
+        model, Goal(0.01), store=lambda x: x.astype(np.float32).astype(np.float64)
     )
     assert exact.triangulation.bounds.max() < 1e-10
     assert 1e-5 < rounded.triangulation.bounds.max() < 1e-3
 
 
 def test_more_triangles_than_allowed_are_refused() -> None:
-    """The refinement is refused as soon as the number is known."""
+    """The request is refused as soon as it is certain that the mesh needs more triangles."""
     with pytest.raises(TooLarge) as refused:
         build_refined(lower_patches("sphere"), Goal(1e-6), most=300)
     assert refused.value.issues[0].code == "too_many_triangles"
 
 
-def test_work_is_limited() -> None:
+def test_work_above_the_limit_is_refused() -> None:
     """The limit of work holds for any number of triangles."""
     model = lower_patches("bourke-1111")
     result = build_border(model, Goal(0.01))

@@ -32,7 +32,7 @@ def list_side_bytes(refined: Refined, face: int) -> list[bytes]:
 
 
 def find_equal(whole: Complex) -> list[int]:
-    """Patches whose edges all have the same numbers in all patches."""
+    """Patches whose edges have equal control points, bit for bit, in all patches at the edge."""
     mixed = [patches for pair, patches in whole.edges().items() if pair not in whole.alike]
     touched = {patch for patches in mixed for patch in patches}
     return [k for k in range(len(whole.nets)) if k not in touched]
@@ -58,11 +58,11 @@ def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
     order = np.random.default_rng(seed).permutation(len(whole.nets)).tolist()
     again = build_refined(whole.model(order, together=False), goal)
     for place, k in enumerate(order):
-        assert again.of_face(place) == result.of_face(k)
+        assert again.list_face_bytes(place) == result.list_face_bytes(k)
     for k in find_equal(whole)[:2]:
         alone = build_refined(whole.model([k]), goal)
         assert list_side_bytes(alone, 0) == list_side_bytes(result, k)
-        assert alone.of_face(0) == result.of_face(k)
+        assert alone.list_face_bytes(0) == result.list_face_bytes(k)
 
 
 def find_open_edges(refined: Refined) -> list[list[int]]:

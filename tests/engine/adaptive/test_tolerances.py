@@ -62,7 +62,7 @@ def test_the_diagonal_of_a_group_is_that_of_all_its_copies() -> None:
     assert result == pytest.approx(0.5 * np.sqrt(102))
 
 
-def test_a_pixel_is_as_large_as_it_is_seen() -> None:
+def test_the_allowed_deviation_is_the_size_of_a_pixel_at_each_distance() -> None:
     """At the distance d the picture is 2 d tan(φ/2) high."""
     camera = Camera((0.0, 0.0, 7.0), pi / 2, 500)
     model = lower_patches("saddle")
@@ -101,7 +101,7 @@ def test_the_deviation_that_a_camera_allows_holds_for_the_copy(matrix: Array, se
     assert (worst <= goal.find_allowed(placed) * (1 + 1e-9)).all()
 
 
-def test_rounding_leaves_no_room_for_less() -> None:
+def test_tolerances_below_twice_the_rounding_are_refused() -> None:
     far = np.eye(4)
     far[:3, 3] = 1e6, 0, 0
     model = build_group(far)
@@ -114,7 +114,7 @@ def test_rounding_leaves_no_room_for_less() -> None:
         build_model_goals(Goal(inf, view=view), model, 1e-3)
 
 
-def test_every_copy_can_be_a_model_of_its_own() -> None:
+def test_separate_copies_have_separate_models() -> None:
     whole = build_group(None, build_scaling(2.0), build_scaling(3.0))
     apart = separate_copies(whole)
     assert len(apart.models) == 3
@@ -147,5 +147,7 @@ def test_edges_are_divided_by_the_full_goal_unless_rounding_takes_much(
     assert (tight is goal) == is_full
     assert is_full or tight.tolerance == 1.0 - rounding
     # The eye is at the box, so the nearest point allows 1e-3.
-    seen = Goal(1.0, view=View(np.zeros(3), 0.1, 0.01))
-    assert (tighten_for_border(seen, 1e-3 * rounding, bounds) is seen) == is_full
+    goal_with_view = Goal(1.0, view=View(np.zeros(3), 0.1, 0.01))
+    assert (
+        tighten_for_border(goal_with_view, 1e-3 * rounding, bounds) is goal_with_view
+    ) == is_full

@@ -21,14 +21,14 @@ def test_a_side_that_is_nearly_a_point_is_one_in_float32(seed: int) -> None:
     net = np.array(rows) + np.array([1.3, 2.1, 0.7])
     net[-1] += rng.normal(size=(9, 3)) * 1e-12
     model = BsplineSurface(net).lower()
-    wide, narrow = (
+    double_mesh, single_mesh = (
         build_mesh(model, single=single, accuracy=Accuracy(tolerance=1e-3))
         for single in (False, True)
     )
-    corners = narrow.positions[narrow.triangles]
+    corners = single_mesh.positions[single_mesh.triangles]
     assert not (corners == corners[:, [1, 2, 0]]).all(axis=2).any()
-    assert narrow.report.boundary_edges < wide.report.boundary_edges
-    assert (narrow.report.deviation_bound or 1) <= 1e-3
+    assert single_mesh.report.boundary_edges < double_mesh.report.boundary_edges
+    assert (single_mesh.report.deviation_bound or 1) <= 1e-3
 
 
 def build_strip(stored: list[int]) -> tuple[Triangulation, np.ndarray]:

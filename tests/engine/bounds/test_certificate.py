@@ -13,7 +13,7 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from tests.engine.bounds.parting import (
+from tests.engine.bounds.divided_faces import (
     GOAL,
     build_face,
     build_parts,
@@ -74,7 +74,7 @@ def test_the_bound_is_hardly_more_than_the_truth(spread: float, worst: float) ->
     assert np.median(ratios) < worst
 
 
-def test_parts_across_knot_lines() -> None:
+def test_no_sample_of_a_part_across_knot_lines_is_beyond_the_bound() -> None:
     rng = np.random.default_rng(12)
     net = build_net(rng, 7, 6, 0.2)
     for weights in (None, rng.uniform(0.3, 3, (8, 7))):
@@ -100,20 +100,20 @@ def test_patches_that_a_part_covers_are_bounded_by_their_hulls_where_that_is_eno
         build_parts(places, corners, beyond),
         evaluate_places(patch_nets, faces, places),
     )
-    looked: list[int] = []
+    counts: list[int] = []
 
-    def add(self: PieceMeasure, part_bounds: np.ndarray, expected: np.ndarray) -> None:
-        looked.append(len(expected))
-        of_all(self, part_bounds, expected)
+    def count_pieces(self: PieceMeasure, part_bounds: np.ndarray, rows: np.ndarray) -> None:
+        counts.append(len(rows))
+        bound_pieces(self, part_bounds, rows)
 
-    of_all = PieceMeasure.bound_pieces
-    monkeypatch.setattr(PieceMeasure, "bound_pieces", add)
+    bound_pieces = PieceMeasure.bound_pieces
+    monkeypatch.setattr(PieceMeasure, "bound_pieces", count_pieces)
     bounds, _ = check_bounds(patch_nets, faces, parts, positions)
-    few, looked[:] = sum(looked), []
+    few, counts[:] = sum(counts), []
     monkeypatch.setattr(certificate, "COVERED", 10**9)
     every = certify(patch_nets, faces, parts, positions, GOAL)
     assert every.deviation.tolist() == bounds.deviation.tolist()
-    assert few < 0.5 * sum(looked)
+    assert few < 0.5 * sum(counts)
 
 
 def test_pieces_of_the_covered_patch_with_the_largest_hull_are_bounded_first() -> None:

@@ -13,7 +13,7 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
 from service.surface.bezier import BezierSurface
 from tests import strategies
-from tests.engine.bounds.parting import (
+from tests.engine.bounds.divided_faces import (
     GOAL,
     build_face,
     build_parts,
@@ -39,7 +39,9 @@ def nets(draw: st.DrawFn) -> tuple[Array, Array | None]:
 
 
 @given(nets(), arrays.arrays(np.float64, (9, 3), elements=COARSE), st.booleans())
-def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, flat: bool) -> None:
+def test_bounds_hold_for_vertices_at_any_place(
+    net: tuple[Array, Array | None], positions: Array, flat: bool
+) -> None:
     """Reference triangles and neighbours that coincide or overlap, or are points or lines; if
     `flat`, all vertices are in one plane."""
     patch_nets, faces = PatchNets.of(BezierSurface(*net).lower()), build_face()
@@ -50,7 +52,7 @@ def test_vertices_anywhere(net: tuple[Array, Array | None], positions: Array, fl
 
 
 @given(strategies.degenerate_nets(), st.data())
-def test_degenerate_surfaces(net: Array, data: st.DataObject) -> None:
+def test_bounds_hold_for_degenerate_surfaces(net: Array, data: st.DataObject) -> None:
     weights = data.draw(st.none() | strategies.weights_like(net))
     patch_nets, faces = PatchNets.of(BezierSurface(net, weights).lower()), build_face()
     places, corners, beyond = divide_face(divide_evenly(2), divide_evenly(3))
@@ -82,7 +84,7 @@ def test_the_wedge_of_a_folded_neighbour_lowers_the_bound(lift: float) -> None:
 @pytest.mark.parametrize(
     ("degree", "rational"), [((20, 20), True), ((64, 1), False), ((33, 40), False)]
 )
-def test_high_degrees(degree: tuple[int, int], rational: bool) -> None:
+def test_bounds_hold_for_high_degrees(degree: tuple[int, int], rational: bool) -> None:
     rng = np.random.default_rng(32)
     sides = [np.linspace(0, 1, n + 1) for n in degree]
     x, y = np.meshgrid(*sides, indexing="ij")
@@ -103,7 +105,7 @@ def test_high_degrees(degree: tuple[int, int], rational: bool) -> None:
     assert np.median(bounds.deviation[small] / distance[small]) < 1.3
 
 
-def test_the_least_weights_are_not_lost() -> None:
+def test_bounds_hold_for_weights_of_very_different_sizes() -> None:
     rng = np.random.default_rng(33)
     net = rng.normal(size=(4, 4, 3))
     for seed in range(6):
@@ -116,7 +118,7 @@ def test_the_least_weights_are_not_lost() -> None:
             check_bounds(patch_nets, faces, build_parts(places, corners, beyond), positions)
 
 
-def test_numbers_of_all_sizes_at_once() -> None:
+def test_bounds_hold_for_numbers_of_very_different_sizes() -> None:
     """A tiny patch beside a huge one, and an eye so distant that squares of distances overflow."""
     rng = np.random.default_rng(34)
     patch_nets, faces = (

@@ -22,7 +22,7 @@ from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
-from tests.engine.bounds.parting import (
+from tests.engine.bounds.divided_faces import (
     build_face,
     build_parts,
     divide_evenly,

@@ -1,5 +1,4 @@
-"""Leaving out faces without area keeps the bound, unless the mesh is very coarse or a patch is
-folded."""
+"""Omitted triangles without area add to the bound only if a mesh is coarse or a patch is folded."""
 
 from itertools import product
 
@@ -11,7 +10,7 @@ from service.engine.mesh.connect import connect
 from service.engine.mesh.layout import FINE, Layout
 from service.engine.mesh.patterns import Shape, TriangleShape
 from service.engine.options import Faces
-from tests.engine.bounds.test_mesh_deviation import check
+from tests.engine.bounds.test_mesh_deviation import check_deviation_bound
 from tests.engine.meshing import build_mesh
 from tests.strategies import Array, build_model
 
@@ -20,7 +19,7 @@ COLLAPSED = list(product((False, True), repeat=4))
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
 @pytest.mark.parametrize("collapsed", COLLAPSED)
-def test_fine_patches_with_poles_lose_nothing(
+def test_fine_patches_with_poles_have_no_missing_triangles(
     collapsed: tuple[bool, bool, bool, bool], faces: Faces
 ) -> None:
     for ru, rv in product(range(FINE, FINE + 2), repeat=2):
@@ -31,7 +30,7 @@ def test_fine_patches_with_poles_lose_nothing(
         assert not has_missing_triangles(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
 
-def test_a_single_division_between_two_poles_has_no_line_between_them() -> None:
+def test_a_single_division_between_two_poles_has_missing_triangles() -> None:
     shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
     assert has_missing_triangles(shape, "triangles")
     assert not has_missing_triangles(
@@ -54,7 +53,7 @@ def test_the_corner_of_a_folded_patch_is_cut_off(resolution: tuple[int, int], fa
     model = build_model([build_folded_net(8.0)])
     assert Layout.plan(connect(model).connectivity, resolution).may_fold
     mesh = build_mesh(model, resolution=resolution, faces=faces, normals=False)
-    check(model, mesh)
+    check_deviation_bound(model, mesh)
     bound = mesh.report.deviation_bound
     # The corner itself is in no face: its distance from the nearest vertex counts.
     used = mesh.positions[np.union1d(mesh.triangles, mesh.quads)]

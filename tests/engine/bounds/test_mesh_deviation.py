@@ -31,8 +31,11 @@ def split_faces(mesh: Mesh, diagonal: int = 0) -> Array:
     return corners
 
 
-def check(surface: Any, mesh: Mesh, samples: int = SAMPLES) -> float:
-    """Check the bound for both diagonals of quads; return sampled deviation over bound."""
+def check_deviation_bound(surface: Any, mesh: Mesh, samples: int = SAMPLES) -> float:
+    """Check that no sample is beyond the bound, for both diagonals of quads.
+
+    Returns the largest sampled deviation divided by the bound.
+    """
     bound = mesh.report.deviation_bound
     assert bound is not None
     share = 0.0
@@ -55,7 +58,7 @@ def test_no_point_of_a_surface_is_further_than_the_bound(family: str) -> None:
         faces="quads" if seed % 2 else "triangles",
         normals=False,
     )
-    check(surface, build(surface.lower(), options, single=seed % 3 == 0))
+    check_deviation_bound(surface, build(surface.lower(), options, single=seed % 3 == 0))
 
 
 def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
@@ -73,10 +76,12 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
 @pytest.mark.parametrize(
     ("name", "resolution"), [("rounded-box", (2, 1)), ("cone", (1, 4)), ("torus", (3, 2))]
 )
-def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
+def test_the_bound_holds_for_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
     model = lower_patches(name)
     faces = "quads" if resolution == (1, 4) else "triangles"
-    check(model, build_mesh(model, resolution=resolution, faces=faces, normals=False), SAMPLES // 3)
+    check_deviation_bound(
+        model, build_mesh(model, resolution=resolution, faces=faces, normals=False), SAMPLES // 3
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,7 +89,7 @@ def test_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
     [("octahedral-sphere", 0.3), ("sphere", 0.35), ("tveit", 0.4), ("saddle", 0.7)],
 )
 def test_the_bound_is_close_where_surfaces_bend_evenly(name: str, share: float) -> None:
-    assert check(lower_patches(name), build_mesh(name, resolution=(8, 8))) > share
+    assert check_deviation_bound(lower_patches(name), build_mesh(name, resolution=(8, 8))) > share
 
 
 def test_parts_follow_the_sequence() -> None:
@@ -111,7 +116,7 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
     model = build_model([translate(net, shift, shift, -shift)])
     for single in (False, True):
         mesh = build_mesh(model, single=single, resolution=(7, 5))
-        check(model, mesh)
+        check_deviation_bound(model, mesh)
         bound = mesh.report.deviation_bound
         assert bound is not None
         assert 0 < bound < (1e-4 if single else 1e-10 * shift)

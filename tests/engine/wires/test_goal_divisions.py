@@ -70,7 +70,7 @@ def test_lines_on_a_triangle_are_within_the_tolerance(net: Array) -> None:
     assert find_furthest(model, Goal(0.02)) <= 0.02
 
 
-def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
+def test_finer_goals_have_more_divisions_and_far_eyes_fewer() -> None:
     model = find("utah-teapot").surface().lower()
     assert isinstance(model, PatchModel)
     seams = find_seams(model.batches)
@@ -87,7 +87,7 @@ def test_a_finer_goal_divides_more_often_and_a_far_eye_less() -> None:
     [("torus", "tubes"), ("octahedral-sphere", "ribbons"), ("tea-service", "lines")],
 )
 @pytest.mark.parametrize("surface", [True, False])
-def test_every_form_of_wires(name: str, wires: Any, surface: bool) -> None:
+def test_wires_of_every_form_are_built(name: str, wires: Any, surface: bool) -> None:
     mesh = build_mesh(
         name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, has_faces=surface
     )
@@ -113,7 +113,7 @@ def test_wires_lie_on_the_grid_of_a_compact_file(wires: Any) -> None:
 
 @pytest.mark.parametrize("wires", ["lines", "tubes"])
 @pytest.mark.parametrize("accuracy", [FINE.accuracy, Accuracy(max_triangles=400)])
-def test_wires_count_as_triangles(wires: Any, accuracy: Accuracy) -> None:
+def test_wires_above_the_limit_of_triangles_are_refused(wires: Any, accuracy: Accuracy) -> None:
     options = MeshOptions(accuracy=accuracy, isocurves=(900, 900), wires=wires)
     surface = find("torus").surface()
     with pytest.raises(TooLarge) as refused:
@@ -121,8 +121,8 @@ def test_wires_count_as_triangles(wires: Any, accuracy: Accuracy) -> None:
     assert refused.value.issues[0].code == "too_many_triangles"
 
 
-def test_a_camera_sees_the_wires_of_every_copy() -> None:
-    seen = Accuracy(camera=Camera((9, 0, 4), 0.8, 400), pixel_tolerance=1)
+def test_every_copy_has_wires_with_a_camera() -> None:
+    accuracy = Accuracy(camera=Camera((9, 0, 4), 0.8, 400), pixel_tolerance=1)
     assert build_mesh(
-        "tea-service", accuracy=seen, isocurves=(2, 2), wires="tubes"
+        "tea-service", accuracy=accuracy, isocurves=(2, 2), wires="tubes"
     ).report.triangles

@@ -82,6 +82,16 @@ class Leaves(Cells):
     form: FloatArray
 
 
+NO_LEAVES = Leaves(
+    np.empty(0, dtype=np.intp),
+    np.empty((4, 0), dtype=np.intp),
+    np.zeros(0, dtype=bool),
+    np.zeros(0, dtype=bool),
+    np.zeros(0, dtype=bool),
+    np.empty((7, 0)),
+)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
     """Faces to be divided, with their patches, the goal of their triangles, and limits."""

@@ -73,13 +73,12 @@ def compare_normals(
 
     Parameters
     ----------
-    at : ndarray of float64, shape (3, 3, 3, m)
-        Nine points of cells.
+    at, nets
+        The arguments of `estimate_normals`.
     angle : float
         Radians that normals may turn by.
     scale : Scale
-    nets : ndarray of float64, shape (p+1, q+1, D, m), optional
-        Nets of the cells.
+        Sizes of the cells.
     """
     most = find_chord(angle)
     normals = estimate_normals(at, nets)
@@ -158,8 +157,9 @@ def estimate_normals(at: FloatArray, nets: FloatArray | None = None) -> FloatArr
     Parameters
     ----------
     at : ndarray of float64, shape (3, 3, 3, m)
-        Entry [i, j] is the point at u = i/2, v = j/2.
+        Nine points of cells; entry [i, j] is the point at u = i/2, v = j/2.
     nets : ndarray of float64, shape (p+1, q+1, D, m), optional
+        Nets of the cells.
 
     Returns
     -------

@@ -13,7 +13,15 @@ from typing import TypeAlias
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves, Task, halve, restrict
+from service.engine.adaptive.cutting.cells import (
+    NO_LEAVES,
+    SHORTEST,
+    Cells,
+    Leaves,
+    Task,
+    halve,
+    restrict,
+)
 from service.engine.adaptive.cutting.estimate import estimate_cells
 from service.engine.adaptive.cutting.normal_variation import FINEST, Scale
 from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
@@ -62,7 +70,7 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
         start = Cells.concatenate([start.take(~several), *rest])
     for nets, rows in task.patch_nets.split_by_group(task.find_patches(start)):
         leaves += _divide_single_spans(task, start.take(rows), nets, ahead)
-    every = Leaves.concatenate(leaves or [_NO_LEAVES])
+    every = Leaves.concatenate(leaves or [NO_LEAVES])
     return every.take(np.lexsort((every.box[2], every.box[0], every.face)))
 
 
@@ -205,15 +213,6 @@ def _add_halves(
     number = np.arange(total) % sizes[0]
     return Cells(cells.face[number], boxes), patch[number], halves_nets, sizes
 
-
-_NO_LEAVES = Leaves(
-    np.empty(0, dtype=np.intp),
-    np.empty((4, 0), dtype=np.intp),
-    np.zeros(0, dtype=bool),
-    np.zeros(0, dtype=bool),
-    np.zeros(0, dtype=bool),
-    np.empty((7, 0)),
-)
 
 _Level: TypeAlias = tuple[Cells, Ints, FloatArray | None]
 """Cells, their patches, and their nets; None for nets that are not computed yet."""

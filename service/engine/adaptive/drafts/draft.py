@@ -73,7 +73,7 @@ class Draft:
         while True:
             near, far = self.polygons.find_affected(cut, flat, len(self.samples))
             old = np.concatenate([near, far])
-            parts = [fresh] if old_leaves is None else [fresh, old_leaves.take(old)]
+            parts = [fresh, old_leaves.take(old)] if len(old) else [fresh]
             leaves = Leaves.concatenate(parts)
             self.task.limits.spend(OVERHEAD * len(leaves))
             boundaries = trace_boundaries(self.border_places, leaves, self.halvings)

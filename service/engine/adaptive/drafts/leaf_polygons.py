@@ -7,7 +7,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.adaptive.cutting.cells import Leaves
+from service.engine.adaptive.cutting.cells import NO_LEAVES, Leaves
 from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
 
 NONE = np.empty(0, dtype=np.intp)
@@ -18,8 +18,8 @@ class LeafPolygons:
 
     Attributes
     ----------
-    leaves : Leaves or None
-        All leaves since the first round, also those that were cut; None before the first round.
+    leaves : Leaves
+        All leaves since the first round, also those that were cut.
     is_present : ndarray of bool, shape (L,)
         Whether the leaf is not cut.
     first, size : ndarray of int, shape (L,)
@@ -32,7 +32,7 @@ class LeafPolygons:
 
     def __init__(self, segments: int) -> None:
         self._segments = segments
-        self.leaves: Leaves | None = None
+        self.leaves = NO_LEAVES
         self.is_present = np.zeros(0, dtype=bool)
         self.first = self.size = self.owner = self.polygon = NONE
         self.touching = np.empty((2, 0), dtype=np.intp)
@@ -55,8 +55,6 @@ class LeafPolygons:
         samples : int
             Number of samples of the draft.
         """
-        if self.leaves is None:
-            return NONE, NONE
         is_cut = np.zeros(len(self.is_present), dtype=bool)
         is_cut[cut] = True
         near = is_cut.copy()
@@ -123,11 +121,6 @@ class LeafPolygons:
         """
         rows, numbers = renewed
         count, size = len(fresh), boundaries.start[1:] - boundaries.start[:-1]
-        if self.leaves is None:
-            self.leaves, self.is_present = fresh, np.ones(count, dtype=bool)
-            self.first, self.size, self.polygon = boundaries.start[:-1], size, polygon
-            self.owner, self.touching = np.repeat(np.arange(count), size), boundaries.touching
-            return
         self.leaves = Leaves.concatenate([self.leaves, fresh])
         self.is_present[cut] = False
         self.is_present = np.concatenate([self.is_present, np.ones(count, dtype=bool)])

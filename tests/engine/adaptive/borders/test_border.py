@@ -57,14 +57,14 @@ def test_neighbours_share_vertices_and_order_does_not_matter(
         frozenset(pair)
         for face in range(4)
         for side in range(4)
-        for pair in [result.side(face, side)[1]]
+        for pair in [result.find_side(face, side)[1]]
     }
     assert len(pairs) == 12
-    bits = result.bits()
-    again = build_border([pieces[1][k] for k in order], Goal(tolerance)).bits()
+    bits = result.list_bits()
+    again = build_border([pieces[1][k] for k in order], Goal(tolerance)).list_bits()
     for place, k in enumerate(order):
         assert again[4 * place : 4 * place + 4] == bits[4 * k : 4 * k + 4]
-        alone = build_border([pieces[1][k]], Goal(tolerance)).bits()
+        alone = build_border([pieces[1][k]], Goal(tolerance)).list_bits()
         assert alone == bits[4 * k : 4 * k + 4]
 
 
@@ -97,8 +97,8 @@ def test_splines_that_meet_agree_without_knowing_each_other(
     for tolerance in (3.0, 0.1, 1e-2):
         result = build_border(one.lower(), Goal(tolerance))
         check_border(result, tolerance)
-        side = result.side(0, 1)[2]
-        bits = build_border(two.lower(), Goal(tolerance)).bits()
+        side = result.find_side(0, 1)[2]
+        bits = build_border(two.lower(), Goal(tolerance)).list_bits()
         assert min(side.tobytes(), side[::-1].tobytes()) in bits
 
 
@@ -110,9 +110,9 @@ def test_flat_spans_are_merged_along_the_border() -> None:
     net[0, 11, 2] = 1
     result = build_border(BsplineSurface(net).lower(), Goal(0.1))
     check_border(result, 0.1)
-    assert [len(result.side(0, side)[0]) for side in (1, 2, 3)] == [2, 2, 2]
+    assert [len(result.find_side(0, side)[0]) for side in (1, 2, 3)] == [2, 2, 2]
     # Flat spans far from the point add no vertices.
-    at = np.array(result.side(0, 0)[0]) / SPAN
+    at = np.array(result.find_side(0, 0)[0]) / SPAN
     assert 4 < len(at) < 16
     assert not ((at > 0) & (at < 5)).any()
 
@@ -132,10 +132,10 @@ def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -
     result = build_border(model, Goal(100.0))
     check_border(result, 100.0)
     for side in (0, 1):
-        vertex = result.side(0, side)[1]
+        vertex = result.find_side(0, side)[1]
         assert vertex[0] == vertex[-1]
         assert len(set(vertex)) >= 3
-    assert result.side(0, 2)[1] == result.side(0, 3)[1]
+    assert result.find_side(0, 2)[1] == result.find_side(0, 3)[1]
 
 
 @pytest.mark.parametrize("thickness", [0.12, 0.2, 1.0])
@@ -149,7 +149,7 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
     wing = [np.stack([side, translate(side, 0, 3)]) for side in (upper, lower)]
     result = build_border(wing, Goal(10.0))
     check_border(result, 10.0)
-    ends = [result.side(face, 0)[1] for face in range(2)]
+    ends = [result.find_side(face, 0)[1] for face in range(2)]
     assert [len(vertex) for vertex in ends] == [3, 3]
     assert ends[0][1] != ends[1][1]
     assert [{vertex[0], vertex[-1]} for vertex in ends] == [{ends[0][0], ends[0][-1]}] * 2
@@ -169,9 +169,9 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
     model = build_model(
         [np.stack([line, translate(line, 1)])], None if weights is None else [weights]
     )
-    assert len(build_border(model, Goal(0.5)).side(0, 0)[0]) == 2
+    assert len(build_border(model, Goal(0.5)).find_side(0, 0)[0]) == 2
     result = build_border(model, Goal(0.5, two_sided=True))
-    at, _, points = result.side(0, 0)
+    at, _, points = result.find_side(0, 0)
     check_border(result, 0.5)
     assert len(at) > 2
     for a, b, p, q in zip(at, at[1:], points, points[1:], strict=False):
@@ -181,11 +181,11 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
             basis *= 1.0 if weights is None else weights[0]
             there = basis @ line / basis.sum()
             assert np.linalg.norm(there - p - (q - p) * k / 8) <= 1.0
-    # Of a spline each span has an equal share of the chord.
+    # Each span of a spline has an equal share of the chord.
     net = np.stack([translate(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
     spline = BsplineSurface(net, (1, 1)).lower()
-    assert len(build_border(spline, Goal(5.0)).side(0, 0)[0]) == 2
-    assert len(build_border(spline, Goal(5.0, two_sided=True)).side(0, 0)[0]) == 3
+    assert len(build_border(spline, Goal(5.0)).find_side(0, 0)[0]) == 2
+    assert len(build_border(spline, Goal(5.0, two_sided=True)).find_side(0, 0)[0]) == 3
 
 
 def test_tolerances_below_the_rounding_are_refused() -> None:
@@ -206,7 +206,7 @@ def test_tolerances_below_the_rounding_are_refused() -> None:
     ("scale", "rational"),
     [(3e38, False), (3e38, True), (1e-30, False), (1e-30, True), (4e-321, False)],
 )
-def test_no_size_is_too_large_or_too_small(scale: float, rational: bool) -> None:
+def test_borders_of_huge_and_of_tiny_surfaces_are_divided(scale: float, rational: bool) -> None:
     """Coordinates from the largest to subnormal numbers, with weights of any ratio."""
     rng = np.random.default_rng(1)
     net = rng.uniform(-1, 1, (4, 6, 3)) * scale
@@ -230,11 +230,11 @@ def test_a_side_that_is_shared_in_part_is_divided_edge_by_edge() -> None:
     ring[-1] = ring[0]
     net = np.stack([translate(ring, 0, 0, k) for k in range(5)], axis=1)
     whole = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
-    assert len(whole.side(0, 0)[0]) == 2
+    assert len(whole.find_side(0, 0)[0]) == 2
     net[-1, 3:] += (0, 0.5, 0)
     result = build_border(BsplineSurface(net, (3, 1)).lower(), Goal(0.1))
     check_border(result, 0.1)
-    sides = [result.side(0, side) for side in (0, 1)]
+    sides = [result.find_side(0, side) for side in (0, 1)]
     for at, _, _ in sides:
         assert at == [k * SPAN for k in range(5)]
     assert sides[0][1][:3] == sides[1][1][:3]

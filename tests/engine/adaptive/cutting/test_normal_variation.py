@@ -40,6 +40,7 @@ def build_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
 
 
 def find_cut(cuts: tuple[Bools, Bools]) -> tuple[bool, bool]:
+    """Whether the only cell is cut for its normals, and whether its v is halved."""
     return bool(cuts[0][0]), bool(cuts[1][0])
 
 
@@ -54,7 +55,7 @@ def test_an_arc_turns_by_its_angle(turn: float) -> None:
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-15])
-def test_a_pole_has_the_normal_that_the_others_lead_to(noise: float) -> None:
+def test_the_normal_at_a_pole_is_extrapolated_from_its_neighbours(noise: float) -> None:
     """The cap of a sphere, also if the points of its pole differ by rounding."""
     u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
     cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)

@@ -30,7 +30,7 @@ def place_around(below: int, right: int, above: int, left: int) -> tuple[Array, 
     return np.concatenate(x), np.concatenate(y)
 
 
-def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
+def triangulate_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
     """Triangles of one polygon, and twice their areas."""
     triangles, polygon = triangulate_polygons(
         np.array([len(x)]), x, y, np.stack([x, y, z]), form[:, None]
@@ -45,13 +45,13 @@ def cut_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Array]:
 def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
     """Polygons with few or many corners, in any position."""
     x, y = place_around(*between)
-    triangles, areas = cut_one(x, y, np.zeros(len(x)), FLAT)
+    triangles, areas = triangulate_one(x, y, np.zeros(len(x)), FLAT)
     assert len(triangles) == len(x) - 2
     assert (areas > 0).all()
     assert areas.sum() == pytest.approx(2.0)
 
 
-def test_all_ways_are_listed() -> None:
+def test_all_triangulations_are_listed() -> None:
     """All listed ways are different, and their number is a Catalan number."""
     for corners in range(4, ALL + 1):
         result = list_triangulations(corners)
@@ -61,7 +61,7 @@ def test_all_ways_are_listed() -> None:
 
 
 @given(st.integers(4, ALL), st.integers(0, 99))
-def test_the_best_way_is_found_among_all_and_step_by_step(corners: int, seed: int) -> None:
+def test_both_methods_find_a_triangulation_of_the_least_cost(corners: int, seed: int) -> None:
     """Both methods find a triangulation of the same cost."""
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
     least = costs[_choose_among_all(costs, corners), np.arange(5)].sum(axis=0)
@@ -77,7 +77,7 @@ def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
     for sign, ends in ((1.0, {0, 2}), (-1.0, {1, 3})):
         # Heights (x − y)² or (x + y)²: none along the one diagonal, most along the other.
         form = np.array([1.0, 0, 1, 1, -sign, 1, 0.5])
-        triangles, _ = cut_one(x, y, np.zeros(len(x)), form)
+        triangles, _ = triangulate_one(x, y, np.zeros(len(x)), form)
         across = {1, 3} if sign > 0 else {0, 2}
         edges = [
             {a, b}
