@@ -27,14 +27,9 @@ class Effort:
     reserve: float = 0.0
 
     def spend(self, work: float) -> None:
-        """Add to the work spent, before the work is done.
+        """Add to the work spent; raise `TooLarge` beyond the limit, `Cancelled` if cancelled.
 
-        Raises
-        ------
-        TooLarge
-            `too_costly` if the work exceeds the limit. It does not count, because it is not done.
-        Cancelled
-            If the work is cancelled.
+        Work beyond the limit is not added, because it is not done.
         """
         checkpoint()
         if self.spent + work > self.limit - self.reserve:

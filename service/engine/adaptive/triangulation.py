@@ -124,16 +124,8 @@ EDGES = ((0, 1), (1, 2), (2, 0))
 def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Triangulation:
     """The triangulation without triangles that have two corners at one place.
 
-    Parameters
-    ----------
-    stored : ndarray, shape (V, 3)
-        Its vertices as the file stores them.
-
-    Returns
-    -------
-    Triangulation
-        The same object if it has no flat triangle, or a flat one without a triangle beside it that
-        stays.
+    `stored` (V, 3) are its vertices as the file stores them. The result is the same object if it
+    has no flat triangle, or a flat triangle without a triangle beside it that stays.
     """
     corners = triangulation.vertex[triangulation.triangles]
     following = corners[:, [1, 2, 0]]

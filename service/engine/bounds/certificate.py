@@ -4,19 +4,18 @@ No point of the surface is further from the mesh than the largest bound of its p
 
 1. **The parts cover the whole surface.** A part is a triangle of places (integers); the parts
    divide the faces. Cut into pieces at knot lines, they still cover every place (`clip`). Each
-   piece is in
-   one Bézier patch, at parameters that are exact in float64.
+   piece is in one Bézier patch, at parameters that are exact in float64.
 2. **Over a piece the surface is in the hull of a net.** A polynomial of degree (p, q) is, over a
    triangle of parameters, a triangular net of degree p + q (`blossoms`): S = Σ B_ijk b_ijk. The
    Bernstein polynomials are not negative and add up to 1. A rational one is S = Σ B_ijk w_ijk b_ijk
    / Σ B_ijk w_ijk, a mean of the b_ijk as well, because blossoms of positive weights at parameters
    in [0, 1] are positive. Where p + q is large, S is near a net of lower degree
    (`degree_reduction`).
-3. **The distance from a piece to a triangle of the mesh, the reference triangle of its part, is at
-   most the distance from the farthest point of the net**, because the distance to a convex set is a
-   convex function. Heights over the plane of the reference triangle and places in it may be bounded
-   separately, and the reference triangle may be enlarged by parts of its neighbours (`distance`).
-   Heights are bounded by their quadratic part and a remainder. For rational heights
+3. **No point of a piece is further from a triangle of the mesh, the reference triangle of its part,
+   than the farthest point of the net**, because the distance to a convex set is a convex function.
+   Heights over the plane of the reference triangle and places in it may be bounded separately, and
+   the reference triangle may be enlarged by parts of its neighbours (`distance`). Heights are
+   bounded by their quadratic part and a remainder. For rational heights
 
        h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk
 

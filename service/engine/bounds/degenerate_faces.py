@@ -41,11 +41,7 @@ def bound_missing_distances(
     """Bounds (P,) of the distance that missing triangles add to the deviation of each patch.
 
     Bounds are 0 for patches without missing triangles, thus if `layout.may_lose_faces` is false.
-
-    Parameters
-    ----------
-    positions : ndarray, shape (N, 3)
-        The samples in the precision of the file.
+    `positions` (N, 3) are the samples in the precision of the file.
     """
     # Without welding, two samples share a place only on sides that are one point.
     folds = layout.may_fold and options.weld

@@ -42,8 +42,8 @@ where d(S, T) and d(S, K) stand for the lesser of their two bounds.
 **Few points.** A place inside T has distance 0 from T, and most places of a net are inside. Every
 other place is measured to all three edges, and to the wedges on them.
 
-A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, as long
-as its net stays above them: θ = 0.
+A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, if all
+points of its net lie in these triangles, because θ = 0.
 
 Rounding is in `certificate_rounding`.
 """

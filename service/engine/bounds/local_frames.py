@@ -74,12 +74,8 @@ class LocalFrames:
     def restrict(self, nets: FloatArray, places: FloatArray) -> LocalNets:
         """The nets of pieces, with bounds of their deviations.
 
-        Parameters
-        ----------
-        nets : ndarray of float64, shape (m, D, p+1, q+1)
-            The nets of the patches of the pieces, in model units.
-        places : ndarray of float64, shape (3, 2, m)
-            The corners of the pieces, as parameters of the patches.
+        `nets` (m, D, p+1, q+1) are those of the patches of the pieces, in model units; `places`
+        (3, 2, m) are the corners of the pieces, as parameters of the patches.
         """
         framed = self.triangles.to_frames(nets, 1.0 / self.unit)
         net = build_triangle_nets(framed, places, ordered=self.ordered)

@@ -110,23 +110,18 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
     """Bounds (m,) of the distances from patches of a block to triangles between their points."""
     ru, rv = block.resolution
     if isinstance(patches, TrianglePatches):
-        return bound_triangle_deviations(patches, ru) + bound_bending_rounding(
-            patches, 1 / ru, 1 / ru
-        )
+        rounding = bound_bending_rounding(patches, 1 / ru, 1 / ru)
+        return bound_triangle_deviations(patches, ru) + rounding
     p, q = patches.degree
+    rounding = bound_bending_rounding(patches, 1 / ru, 1 / rv)
     numbers = block.first + block.patches if layout.is_framed else block.patches
     is_separate = layout.extra[numbers] >= 0 if layout.is_framed else None
     if is_separate is None or not is_separate.any():
         if is_small(patches, (ru, rv)):
-            return bound_grid_deviations(patches, (ru, rv)) + bound_bending_rounding(
-                patches, 1 / ru, 1 / rv
-            )
-        bends = bound_second_derivatives(
-            patches, (ru, rv), (count_blocks(ru, p), count_blocks(rv, q))
-        )
-        return bends.bound_deviations(1 / ru, 1 / rv) + bound_bending_rounding(
-            patches, 1 / ru, 1 / rv
-        )
+            return bound_grid_deviations(patches, (ru, rv)) + rounding
+        blocks = count_blocks(ru, p), count_blocks(rv, q)
+        bends = bound_second_derivatives(patches, (ru, rv), blocks)
+        return bends.bound_deviations(1 / ru, 1 / rv) + rounding
     sides = np.where(is_separate, layout.inner[numbers] + 1, np.inf)
     # A strip joins a line of m divisions to a line of n divisions. Each of its triangles is at most
     # 1/m or 1/n long along these lines, and one cell wide across them. It may lie in any block, so

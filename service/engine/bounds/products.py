@@ -115,7 +115,7 @@ _WORKSPACES = Workspaces(_Workspace)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Plan:
-    """The matrices for patches of one degree (p, q) at some divisions.
+    """The matrices for patches of one degree (p, q) and one number of divisions.
 
     Attributes
     ----------

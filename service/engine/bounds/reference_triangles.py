@@ -94,10 +94,8 @@ def build_reference_triangles(
 ) -> ReferenceTriangles:
     """The triangles with these vertices (3, 3, m), axis 1 their coordinates.
 
-    Parameters
-    ----------
-    across : ndarray of float64, shape (3, 3, m)
-        The vertex opposite each edge in the triangle beyond it, if it is `joined`, shape (3, m).
+    `across` (3, 3, m) has the opposite vertex of the triangle beyond each edge; `joined` (3, m)
+    marks edges with a triangle beyond.
     """
     origin = vertices[0]
     away = np.concatenate([vertices[1:], across]) - origin

@@ -20,6 +20,7 @@ from service.bases.arrays import FloatArray, RealArray
 from service.bases.bernstein import sample_basis
 from service.bases.homogeneous import to_homogeneous
 from service.bases.row_batches import row_slices
+from service.engine.bounds.certificate_rounding import UNIT
 from service.engine.evaluation.evaluate import choose_formulation
 from service.engine.mesh.connectivity import SAME_WEIGHT
 from service.engine.mesh.degree_matching import SAME_CURVE
@@ -35,9 +36,6 @@ MARGIN = 1.02
 
 STEPS = 1 + 2.0**-30
 """Factor for the rounding of bounds in float64, and of the steps of up to 2^16 divisions."""
-
-UNIT = 2.0**-53
-"""Relative error of an operation in float64."""
 
 PRECISIONS: dict[Real, tuple[float, float]] = {
     dtype: (float(np.finfo(dtype).eps) / 2, float(np.finfo(dtype).tiny))
@@ -124,12 +122,7 @@ def measure_errors(
 
     Vertices are compared with points by `matrix` in float64. For forward differences a bound that
     depends on the degree alone would be too large to be useful. Each of these methods takes several
-    times as long as the comparison.
-
-    Parameters
-    ----------
-    positions : ndarray, shape (m, samples, 3)
-        The stored samples of the m patches.
+    times as long as the comparison. `positions` (m, samples, 3) are the stored samples.
     """
     shift = origin - patches.middle
     nets = to_homogeneous(patches.points - patches.middle, patches.weights)

@@ -116,11 +116,8 @@ def bound_net_rounding(size: FloatArray, far: FloatArray, degree: int) -> FloatA
 
     Each of the n levels of a halving computes means, with errors of ε/2 of the largest coordinate.
     Weights, quotients and distances add a few ε, and storing the ends of a chord adds 2 ε `far`.
-
-    Parameters
-    ----------
-    size, far : ndarray of float64, shape (M,)
-        Largest coordinates of nets about their first points, and about the model's origin.
+    `size` and `far` (M,) are the largest coordinates of nets about their first points, and about
+    the origin of the model.
     """
     slack: FloatArray = EPS * (size * (2.0 * DEPTH * degree + 16.0) + 2.0 * far)
     return slack

@@ -50,23 +50,12 @@ class SideNormals:
     def measure_turns(
         self, edge: Ints, against: Bools, begin: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Turns of unit normals along parts of edges, as distances of unit vectors.
+        """Turns of unit normals along M parts of edges, as distances of unit vectors.
 
-        The distances of the normals at both ends of a part from the normal in its middle are
-        measured on all patches at the edge.
-
-        Parameters
-        ----------
-        edge : ndarray of int, shape (M,)
-        against : ndarray of bool, shape (M,)
-            Whether parameters are counted against the direction of the edge.
-        begin, end : ndarray of float64, shape (M,)
-            Parameters of the ends of parts, in [0, 1].
-
-        Returns
-        -------
-        half, total : ndarray of float64, shape (M,)
-            The larger of the two distances, and their sum; each is the largest of all patches.
+        On each patch at the edge, the normals at both ends of a part are compared with the normal
+        in its middle. Returns the larger of the two distances (M,), and their sum (M,); each is the
+        largest of all patches. `begin` and `end` (M,) are parameters in [0, 1]; `against` (M,) says
+        whether they are counted against the direction of the edge.
         """
         run = self.number[edge]
         part, row = expand_runs(self.count[run], self.start[run])

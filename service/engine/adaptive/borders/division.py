@@ -78,12 +78,10 @@ def divide_chains(
     *,
     normals: SideNormals | None,
 ) -> Division:
-    """Divide every chain into pieces that may be straight; other parameters: `divide_border`.
+    """Divide every chain into pieces that may be straight.
 
-    Parameters
-    ----------
-    faces : int
-        Number of faces that have the chains as sides.
+    `faces` is the number of faces that have the chains as sides; for the other parameters and the
+    errors see `divide_border`.
     """
     pieces = SidePieces(faces, most)
     pieces.add(chains.uses)
@@ -141,16 +139,8 @@ def halve_edges(
     """Halve single edges until their parts may be straight.
 
     Blocks of parts are halved one after the other, the last ones first, so that few parts wait.
-
-    Parameters
-    ----------
-    single : (row, cuts, again)
-        The edges, the number of cuts that led to each, and whether it must be cut in any case.
-
-    Returns
-    -------
-    list of (row, at, net)
-        Edges, places and first points of the straight parts.
+    `single` has the last three results of `cut_at_knots`. The result is a list of (edges, places,
+    first control points) of straight parts.
     """
     block = max(1, CHUNK // curves.nets[0].size)
     straight_parts: list[tuple[Ints, Ints, FloatArray]] = []

@@ -82,8 +82,10 @@ class Leaves(Cells):
     form: FloatArray
 
 
+NO_NUMBERS = np.empty(0, dtype=np.intp)
+
 NO_LEAVES = Leaves(
-    np.empty(0, dtype=np.intp),
+    NO_NUMBERS,
     np.empty((4, 0), dtype=np.intp),
     np.zeros(0, dtype=bool),
     np.zeros(0, dtype=bool),
@@ -107,12 +109,9 @@ class Task:
 
     def find_patches_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
         """The patches (m,) at places; on a knot line the patch after it, if there is one."""
-        faces = self.faces
-        k, l = (  # noqa: E741
-            np.minimum(place // SPAN, faces.spans[face, axis] - 1)
-            for axis, place in enumerate((u, v))
-        )
-        patch: Ints = faces.first[face] + k * faces.stride[face] + l
+        faces, last = self.faces, self.faces.spans[face] - 1
+        span_u, span_v = np.minimum(u // SPAN, last[:, 0]), np.minimum(v // SPAN, last[:, 1])
+        patch: Ints = faces.first[face] + span_u * faces.stride[face] + span_v
         return patch
 
     def find_border_sides(self, cells: Cells) -> Bools:

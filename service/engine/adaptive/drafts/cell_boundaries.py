@@ -81,10 +81,8 @@ class CellBoundaries:
 def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints) -> CellBoundaries:
     """The boundaries of leaves that cover faces, or a part of them, without overlap.
 
-    Parameters
-    ----------
-    halvings : ndarray of int, shape (M,)
-        Number of halvings of the height of the strip after each entry of the border.
+    `halvings` (M,) has the number of halvings of the height of the strip after each entry of the
+    border.
     """
     count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
     places, vertex = leaves.box[CORNER_ROWS], np.full((4, count), -1)

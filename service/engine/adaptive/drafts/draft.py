@@ -15,11 +15,11 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import expand_runs
 from service.engine.adaptive.borders.border import Border, BorderPlaces
-from service.engine.adaptive.cutting.cells import Cells, Leaves, Task
+from service.engine.adaptive.cutting.cells import NO_NUMBERS, Cells, Leaves, Task
 from service.engine.adaptive.cutting.subdivision import divide_cells
 from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries, trace_boundaries
 from service.engine.adaptive.drafts.draft_triangles import DraftSamples, DraftTriangles, Store
-from service.engine.adaptive.drafts.leaf_polygons import NONE, LeafPolygons
+from service.engine.adaptive.drafts.leaf_polygons import LeafPolygons
 from service.engine.adaptive.drafts.triangles import TriangleRows, build_triangles
 from service.engine.adaptive.triangulation import Triangulation
 
@@ -57,7 +57,7 @@ class Draft:
         self.polygons = LeafPolygons(len(border.at))
         self.triangles = DraftTriangles()
 
-    def renew(self, fresh: Leaves, cut: Ints = NONE, flat: Ints = NONE) -> None:
+    def renew(self, fresh: Leaves, cut: Ints = NO_NUMBERS, flat: Ints = NO_NUMBERS) -> None:
         """Replace the leaves `cut` by `fresh` leaves, and triangulate the strips over `flat` again.
 
         Parameters

@@ -14,7 +14,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.adaptive.borders.border import Border
-from service.engine.adaptive.cutting.cells import Task
+from service.engine.adaptive.cutting.cells import NO_NUMBERS, Task
 from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
 from service.engine.adaptive.drafts.triangles import (
     INDEX,
@@ -26,8 +26,6 @@ from service.engine.adaptive.drafts.triangles import (
     number_directed_edges,
     number_edges,
 )
-
-NONE = np.empty(0, dtype=np.intp)
 
 Store = Callable[[FloatArray], FloatArray]
 """Rounds positions (V, 3) as a format stores them, and returns them as float64."""
@@ -49,7 +47,7 @@ class DraftSamples:
     def __init__(self, task: Task, border: Border, store: Store) -> None:
         self._task, self._store = task, store
         self._border_count = len(border.points)
-        self.face = self.u = self.v = self.vertex = self.entry = np.empty(0, dtype=np.intp)
+        self.face = self.u = self.v = self.vertex = self.entry = NO_NUMBERS
         self.points, self.positions = border.points, store(border.points)
 
     def __len__(self) -> int:
@@ -58,10 +56,8 @@ class DraftSamples:
     def number(self, boundaries: CellBoundaries, is_used: Bools) -> Ints:
         """The numbers of the samples of boundaries; new samples are added.
 
-        Parameters
-        ----------
-        is_used : ndarray of bool, shape (N,)
-            Marks samples that the boundaries may have. The samples of the border are marked here.
+        `is_used` (N,) marks samples that the boundaries may have. The samples of the border are
+        marked here.
         """
         number = np.full(len(boundaries.face), -1)
         if len(self.face):
@@ -99,14 +95,9 @@ class DraftSamples:
         self.vertex = np.concatenate([self.vertex, vertex])
 
     def sort(self, is_used: Bools) -> tuple[Ints, Ints, FloatArray]:
-        """The samples in use, in the order of face, u, v.
+        """The samples in use (n,), in the order of face, u, v; their vertices (n,), numbered anew.
 
-        Returns
-        -------
-        samples, vertex : ndarray of int, shape (n,)
-            Numbers of the samples; their vertices, numbered anew.
-        points : ndarray of float64, shape (v, 3)
-            The vertices, those of the border first.
+        Also returns the points (v, 3) of these vertices, those of the border first.
         """
         is_used[self.entry] = True
         samples = is_used.nonzero()[0]
@@ -151,7 +142,7 @@ class DraftTriangles:
     def __init__(self) -> None:
         self.corners = self.vertices = np.empty((0, 3), dtype=np.intp)
         self.across = self.corners
-        self.leaf = self.segment = self.base = self.reference = self.bare = NONE
+        self.leaf = self.segment = self.base = self.reference = self.bare = NO_NUMBERS
         self.is_alive = self.is_changed = self.is_flat = np.zeros(0, dtype=bool)
         self.crossed = np.empty((0, 2), dtype=np.intp)
 
@@ -210,12 +201,12 @@ class DraftTriangles:
         Neighbours change only at the marked edges (m, 3).
         """
         number = np.arange(len(self.reference))[rows]
-        kept = ~self.is_flat[rows]
-        self.bare = NONE
-        if not kept.all():
-            self._find_references(number, kept, edges)
+        has_area = ~self.is_flat[rows]
+        self.bare = NO_NUMBERS
+        if not has_area.all():
+            self._find_references(number, has_area, edges)
         vertex, corners = self.vertices[rows], self.corners[rows]
-        across, crowd = find_neighbours(vertex, kept, samples.face[corners[:, 0]])
+        across, crowd = find_neighbours(vertex, has_area, samples.face[corners[:, 0]])
         changed = edges & (self.across[rows] != across)
         self.is_changed[number[changed.any(axis=1)]] = True
         self.across[rows] = np.where(edges, across, self.across[rows])
@@ -226,13 +217,13 @@ class DraftTriangles:
             self.crossed = find_crossed_edges(corners, crowd)
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
-    def _find_references(self, rows: Ints, is_kept: Bools, edges: Bools) -> None:
+    def _find_references(self, rows: Ints, has_area: Bools, edges: Bools) -> None:
         """Find reference triangles for the flat triangles, and the leaves that are bare.
 
-        `is_kept` marks triangles that are not flat.
+        `has_area` marks triangles that are not flat.
         """
         corners, reference = self.corners[rows], self.reference[rows]
-        flat = ~is_kept & (reference >= 0)
+        flat = ~has_area & (reference >= 0)
         reference[flat] = np.where(self.is_alive[reference[flat]], reference[flat], -1)
         moved = reference < 0
         if moved.any():
@@ -240,7 +231,7 @@ class DraftTriangles:
         self.reference[rows] = reference
         self.is_changed[rows[moved]] = True
         del reference
-        side = ((~is_kept[:, np.newaxis] & edges).ravel()).nonzero()[0]
+        side = ((~has_area[:, np.newaxis] & edges).ravel()).nonzero()[0]
         forth, back = number_directed_edges(corners)
         back = back[side]
         del corners
@@ -250,7 +241,7 @@ class DraftTriangles:
         keys = number_edges(vertex)
         ends = vertex.ravel()[side], vertex[side // 3, (side + 1) % 3]
         del vertex
-        is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(is_kept, 3)])
+        is_open = (ends[0] != ends[1]) & ~is_among(keys[side], keys[np.repeat(has_area, 3)])
         self.bare = np.unique(self.leaf[rows[side[is_open] // 3]])
 
     def drop_neighbours(self) -> None:

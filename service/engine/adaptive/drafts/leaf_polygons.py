@@ -7,10 +7,8 @@ import numpy as np
 
 from service.bases.arrays import Bools, Ints
 from service.bases.row_batches import expand_runs
-from service.engine.adaptive.cutting.cells import NO_LEAVES, Leaves
+from service.engine.adaptive.cutting.cells import NO_LEAVES, NO_NUMBERS, Leaves
 from service.engine.adaptive.drafts.cell_boundaries import CellBoundaries
-
-NONE = np.empty(0, dtype=np.intp)
 
 
 class LeafPolygons:
@@ -34,7 +32,7 @@ class LeafPolygons:
         self._segments = segments
         self.leaves = NO_LEAVES
         self.is_present = np.zeros(0, dtype=bool)
-        self.first = self.size = self.owner = self.polygon = NONE
+        self.first = self.size = self.owner = self.polygon = NO_NUMBERS
         self.touching = np.empty((2, 0), dtype=np.intp)
 
     def mark_samples(self, leaves: Bools, samples: int) -> Bools:
@@ -46,21 +44,15 @@ class LeafPolygons:
     def find_affected(self, cut: Ints, flat: Ints, samples: int) -> tuple[Ints, Ints]:
         """The leaves that may change because other leaves are cut, and the leaves around these.
 
-        Parameters
-        ----------
-        cut : ndarray of int
-            Leaves that are cut.
-        flat : ndarray of int
-            Segments of the border whose strips become flatter.
-        samples : int
-            Number of samples of the draft.
+        `cut` and `flat` are the arguments of `Draft.renew`; `samples` is the number of samples of
+        the draft.
         """
         is_cut = np.zeros(len(self.is_present), dtype=bool)
         is_cut[cut] = True
         near = is_cut.copy()
         self._add_neighbours(near, flat, samples)
         far = near.copy()
-        self._add_neighbours(far, NONE, samples)
+        self._add_neighbours(far, NO_NUMBERS, samples)
         return (near & ~is_cut).nonzero()[0], (far & ~near).nonzero()[0]
 
     def _add_neighbours(self, leaves: Bools, segments: Ints, samples: int) -> None:

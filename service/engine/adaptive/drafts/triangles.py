@@ -114,12 +114,8 @@ def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
 
     The tip of the base is the last lifted corner in the first half of the segment. If one end of
     the segment is a pole, all other triangles have the other end as a corner, because lifted
-    corners may be in line with a pole. `base` counts the triangles of strips.
-
-    Parameters
-    ----------
-    rows : ndarray of int
-        The lifted corners of the strips, as rows of `boundaries.lifted`.
+    corners may be in line with a pole. `base` counts the triangles of strips. `rows` are the rows
+    of `boundaries.lifted` with the lifted corners of the strips.
     """
     segment, lifted = boundaries.segment[rows], boundaries.lifted[rows]
     count = len(segment)
@@ -217,7 +213,7 @@ def assign_references(corners: Ints, leaf: Ints, reference: Ints) -> None:
             reference[waiting[open_]] = offered
 
 
-def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Ints]:
+def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, Ints]:
     """The vertices across edges, and the edges that more than two triangles have.
 
     Only triangles of one face are neighbours, so that the triangles of a face do not depend on the
@@ -227,13 +223,13 @@ def find_neighbours(vertex: Ints, is_kept: Bools, face: Ints) -> tuple[Ints, Int
     -------
     across : ndarray of int32, shape (T, 3)
         For each edge the opposite vertex of the triangle beyond the edge; −1 unless exactly two
-        triangles that are kept, of one face, have the edge.
+        triangles with an area, of one face, have the edge.
     crowd : ndarray of int
         The edges of more than two triangles, as 3 · triangle + k.
     """
     # Memory is at its peak here: arrays are deleted as soon as possible.
     keys = number_edges(vertex)
-    dropped = np.repeat(~is_kept, 3)
+    dropped = np.repeat(~has_area, 3)
     keys[dropped] = -1
     sides = np.argsort(keys)[np.count_nonzero(dropped) :]
     keys = keys[sides]
