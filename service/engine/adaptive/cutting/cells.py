@@ -110,7 +110,8 @@ class Task:
     def find_patches_at(self, face: Ints, u: Ints, v: Ints) -> Ints:
         """The patches (m,) at places; on a knot line the patch after it, if there is one."""
         faces, last = self.faces, self.faces.spans[face] - 1
-        span_u, span_v = np.minimum(u // SPAN, last[:, 0]), np.minimum(v // SPAN, last[:, 1])
+        span_u: Ints = np.minimum(u // SPAN, last[:, 0])
+        span_v: Ints = np.minimum(v // SPAN, last[:, 1])
         patch: Ints = faces.first[face] + span_u * faces.stride[face] + span_v
         return patch
 
