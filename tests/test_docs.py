@@ -11,14 +11,14 @@ from service.engine.options import Method
 from service.pipeline.limits import Limits
 from service.schemas.options import MeshOptionFields
 from service.surface.examples import EXAMPLES
-from tools.picture import listing
+from tools.picture import write_examples_page
 
 DOCS = Path(__file__).parents[1] / "docs"
 METHODS = (DOCS / "methods.md").read_text(encoding="utf-8")
 
 
 def test_the_page_of_examples_lists_all_examples() -> None:
-    assert (DOCS / "examples.md").read_text(encoding="utf-8") == listing()
+    assert (DOCS / "examples.md").read_text(encoding="utf-8") == write_examples_page()
 
 
 def test_each_example_has_one_picture() -> None:

@@ -35,15 +35,16 @@ def draw_distance_map() -> NDArray[np.uint8]:
         (np.arange(WIDTH) + 0.5) / HEIGHT - WIDTH / HEIGHT / 2,
         0.5 - (np.arange(HEIGHT) + 0.5) / HEIGHT,
     )
-    up = 2 if model.up == "z" else 1
+    up_axis = 2 if model.up == "z" else 1
     points = np.tile(middle, (x.size, 1))
     points[:, 0] += size * x.ravel()
-    points[:, up] += size * z.ravel()
+    points[:, up_axis] += size * z.ravel()
     columns = project_on_surface(model, ProjectQuery(points, 1e-4, sign=True))
     distance = columns["distances"] / (size * WIDTH / HEIGHT)
     depth = np.minimum(3 * distance, 0.9)[:, np.newaxis]
     color = np.where(columns["signs"][:, np.newaxis] < 0, INSIDE, OUTSIDE)
     pixels = color + (BACKGROUND - color) * depth
+    # Lines are 0.12 of a band wide; the surface itself is almost black.
     is_line = np.abs(distance * BANDS - np.rint(distance * BANDS)) < 0.06
     pixels[is_line] *= 0.82
     pixels[distance < 0.0025] = 20

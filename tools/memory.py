@@ -47,8 +47,8 @@ class Measurement(NamedTuple):
     """The bytes that a mesh used, and the predicted bytes."""
 
     name: str
-    used: int
-    predicted: int
+    used_bytes: int
+    predicted_bytes: int
 
 
 def measure_memory(work: Callable[[], Any]) -> int:
@@ -66,8 +66,8 @@ def build_surfaces() -> dict[str, Surface]:
     random = np.random.default_rng(8)
     surfaces = {name: find(name).surface() for name in EXAMPLES}
     points, indices = random.normal(size=(500, 3)), random.integers
-    line = np.zeros((40, 40, 3))
-    line[..., 0] = np.arange(40)[:, np.newaxis]
+    line_net = np.zeros((40, 40, 3))
+    line_net[..., 0] = np.arange(40)[:, np.newaxis]
     weights = random.uniform(1, 2, (30, 30))
     nets = random.normal(size=(60, 60, 3)), random.normal(size=(30, 30, 3))
     channels = Channels(
@@ -81,7 +81,7 @@ def build_surfaces() -> dict[str, Surface]:
         "linear": BsplineSurface(nets[0], (1, 1)),
         "high": BsplineSurface(nets[1], (10, 9)),
         "degenerate": BsplineSurface(np.rint(nets[0])),
-        "line": BsplineSurface(line),
+        "line": BsplineSurface(line_net),
         "whole": BezierSurface(random.normal(size=(21, 18, 3)), random.uniform(1, 2, (21, 18))),
         "triangle": TriangleSurface(random.normal(size=(28, 3))),
         "soup": PatchSurface(
@@ -142,12 +142,12 @@ def measure_resident(name: str, divisions: int, fmt: str) -> Measurement:
     share_heap()
     surface, options = build_surfaces()[name], MeshOptions((divisions, divisions))
     plan_mesh(surface, MeshOptions((2, 2)), BY_NAME[fmt]).run()
-    before = resident_memory()
+    bytes_before = resident_memory()
     reset_peak()
     work = plan_mesh(surface, options, BY_NAME[fmt])
     work.run()
     title = f"{name} {divisions}×{divisions} {fmt}, resident"
-    return Measurement(title, peak_memory() - before - CACHE_BYTES, work.cost.memory)
+    return Measurement(title, peak_memory() - bytes_before - CACHE_BYTES, work.cost.memory)
 
 
 def print_measurement(measurement: Measurement) -> bool:
@@ -155,33 +155,40 @@ def print_measurement(measurement: Measurement) -> bool:
 
     Returns whether it used more. Lines of large meshes are always printed.
     """
-    is_more = measurement.used > measurement.predicted
-    is_much_less = measurement.used > 1 << 23 and measurement.predicted > 3 * measurement.used
-    if is_more or is_much_less or "resident" in measurement.name:
-        share = f"{measurement.used / 1e6:8.2f} MB of {measurement.predicted / 1e6:8.2f} MB"
-        print(f"{share}  {measurement.name}{'  TOO MUCH' if is_more else ''}", flush=True)
-    return is_more
+    exceeds_prediction = measurement.used_bytes > measurement.predicted_bytes
+    is_far_below_prediction = (
+        measurement.used_bytes > 1 << 23
+        and measurement.predicted_bytes > 3 * measurement.used_bytes
+    )
+    if exceeds_prediction or is_far_below_prediction or "resident" in measurement.name:
+        share = (
+            f"{measurement.used_bytes / 1e6:8.2f} MB of {measurement.predicted_bytes / 1e6:8.2f} MB"
+        )
+        print(
+            f"{share}  {measurement.name}{'  TOO MUCH' if exceeds_prediction else ''}", flush=True
+        )
+    return exceeds_prediction
 
 
 def main(names: list[str]) -> int:
     """Measures all surfaces, or the named ones; returns the exit status."""
     pin_blas()
-    excesses = count = 0
+    excess_count = count = 0
     for name, surface in build_surfaces().items():
         if not names or name in names:
             for measurement in measure_surface(name, surface):
                 count += 1
-                excesses += print_measurement(measurement)
+                excess_count += print_measurement(measurement)
     with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for name, divisions in LARGE:
             if not names or name in names:
                 for fmt in FORMATS:
                     count += 1
-                    excesses += print_measurement(
+                    excess_count += print_measurement(
                         pool.apply(measure_resident, (name, divisions, fmt.name))
                     )
-    print(f"{count} meshes, {excesses} of which used more than predicted.")
-    return 1 if excesses else 0
+    print(f"{count} meshes, {excess_count} of which used more than predicted.")
+    return 1 if excess_count else 0
 
 
 if __name__ == "__main__":

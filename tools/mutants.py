@@ -55,28 +55,28 @@ class Mutant:
 def _list_faults(node: ast.AST) -> Iterator[tuple[str, ast.AST, str]]:
     """The faults at a node: their kind, the part of the node that is replaced, and its new text."""
     match node:
-        case ast.Compare(left=left, ops=[op, *extra_options], comparators=others) if (
+        case ast.Compare(left=left, ops=[op, *other_operators], comparators=comparators) if (
             type(op) in COMPARISONS
         ):
-            flipped = ast.Compare(left, [COMPARISONS[type(op)](), *extra_options], others)
-            yield "comparison", node, f"({ast.unparse(flipped)})"
+            comparison = ast.Compare(left, [COMPARISONS[type(op)](), *other_operators], comparators)
+            yield "comparison", node, f"({ast.unparse(comparison)})"
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            changed = ast.BinOp(left, OPERATORS[type(op)](), right)
-            yield "operator", node, f"({ast.unparse(changed)})"
+            operation = ast.BinOp(left, OPERATORS[type(op)](), right)
+            yield "operator", node, f"({ast.unparse(operation)})"
         case ast.Constant(value=int() as value):
             yield "constant", node, str(not value if isinstance(value, bool) else value + 1)
         case ast.BoolOp(op=op, values=values):
-            either = ast.BoolOp(ast.Or() if isinstance(op, ast.And) else ast.And(), values)
-            yield "and-or", node, f"({ast.unparse(either)})"
+            combination = ast.BoolOp(ast.Or() if isinstance(op, ast.And) else ast.And(), values)
+            yield "and-or", node, f"({ast.unparse(combination)})"
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             yield "sign", node, f"({ast.unparse(operand)})"
         case ast.If(test=test) | ast.IfExp(test=test) | ast.While(test=test):
             yield "condition", test, f"(not ({ast.unparse(test)}))"
         case ast.Return(value=ast.expr()):
             yield "return", node, "return None"
-        case ast.Call(func=func, args=[first, second, *rest], keywords=keywords):
-            swapped = ast.Call(func, [second, first, *rest], keywords)
-            yield "arguments", node, f"({ast.unparse(swapped)})"
+        case ast.Call(func=func, args=[first, second, *other_arguments], keywords=keywords):
+            call = ast.Call(func, [second, first, *other_arguments], keywords)
+            yield "arguments", node, f"({ast.unparse(call)})"
         case ast.Expr(value=ast.Call()) | ast.AugAssign() | ast.Raise():
             yield "deletion", node, "pass"
 
@@ -127,12 +127,12 @@ def apply_mutant(source: str, mutant: Mutant) -> str | None:
     if len(equal_lines) <= mutant.nth:
         return None
     start = equal_lines[mutant.nth]
-    rest = "".join(lines[start:]).encode()
+    text_from_line = "".join(lines[start:]).encode()
     end = mutant.column + len(mutant.before.encode())
-    if rest[mutant.column : end].decode() != mutant.before:
+    if text_from_line[mutant.column : end].decode() != mutant.before:
         return None
-    changed = rest[: mutant.column] + mutant.after.encode() + rest[end:]
-    return "".join(lines[:start]) + changed.decode()
+    mutated_text = text_from_line[: mutant.column] + mutant.after.encode() + text_from_line[end:]
+    return "".join(lines[:start]) + mutated_text.decode()
 
 
 def list_tests(copy: Path, path: str) -> list[str]:
@@ -176,13 +176,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="tools.mutants", description=__doc__)
     parser.add_argument("file", type=Path)
     parser.add_argument("--checkout", type=Path, default=Path())
-    for name, default in (("--seed", 1), ("--count", 65), ("--limit", 900)):
-        parser.add_argument(name, type=int, default=default)
+    for flag, default in (("--seed", 1), ("--count", 65), ("--limit", 900)):
+        parser.add_argument(flag, type=int, default=default)
     options = parser.parse_args()
     root = options.checkout.resolve()
     if not options.file.exists():
-        new = draw_mutants(root, options.seed, options.count)
-        options.file.write_text(json.dumps([asdict(mutant) for mutant in new]), encoding="utf-8")
+        mutants = draw_mutants(root, options.seed, options.count)
+        text = json.dumps([asdict(mutant) for mutant in mutants])
+        options.file.write_text(text, encoding="utf-8")
     sample = [Mutant(**each) for each in json.loads(options.file.read_text(encoding="utf-8"))]
     verdicts = []
     with tempfile.TemporaryDirectory() as folder:
@@ -206,8 +207,8 @@ def main() -> None:
     for room in (*ROOMS, ""):
         counts = Counter(v["verdict"] for v in verdicts if v["path"].startswith(f"service/{room}"))
         total = sum(counts.values()) - counts["gone"]
-        noticed = counts["killed"] + counts["slow"]
-        print(f"{room or 'all':9} {noticed} of {total} noticed, {counts['gone']} gone")
+        noticed_count = counts["killed"] + counts["slow"]
+        print(f"{room or 'all':9} {noticed_count} of {total} noticed, {counts['gone']} gone")
 
 
 if __name__ == "__main__":

@@ -92,8 +92,8 @@ def write_alert_rules(_: str) -> str:
 def write_readme(text: str) -> str:
     """The text of the README, with the tables of all formats and of all queries."""
     rows = [
-        (f.title, f"`.{f.suffix}`", f"`{f.media_type}`", ", ".join(_list_contents(f)))
-        for f in FORMATS
+        (fmt.title, f"`.{fmt.suffix}`", f"`{fmt.media_type}`", ", ".join(_list_contents(fmt)))
+        for fmt in FORMATS
     ]
     text = _replace_table(text, ("format", "suffix", "media type", "content"), rows)
     calls = [
@@ -163,17 +163,17 @@ PAGES: dict[Path, Callable[[str], str]] = {
     ROOT / "service" / "cli" / "flags.json": write_flags,
     CONTRACT: add_names,
 }
-"""Files, and functions that return the new text of a file from its present text."""
+"""Files, and functions that return the new text of a file from its old text."""
 
 
 def _replace_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     """The text of a page, in which the table with this head has new rows."""
     start = "".join(f"| {' | '.join(cells)} |\n" for cells in (head, ("---",) * len(head)))
-    before, _, rest = text.partition(start)
-    lines = rest.splitlines(keepends=True)
+    text_before, _, text_after = text.partition(start)
+    lines = text_after.splitlines(keepends=True)
     end = next((i for i, line in enumerate(lines) if not line.startswith("|")), len(lines))
     table = "".join(f"| {' | '.join(row)} |\n" for row in rows)
-    return before + start + table + "".join(lines[end:])
+    return text_before + start + table + "".join(lines[end:])
 
 
 def _list_contents(fmt: Format) -> Iterable[str]:
@@ -231,7 +231,11 @@ def _count_largest(surface: SurfaceKind, fmt: Format) -> int:
         except TooLarge:
             return 0
 
-    return count_vertices(bisect_left(range(1, 5000), True, key=lambda r: not count_vertices(r)))
+    # Each resolution above the largest is refused, so `bisect_left` finds the index of the first
+    # refused resolution. Resolution k has the index k − 1, so this index is the largest resolution.
+    resolutions = range(1, 5000)
+    largest = bisect_left(resolutions, True, key=lambda number: not count_vertices(number))
+    return count_vertices(largest)
 
 
 def _describe_default(field: FieldInfo) -> str:
@@ -244,6 +248,6 @@ def _describe_default(field: FieldInfo) -> str:
 
 
 if __name__ == "__main__":
-    for file, page in PAGES.items():
-        present = file.read_text(encoding="utf-8") if file.exists() else ""
-        file.write_text(page(present), encoding="utf-8")
+    for file, write_text in PAGES.items():
+        old_text = file.read_text(encoding="utf-8") if file.exists() else ""
+        file.write_text(write_text(old_text), encoding="utf-8")

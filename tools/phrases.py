@@ -95,7 +95,7 @@ _PATTERNS = {phrase: _pattern(phrase) for phrase in PHRASES}
 
 
 def find_phrases(path: str, text: str) -> Iterator[Finding]:
-    """The phrases in a text; `path` is that of its file."""
+    """The phrases in the text of a file; `path` is the path of the file."""
     for phrase, pattern in _PATTERNS.items():
         for match in pattern.finditer(text):
             yield Finding(path, text.count("\n", 0, match.start()) + 1, phrase)
@@ -115,21 +115,21 @@ def read_files(root: Path) -> Iterator[tuple[str, str]]:
 
 def check(root: Path, exemptions: Sequence[Exemption] = EXEMPTIONS) -> list[str]:
     """A line for each phrase without an exemption, and for each exemption that is not needed."""
-    lines, used = [], set()
+    lines, needed_exemptions = [], set()
     for path, text in read_files(root):
         for finding in find_phrases(path, text):
-            allowed = {
+            exemptions_of_finding = {
                 each
                 for each in exemptions
                 if path.startswith(each.path) and each.phrase in ("*", finding.phrase)
             }
-            used |= allowed
-            if not allowed:
+            needed_exemptions |= exemptions_of_finding
+            if not exemptions_of_finding:
                 lines.append(str(finding))
     lines += [
         f"tools/phrases.py: nothing needs the exemption of {each.path!r} for {each.phrase!r}"
         for each in exemptions
-        if each not in used
+        if each not in needed_exemptions
     ]
     return lines
 

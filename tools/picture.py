@@ -44,6 +44,7 @@ CURVATURE = "/?surface=nurbs-goblet&relative_tolerance=0.001&look=gaussian"
 
 Scheme: TypeAlias = Literal["light", "dark"]
 
+# Widths and heights of pictures, in pixels.
 LARGE = (1200, 800)
 MEDIUM = (900, 600)
 SMALL = (400, 300)
@@ -75,7 +76,7 @@ Curves have no URLs. Send these bodies to `POST /v1/curve`, or save them as file
 """
 
 
-def listing() -> str:
+def write_examples_page() -> str:
     """The text of docs/examples.md."""
     curves = [_write_curve(name, example) for name, example in REQUESTS["createCurve"].items()]
     return "\n".join([HEAD, *map(_write_entry, EXAMPLES.values()), CURVES, *curves])
@@ -136,7 +137,7 @@ def main(folder: Path) -> None:
     for name in ("examples", "curves"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pictures = {folder / "wires.png": (WIRES, MEDIUM), folder / "adaptive.png": (ADAPTIVE, LARGE)}
-    with_edges = {folder / "adaptive.png"}
+    pictures_with_edges = {folder / "adaptive.png"}
     for example in EXAMPLES:
         url = f"/v1/surfaces/{example}/mesh.glb?resolution=24"
         pictures[folder / "examples" / f"{example}.png"] = (url, SMALL)
@@ -156,12 +157,12 @@ def main(folder: Path) -> None:
             stage.show(url if url.startswith("data:") else service + url, *size)
             if stage.messages:
                 sys.exit("\n".join([url, *stage.messages]))
-            if target in with_edges:
+            if target in pictures_with_edges:
                 stage.draw_edges()
             stage.page.screenshot(path=target)
             if target.parent.name == "examples":
                 draw_thumbnail(stage.page, THUMBNAILS / f"{target.stem}.webp")
-    (folder / "examples.md").write_text(listing(), encoding="utf-8")
+    (folder / "examples.md").write_text(write_examples_page(), encoding="utf-8")
 
 
 if __name__ == "__main__":

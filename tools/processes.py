@@ -189,8 +189,8 @@ def service_environment(settings: Mapping[str, str]) -> dict[str, str]:
 
     By default, the service stores surfaces in memory.
     """
-    others = {key: value for key, value in os.environ.items() if not key.startswith("SURFACE_")}
-    return others | {"SURFACE_STORE": "memory://"} | dict(settings)
+    variables = {key: value for key, value in os.environ.items() if not key.startswith("SURFACE_")}
+    return variables | {"SURFACE_STORE": "memory://"} | dict(settings)
 
 
 def service_server(
@@ -206,12 +206,12 @@ def service_server(
 class Proxy(Server):
     """HAProxy with the configuration of `deploy/`, in front of the services at two ports."""
 
-    def __init__(self, folder: Path, first: int, second: int) -> None:
+    def __init__(self, folder: Path, first_port: int, second_port: int) -> None:
         port = free_port()
         self._metrics_port = free_port()
         environment = {
-            "SURFACE_1": f"{HOST}:{first}",
-            "SURFACE_2": f"{HOST}:{second}",
+            "SURFACE_1": f"{HOST}:{first_port}",
+            "SURFACE_2": f"{HOST}:{second_port}",
             "SURFACE_PROXY_BIND": f"{HOST}:{port}",
             "SURFACE_PROXY_NUMBERS": f"{HOST}:{self._metrics_port}",
         }

@@ -80,9 +80,9 @@ def main() -> None:
     calls = count_calls(parser.parse_args().format)
     for path, count in sorted(calls.items(), key=lambda pair: (-pair[1], pair[0])):
         print(f"{count:5}  {path}")
-    others = exclude_mathematics(calls)
+    other_calls = exclude_mathematics(calls)
     print(f"in all: {calls.total()} calls in {len(calls)} files")
-    print(f"outside the mathematics: {others.total()} calls in {len(others)} files")
+    print(f"outside the mathematics: {other_calls.total()} calls in {len(other_calls)} files")
 
 
 if __name__ == "__main__":

@@ -21,10 +21,12 @@ def _arrays(draw: Callable[..., Any]) -> bytes:
     patches = draw(st.sampled_from([(), (1,), (3,)]))
     shape = (*patches, draw(_points), draw(_points), 3)
     order, kind = draw(st.sampled_from("<>")), draw(st.sampled_from("fd"))
-    size = "48"[kind == "d"]
+    size = {"f": 4, "d": 8}[kind]
     description = f"{{'descr': '{order}f{size}', 'fortran_order': False, 'shape': {shape}, }}"
+    # With the 10 bytes before it, the header has 128 bytes: a multiple of 64, as NumPy requires.
     head = description.ljust(117) + "\n"
-    count = shape[-3] * shape[-2] * 3 * (patches or (1,))[0]
+    patch_count = patches[0] if patches else 1
+    count = shape[-3] * shape[-2] * 3 * patch_count
     values = draw(st.lists(_coordinate, min_size=count, max_size=count))
     return (
         b"\x93NUMPY\x01\x00"

@@ -17,11 +17,11 @@ from pathlib import Path
 from service.api.guard.keys import format_entry, make_key
 from tools.processes import ROOT, Server, service_server
 
-OPEN = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
+OPEN_SETTINGS = {"SURFACE_ACCESS_LOG": "false", "SURFACE_ALLOW_DELETE": "true"}
 """Settings with which clients may delete surfaces, so that every sequence of requests is
 possible."""
 
-PRIVATE = OPEN | {
+PRIVATE_SETTINGS = OPEN_SETTINGS | {
     "SURFACE_PUBLIC_READS": "false",
     "SURFACE_METRICS": "key",
     "SURFACE_SIGNING_KEYS": "0123456789abcdef" * 2,
@@ -42,15 +42,16 @@ HOOKS = Path(__file__).with_name("schemathesis_hooks.py")
 
 
 def run_schemathesis(
-    program: str, service: Server, examples: int, more_rules: str = ""
+    program: str, service: Server, examples: int, key_rules: str = ""
 ) -> tuple[int, int]:
     """Runs schemathesis and prints its output; returns its exit code and the number of requests.
 
-    `more_rules` is appended to the settings of `schemathesis.toml`.
+    `key_rules` make schemathesis send a key; they are appended to the settings of
+    `schemathesis.toml`.
     """
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "schemathesis.toml"
-        config.write_text(RULES.read_text(encoding="utf-8") + more_rules, encoding="utf-8")
+        config.write_text(RULES.read_text(encoding="utf-8") + key_rules, encoding="utf-8")
         command = [
             program,
             f"--config-file={config}",
@@ -85,11 +86,11 @@ def judge_service(
     settings: Mapping[str, str],
     examples: int,
     min_requests: int,
-    more_rules: str = "",
+    key_rules: str = "",
 ) -> bool:
     """Starts a service with these settings and tests it; returns whether it passes all tests."""
     with service_server(ROOT / "build" / "api", settings) as service:
-        code, count = run_schemathesis(program, service, examples, more_rules)
+        code, count = run_schemathesis(program, service, examples, key_rules)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
     print(f"{count} requests (at least {min_requests}), {traces} exceptions in the log\n")
     return code == 0 and count >= min_requests and not traces
@@ -98,13 +99,13 @@ def judge_service(
 def main(program: str, min_requests: int) -> bool:
     """Whether the service passes without keys and with keys."""
     schemathesis = str(Path(program).absolute())
-    passes_open = judge_service(schemathesis, OPEN, OPEN_EXAMPLES, min_requests)
+    passes_without_keys = judge_service(schemathesis, OPEN_SETTINGS, OPEN_EXAMPLES, min_requests)
     key = make_key()
-    settings = PRIVATE | {"SURFACE_API_KEYS": format_entry("judge", key)}
+    settings = PRIVATE_SETTINGS | {"SURFACE_API_KEYS": format_entry("judge", key)}
     key_rules = f'\n[auth.openapi.key]\nbearer = "{key}"\n'
     return (
         judge_service(schemathesis, settings, PRIVATE_EXAMPLES, min_requests // 4, key_rules)
-        and passes_open
+        and passes_without_keys
     )
 
 

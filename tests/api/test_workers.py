@@ -51,9 +51,9 @@ class Work:
     """
 
     def __init__(
-        self, memory: int = 1000, call: Any = lambda: "done", *, long: bool = True
+        self, memory: int = 1000, call: Any = lambda: "done", *, is_long: bool = True
     ) -> None:
-        self.cost = Cost(0, 0, 0, memory, 10.0 if long else INLINE_SECONDS)
+        self.cost = Cost(0, 0, 0, memory, 10.0 if is_long else INLINE_SECONDS)
         self.run = call
 
 
@@ -76,9 +76,11 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
     async with lend_workers() as workers:
         job = Job(workers)
         in_thread = []
-        for long in (False, True):
+        for is_long in (False, True):
             work = Work(
-                1000, lambda: threading.current_thread() is not threading.main_thread(), long=long
+                1000,
+                lambda: threading.current_thread() is not threading.main_thread(),
+                is_long=is_long,
             )
             in_thread.append(await job.run(work, "mesh"))
             assert workers.used == 1000
@@ -105,7 +107,7 @@ async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
 
     async with lend_workers() as workers:
         job = Job(workers)
-        assert await job.run(Work(call=call, long=False), "mesh") == "done"
+        assert await job.run(Work(call=call, is_long=False), "mesh") == "done"
         assert [thread is threading.main_thread() for thread in callers] == [True, False]
         job.close()
 
@@ -128,7 +130,7 @@ async def test_other_tasks_run_between_short_pieces_of_work() -> None:
             time.sleep(1.5 * ROUND_SECONDS)
             turns_before.append(turns)
 
-        runs = [job.run(Work(10, compute, long=False), "x") for job in jobs]
+        runs = [job.run(Work(10, compute, is_long=False), "x") for job in jobs]
         await asyncio.gather(count_turns(), *runs)
         # The other task had a turn before each piece of work.
         assert len(set(turns_before)) == 5
@@ -157,13 +159,13 @@ async def test_a_full_queue_refuses_requests_and_says_when_to_try_again() -> Non
     async with lend_workers(max_queue=4) as workers:
         assert workers.retry_after() == 1
         start = await workers.acquire(10)
-        waiting = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
+        waiting_tasks = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
         await run_tasks()
         assert (workers.waiting, workers.retry_after()) == (4, 5)
         with pytest.raises(Busy):
             await workers.acquire(10)
         assert workers.refused == 1
-        for task in waiting:
+        for task in waiting_tasks:
             workers.release_thread(start)
             workers.hold(-10)
             start = await task
@@ -174,16 +176,16 @@ async def test_a_full_queue_refuses_requests_and_says_when_to_try_again() -> Non
 async def test_a_thread_that_starts_computes_alone_for_a_while() -> None:
     async with lend_workers(threads=3) as workers:
         first_start = await workers.acquire(10)
-        second = asyncio.create_task(workers.acquire(10))
+        second_task = asyncio.create_task(workers.acquire(10))
         await run_tasks()
-        assert not second.done()
-        assert await second - first_start >= ALONE_SECONDS
-        third = asyncio.create_task(workers.acquire(10))
+        assert not second_task.done()
+        assert await second_task - first_start >= ALONE_SECONDS
+        third_task = asyncio.create_task(workers.acquire(10))
         await run_tasks()
-        workers.release_thread(second.result())
+        workers.release_thread(second_task.result())
         # The first thread still computes, but it started long ago, so the third need not wait.
-        assert (await third) - second.result() < ALONE_SECONDS
-        for start in (first_start, third.result()):
+        assert (await third_task) - second_task.result() < ALONE_SECONDS
+        for start in (first_start, third_task.result()):
             workers.release_thread(start)
         workers.hold(-30)
 
@@ -219,26 +221,26 @@ def test_cancelled_requests_release_threads_and_memory(requests: list[tuple[int,
 
 async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None:
     async with lend_workers() as workers:
-        large, small, third = Job(workers), Job(workers), Job(workers)
-        nearly_all = workers.max_body * 9 // 10
+        large_job, small_job, third_job = Job(workers), Job(workers), Job(workers)
+        large_size = workers.max_body * 9 // 10
         with pytest.raises(TooLarge) as error:
-            large.hold_body(nearly_all + 1)
+            large_job.hold_body(large_size + 1)
         assert error.value.issues[0].code == "too_much_memory"
-        large.hold_body(nearly_all)
+        large_job.hold_body(large_size)
         with pytest.raises(Busy):
-            third.hold_body(SMALL_BODY + 1)
-        small.hold_body(workers.max_body - nearly_all)
+            third_job.hold_body(SMALL_BODY + 1)
+        small_job.hold_body(workers.max_body - large_size)
         with pytest.raises(Busy):
-            third.hold_body(1)
+            third_job.hold_body(1)
         # The largest work has memory besides the bodies, and short work besides the largest work.
         start = await workers.acquire(workers.max_memory)
-        assert await third.run(Work(1000, long=False), "x") == "done"
+        assert await third_job.run(Work(1000, is_long=False), "x") == "done"
         workers.release_thread(start)
         workers.hold(-workers.max_memory)
-        large.shrink_body(10)
-        large.shrink_body(20)
-        assert workers.body_bytes == 10 + workers.max_body - nearly_all
-        for job in (large, small, third):
+        large_job.shrink_body(10)
+        large_job.shrink_body(20)
+        assert workers.body_bytes == 10 + workers.max_body - large_size
+        for job in (large_job, small_job, third_job):
             job.close()
 
 
@@ -249,24 +251,24 @@ def build_entry(name: str, size: int) -> CachedResponse:
 async def test_work_that_needs_memory_drops_cached_responses_that_are_not_being_sent() -> None:
     async with lend_workers(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
         cache: ResponseCache = workers._cache
-        sent, *others = (build_entry(name, CAPACITY // 8) for name in "abc")
-        for each in (sent, *others):
+        sent_entry, *idle_entries = (build_entry(name, CAPACITY // 8) for name in "abc")
+        for each in (sent_entry, *idle_entries):
             assert cache.put(each, cache.generation)
-        cache.begin(sent)
-        first = asyncio.create_task(workers.acquire(workers.max_memory))
-        second = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
+        cache.begin(sent_entry)
+        first_task = asyncio.create_task(workers.acquire(workers.max_memory))
+        second_task = asyncio.create_task(workers.acquire(CAPACITY * 3 // 16))
         await run_tasks()
-        assert first.done()
-        assert not second.done()
-        assert cache.holds(sent)
-        assert not all(cache.holds(each) for each in others)
-        workers.release_thread(first.result())
+        assert first_task.done()
+        assert not second_task.done()
+        assert cache.holds(sent_entry)
+        assert not all(cache.holds(each) for each in idle_entries)
+        workers.release_thread(first_task.result())
         await run_tasks()
-        assert not second.done(), "a thread is free, but memory is not"
-        cache.end(sent)
-        await second
-        assert not cache.holds(sent)
-        workers.release_thread(second.result())
+        assert not second_task.done(), "a thread is free, but memory is not"
+        cache.end(sent_entry)
+        await second_task
+        assert not cache.holds(sent_entry)
+        workers.release_thread(second_task.result())
         workers.hold(-workers.max_memory - CAPACITY * 3 // 16)
 
 
@@ -310,7 +312,7 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):
             jobs = [Job(workers) for _ in sizes]
             for job, size in zip(jobs, sizes, strict=True):
-                await job.run(Work(size, long=False), "x")
+                await job.run(Work(size, is_long=False), "x")
             for job in jobs:  # all end before the event loop continues
                 job.close()
             if trimming := workers._trimming:

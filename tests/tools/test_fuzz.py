@@ -6,14 +6,14 @@ import pytest
 
 from service.errors import Issue, MalformedBody
 from tools.fuzz.judge import MEMORY, TooExpensive, judge, measure_peak, measure_resident
-from tools.fuzz.seeds import LARGEST, SEEDS
+from tools.fuzz.seeds import MAX_INPUT_BYTES, SEEDS
 from tools.fuzz.targets import TARGETS
 
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_first_inputs_of_the_fuzzer_are_no_findings(name: str) -> None:
     """The test takes about 40 inputs of each target; the fuzzer takes all of them."""
-    inputs = [content for content in SEEDS[name]() if len(content) <= LARGEST]
+    inputs = [content for content in SEEDS[name]() if len(content) <= MAX_INPUT_BYTES]
     assert inputs
     for content in inputs[:: max(1, len(inputs) // 40)]:
         judge(TARGETS[name], content)

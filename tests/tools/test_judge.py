@@ -76,14 +76,14 @@ def test_a_moved_vertex_and_a_missing_triangle_are_detected(client: Client, fami
     """A vertex is moved by three times the bound; then the largest triangle is removed."""
     nets, corners, bound = request_mesh(client, write_document(FAMILIES[family].surface(7)))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    largest = np.linalg.norm(normals, axis=1).argmax()
-    around = (corners == corners[largest, 0]).all(axis=2)
-    normal = normals[around.any(axis=1)].sum(axis=0)
-    broken = corners.copy()
-    broken[around] += 3 * bound * normal / np.linalg.norm(normal)
-    assert (prove(nets, broken, bound).beyond or 0) > bound
+    largest_triangle = np.linalg.norm(normals, axis=1).argmax()
+    is_at_vertex = (corners == corners[largest_triangle, 0]).all(axis=2)
+    normal = normals[is_at_vertex.any(axis=1)].sum(axis=0)
+    moved_corners = corners.copy()
+    moved_corners[is_at_vertex] += 3 * bound * normal / np.linalg.norm(normal)
+    assert (prove(nets, moved_corners, bound).beyond or 0) > bound
     assert prove(nets, corners, bound).beyond is None
-    result = prove(nets, np.delete(corners, largest, axis=0), bound)
+    result = prove(nets, np.delete(corners, largest_triangle, axis=0), bound)
     assert (result.beyond or 0) > bound, "a triangle is missing"
 
 
@@ -95,9 +95,9 @@ def test_nets_of_a_document_give_the_points_of_the_surface(family: str) -> None:
         (sheet,) = build_sheets(surface)
         (exact,) = list_nets(write_document(surface), sheet.origin)
         nets = exact.astype(np.float64)
-        halves = [np.array([comb(n - 1, k) / 2.0 ** (n - 1) for k in range(n)])
+        basis_values = [np.array([comb(n - 1, k) / 2.0 ** (n - 1) for k in range(n)])
                   for n in nets.shape[1:3]]  # fmt: skip
-        middles = np.einsum("i,j,mijk->mk", *halves, nets)
+        middles = np.einsum("i,j,mijk->mk", *basis_values, nets)
         if isinstance(sheet, TensorSheet):
             u, v = ((b[1:] + b[:-1]) / 2 for b in sheet.breaks)
             places = np.array(list(product(u, v)))
@@ -122,8 +122,8 @@ def test_bounds_as_small_as_the_rounding_of_vertices_are_decided(
     normal = np.cross(corners[0, 1] - corners[0, 0], corners[0, 2] - corners[0, 0])
     step = 1.0001 * bound * normal / np.linalg.norm(normal)
     # Vertices may be rounded towards one side of the surface.
-    beyond = [prove(nets, corners + by, bound).beyond or 0 for by in (-step, step)]
-    assert max(beyond) > bound
+    deviations = [prove(nets, corners + shift, bound).beyond or 0 for shift in (-step, step)]
+    assert max(deviations) > bound
 
 
 @pytest.mark.parametrize("count", [1, 2])
@@ -149,9 +149,13 @@ def test_exact_distances_and_hulls() -> None:
     triangles[0, 2] = triangles[0, 1]
     triangles[1] = triangles[1, 0]
     points = rng.uniform(-2, 2, (40, 3))
-    exact = map(measure_square, to_fractions(points), to_fractions(triangles))
-    true = measure_distances(points, triangles)
-    np.testing.assert_allclose([float(square) ** 0.5 for square in exact], true, rtol=1e-12)
+    squared_distances = map(measure_square, to_fractions(points), to_fractions(triangles))
+    expected = measure_distances(points, triangles)
+    np.testing.assert_allclose(
+        [float(squared_distance) ** 0.5 for squared_distance in squared_distances],
+        expected,
+        rtol=1e-12,
+    )
 
     a, b, c, d = to_fractions(np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]))
     hull = np.stack([a, b, c, d]) + np.array([0, 0, Fraction(1, 3)])
@@ -168,14 +172,18 @@ def test_nearest_points_of_needles_are_near() -> None:
     corners = rng.uniform(-1, 1, (300, 3, 3))
     share = rng.uniform(0, 1, (300, 1))
     width = 10 ** rng.uniform(-14, -1, (300, 1))
-    along = corners[:, 0] + share * (corners[:, 1] - corners[:, 0])
-    corners[:, 2] = along + width * corners[:, 2]
+    edge_points = corners[:, 0] + share * (corners[:, 1] - corners[:, 0])
+    corners[:, 2] = edge_points + width * corners[:, 2]
     points = np.einsum("mk,mki->mi", rng.dirichlet(np.ones(3), 300), corners)
     points += 10 ** rng.uniform(-9, -1, (300, 1)) * rng.uniform(-1, 1, points.shape)
-    gaps, _, _ = _find_closest(points.T[..., np.newaxis], corners.transpose(1, 2, 0)[..., None])
-    for gap, point, each in zip(gaps[:, 0], *map(to_fractions, (points, corners)), strict=True):
-        least = float(measure_square(point, each)) ** 0.5
-        assert least - 1e-15 <= gap <= least + 1e-4
+    distances, _, _ = _find_closest(
+        points.T[..., np.newaxis], corners.transpose(1, 2, 0)[..., None]
+    )
+    for distance, point, each in zip(
+        distances[:, 0], *map(to_fractions, (points, corners)), strict=True
+    ):
+        min_distance = float(measure_square(point, each)) ** 0.5
+        assert min_distance - 1e-15 <= distance <= min_distance + 1e-4
 
 
 def crumple_square(rng: np.random.Generator, spread: float) -> Array:
@@ -220,13 +228,13 @@ def test_enclosures_contain_the_distances_from_a_cylinder() -> None:
     """A quarter of a cylinder of radius 1 and height 1, whose distances have a closed form."""
     arc = np.array([[1, 0, 1], [1, 1, np.sqrt(0.5)], [0, 1, 1]])
     net = np.array([[[x * w, y * w, z * w, w] for z in (0.0, 1.0)] for x, y, w in arc])
-    x = np.random.default_rng(3).uniform([0, 0, -1], [2, 2, 2], (40, 3))
-    beyond = np.maximum(np.maximum(-x[:, 2], x[:, 2] - 1), 0.0)
-    truth = np.hypot(np.hypot(x[:, 0], x[:, 1]) - 1, beyond)
-    low, high = enclose_least_distances([net[np.newaxis]], x, 1e-9)
-    assert ((low <= truth) & (truth <= high)).all()
+    points = np.random.default_rng(3).uniform([0, 0, -1], [2, 2, 2], (40, 3))
+    height_outside = np.maximum(np.maximum(-points[:, 2], points[:, 2] - 1), 0.0)
+    distances = np.hypot(np.hypot(points[:, 0], points[:, 1]) - 1, height_outside)
+    low, high = enclose_least_distances([net[np.newaxis]], points, 1e-9)
+    assert ((low <= distances) & (distances <= high)).all()
     assert (high - low <= 1.001e-9).all()
-    # All points of the arc are equally near to its axis, so no number of pieces is enough.
+    # All points of the arc are equally near to its axis, so no piece can be dropped.
     assert np.isnan(
         enclose_least_distances([net[np.newaxis]], np.array([[0.0, 0.0, 0.5]]), 1e-9)[1]
     ).all()

@@ -15,7 +15,7 @@ from tests.deploy.files import run_command
 from tests.programs import find_program
 from tools.supply.licences import (
     PAGE,
-    READ,
+    READ_LICENCES,
     UnknownLicence,
     check_licence,
     find_licence,
@@ -60,7 +60,7 @@ def test_a_licence_that_is_no_spdx_expression_is_refused_until_a_person_read_it(
 
 
 def test_a_package_that_changes_its_statement_is_refused_until_a_person_read_it() -> None:
-    name, (statement, licence) = next(iter(READ.items()))
+    name, (statement, licence) = next(iter(READ_LICENCES.items()))
     assert read_statement(distribution(name)) == statement
     assert find_licence_of(name, License="GPL-3.0-only") == "GPL-3.0-only"
     with pytest.raises(UnknownLicence, match=name):

@@ -62,12 +62,14 @@ QUIET_SECONDS = 2.0
 
 FOLDER = ROOT / "build" / "attack"
 
-LASTING = (SLOW_HEADS, SLOW_BODIES, HALF_BODIES)
+SLOW_ATTACKS = (SLOW_HEADS, SLOW_BODIES, HALF_BODIES)
 """Slow attacks, which run for a long time, at once with others."""
 
-FIRST, BESIDE, LAST = (BODIES, (*HEADS, *CONNECTIONS), (*WORK, WORST))
-"""Attacks that run before, during and after `LASTING`. Attacks with large bodies are not among
-`BESIDE`, because the slow attacks take the memory for bodies."""
+ATTACKS_BEFORE = BODIES
+ATTACKS_MEANWHILE = (*HEADS, *CONNECTIONS)
+ATTACKS_AFTER = (*WORK, WORST)
+"""Attacks that run before, during and after `SLOW_ATTACKS`. Attacks with large bodies do not run
+during these, because the slow attacks take the memory for bodies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,15 +129,16 @@ def compute_percentile(results: list[ClientResult], percent: int) -> float:
 async def run_attacks(
     service: Server,
     port: int,
-    first: Sequence[Attack],
+    attacks_before: Sequence[Attack],
     *,
-    lasting: Sequence[Attack] = (),
-    beside: Sequence[Attack] = (),
-    last: Sequence[Attack] = (),
+    slow_attacks: Sequence[Attack] = (),
+    attacks_meanwhile: Sequence[Attack] = (),
+    attacks_after: Sequence[Attack] = (),
 ) -> list[Row]:
-    """Runs `first`, then `lasting` together with `beside`, then `last`; returns the rows.
+    """Runs all attacks; returns the rows of the table.
 
-    The attacks of a sequence run one after the other, except those of `lasting`, which run at once.
+    The slow attacks run all at once, and at the same time `attacks_meanwhile`, one after the other.
+    The other attacks run one after the other, before and after these.
     """
     rows: list[Row] = []
 
@@ -151,9 +154,9 @@ async def run_attacks(
             await run_attack(attack)
             await asyncio.sleep(0.3)
 
-    await run_one_by_one(first)
-    await asyncio.gather(*map(run_attack, lasting), run_one_by_one(beside))
-    await run_one_by_one(last)
+    await run_one_by_one(attacks_before)
+    await asyncio.gather(*map(run_attack, slow_attacks), run_one_by_one(attacks_meanwhile))
+    await run_one_by_one(attacks_after)
     return rows
 
 
@@ -239,42 +242,58 @@ def main(words: list[str]) -> bool:
         with run_client(service.port) as results:
             os.nice(10)  # the attacks get only idle processor time
             files, begin = service.open_files(), time.monotonic()
-            sequences = {"lasting": select(LASTING), "beside": select(BESIDE), "last": select(LAST)}
-            direct = asyncio.run(run_attacks(service, service.port, select(FIRST), **sequences))
+            attacks = run_attacks(
+                service,
+                service.port,
+                select(ATTACKS_BEFORE),
+                slow_attacks=select(SLOW_ATTACKS),
+                attacks_meanwhile=select(ATTACKS_MEANWHILE),
+                attacks_after=select(ATTACKS_AFTER),
+            )
+            rows_without_proxy = asyncio.run(attacks)
             end = time.monotonic()
-        assign_results(direct, results)
+        assign_results(rows_without_proxy, results)
         leftovers = find_leftovers(service, files)
         traces = service.log.read_text(encoding="utf-8").count("Traceback")
-    before = [s for s in results if s.time < begin]
-    return print_report(rows + direct, before, leftovers, traces, end - begin)
+    quiet_results = [result for result in results if result.time < begin]
+    all_rows = rows + rows_without_proxy
+    return print_report(all_rows, quiet_results, leftovers, traces, end - begin)
 
 
 def assign_results(rows: list[Row], results: list[ClientResult]) -> None:
     """Gives each row the results of the client during its attack."""
     for row in rows:
-        row.results = [s for s in results if row.start <= s.time <= row.end]
+        row.results = [result for result in results if row.start <= result.time <= row.end]
 
 
 def print_report(
-    rows: list[Row], before: list[ClientResult], leftovers: list[str], traces: int, seconds: float
+    rows: list[Row],
+    quiet_results: list[ClientResult],
+    leftovers: list[str],
+    traces: int,
+    seconds: float,
 ) -> bool:
-    """Prints the table and the faults; returns whether there are no faults."""
-    p50, p99 = (compute_percentile(before, percent) * 1e3 for percent in (50, 99))
+    """Prints the table and the faults; returns whether there are no faults.
+
+    `quiet_results` are the results of the client before the first attack.
+    """
+    p50, p99 = (compute_percentile(quiet_results, percent) * 1e3 for percent in (50, 99))
     print("| attack | duration | responses | peak memory | client p50 / p99 | faults |")
     print("| --- | --- | --- | --- | --- | --- |")
-    print(f"| nothing | | | | {p50:.1f} / {p99:.1f} ms of {len(before)} | |")
+    print(f"| nothing | | | | {p50:.1f} / {p99:.1f} ms of {len(quiet_results)} | |")
     for row in rows:
         print(row.format())
     faults = [f"{row.attack.name}: {text}" for row in rows for text in row.find_faults()]
     faults += [f"after the attacks: {text}" for text in leftovers]
     faults += [f"{traces} exceptions in the log"] if traces else []
-    slow = sorted((s for row in rows for s in row.results), key=lambda s: -s.seconds)[:5]
+    results = [result for row in rows for result in row.results]
+    slowest_results = sorted(results, key=lambda result: -result.seconds)[:5]
     print(f"\n{seconds:.0f} s; slowest requests of the client:", end=" ")
-    print(", ".join(f"{s.seconds * 1e3:.0f} ms {s.kind}" for s in slow))
-    for kind in sorted({s.kind for s in before}):
-        of_kind = [s for row in rows for s in row.results if s.kind == kind]
-        p50, p99 = (compute_percentile(of_kind, percent) * 1e3 for percent in (50, 99))
-        print(f"  {kind}: {p50:.1f} / {p99:.1f} ms of {len(of_kind)}")
+    print(", ".join(f"{each.seconds * 1e3:.0f} ms {each.kind}" for each in slowest_results))
+    for kind in sorted({result.kind for result in quiet_results}):
+        results_of_kind = [result for result in results if result.kind == kind]
+        p50, p99 = (compute_percentile(results_of_kind, percent) * 1e3 for percent in (50, 99))
+        print(f"  {kind}: {p50:.1f} / {p99:.1f} ms of {len(results_of_kind)}")
     print(f"{len(faults)} faults" + "".join(f"\n- {text}" for text in faults))
     return not faults
 

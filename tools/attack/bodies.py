@@ -46,10 +46,10 @@ def _list_gibibyte(media_type: str, piece: bytes) -> Iterator[bytes]:
 async def send_declared_length(port: int) -> Counter[str]:
     """Sends heads that declare bodies of 1 GiB, and of 10^30 bytes."""
     head = build_post_head("/v1/mesh", f"Content-Length: {GIBIBYTE}")
-    impossible = build_post_head(
+    impossible_head = build_post_head(
         "/v1/mesh", f"Content-Length: {10**30}", media_type="application/json"
     )
-    return await send_requests(port, cycle((head, impossible)))
+    return await send_requests(port, cycle((head, impossible_head)))
 
 
 async def send_in_chunks(port: int) -> Counter[str]:
@@ -65,10 +65,12 @@ async def send_in_chunks(port: int) -> Counter[str]:
 
 async def send_nested_brackets(port: int) -> Counter[str]:
     """Sends JSON that is nested 100 000 levels deep."""
-    nested = ("[" * 100_000, '{"a":' * 100_000, "[" * 100_000 + "]" * 100_000, "[{" * 50_000)
-    bodies = [build_post("/v1/mesh", text.encode()) for text in nested]
-    inside = [build_post("/v1/mesh", write_options(f'"x":{text}').encode()) for text in nested]
-    return await send_requests(port, cycle(bodies + inside))
+    texts = ("[" * 100_000, '{"a":' * 100_000, "[" * 100_000 + "]" * 100_000, "[{" * 50_000)
+    bodies = [build_post("/v1/mesh", text.encode()) for text in texts]
+    bodies_with_surface = [
+        build_post("/v1/mesh", write_options(f'"x":{text}').encode()) for text in texts
+    ]
+    return await send_requests(port, cycle(bodies + bodies_with_surface))
 
 
 async def send_long_json(port: int) -> Counter[str]:
@@ -94,13 +96,13 @@ async def send_bombs(port: int) -> Counter[str]:
     """Sends compressed bodies of 32 MiB of zeros, and bodies with other content codings."""
     zeros = bytes(32 << 20)
     bombs = {"gzip": gzip.compress(zeros), "deflate": zlib.compress(zeros), "x-gzip": b"\x1f\x8b"}
-    others = {"gzip, gzip, gzip": bombs["gzip"], "br": b"x", "zstd": b"(\xb5/\xfd", "": b"{}"}
-    sent = [
+    other_bodies = {"gzip, gzip, gzip": bombs["gzip"], "br": b"x", "zstd": b"(\xb5/\xfd", "": b"{}"}
+    requests = [
         build_post("/v1/mesh", body, f"Content-Encoding: {coding}", media_type=kind)
-        for coding, body in (bombs | others).items()
+        for coding, body in (bombs | other_bodies).items()
         for kind in ("application/json", NPY, TEAPOT)
     ]
-    return await send_requests(port, cycle(sent))
+    return await send_requests(port, cycle(requests))
 
 
 async def send_hostile_bodies(port: int) -> Counter[str]:
@@ -195,12 +197,12 @@ async def send_huge_numbers(port: int) -> Counter[str]:
 
 async def send_colliding_keys(port: int) -> Counter[str]:
     """Sends keys that collide in a hash table without a random seed, and repeated keys."""
-    equal = ",".join(f'"{k * (2**61 - 1)}":1' for k in range(20_000))
-    repeated = ",".join(['"resolution":1'] * 20_000)
+    colliding_keys = ",".join(f'"{k * (2**61 - 1)}":1' for k in range(20_000))
+    repeated_keys = ",".join(['"resolution":1'] * 20_000)
     attributes = ",".join(f'"{k * (2**61 - 1)}":[[[0]]]' for k in range(15_000))
     texts = (
-        write_options(equal),
-        write_options(repeated),
+        write_options(colliding_keys),
+        write_options(repeated_keys),
         f'{{"surface":{{"control_net":{NET},"attributes":{{{attributes}}}}}}}',
     )
     return await send_requests(

@@ -57,7 +57,7 @@ def main(port: int) -> None:
     """Sends requests until the process is stopped."""
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     expected = {request: _send_request(connection, request)[1] for request in REQUESTS}
-    due = time.monotonic()
+    next_start = time.monotonic()
     for number in itertools.count():
         request = REQUESTS[number % len(REQUESTS)]
         if number % REQUESTS_PER_CONNECTION == 0:
@@ -73,8 +73,8 @@ def main(port: int) -> None:
             connection.close()
         end = time.monotonic()
         print(f"{end:.6f} {request.kind} {end - start:.6f} {outcome}", flush=True)
-        due = max(due + INTERVAL, end - INTERVAL)
-        time.sleep(max(0.0, due - time.monotonic()))
+        next_start = max(next_start + INTERVAL, end - INTERVAL)
+        time.sleep(max(0.0, next_start - time.monotonic()))
 
 
 def _send_request(connection: http.client.HTTPConnection, request: Request) -> tuple[int, bytes]:

@@ -83,25 +83,25 @@ def _join_first(pieces: list[bytes], count: int) -> Iterator[bytes]:
 async def disconnect_in_body(port: int) -> Counter[str]:
     """Disconnects after the first half of a body."""
     body = build_post("/v1/mesh", build_grid_request(300, 300))
-    return await _disconnect(port, body[: len(body) // 2], 0.01, 200)
+    return await _disconnect(port, body[: len(body) // 2], delay=0.01, times=200)
 
 
 async def disconnect_in_response(port: int) -> Counter[str]:
     """Disconnects after the first 1000 bytes of a large response."""
-    return await _disconnect(port, LARGE_RESPONSE, 0.5, 16, reads=1000)
+    return await _disconnect(port, LARGE_RESPONSE, delay=0.5, times=16, max_read_bytes=1000)
 
 
 async def disconnect_while_waiting(port: int) -> Counter[str]:
     """Requests work of seconds, and disconnects before it is done."""
-    return await _disconnect(port, LARGE_RESPONSE, 0.05, 100)
+    return await _disconnect(port, LARGE_RESPONSE, delay=0.05, times=100)
 
 
 async def _disconnect(
-    port: int, content: bytes, after: float, times: int, reads: int = 0
+    port: int, content: bytes, delay: float, times: int, max_read_bytes: int = 0
 ) -> Counter[str]:
-    """Sends these bytes and disconnects after some seconds, `times` times, for at most 5 s.
+    """Sends these bytes and disconnects after `delay` seconds, `times` times, for at most 5 s.
 
-    With `reads`, at most this number of bytes of the response are read before.
+    Before it disconnects, it reads at most `max_read_bytes` bytes of the response.
     """
     responses: Counter[str] = Counter()
     end = asyncio.get_running_loop().time() + 5
@@ -114,9 +114,9 @@ async def _disconnect(
                 async with asyncio.timeout(3), open_connection(port) as (reader, writer):
                     writer.write(content)
                     await writer.drain()
-                    await asyncio.sleep(after)
-                    if reads:
-                        await reader.read(reads)
+                    await asyncio.sleep(delay)
+                    if max_read_bytes:
+                        await reader.read(max_read_bytes)
                     reset_connection(writer)
             responses["gone"] += 1
 
@@ -150,8 +150,8 @@ async def send_half_closed(port: int) -> Counter[str]:
 async def read_large_responses_slowly(port: int) -> Counter[str]:
     """Requests large responses, of which it reads only a little before it disconnects."""
     tasks = [_read_slowly(port, LARGE_RESPONSE) for _ in range(16)]
-    hit = build_get("/v1/surfaces/tea-service/mesh.json?resolution=24")
-    tasks += [_read_slowly(port, hit) for _ in range(64)]
+    cached_request = build_get("/v1/surfaces/tea-service/mesh.json?resolution=24")
+    tasks += [_read_slowly(port, cached_request) for _ in range(64)]
     return Counter(await asyncio.gather(*tasks))
 
 
@@ -202,11 +202,13 @@ async def open_and_close(port: int) -> Counter[str]:
 
 async def run_worst_attacks(port: int) -> Counter[str]:
     """Runs the worst attacks of all modules at the same time."""
-    large: list[Pieces] = [LARGE_RESPONSE] * 200
-    cold: list[Pieces] = [build_get(url.replace("?", "?weld=false&")) for url in UNCACHED_URLS]
+    large_requests: list[Pieces] = [LARGE_RESPONSE] * 200
+    uncached_requests: list[Pieces] = [
+        build_get(url.replace("?", "?weld=false&")) for url in UNCACHED_URLS
+    ]
     counts = await asyncio.gather(
-        send_requests(port, large, together=8, seconds=12),
-        send_requests(port, cold, together=4, seconds=12),
+        send_requests(port, large_requests, together=8, seconds=12),
+        send_requests(port, uncached_requests, together=4, seconds=12),
         read_large_responses_slowly(port),
         disconnect_while_waiting(port),
         disconnect_in_response(port),

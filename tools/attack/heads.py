@@ -72,16 +72,16 @@ async def send_traversal_paths(port: int) -> Counter[str]:
         )
         for path in PATHS
     ]
-    encoded = [url.encode("utf-8").decode("latin-1") for url in addresses]
+    urls = [url.encode("utf-8").decode("latin-1") for url in addresses]
     return await send_requests(
-        port, cycle([build_get(a, method=m) for a in encoded for m in ("GET", "DELETE")])
+        port, cycle([build_get(a, method=m) for a in urls for m in ("GET", "DELETE")])
     )
 
 
 _TAIL = b"\r\nHost: x\r\nConnection: close\r\n"
 _BODY = b"Content-Type: application/json\r\n"
 
-MALFORMED = (
+MALFORMED_REQUESTS = (
     *AMBIGUOUS.values(),
     b"GET / HTTP/1.1 extra" + _TAIL + b"\r\n",
     b"GET /\x00 HTTP/1.1" + _TAIL + b"\r\n",
@@ -101,27 +101,30 @@ MALFORMED = (
 
 async def send_malformed(port: int) -> Counter[str]:
     """Sends requests that are not valid HTTP/1.1."""
-    return await send_requests(port, cycle(MALFORMED))
+    return await send_requests(port, cycle(MALFORMED_REQUESTS))
 
 
-_HIDDEN = b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n"
-_SMUGGLED = b"0\r\n\r\n" + _HIDDEN
+_HIDDEN_REQUEST = b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n"
+_SMUGGLED_BODY = b"0\r\n\r\n" + _HIDDEN_REQUEST
 
-SMUGGLING = tuple(
+SMUGGLING_REQUESTS = tuple(
     b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\n" + _BODY + fields + b"\r\n" + body
     for fields, body in (
-        (b"Content-Length: %d\r\nTransfer-Encoding: chunked\r\n" % len(_SMUGGLED), _SMUGGLED),
-        (b"Transfer-Encoding: chunked\r\nContent-Length: 4\r\n", _SMUGGLED),
-        (b"Transfer-Encoding: xchunked\r\nContent-Length: 4\r\n", _SMUGGLED),
-        (b"Transfer-Encoding: identity, chunked\r\nContent-Length: 4\r\n", _SMUGGLED),
-        (b"Transfer-Encoding: chunked, identity\r\n", _SMUGGLED),
-        (b"Transfer-Encoding:\x0bchunked\r\nContent-Length: 4\r\n", _SMUGGLED),
-        (b"Transfer-Encoding : chunked\r\nContent-Length: 4\r\n", _SMUGGLED),
-        (b"Content-Length: 0\r\nContent-Length: %d\r\n" % len(_HIDDEN), _HIDDEN),
-        (b"Content-Length: %d\r\nContent-Length: 0\r\n" % len(_HIDDEN), _HIDDEN),
-        (b"Content-Length: +0\r\n", _HIDDEN),
+        (
+            b"Content-Length: %d\r\nTransfer-Encoding: chunked\r\n" % len(_SMUGGLED_BODY),
+            _SMUGGLED_BODY,
+        ),
+        (b"Transfer-Encoding: chunked\r\nContent-Length: 4\r\n", _SMUGGLED_BODY),
+        (b"Transfer-Encoding: xchunked\r\nContent-Length: 4\r\n", _SMUGGLED_BODY),
+        (b"Transfer-Encoding: identity, chunked\r\nContent-Length: 4\r\n", _SMUGGLED_BODY),
+        (b"Transfer-Encoding: chunked, identity\r\n", _SMUGGLED_BODY),
+        (b"Transfer-Encoding:\x0bchunked\r\nContent-Length: 4\r\n", _SMUGGLED_BODY),
+        (b"Transfer-Encoding : chunked\r\nContent-Length: 4\r\n", _SMUGGLED_BODY),
+        (b"Content-Length: 0\r\nContent-Length: %d\r\n" % len(_HIDDEN_REQUEST), _HIDDEN_REQUEST),
+        (b"Content-Length: %d\r\nContent-Length: 0\r\n" % len(_HIDDEN_REQUEST), _HIDDEN_REQUEST),
+        (b"Content-Length: +0\r\n", _HIDDEN_REQUEST),
         (b"Content-Length: 0\n\nGET /health HTTP/1.1\r\n", b""),
-        (b"X: y\nTransfer-Encoding: chunked\r\nContent-Length: 4\r\n", _SMUGGLED),
+        (b"X: y\nTransfer-Encoding: chunked\r\nContent-Length: 4\r\n", _SMUGGLED_BODY),
     )
 )
 
@@ -129,7 +132,7 @@ SMUGGLING = tuple(
 async def send_smuggled_requests(port: int) -> Counter[str]:
     """Sends requests with two lengths; the request hidden in the body must get no response."""
     responses: Counter[str] = Counter()
-    for request in SMUGGLING * 4:
+    for request in SMUGGLING_REQUESTS * 4:
         received = b""
         with suppress(TimeoutError, OSError):
             async with asyncio.timeout(2), open_connection(port) as (reader, writer):
@@ -145,12 +148,12 @@ METHODS = ("HEAD", "OPTIONS", "TRACE", "CONNECT", "PROPFIND", "PUT", "PATCH", "D
 
 async def send_unusual_methods(port: int) -> Counter[str]:
     """Sends requests with methods other than GET and POST."""
-    sent: list[Pieces] = []
+    requests: list[Pieces] = []
     for url in ("/", "/health", "/v1/mesh", "/v1/surfaces/saddle/mesh.glb", "*", "/none"):
-        sent += [build_get(url, method=method) for method in METHODS]
-    sent.append(build_get("http://example.org/health"))
-    sent.append(build_get("example.org:80", method="CONNECT"))
-    return await send_requests(port, cycle(sent))
+        requests += [build_get(url, method=method) for method in METHODS]
+    requests.append(build_get("http://example.org/health"))
+    requests.append(build_get("example.org:80", method="CONNECT"))
+    return await send_requests(port, cycle(requests))
 
 
 async def send_upgrades(port: int) -> Counter[str]:
@@ -160,17 +163,17 @@ async def send_upgrades(port: int) -> Counter[str]:
         "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
         "Sec-WebSocket-Version: 13",
     )
-    sent = [
+    requests = [
         build_get("/health", headers[0].format(kind), *headers[1:]).replace(
             b": close", b": Upgrade, close"
         )
         for kind in ("websocket", "h2c", "TLS/1.0", "websocket, h2c")
     ]
-    return await send_requests(port, cycle(sent))
+    return await send_requests(port, cycle(requests))
 
 
 async def send_long_lists(port: int) -> Counter[str]:
-    """Headers that the service reads, of almost the largest length."""
+    """Sends headers that the service reads, of almost the largest length."""
     url = "/v1/surfaces/saddle/mesh.glb?resolution=2"
     values = (
         "Accept: " + ",".join(["a/b;q=0.5"] * 6000),
@@ -191,17 +194,19 @@ async def send_long_lists(port: int) -> Counter[str]:
         "Access-Control-Request-Headers: " + "x," * 30_000,
         "Cookie: " + "a=b; " * 12_000,
     )
-    sent: list[Pieces] = [build_get(url, value) for value in values]
-    sent += [build_get("/v1/mesh?format=json", value, method="POST") for value in values]
-    sent += [build_get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values]
-    return await send_requests(port, cycle(sent))
+    requests: list[Pieces] = [build_get(url, value) for value in values]
+    requests += [build_get("/v1/mesh?format=json", value, method="POST") for value in values]
+    requests += [
+        build_get("/v1/mesh", value, "Origin: http://x", method="OPTIONS") for value in values
+    ]
+    return await send_requests(port, cycle(requests))
 
 
 async def send_slow_heads(port: int) -> Counter[str]:
     """Opens 300 connections, each of which sends one byte of a head every 0.8 s."""
     head = build_get("/health")
-    slowly = [bytes([byte]) for byte in head]
-    tasks = (send_request(port, slowly, seconds=40, pause=0.8) for _ in range(300))
+    pieces = [bytes([byte]) for byte in head]
+    tasks = (send_request(port, pieces, seconds=40, pause=0.8) for _ in range(300))
     return Counter(await asyncio.gather(*tasks))
 
 

@@ -71,15 +71,15 @@ async def send_request(
     """
     try:
         async with asyncio.timeout(seconds), open_connection(port) as (reader, writer):
-            sending = asyncio.create_task(_send_pieces(writer, request, pause))
+            send_task = asyncio.create_task(_send_pieces(writer, request, pause))
             try:
-                kept, count = await _read_response(reader)
+                first_bytes, count = await _read_response(reader)
                 has_body = not (isinstance(request, bytes) and request.startswith(b"HEAD "))
-                return summarize(kept, count, has_body=has_body)
+                return summarize(first_bytes, count, has_body=has_body)
             finally:
-                sending.cancel()
+                send_task.cancel()
                 with suppress(asyncio.CancelledError, OSError):
-                    await sending
+                    await send_task
     except TimeoutError:
         return "no answer"
     except OSError:
@@ -96,24 +96,24 @@ async def _send_pieces(writer: asyncio.StreamWriter, request: Pieces, pause: flo
 
 async def _read_response(reader: asyncio.StreamReader) -> tuple[bytes, int]:
     """The first bytes of a response, and the number of its bytes."""
-    kept, count = b"", 0
+    first_bytes, count = b"", 0
     with suppress(OSError):
         while piece := await reader.read(1 << 16):
-            kept += piece[: KEPT_BYTES - len(kept)]
+            first_bytes += piece[: KEPT_BYTES - len(first_bytes)]
             count += len(piece)
-    return kept, count
+    return first_bytes, count
 
 
-def summarize(kept: bytes, count: int, *, has_body: bool = True) -> str:
-    """The short form of a response, of which `kept` are the first of `count` bytes.
+def summarize(first_bytes: bytes, count: int, *, has_body: bool = True) -> str:
+    """The short form of a response, of which `first_bytes` are the first of `count` bytes.
 
     It is the status, followed by the code if the response is a problem. `closed` means that there
     are no bytes, `torn` that the response is incomplete, and `two answers` that a second response
     follows.
     """
-    if not kept:
+    if not first_bytes:
         return "closed"
-    head, separator, body = kept.partition(b"\r\n\r\n")
+    head, separator, body = first_bytes.partition(b"\r\n\r\n")
     if not separator or not head.startswith(b"HTTP/1.1 "):
         return "no HTTP"
     status = head[9:12].decode()
@@ -141,11 +141,11 @@ async def send_requests(
 
     Returns the numbers of responses by their short form.
     """
-    remaining, responses = iter(requests), Counter[str]()
+    next_requests, responses = iter(requests), Counter[str]()
     end = asyncio.get_running_loop().time() + seconds
 
     async def send_one_by_one() -> None:
-        for request in remaining:
+        for request in next_requests:
             if asyncio.get_running_loop().time() > end:
                 break
             responses[await send_request(port, request, pause=pause)] += 1
@@ -154,10 +154,10 @@ async def send_requests(
     return responses
 
 
-def repeat_requests(make: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
-    """The requests that `make` returns, again and again, so that an attack lasts long enough."""
+def repeat_requests(build_requests: Callable[[], Iterable[Pieces]]) -> Iterator[Pieces]:
+    """The requests that `build_requests` returns, again and again: an endless attack."""
     while True:
-        yield from make()
+        yield from build_requests()
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,8 +78,8 @@ def prepare_geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
     surface.set_ctrlpts(net.reshape(-1, 3).tolist(), rows, columns)
     surface.knotvector_u = [0.0] * rows + [1.0] * rows
     surface.knotvector_v = [0.0] * columns + [1.0] * columns
-    line = np.linspace(0.0, 1.0, SAMPLES)
-    grid = [(u, v) for u in line.tolist() for v in line.tolist()]
+    parameters = np.linspace(0.0, 1.0, SAMPLES)
+    grid = [(u, v) for u in parameters.tolist() for v in parameters.tolist()]
     samples = np.array(surface.evaluate_list(grid))
 
     def find_distances() -> Iterator[float]:
@@ -90,16 +90,16 @@ def prepare_geomdl(net: Any, points: Any) -> Callable[[], Iterator[float]]:
                 y = s[0, 0] - x
                 f = np.array([y @ s[1, 0], y @ s[0, 1]])
                 mixed = s[1, 0] @ s[0, 1] + y @ s[1, 1]
-                form = np.array(
+                matrix = np.array(
                     [
                         [s[1, 0] @ s[1, 0] + y @ s[2, 0], mixed],
                         [mixed, s[0, 1] @ s[0, 1] + y @ s[0, 2]],
                     ]
                 )
-                step = np.linalg.lstsq(form, -f, rcond=None)[0]
-                new = np.clip([u + step[0], v + step[1]], 0.0, 1.0).tolist()
-                change = abs(new[0] - u) + abs(new[1] - v)
-                u, v = new
+                step = np.linalg.lstsq(matrix, -f, rcond=None)[0]
+                new_parameters = np.clip([u + step[0], v + step[1]], 0.0, 1.0).tolist()
+                change = abs(new_parameters[0] - u) + abs(new_parameters[1] - v)
+                u, v = new_parameters
                 if change < MIN_CHANGE:
                     break
             yield float(np.linalg.norm(np.array(surface.evaluate_single((u, v))) - x))

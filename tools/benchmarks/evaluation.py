@@ -1,9 +1,9 @@
 """Measures the time of evaluation, in units of the time in which its result is copied once.
 
 Each of the seven cases has float32 positions and unit normals. The table has every formulation that
-can compute the case, and marks that which `evaluate` chooses. The record is the time of the best
-prototype, without poles or checks; the time of the service should be less than 1.5 times the
-record. The record is a range, because times depend on other load of the memory.
+can compute the case, and marks the formulation that `evaluate` chooses. The record is the time of
+the best prototype, without poles or checks; the time of the service should be less than 1.5 times
+the record. The record is a range, because times depend on other load of the memory.
 """
 
 from collections.abc import Callable
@@ -75,19 +75,19 @@ def print_case(case: Case) -> None:
     resolution = (case.divisions, case.divisions)
     result = evaluate(case.patches, resolution, dtype=np.float32)
     assert result.normals is not None
-    copied = np.stack([result.positions, result.normals])
-    chosen = choose_formulation(case.patches, resolution, True)
+    arrays = np.stack([result.positions, result.normals])
+    best_formulation = choose_formulation(case.patches, resolution, True)
     call = partial(evaluate, case.patches, resolution, dtype=np.float32, out=result)
     calls: dict[str, Callable[[], object]] = {
         name: partial(call, formulation=name) for name in list_formulations(case)
     }
-    copy = partial(np.copyto, np.empty_like(copied), copied)
+    copy = partial(np.copyto, np.empty_like(arrays), arrays)
     times = measure_alternately({"copy": copy, **calls}, rounds=9)
     for name in calls:
         per_vertex, ratio = times[name] / result.positions.size * 3e9, times[name] / times["copy"]
         low, high = case.record
         comparison = f"{low:8.1f} -{high:5.1f}{ratio / high:7.2f} -{ratio / low:5.2f}"
         print(
-            f"{case.title:38}{name + ' *' * (name == chosen):20}{per_vertex:10.1f}"
-            f"{ratio:9.1f}{comparison if name == chosen else ''}"
+            f"{case.title:38}{name + ' *' * (name == best_formulation):20}{per_vertex:10.1f}"
+            f"{ratio:9.1f}{comparison if name == best_formulation else ''}"
         )

@@ -35,9 +35,9 @@ class Cost(NamedTuple):
 
 def measure_costs() -> list[Cost]:
     """The costs of all hostile bodies, each measured in a new process; the slowest is first."""
-    processes = get_context("forkserver")
-    processes.set_forkserver_preload(["tools.benchmarks.hostile"])  # imported once
-    with processes.Pool(1, maxtasksperchild=1) as pool:
+    context = get_context("forkserver")
+    context.set_forkserver_preload(["tools.benchmarks.hostile"])  # imported once
+    with context.Pool(1, maxtasksperchild=1) as pool:
         costs = pool.map(_measure_cost, range(len(HOSTILE) + len(FILES)), chunksize=1)
     return sorted(costs, key=lambda cost: -cost.seconds)
 
@@ -69,9 +69,9 @@ def _measure_cost(index: int) -> Cost:
             send_body = partial(client.request, "POST", f"/v1/mesh?{file.query}", chunks, headers)
         gc.collect()
         reset_peak()
-        before = resident_memory()
+        bytes_before = resident_memory()
         seconds = [_measure_time(send_body)]
-        peak = peak_memory() - before
+        peak = peak_memory() - bytes_before
         seconds += [_measure_time(send_body) for _ in range(2)]
     return Cost(name, min(seconds), peak)
 

@@ -1,6 +1,6 @@
 """Measures time and error of the methods of evaluation: the tables of docs/methods.md.
 
-Times are CPU times for positions and normals, divided by that of `matrix`; the methods run
+Times are CPU times for positions and normals, divided by the time of `matrix`; the methods run
 alternately. Errors are the largest error of a position, divided by the extent of the net. They are
 measured by exact arithmetic; at many divisions by `matrix` in float64, whose error is 1e-15.
 """
@@ -78,9 +78,9 @@ def print_costs() -> None:
 def list_calls(patches: Patches, divisions: int, dtype: Real) -> dict[str, Callable[[], Any]]:
     """Calls of all methods that accept the degree of these patches, by name."""
     degree = max(patches.side_degrees)
-    accepted = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
+    methods = [m for m in METHODS if m != "forward_difference" or degree <= MAX_DEGREE[dtype]]
     resolution = (divisions, divisions)
-    return {m: partial(evaluate, patches, resolution, dtype=dtype, method=m) for m in accepted}
+    return {m: partial(evaluate, patches, resolution, dtype=dtype, method=m) for m in methods}
 
 
 def print_errors() -> None:

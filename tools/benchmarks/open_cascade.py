@@ -2,8 +2,8 @@
 
 The table compares triangles, time, memory and sampled deviations for the same tolerance. Open
 CASCADE meshes with a linear deflection equal to the tolerance and an angular deflection of 0.5 rad,
-in a process of its own; both meshers run alternately. Its time is that of the mesher alone. The
-time of the service is that from patches to the mesh in memory, with the heap settings of the
+in a process of its own; both meshers run alternately. Its time is the time of the mesher alone.
+The time of the service is from patches to the mesh in memory, with the heap settings of the
 service; with the default of glibc, memory would be returned to the system after each mesh. Memory
 is the growth during one mesh: for the service as tracemalloc counts it, for Open CASCADE the peak
 of its process. The uniform grid is the smallest grid whose proved bound is within the tolerance; it
@@ -59,8 +59,8 @@ OpenCascade: TypeAlias = Callable[[Surface, float], tuple[Array, float, int]]
 
 WORKER = Path(__file__).with_name("open_cascade_worker.py")
 TOLERANCES = (1e-2, 1e-3, 1e-4)
-ROUNDS, LONG = 3, 2.0
-"""Number of rounds; a mesh that takes more than `LONG` seconds is made only once."""
+ROUNDS, MAX_REPEATED_SECONDS = 3, 2.0
+"""Number of rounds; a mesh that takes more than `MAX_REPEATED_SECONDS` is made only once."""
 
 MAX_SHEETS = 4
 """A model with more sheets is sampled only once, not more finely where the deviation is largest."""
@@ -126,9 +126,11 @@ def build_machine_parts() -> PatchModel:
     for (net, weights), count in zip(kinds, (334, 333, 333), strict=True):
         nets = []
         for _ in range(count):
-            rotated = net @ np.linalg.qr(rng.normal(size=(3, 3)))[0] * 10 ** rng.uniform(-1, 0.5)
+            rotated_net = (
+                net @ np.linalg.qr(rng.normal(size=(3, 3)))[0] * 10 ** rng.uniform(-1, 0.5)
+            )
             place = np.array([number // 100, number // 10 % 10, number % 10]) * 4.0
-            nets.append(rotated / np.ptp(net) + place)
+            nets.append(rotated_net / np.ptp(net) + place)
             number += 1
         batches.append(TensorPatches(np.stack(nets), np.repeat(weights[np.newaxis], count, axis=0)))
     return PatchModel("faces", tuple(batches), (Part("faces", 0, number),))
@@ -144,11 +146,11 @@ def build_wing_skin(seed: int) -> BsplineSurface:
     knots = np.concatenate([[0.0] * 4, 0.5 - offsets[::-1], 0.5 + offsets, [1.0] * 4])
     places = np.array([knots[k + 1 : k + 4].mean() for k in range(len(knots) - 4)])
     angle = 2 * np.pi * places[:, np.newaxis]
-    along = np.linspace(0, 1, 13)
-    chord, twist = 1 - 0.6 * along, 0.1 * rng.uniform(-1, 1) * along
+    span = np.linspace(0, 1, 13)
+    chord, twist = 1 - 0.6 * span, 0.1 * rng.uniform(-1, 1) * span
     x, y = chord * (1 + np.cos(angle)) / 2, 0.07 * chord * np.sin(angle) * (1.4 - np.cos(angle))
     y = y + 1e-4 * seed * rng.normal(size=y.shape)
-    net = np.stack([x - twist * y, y + twist * x, 8 * along + 0 * x], axis=-1)
+    net = np.stack([x - twist * y, y + twist * x, 8 * span + 0 * x], axis=-1)
     return BsplineSurface(net, (3, 2), (knots, "clamped"))
 
 
@@ -241,15 +243,17 @@ def count_uniform(model: PatchModel, tolerance: float) -> int:
         bound = bound_second_derivatives(batch, (u, v), (count_blocks(u, p), count_blocks(v, q)))
         return float(bound.bound_deviations(1 / u, 1 / v).max()) > tolerance
 
-    def find_least(shape: tuple[int, int]) -> int:
+    def find_min_times(shape: tuple[int, int]) -> int:
         high = 1
         while exceeds_tolerance(high, shape):
             high *= 2
-        # If the bound of some divisions is within the tolerance, so is that of more divisions.
+        # More divisions have a smaller bound, so `bisect_left` finds the least sufficient number.
         times = range(high // 2 + 1, high)
         return times.start + bisect_left(times, True, key=lambda n: not exceeds_tolerance(n, shape))
 
-    return min(2 * find_least(shape) ** 2 * shape[0] * shape[1] * batch.count for shape in SHAPES)
+    return min(
+        2 * find_min_times(shape) ** 2 * shape[0] * shape[1] * batch.count for shape in SHAPES
+    )
 
 
 def compare_meshes(surface: Surface, relative: float, occ: OpenCascade) -> Comparison:
@@ -258,7 +262,7 @@ def compare_meshes(surface: Surface, relative: float, occ: OpenCascade) -> Compa
     points = np.concatenate([batch.points.reshape(-1, 3) for batch in model.batches])
     tolerance = relative * float(np.linalg.norm(np.ptp(points, axis=0)))
     times: list[tuple[float, float]] = []
-    while len(times) < ROUNDS and (not times or times[0][0] < LONG):
+    while len(times) < ROUNDS and (not times or times[0][0] < MAX_REPEATED_SECONDS):
         mesh, seconds = time_mesh(model, tolerance)
         occ_corners, occ_seconds, occ_peak = occ(surface, tolerance)
         times.append((seconds, occ_seconds))

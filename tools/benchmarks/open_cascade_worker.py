@@ -89,10 +89,11 @@ def main() -> None:
         builder.MakeCompound(compound)
         for face in faces:
             builder.Add(compound, face)
+        # Resets the peak VmHWM to the present memory: proc_pid_clear_refs(5).
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-        before, start = read_bytes("VmRSS"), time.process_time()
+        bytes_before, start = read_bytes("VmRSS"), time.process_time()
         BRepMesh_IncrementalMesh(compound, deflection, False, ANGLE, False)
-        seconds, peak = time.process_time() - start, read_bytes("VmHWM") - before
+        seconds, peak = time.process_time() - start, read_bytes("VmHWM") - bytes_before
         corners = np.concatenate([read_corners(face) for face in faces])
         np.savez(f"{name}.out.npz", corners=corners, seconds=seconds, peak=peak)
         print(name, flush=True)

@@ -39,13 +39,13 @@ def run() -> None:
         print_closest(title, to_patches(surface.lower()))
     print(f"\n{'rays a second':24}{'first hits':>12}{'all hits':>12}{'hits a ray':>12}")
     for title, surface in surfaces.items():
-        rates, each = measure_ray_rates(to_patches(surface.lower()))
-        print(f"{title:24}" + "".join(f"{rate:12,.0f}" for rate in rates) + f"{each:12.2f}")
+        rates, hits_per_ray = measure_ray_rates(to_patches(surface.lower()))
+        print(f"{title:24}" + "".join(f"{rate:12,.0f}" for rate in rates) + f"{hits_per_ray:12.2f}")
 
     print(f"\n{'':24}{'signs a second':>16}{'planes a second':>16}{'measured, ms':>16}")
     for name in ("sphere", "rounded-box", "utah-teapot"):
-        others = measure_other_rates(find(name).surface())
-        print(f"{name:24}" + "".join(f"{value:16,.0f}" for value in others), flush=True)
+        values = measure_other_rates(find(name).surface())
+        print(f"{name:24}" + "".join(f"{value:16,.0f}" for value in values), flush=True)
 
 
 def measure_other_rates(surface: SurfaceKind) -> tuple[float, float, float]:

@@ -168,39 +168,48 @@ def run(arguments: Sequence[str] = ()) -> bool:
         responses = Path(temporary) / "answers"
         responses.mkdir()
         service = stack.enter_context(start_uvicorn(SERVICE, responses))
-        chosen = [w for w in list_works(service) if not options.names or w.name in options.names]
-        for work in chosen:
+        works = [
+            work for work in list_works(service) if not options.names or work.name in options.names
+        ]
+        for work in works:
             (responses / work.name).write_bytes(work.send(service).content)
         echo, plain = (stack.enter_context(start_uvicorn(app, responses)) for app in (ECHO, PLAIN))
-        old = None
+        old_service = None
         if options.against:
-            old = stack.enter_context(start_uvicorn(SERVICE, responses, options.against.absolute()))
-        for work in chosen:
+            old_service = stack.enter_context(
+                start_uvicorn(SERVICE, responses, options.against.absolute())
+            )
+        for work in works:
             script = work.write_script(Path(temporary))
             urls = {"service": service.url + work.target, "echo": f"{echo.url}/{work.name}"}
             if "resolution" in (work.document or {}):
                 urls["plain"] = f"{plain.url}/mesh.{work.name.rpartition('.')[2]}"
-            if old is not None:
-                urls["old"] = old.url + work.target
+            if old_service is not None:
+                urls["old"] = old_service.url + work.target
             rates = [
                 {name: measure_rate(url, script, options.seconds) for name, url in urls.items()}
                 for _ in range(options.rounds)
             ]
-            each = {name: median(row[name] for row in rates) for name in urls}
-            ratio = {
+            median_rates = {name: median(row[name] for row in rates) for name in urls}
+            ratio_of = {
                 name: median(row["service"] / (row[name] or nan) for row in rates) for name in urls
             }
-            if ratio["echo"] < MIN_RATIOS.get(work.name, 0):
+            if ratio_of["echo"] < MIN_RATIOS.get(work.name, 0):
                 too_slow.append(f"{work.name}: the ratio must be {MIN_RATIOS[work.name]}")
             size = (responses / work.name).stat().st_size
-            line = f"{work.name:18}{size:10}{each['service']:11.1f}"
+            line = f"{work.name:18}{size:10}{median_rates['service']:11.1f}"
             for name, key in (("echo", work.name), ("plain", f"{work.name} / plain")):
                 if name in urls:
-                    ratios[key] = round(ratio[name], 3)
-                    line += f"{each[name]:10.1f}{ratio[name]:8.3f}{baseline.get(key, 0):8.3f}"
+                    ratios[key] = round(ratio_of[name], 3)
+                    line += f"{median_rates[name]:10.1f}{ratio_of[name]:8.3f}"
+                    line += f"{baseline.get(key, 0):8.3f}"
                 else:
                     line += " " * 26
-            print(line + (f"{each['old']:10.1f}{ratio['old']:9.2f}" if old else ""), flush=True)
+            print(
+                line
+                + (f"{median_rates['old']:10.1f}{ratio_of['old']:9.2f}" if old_service else ""),
+                flush=True,
+            )
     if options.keep:
         BASELINE.write_text(json.dumps(baseline | ratios, indent=1) + "\n")
     for line in too_slow:

@@ -118,9 +118,9 @@ def main(arguments: list[str]) -> int:
             for text in result.complaints():
                 print(f"\r{text}", file=sys.stderr)
             if len(findings) % 50 == 0 or len(findings) == len(tasks):
-                failed = sum(bool(each.faults) for each in findings)
+                fault_count = sum(bool(each.faults) for each in findings)
                 print(
-                    f"\r{len(findings)} of {len(tasks)}, {failed} wrong, "
+                    f"\r{len(findings)} of {len(tasks)}, {fault_count} wrong, "
                     f"{time.monotonic() - start:.0f} s",
                     end="",
                     file=sys.stderr,
@@ -141,14 +141,14 @@ def print_report(findings: list[Finding]) -> int:
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]
     by_resolution = [v for v in verdicts if v.case.resolution is not None]
-    for title, listed, counts in (
+    for title, rows, counts in (
         ("family", by_tolerance, ("missed", "bad", "excused")),
         ("by resolution", by_resolution, ()),
         ("models", models, ("seams", "boundary")),
         ("equal up to rounding", nearly_closed, ("closed",)),
     ):
-        if listed:
-            print("\n".join([*write_rows(title, listed, counts), ""]))
+        if rows:
+            print("\n".join([*write_rows(title, rows, counts), ""]))
     two_sided_verdicts = [v for v in by_tolerance if v.case.two_sided and v.mesh_bound > 0]
     if two_sided_verdicts:
         max_ratio = max(v.mesh_deviation / v.mesh_bound for v in two_sided_verdicts)

@@ -56,7 +56,8 @@ NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
 
 def judge_nearly(kind: str, seed: int, tolerance: float) -> NearlyClosed:
     """The findings about the meshes of one surface, by resolution and by tolerance."""
-    case = NEARLY[kind][1](seed)
+    _, build_case = NEARLY[kind]
+    case = build_case(seed)
     finding = NearlyClosed(kind=kind, seed=seed)
     start = time.process_time()
     try:
@@ -80,10 +81,10 @@ def _judge_mesh(finding: NearlyClosed, case: Case, options: MeshOptions) -> None
     finding.tolerance = float(np.linalg.norm(np.ptp(list_points(case.surface), axis=0)))
     finding.triangles, finding.moved = len(mesh.faces), report.get("moved", 0.0)
     finding.bound = report["deviation_bound"]
-    largest = measure_surface_to_mesh(build_sheets(case.surface), mesh.corners, 1000)
-    finding.deviation = largest.distance
-    if not largest.distance <= finding.bound + largest.noise:
-        finding.faults.append(f"deviates by {largest.distance}, bound {finding.bound}")
+    deviation = measure_surface_to_mesh(build_sheets(case.surface), mesh.corners, 1000)
+    finding.deviation = deviation.distance
+    if not deviation.distance <= finding.bound + deviation.noise:
+        finding.faults.append(f"deviates by {deviation.distance}, bound {finding.bound}")
     finding.closed = report["watertight"]
     # An opening narrower than the tolerance may be closed: both sides may be the same edge.
     is_narrow_opening = case.is_closed is False and options.accuracy is not None
@@ -113,10 +114,10 @@ def _change_order(rng: np.random.Generator, surface: Pieces) -> Pieces:
 
 
 def _compare_order(
-    finding: NearlyClosed, mesh: Written, reordered: Pieces, options: MeshOptions
+    finding: NearlyClosed, mesh: Written, reordered_surface: Pieces, options: MeshOptions
 ) -> None:
     """Adds a fault if the patches in another order give other triangles."""
-    if list_triangles(write_mesh(reordered, options)) != list_triangles(mesh):
+    if list_triangles(write_mesh(reordered_surface, options)) != list_triangles(mesh):
         finding.faults.append("the order of the patches matters")
 
 
@@ -128,5 +129,6 @@ def write_mesh(surface: Pieces, options: MeshOptions) -> Written:
 def list_triangles(mesh: Written) -> set[bytes]:
     """All triangles, each as bytes, with its corners sorted by coordinates."""
     corners = mesh.corners
+    # By x, then y, then z: `lexsort` sorts by its last key first, so the axes are reversed.
     order = np.lexsort(corners.transpose(2, 0, 1)[::-1], axis=1)
     return {t.tobytes() for t in np.take_along_axis(corners, order[..., None], axis=1)}

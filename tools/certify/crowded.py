@@ -134,15 +134,15 @@ def _draw_crowded_knots(rng: Random, count: int, degree: int, distance: float) -
     In a group, the distance of neighbours is `distance` times the range of the knots. The knots are
     less than 10^6 times their range away from zero.
     """
-    inner: list[float] = []
-    remaining = count - degree - 1
-    places = np.sort(rng.uniform(0.1, 0.9, max(remaining, 1))).tolist()
-    while remaining:
-        repeats = min(remaining, int(rng.integers(1, degree, endpoint=True)))
-        inner += [places[remaining - 1] + k * distance for k in range(repeats)]
-        remaining -= repeats
-    knots = np.concatenate([np.zeros(degree + 1), np.sort(inner), np.ones(degree + 1)])
-    shifted: Array = (knots + rng.choice([0, 1, -1]) * 10.0 ** rng.integers(0, 6)) * rng.uniform(
-        0.1, 9
-    )
-    return shifted
+    inner_knots: list[float] = []
+    missing_knots = count - degree - 1
+    places = np.sort(rng.uniform(0.1, 0.9, max(missing_knots, 1))).tolist()
+    while missing_knots:
+        repeats = min(missing_knots, int(rng.integers(1, degree, endpoint=True)))
+        inner_knots += [places[missing_knots - 1] + k * distance for k in range(repeats)]
+        missing_knots -= repeats
+    knots = np.concatenate([np.zeros(degree + 1), np.sort(inner_knots), np.ones(degree + 1)])
+    moved_knots: Array = (
+        knots + rng.choice([0, 1, -1]) * 10.0 ** rng.integers(0, 6)
+    ) * rng.uniform(0.1, 9)
+    return moved_knots

@@ -24,7 +24,7 @@ from tools.certify.written import Written, read_file
 KINDS = "bicubic, wild", "NURBS", "rational triangles", "poles", "creases", "quadrics", "flat"
 COUNT = 40
 PIXELS = 2.0
-NEAR = 1e-3
+MIN_DISTANCE = 1e-3
 """A share of the diagonal: points nearer to the camera are judged as if they were at this
 distance."""
 
@@ -46,15 +46,15 @@ def judge_group(seed: int, relative: float) -> Joint:
         joint.faults.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    # The tolerance is relative to the diagonal of the control points, which is larger than that of
-    # the samples, but by less than a factor of 4.
+    # The tolerance is relative to the diagonal of the control points, which is larger than the
+    # diagonal of the samples, but by less than a factor of 4.
     joint.tolerance = relative * 4 * size
     check_deviation(joint, sheets, mesh, "member", 2000)
-    allowed = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
+    max_ratio = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
     eye = np.array(camera.position)
-    ratio = measure_seen_deviation(sheets, camera_mesh.corners, eye, NEAR * 4 * size, 1000)
-    if not ratio <= allowed * (1 + 1e-9):
-        joint.faults.append(f"deviates by {ratio / allowed * PIXELS} pixels, allowed {PIXELS}")
+    ratio = measure_seen_deviation(sheets, camera_mesh.corners, eye, MIN_DISTANCE * 4 * size, 1000)
+    if not ratio <= max_ratio * (1 + 1e-9):
+        joint.faults.append(f"deviates by {ratio / max_ratio * PIXELS} pixels, allowed {PIXELS}")
     return joint
 
 

@@ -126,11 +126,11 @@ def _compare_bounds(
     if not verdict.bound <= verdict.tolerance:
         verdict.faults.append(f"bound {verdict.bound} above tolerance {verdict.tolerance}")
     count = int(np.clip(4 * len(mesh.faces), *samples))
-    largest = measure_surface_to_mesh(sheets, mesh.corners, count)
-    verdict.deviation = max(verdict.deviation, largest.distance)
-    if not largest.distance <= verdict.bound + largest.noise:
+    deviation = measure_surface_to_mesh(sheets, mesh.corners, count)
+    verdict.deviation = max(verdict.deviation, deviation.distance)
+    if not deviation.distance <= verdict.bound + deviation.noise:
         verdict.faults.append(
-            f"deviation {largest.distance} above bound {verdict.bound} at {largest.place}"
+            f"deviation {deviation.distance} above bound {verdict.bound} at {deviation.place}"
         )
     if verdict.case.family == "spikes" and verdict.case.resolution is None:
         peak = float(surface.control_net[..., 2].max())
@@ -146,7 +146,7 @@ def _compare_bounds(
         )
         if not verdict.mesh_bound <= 2 * verdict.tolerance:
             verdict.faults.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
-        if not verdict.mesh_deviation <= verdict.mesh_bound + largest.noise:
+        if not verdict.mesh_deviation <= verdict.mesh_bound + deviation.noise:
             verdict.faults.append(
                 f"mesh deviation {verdict.mesh_deviation} above bound {verdict.mesh_bound}"
             )
@@ -154,40 +154,42 @@ def _compare_bounds(
 
 def _find_flat(verdict: Verdict, surface: Any, mesh: Written) -> list[int]:
     """Rows of the triangles without area, except those whose area only rounding made zero."""
-    flat = find_flat_triangles(mesh.corners)
+    flat_rows = find_flat_triangles(mesh.corners)
     if mesh.steps is None or mesh.places is None:
-        return flat
+        return flat_rows
     (sheet,) = build_sheets(surface)
     places, steps = mesh.places, mesh.steps[mesh.faces]
-    not_excused = [
-        k for k in flat if not is_flattened_by_rounding(sheet, mesh.corners[k], places[k], steps[k])
+    faulty_rows = [
+        k
+        for k in flat_rows
+        if not is_flattened_by_rounding(sheet, mesh.corners[k], places[k], steps[k])
     ]
-    verdict.excused = len(flat) - len(not_excused)
-    return not_excused
+    verdict.excused = len(flat_rows) - len(faulty_rows)
+    return faulty_rows
 
 
-def _count_faults(verdict: Verdict, mesh: Written, flat: list[int] | None) -> None:
+def _count_faults(verdict: Verdict, mesh: Written, flat_rows: list[int] | None) -> None:
     """Adds faults: triangles without area or reversed, edges with more than two triangles.
 
-    `flat` are the rows of triangles without area. It is None for a mesh of a line, whose triangles
-    have no area and whose edges overlap.
+    `flat_rows` are the rows of triangles without area. It is None for a mesh of a line, whose
+    triangles have no area and whose edges overlap.
     """
-    bad = Counter(
+    fault_counts = Counter(
         {
             "have a vertex twice": int((np.diff(np.sort(mesh.faces, axis=1)) == 0).any(1).sum()),
-            "have no area": len(flat or ()),
+            "have no area": len(flat_rows or ()),
             "are reversed": 0 if mesh.places is None else count_reversed_triangles(mesh.places),
         }
     )
-    verdict.bad = bad.total()
-    verdict.faults += [f"{count} triangles {text}" for text, count in bad.items() if count]
-    boundary, overused = count_edges(mesh.faces)
+    verdict.bad = fault_counts.total()
+    verdict.faults += [f"{count} triangles {text}" for text, count in fault_counts.items() if count]
+    boundary_edges, shared_edges = count_edges(mesh.faces)
     if verdict.case.written_as == "json":
-        if overused and flat is not None:
-            verdict.faults.append(f"{overused} edges of more than two triangles")
-        if boundary != mesh.report["boundary_edges"]:
+        if shared_edges and flat_rows is not None:
+            verdict.faults.append(f"{shared_edges} edges of more than two triangles")
+        if boundary_edges != mesh.report["boundary_edges"]:
             verdict.faults.append(
-                f"{boundary} boundary edges, reported {mesh.report['boundary_edges']}"
+                f"{boundary_edges} boundary edges, reported {mesh.report['boundary_edges']}"
             )
 
 
@@ -195,18 +197,19 @@ def find_flat_triangles(corners: Array) -> list[int]:
     """Rows of the triangles whose area is exactly zero."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
-    longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    thin = np.flatnonzero((normal**2).sum(axis=1) <= (THIN * longest) ** 2)
-    return [k for k in thin.tolist() if is_flat(corners[k])]
+    squared_lengths = [((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
+    max_squares = np.max(squared_lengths, axis=0)
+    thin_rows = np.flatnonzero((normal**2).sum(axis=1) <= (THIN * max_squares) ** 2)
+    return [k for k in thin_rows.tolist() if is_flat(corners[k])]
 
 
 def count_reversed_triangles(places: Array) -> int:
     """Number of triangles that are clockwise in (u, v) by more than the rounding of float32."""
     a, b, c = places[:, 0], places[:, 1], places[:, 2]
     (x, y), (z, w) = (b - a).T, (c - a).T
-    size = np.abs(places).max(axis=(1, 2)) * 2.0**-22
-    doubt = size * (np.abs(b - a) + np.abs(c - a)).sum(axis=1)
-    return int((x * w - y * z < -doubt).sum())
+    rounding = np.abs(places).max(axis=(1, 2)) * 2.0**-22
+    max_error = rounding * (np.abs(b - a) + np.abs(c - a)).sum(axis=1)
+    return int((x * w - y * z < -max_error).sum())
 
 
 def count_edges(faces: Rows) -> tuple[int, int]:

@@ -36,9 +36,10 @@ class Body:
 class Complex:
     """A model of patches, with the corners that each patch shares with others.
 
-    `nets` and `weights` are those of the patches. Patch k has the corners `loops[k]`, in the order
-    of its border: of a grid (0, 0), (1, 0), (1, 1), (0, 1), and of a triangle r, s, t. `alike` are
-    the edges, as pairs of corners, whose control points and weights are equal in all their patches.
+    `nets` and `weights` have one array for each patch. Patch k has the corners `loops[k]`, in the
+    order of its border: of a grid (0, 0), (1, 0), (1, 1), (0, 1), and of a triangle r, s, t.
+    `alike` are the edges, as pairs of corners, whose control points and weights are equal in all
+    their patches.
     """
 
     nets: tuple[Array, ...]
@@ -54,11 +55,11 @@ class Complex:
         """
         batches: list[Patches] = []
         numbers: list[int] = []
-        for number, following in pairwise([*order, None]):
+        for number, next_number in pairwise([*order, None]):
             assert number is not None
             numbers.append(number)
             is_same_shape = (
-                following is not None and self.nets[following].shape == self.nets[number].shape
+                next_number is not None and self.nets[next_number].shape == self.nets[number].shape
             )
             if not (is_same_shape and together):
                 batches.append(self._batch(numbers))
@@ -142,9 +143,10 @@ def _build_prism(count: int) -> Body:
 
 def _build_double_pyramid(count: int) -> Body:
     """A closed body of two pyramids with a common base of `count` corners."""
-    up: list[Loop] = [(k, (k + 1) % count, count) for k in range(count)]
-    down: list[Loop] = [((k + 1) % count, k, count + 1) for k in range(count)]
-    return _build_body([*_list_circle(count, 0), [0, 0, 1.2], [0, 0, -1]], [*up, *down])
+    upper_faces: list[Loop] = [(k, (k + 1) % count, count) for k in range(count)]
+    lower_faces: list[Loop] = [((k + 1) % count, k, count + 1) for k in range(count)]
+    apexes = [[0, 0, 1.2], [0, 0, -1.0]]
+    return _build_body([*_list_circle(count, 0), *apexes], [*upper_faces, *lower_faces])
 
 
 def _build_fan(count: int) -> Body:

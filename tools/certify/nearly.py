@@ -88,8 +88,10 @@ def _divide_domain(
     """`count` intervals that the domain along an axis is divided into, at random parameters."""
     knots, degree = surface.knot_vectors[axis], surface.degree[axis]
     low, high = float(knots[degree]), float(knots[-1 - degree])
-    inner = low + (high - low) * (np.arange(1, count) + rng.uniform(-0.3, 0.3, count - 1)) / count
-    ends = [low, *inner.tolist(), high]
+    inner_ends = (
+        low + (high - low) * (np.arange(1, count) + rng.uniform(-0.3, 0.3, count - 1)) / count
+    )
+    ends = [low, *inner_ends.tolist(), high]
     return list(pairwise(ends))
 
 
@@ -114,8 +116,8 @@ def _change_form(rng: Random, piece: BsplineSurface) -> BsplineSurface:
     p, q = piece.degree
     raises = rng.integers(0, 4, 2) == 0
     choices: list[Operation] = [Reverse("u"), Reverse("v"), Transpose()]
-    chosen = [operation for operation in choices if rng.integers(2)]
-    result = convert(refined, [Elevate((p + int(raises[0]), q + int(raises[1]))), *chosen])
+    operations = [operation for operation in choices if rng.integers(2)]
+    result = convert(refined, [Elevate((p + int(raises[0]), q + int(raises[1]))), *operations])
     assert isinstance(result, BsplineSurface)
     return result
 
@@ -159,17 +161,19 @@ def add_noise(rng: Random, surface: BsplineSurface | PatchSurface, amplitude: fl
 
     Points move by at most `amplitude` times the diagonal, weights by a relative 0.9 `amplitude`.
     """
-    flat = list_points(surface)
-    reach = amplitude * np.linalg.norm(np.ptp(flat, axis=0)) * (1 - 2.0**-10)
-    noise = rng.normal(size=flat.shape)
-    noise *= reach * rng.uniform(0, 1, (len(flat), 1)) / np.linalg.norm(noise, axis=1)[:, None]
-    moved = flat + noise
+    points = list_points(surface)
+    reach = amplitude * np.linalg.norm(np.ptp(points, axis=0)) * (1 - 2.0**-10)
+    noise = rng.normal(size=points.shape)
+    noise *= reach * rng.uniform(0, 1, (len(points), 1)) / np.linalg.norm(noise, axis=1)[:, None]
+    noisy_points = points + noise
     weights = surface.weights
     if weights is not None:
         weights = weights * (1 + 0.9 * amplitude * rng.uniform(-1, 1, weights.shape))
     if isinstance(surface, PatchSurface):
-        return replace(surface, vertices=moved, weights=weights)
-    return replace(surface, control_net=moved.reshape(surface.control_net.shape), weights=weights)
+        return replace(surface, vertices=noisy_points, weights=weights)
+    return replace(
+        surface, control_net=noisy_points.reshape(surface.control_net.shape), weights=weights
+    )
 
 
 def list_points(surface: Pieces | Single) -> Array:

@@ -23,8 +23,8 @@ from tools.certify.models import Complex, Loop, Pair, build_complex
 from tools.certify.table import Finding
 from tools.certify.written import Array, Rows, Written, list_edges, read_file
 
-ALONE = 3
-"""Number of patches of each model that are also meshed without the others."""
+ALONE_PATCHES = 3
+"""Number of patches of each model that are also meshed alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,18 +62,18 @@ def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
         start = time.process_time()
         mesh = _write_mesh(net_complex.model(patches), tolerance)
         joint.seconds = time.process_time() - start
-        reordered = _write_mesh(
+        reordered_mesh = _write_mesh(
             net_complex.model(rng.permutation(len(patches)).tolist(), together=False), tolerance
         )
-        alone_numbers = rng.permutation(len(patches))[:ALONE].tolist()
-        alone = {k: _write_mesh(net_complex.model([k]), tolerance) for k in alone_numbers}
+        alone_numbers = rng.permutation(len(patches))[:ALONE_PATCHES].tolist()
+        alone_meshes = {k: _write_mesh(net_complex.model([k]), tolerance) for k in alone_numbers}
     except Exception as error:  # any error means that no mesh was made
         joint.faults.append(f"{type(error).__name__}: {error}")
         return joint
     joint.triangles = len(mesh.faces)
-    check_order(joint, mesh, reordered)
+    check_order(joint, mesh, reordered_mesh)
     sides = check_seams(joint, net_complex, mesh)
-    for k, alone_mesh in alone.items():
+    for k, alone_mesh in alone_meshes.items():
         in_model = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
         _check_alone(joint, net_complex, k, alone_mesh, in_model)
     count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
@@ -86,10 +86,10 @@ def _write_mesh(model: PatchModel, tolerance: float) -> Written:
     return read_file("json", render(LoweredSurface(model), options, BY_NAME["json"]))
 
 
-def check_order(joint: Joint, mesh: Written, reordered: Written) -> None:
+def check_order(joint: Joint, mesh: Written, reordered_mesh: Written) -> None:
     """Adds a fault for each part whose triangles are not equal bit for bit in both meshes."""
     for name in mesh.parts:
-        if _list_triangles(mesh, name) != _list_triangles(reordered, name):
+        if _list_triangles(mesh, name) != _list_triangles(reordered_mesh, name):
             joint.faults.append(f"{name} depends on the order of the patches")
 
 
@@ -127,13 +127,13 @@ def check_seams(
         seam_lines = [sides[k, pair] for k in patches]
         if any(line != seam_lines[0] for line in seam_lines):
             joint.faults.append(f"the sides of the seam {pair} differ")
-        count = [use_counts[min(a, b), max(a, b)] for a, b in pairwise(seam_lines[0])]
-        if any(n != len(patches) for n in count):
-            joint.faults.append(f"edges on {pair} are used {sorted(set(count))} times")
+        counts = [use_counts[min(a, b), max(a, b)] for a, b in pairwise(seam_lines[0])]
+        if any(n != len(patches) for n in counts):
+            joint.faults.append(f"edges on {pair} are used {sorted(set(counts))} times")
         if len(patches) > 1:
             joint.seams += 1
         else:
-            joint.boundary += len(count)
+            joint.boundary += len(counts)
     if not (uses == 1).sum() == joint.boundary == mesh.report["boundary_edges"]:
         joint.faults.append(
             f"{(uses == 1).sum()} boundary edges, {joint.boundary} expected, "
@@ -153,9 +153,10 @@ def _find_sides(
     through the corners of the patch in their order; otherwise the result is None.
     """
     ends = list_edges(faces)
-    _, first, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
-    following = dict(ends[first[uses == 1]].tolist())
-    if len(following) != (uses == 1).sum():
+    _, rows, uses = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
+    # From each vertex of the border to the next vertex.
+    next_vertex = dict(ends[rows[uses == 1]].tolist())
+    if len(next_vertex) != (uses == 1).sum():
         return None
     vertex_at = {tuple(point): row for row, point in enumerate(vertices.tolist())}
     corner_of_vertex = {vertex_at.get(tuple(net_complex.corners[c].tolist()), -1): c for c in loop}
@@ -164,8 +165,8 @@ def _find_sides(
     start = current = next(iter(corner_of_vertex))
     lines: dict[Pair, list[int]] = {}
     line = [current]
-    for _ in following:
-        current = following.get(current, start)
+    for _ in next_vertex:
+        current = next_vertex.get(current, start)
         line.append(current)
         if current in corner_of_vertex:
             a, b = corner_of_vertex[line[0]], corner_of_vertex[current]
@@ -175,7 +176,7 @@ def _find_sides(
             break
     expected = {(min(a, b), max(a, b)) for a, b in pairwise([*loop, loop[0]])}
     edge_count = sum(len(line) - 1 for line in lines.values())
-    return lines if set(lines) == expected and edge_count == len(following) else None
+    return lines if set(lines) == expected and edge_count == len(next_vertex) else None
 
 
 def _check_alone(

@@ -45,15 +45,15 @@ def write_rows(title: str, findings: Sequence[Finding], counts: Sequence[str] = 
 
 def _write_row(name: str, findings: Sequence[Finding], counts: Sequence[str]) -> str:
     """One row of a table: medians, largest ratios, sums of counts, and the number with faults."""
-    meshed = [each for each in findings if each.triangles] or findings
-    bounded = [each for each in meshed if each.bound > 1e-12 * each.tolerance]
-    ratios = [each.deviation / each.bound for each in bounded] or [0.0]
+    with_triangles = [each for each in findings if each.triangles] or findings
+    with_bound = [each for each in with_triangles if each.bound > 1e-12 * each.tolerance]
+    ratios = [each.deviation / each.bound for each in with_bound] or [0.0]
     sums = (sum(getattr(each, count) for each in findings) for count in counts)
     return (
-        f"{name:28}{len(findings):7}{median(each.triangles for each in meshed):10.0f}"
+        f"{name:28}{len(findings):7}{median(each.triangles for each in with_triangles):10.0f}"
         f"{max(ratios):12.3f}{median(ratios):8.3f}"
-        f"{max(each.deviation / each.tolerance for each in meshed):10.3f}"
-        f"{max(each.bound / each.tolerance for each in meshed):10.3f}"
+        f"{max(each.deviation / each.tolerance for each in with_triangles):10.3f}"
+        f"{max(each.bound / each.tolerance for each in with_triangles):10.3f}"
         f"{''.join(f'{total:9}' for total in sums)}"
         f"{sum(bool(each.faults) for each in findings):6}"
         f"{sum(each.seconds for each in findings):8.1f}"

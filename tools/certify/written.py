@@ -18,8 +18,8 @@ Rows: TypeAlias = NDArray[np.int64]
 class Written:
     """The mesh of a file: vertices (V, 3), faces (T, 3), its report, and further data.
 
-    `places` (T, 3, 2) are the parameters at the corners of the faces. `parts` are the first face of
-    each part and the one after its last, by name, and `part_bounds` the reported bounds of parts.
+    `places` (T, 3, 2) are the parameters at the corners of the faces. `parts` are the ranges of the
+    faces of each part (begin, end), by name, and `part_bounds` the reported bounds of parts.
     `steps` (V, 3) are half the distance of neighbouring float32 numbers at each coordinate, if
     vertices were rounded to float32.
     """
@@ -77,19 +77,19 @@ def _read_glb(content: bytes) -> Written:
     uvs: list[Array] = []
     steps: list[Array] = [np.empty((0, 3))]
     (root,) = gltf.document["scenes"][0]["nodes"]
-    waiting = [(root, np.zeros(3))]
-    while waiting:
-        number, shift = waiting.pop()
+    nodes = [(root, np.zeros(3))]
+    while nodes:
+        number, shift = nodes.pop()
         node = gltf.document["nodes"][number]
         assert not {"rotation", "scale", "matrix"} & set(node)
         shift = shift + np.array(node.get("translation", [0.0, 0.0, 0.0]))
-        waiting += [(child, shift) for child in node.get("children", [])]
+        nodes += [(child, shift) for child in node.get("children", [])]
         for primitive in _list_primitives(gltf, node):
             rows = gltf.array(primitive["indices"]).astype(np.int64).reshape(-1, 3)
-            rounded = gltf.array(primitive["attributes"]["POSITION"])
+            float32_points = gltf.array(primitive["attributes"]["POSITION"])
             faces.append(rows + sum(map(len, points)))
-            points.append(rounded.astype(np.float64) + shift)
-            steps.append(np.spacing(np.abs(rounded)).astype(np.float64) / 2)
+            points.append(float32_points.astype(np.float64) + shift)
+            steps.append(np.spacing(np.abs(float32_points)).astype(np.float64) / 2)
             if "TEXCOORD_0" in primitive["attributes"]:
                 places = gltf.array(primitive["attributes"]["TEXCOORD_0"])
                 uvs.append(places.astype(np.float64)[rows])

@@ -31,7 +31,7 @@ def run_command(*command: str | Path, timeout: float = 900, cwd: Path | None = N
 
     Raises
     ------
-    Failed
+    CheckFailed
         The command fails or takes too long. The message has the end of its output.
     """
     try:

@@ -26,19 +26,22 @@ class Tally:
     """The times of complete requests by kind, and the failed requests."""
 
     seconds: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
-    broken: list[str] = field(default_factory=list)
+    incomplete_responses: list[str] = field(default_factory=list)
     """Requests without a complete response."""
-    wrong: list[str] = field(default_factory=list)
+    wrong_responses: list[str] = field(default_factory=list)
     """Requests with a complete but wrong response."""
 
     @property
     def count(self) -> int:
         """Number of requests that have ended, with or without a complete response."""
-        return sum(map(len, list(self.seconds.values()))) + len(self.broken)
+        return sum(map(len, list(self.seconds.values()))) + len(self.incomplete_responses)
 
     def format_lines(self) -> list[str]:
         """The lines of a table: number, median, 99th percentile and longest time of each kind."""
-        summary = f"{self.count} requests, {len(self.broken)} broken, {len(self.wrong)} wrong"
+        summary = (
+            f"{self.count} requests, {len(self.incomplete_responses)} broken, "
+            f"{len(self.wrong_responses)} wrong"
+        )
         return [summary] + [
             f"  {kind:<11} {len(times):>6}   p50 {_read_quantile(times, 0.5):>8.1f} ms"
             f"   p99 {_read_quantile(times, 0.99):>8.1f} ms   longest {max(times) * 1e3:>8.1f} ms"
@@ -62,11 +65,11 @@ class Clients:
 
 
 def run_under_load(
-    port: int, traffic: Traffic, groups: tuple[Clients, ...], during: Callable[[Tally], None]
+    port: int, traffic: Traffic, groups: tuple[Clients, ...], action: Callable[[Tally], None]
 ) -> Tally:
-    """Sends the requests of all clients to a port of this machine while `during` runs.
+    """Sends the requests of all clients to a port of this machine while `action` runs.
 
-    Then it waits for the running requests, and returns the results. `during` gets the results so
+    Then it waits for the running requests, and returns the results. `action` gets the results so
     far.
     """
     tally = Tally()
@@ -85,7 +88,7 @@ def run_under_load(
         all_groups = [group for group in groups for _ in range(group.number)]
         clients = [pool.submit(send_until_over, group) for group in all_groups]
         try:
-            during(tally)
+            action(tally)
         finally:
             is_over.set()
     for client in clients:
@@ -100,11 +103,11 @@ def _send_one(connection: HTTPConnection, request: Request, traffic: Traffic, ta
         response = _send(connection, request)
     except (OSError, EOFError, HTTPException) as error:
         connection.close()
-        tally.broken.append(f"{time.strftime('%X')} {_describe(request)}: {error!r}")
+        tally.incomplete_responses.append(f"{time.strftime('%X')} {_describe(request)}: {error!r}")
         return
     tally.seconds[request.kind].append(time.perf_counter() - start)
     if fault := traffic.find_fault(request, response):
-        tally.wrong.append(f"{time.strftime('%X')} {_describe(request)}: {fault}")
+        tally.wrong_responses.append(f"{time.strftime('%X')} {_describe(request)}: {fault}")
 
 
 def _send(connection: HTTPConnection, request: Request) -> Response:

@@ -7,6 +7,7 @@ bucket.
 import hashlib
 import json
 import os
+import signal
 import socket
 import time
 from collections import deque
@@ -26,7 +27,7 @@ from tools.processes import Proxy, Server, peak_memory, service_server
 REQUESTS = 20_000
 ROUNDS = 4
 KILLS = 10
-LONGEST = float(os.environ.get("LONGEST", "180"))
+MAX_SECONDS = float(os.environ.get("LONGEST", "180"))
 """Seconds after which no further round of restarts begins; a busy machine needs more."""
 
 SETTINGS = {"SURFACE_DRAIN_DELAY": "5", "SURFACE_DRAIN_TIMEOUT": "60", "SURFACE_THREADS": "2"}
@@ -72,8 +73,8 @@ def start_two_behind_haproxy(folder: Path) -> Iterator[tuple[Proxy, tuple[Server
 def print_results(capsys: pytest.CaptureFixture[str], tally: Tally, *lines: str) -> None:
     """Prints the results, also if the test passes."""
     with capsys.disabled():
-        failed = (*tally.broken[:20], *tally.wrong[:20])
-        print("", *tally.format_lines(), *lines, *failed, sep="\n  ")
+        failures = (*tally.incomplete_responses[:20], *tally.wrong_responses[:20])
+        print("", *tally.format_lines(), *lines, *failures, sep="\n  ")
 
 
 def check_store(folder: Path, traffic: Traffic, instances: tuple[Server, ...]) -> str:
@@ -105,7 +106,7 @@ def test_no_request_fails_while_instances_are_restarted(
             begin = time.monotonic()
             rounds = 0
             while rounds < ROUNDS or tally.count < REQUESTS:
-                if time.monotonic() - begin > LONGEST:
+                if time.monotonic() - begin > MAX_SECONDS:
                     break
                 for each in instances:
                     start = time.monotonic()
@@ -121,16 +122,16 @@ def test_no_request_fails_while_instances_are_restarted(
         tally = run_under_load(proxy.port, traffic, CLIENTS, restart)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
         cache_hits = proxy.metric("haproxy_backend_http_cache_hits_total")
-        stored = check_store(tmp_path, traffic, instances)
+        store_summary = check_store(tmp_path, traffic, instances)
     print_results(
         capsys,
         tally,
         f"{len(codes)} restarts, the longest stop {max(seconds):.1f} s, the most memory"
         f" {max(peaks) / 1e6:.0f} MB; {retries:.0f} retries, {cache_hits:.0f} hits in HAProxy",
-        stored,
+        store_summary,
     )
-    assert not tally.broken
-    assert not tally.wrong
+    assert not tally.incomplete_responses
+    assert not tally.wrong_responses
     assert set(codes) == {0}
     assert tally.count >= REQUESTS
     assert len(codes) >= 2 * ROUNDS
@@ -156,26 +157,28 @@ def test_killed_instances_lose_no_stored_surface_and_break_few_responses(
             for number in range(KILLS):
                 each = instances[number % 2]
                 time.sleep(1.5 + 0.13 * number)
-                assert each.kill() == -9
-                before = tally.count
+                assert each.kill() == -signal.SIGKILL
+                count_before = tally.count
                 time.sleep(0.5)
-                assert tally.count > before, "the other instance does not respond"
+                assert tally.count > count_before, "the other instance does not respond"
                 each.start()
                 each.wait_until_ready()
                 time.sleep(1.5)
 
         tally = run_under_load(proxy.port, traffic, clients, kill)
         retries = proxy.metric("haproxy_backend_retry_warnings_total")
-        stored = check_store(tmp_path, traffic, instances)
-    bad_gateways = [line for line in tally.wrong if ": 502 " in line]
+        store_summary = check_store(tmp_path, traffic, instances)
+    bad_gateways = [line for line in tally.wrong_responses if ": 502 " in line]
     print_results(
         capsys,
         tally,
         f"{KILLS} killed; {retries:.0f} retries, {len(bad_gateways)} responses 502",
-        stored,
+        store_summary,
     )
-    assert tally.wrong == bad_gateways
-    assert len(tally.broken) + len(bad_gateways) <= KILLS * sum(group.number for group in clients)
+    assert tally.wrong_responses == bad_gateways
+    assert len(tally.incomplete_responses) + len(bad_gateways) <= KILLS * sum(
+        group.number for group in clients
+    )
     assert tally.count > 100 * KILLS
 
 
@@ -188,22 +191,23 @@ def test_a_client_notices_that_a_response_is_incomplete(tmp_path: Path) -> None:
         socket_options=[(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)]
     )
     with start_two_behind_haproxy(tmp_path) as (proxy, instances):
-        complete = httpx.get(proxy.url + target, headers=identity, timeout=60)
-        assert complete.status_code == 200
+        complete_response = httpx.get(proxy.url + target, headers=identity, timeout=60)
+        assert complete_response.status_code == 200
         with (
             httpx.Client(base_url=proxy.url, transport=small_buffer, timeout=60) as client,
             client.stream("GET", target, headers=identity) as response,
         ):
             pieces = response.iter_raw(1 << 16)
             next(pieces)
-            find_serving(proxy, instances).kill()
+            find_serving_instance(proxy, instances).kill()
             with pytest.raises(httpx.RemoteProtocolError):
                 deque(pieces)
         assert response.status_code == 200
-        assert int(response.headers["content-length"]) == len(complete.content)
+        assert int(response.headers["content-length"]) == len(complete_response.content)
         # The other instance still responds.
         assert (
-            httpx.get(proxy.url + target, headers=identity, timeout=60).content == complete.content
+            httpx.get(proxy.url + target, headers=identity, timeout=60).content
+            == complete_response.content
         )
 
 
@@ -215,34 +219,35 @@ def test_responses_that_the_proxy_sends_by_itself(tmp_path: Path) -> None:
             response = httpx.get(proxy.url + path)
             assert (response.status_code, response.json()["code"]) == (404, "not_found")
         # A long head reaches the service, which refuses the query itself.
-        refused = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
-        assert refused.status_code == 422
+        refusal = httpx.get(f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{'a' * 60_000}=1")
+        assert refusal.status_code == 422
         # The proxy caches a small response and revalidates it; headers about one request are not
         # cached.
         for coding, resolution in (("identity", 4), ("gzip", 5)):
             query = f"resolution={resolution}&engine={ENGINE}"
             target = f"{proxy.url}/v1/surfaces/saddle/mesh.glb?{query}"
-            first, second = (httpx.get(target, headers={"Accept-Encoding": coding}) for _ in "12")
+            headers = {"Accept-Encoding": coding}
+            first, second = (httpx.get(target, headers=headers) for _ in range(2))
             assert first.content == second.content
             assert ("age" in first.headers, "age" in second.headers) == (False, True)
             assert first.headers["x-request-id"]
             assert not second.headers.keys() & {"x-request-id", "server-timing"}
-            headers = {"Accept-Encoding": coding, "If-None-Match": first.headers["etag"]}
+            headers["If-None-Match"] = first.headers["etag"]
             assert httpx.get(target, headers=headers).status_code == 304
         for each in instances:
             each.kill()
         assert httpx.get(target).status_code == 200
-        refused = httpx.post(f"{proxy.url}/v1/points", json={})
-        assert (refused.status_code, refused.json()["code"]) == (503, "no_instance")
-        assert refused.headers["content-type"] == "application/problem+json"
-        assert int(refused.headers["retry-after"]) > 0
+        refusal = httpx.post(f"{proxy.url}/v1/points", json={})
+        assert (refusal.status_code, refusal.json()["code"]) == (503, "no_instance")
+        assert refusal.headers["content-type"] == "application/problem+json"
+        assert int(refusal.headers["retry-after"]) > 0
 
 
-def find_serving(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
+def find_serving_instance(proxy: Proxy, instances: tuple[Server, Server]) -> Server:
     """The instance to which the proxy sends requests now."""
-    busy = {
+    sessions_of = {
         each: proxy.metric("haproxy_server_current_sessions", f'server="{name}"')
         for each, name in zip(instances, ("surface", "surface-2"), strict=True)
     }
-    (only,) = (each for each, sessions in busy.items() if sessions)
-    return only
+    (serving_instance,) = (each for each, sessions in sessions_of.items() if sessions)
+    return serving_instance

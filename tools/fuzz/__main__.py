@@ -40,9 +40,9 @@ def main(seconds: int, names: list[str]) -> bool:
     """Fuzzes the targets one after the other; returns whether there are no findings."""
     shutil.rmtree(FOLDER, ignore_errors=True)
     FOLDER.mkdir(parents=True)
-    chosen = names or list(TARGETS)
-    passes = [fuzz(name, max(1, seconds // len(chosen))) for name in chosen]
-    return all(passes)
+    targets = names or list(TARGETS)
+    results = [fuzz(name, max(1, seconds // len(targets))) for name in targets]
+    return all(results)
 
 
 if __name__ == "__main__":

@@ -31,15 +31,15 @@ def judge(target: Callable[[bytes], None], content: bytes, seconds: float = SECO
     Exception
         Any exception of the target, except a `SurfaceError`, with which the service refuses input.
     """
-    before, start = measure_resident(), time.process_time()
+    bytes_before, start = measure_resident(), time.process_time()
     peak_before = measure_peak()
     with suppress(SurfaceError):
         target(content)
     elapsed, peak = time.process_time() - start, measure_peak()
     if elapsed > seconds:
         raise TooExpensive(f"{elapsed:.1f} s for {len(content)} bytes")
-    if peak > peak_before and peak - before > MEMORY:
-        raise TooExpensive(f"{(peak - before) >> 20} MiB for {len(content)} bytes")
+    if peak > peak_before and peak - bytes_before > MEMORY:
+        raise TooExpensive(f"{(peak - bytes_before) >> 20} MiB for {len(content)} bytes")
 
 
 def measure_resident() -> int:

@@ -15,7 +15,7 @@ import atheris
 
 with atheris.instrument_imports(include=["service"]):
     from tools.fuzz.judge import judge
-    from tools.fuzz.seeds import LARGEST, SEEDS
+    from tools.fuzz.seeds import MAX_INPUT_BYTES, SEEDS
     from tools.fuzz.targets import TARGETS
 
 SEED = 20260101
@@ -43,14 +43,14 @@ def main(name: str, seconds: str, folder: str) -> None:
     corpus = Path(folder) / name
     corpus.mkdir(parents=True, exist_ok=True)
     for number, content in enumerate(SEEDS[name]()):
-        if len(content) <= LARGEST:
+        if len(content) <= MAX_INPUT_BYTES:
             (corpus / f"seed-{number:04}").write_bytes(content)
     target = TARGETS[name]
     arguments = [
         sys.argv[0],
         str(corpus),
         f"-max_total_time={seconds}",
-        f"-max_len={LARGEST}",
+        f"-max_len={MAX_INPUT_BYTES}",
         f"-seed={SEED}",
         f"-timeout={MAX_INPUT_SECONDS}",
         f"-rss_limit_mb={MAX_MEMORY_MIB}",
@@ -72,22 +72,22 @@ def main(name: str, seconds: str, folder: str) -> None:
 
 def mutate_content(content: bytes, seed: int) -> bytes:
     """The content after some random changes of words: replaced, removed, repeated, exchanged."""
-    random_choice = random.Random(seed)
+    generator = random.Random(seed)
     tokens = _TOKENS.findall(content, 0, len(content))[:MAX_TOKENS]
-    for _ in range(random_choice.choice((1, 1, 2, 3, 6))):
+    for _ in range(generator.choice((1, 1, 2, 3, 6))):
         if not tokens:
-            return random_choice.choice(VALUES)
-        _change_token(tokens, random_choice)
+            return generator.choice(VALUES)
+        _change_token(tokens, generator)
     return b"".join(tokens)
 
 
-def _change_token(tokens: list[bytes], random_choice: random.Random) -> None:
+def _change_token(tokens: list[bytes], generator: random.Random) -> None:
     """Changes, exchanges, removes or inserts some of the words, in place."""
-    first, second = random_choice.randrange(len(tokens)), random_choice.randrange(len(tokens))
-    length = random_choice.choice((1, 1, 2, 4, 8, 16))
-    match random_choice.randrange(6):
+    first, second = (generator.randrange(len(tokens)) for _ in range(2))  # indices of words
+    length = generator.choice((1, 1, 2, 4, 8, 16))
+    match generator.randrange(6):
         case 0:
-            tokens[first] = random_choice.choice(VALUES)
+            tokens[first] = generator.choice(VALUES)
         case 1:
             tokens[first] = tokens[second]
         case 2:
@@ -97,7 +97,7 @@ def _change_token(tokens: list[bytes], random_choice: random.Random) -> None:
         case 4:
             tokens[second:second] = tokens[first : first + length]
         case _:
-            tokens.insert(first, random_choice.choice(VALUES))
+            tokens.insert(first, generator.choice(VALUES))
 
 
 if __name__ == "__main__":

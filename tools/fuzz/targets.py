@@ -104,12 +104,12 @@ def parse_query(content: bytes) -> None:
     """Parses the query of the URL of a mesh, and the query of a request with a file."""
     pairs = parse_qsl(content.decode("latin-1"), keep_blank_values=True)
     try:
-        parsed = parse_mesh_query(pairs)
+        options = parse_mesh_query(pairs)
     except SurfaceError:
         pass
     else:
-        written = canonical_query(parsed)
-        if canonical_query(parse_mesh_query(parse_qsl(written))) != written:
+        query = canonical_query(options)
+        if canonical_query(parse_mesh_query(parse_qsl(query))) != query:
             raise AssertionError("parsing the canonical query gives another query")
     document = document_from_query(pairs)
     format_by_name(str(document.get("format")), FORMATS)
@@ -152,7 +152,7 @@ def parse_keys(content: bytes) -> None:
         join_entries(parse_entries(content.decode("utf-8", "replace").splitlines()), _KEYS)
 
 
-_SIGNER = Signer([SECRET, SECRET[::-1]])
+_SIGNER = Signer([SECRET, SECRET[::-1]])  # two different secrets, as during a rotation
 _PATH = "/v1/surfaces/saddle/mesh.glb"
 
 
@@ -204,8 +204,8 @@ class _RunningService:
         protocol_class: Callable[..., asyncio.Protocol] = self.config.http_protocol_class
         protocol = protocol_class(config=self.config, server_state=state, app_state={})
         protocol.connection_made(wire)
-        half = len(content) // 2
-        for piece in (content[:half], content[half:]):
+        middle = len(content) // 2
+        for piece in (content[:middle], content[middle:]):
             if not wire.is_closed:
                 protocol.data_received(piece)
                 await asyncio.sleep(0)

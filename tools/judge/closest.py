@@ -5,8 +5,10 @@
 It requests the closest points of 4500 points for each of 8 surfaces of every family, and for the
 examples. The points are in the box, beside it, far away, on the surface, close to it, on its
 normals up to ten diagonals away, and midway between two points of the surface. A row has these
-counts. `outside`: the judge found a nearer point than the interval allows. `wrong`: the interval
-was reached, but the reported point is not the nearest. One of `EACH` points is also judged by an
+counts. `outside`: the judge found a nearer point than the interval allows. `wrong`: the service
+says that its interval is narrow enough, but the reported point is not the nearest. `wider`: the
+service says that its interval is not narrow enough. `tied`: several points may be the nearest. One
+of `ENCLOSED_EVERY` points is also judged by an
 interval that certainly contains the least distance (`enclosed`): the two intervals must overlap,
 else the point is `outside`. `undecided`: computing that interval takes too many pieces, as for
 lines. The exit status is 1 if any point is outside or wrong.
@@ -31,12 +33,12 @@ from tools.judge.__main__ import write_document
 from tools.judge.enclosures import enclose_least_distances
 from tools.judge.exact import list_nets
 
-FIRST = 7000
+FIRST_SEED = 7000
 """Seed of the first surface of a family; tests and `make certify` use other seeds."""
 
 
-EACH, WIDTH = 10, 1e-9
-"""One of `EACH` points is enclosed, by an interval of width `WIDTH` in diagonals."""
+ENCLOSED_EVERY, WIDTH = 10, 1e-9
+"""Every 10th point is enclosed, by an interval of width `WIDTH` in diagonals."""
 
 EXAMPLES = tuple(name for name in ALL_EXAMPLES if name not in ("trefoil-tube", "ribbon", "hair"))
 """The examples that are made of patches."""
@@ -47,29 +49,35 @@ def scatter_points(sheets: list[Sheet], low: Array, high: Array, count: int, see
     rng = np.random.default_rng(seed)
     reach = float(np.linalg.norm(high - low))
     each = max(1, count // 7)
-    near, beside, far = (
-        rng.uniform(low - by * reach, high + by * reach, (each, 3)) for by in (0, 0.3, 4)
+    points_in_boxes = [
+        rng.uniform(low - margin * reach, high + margin * reach, (each, 3))
+        for margin in (0, 0.3, 4)
+    ]
+    samples, normals = (
+        np.concatenate(arrays) for arrays in zip(*map(_sample_normals, sheets), strict=True)
     )
-    on, normals = (np.concatenate(many) for many in zip(*map(_sample_normals, sheets), strict=True))
-    first, second, close, below = (rng.integers(0, len(on), each) for _ in range(4))
-    above = rng.choice([-1, 1], each) * 10.0 ** rng.uniform(-3, 1, each)
+    first, second, third, fourth = (rng.integers(0, len(samples), each) for _ in range(4))
+    heights = reach * rng.choice([-1, 1], each) * 10.0 ** rng.uniform(-3, 1, each)
     return np.concatenate(
         [
-            near, beside, far, on[first], on[close] + rng.normal(0, 1e-3 * reach, (each, 3)),
-            on[below] + reach * above[:, np.newaxis] * normals[below], (on[first] + on[second]) / 2,
+            *points_in_boxes,
+            samples[first],
+            samples[third] + rng.normal(0, 1e-3 * reach, (each, 3)),
+            samples[fourth] + heights[:, np.newaxis] * normals[fourth],
+            (samples[first] + samples[second]) / 2,
         ]
-    )  # fmt: skip
+    )
 
 
 def _sample_normals(sheet: Sheet) -> tuple[Array, Array]:
     """Points of a sheet, and its approximate unit normals there."""
     places = sheet.samples(500)
-    at = sheet.at(places)
-    du, dv = (sheet.at(sheet.inside(places + 1e-6 * axis)) - at for axis in np.eye(2))
+    points = sheet.at(places)
+    du, dv = (sheet.at(sheet.inside(places + 1e-6 * axis)) - points for axis in np.eye(2))
     normals = np.cross(du, dv)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals /= np.where(lengths > 0, lengths, 1.0)
-    return at + sheet.origin, normals
+    return points + sheet.origin, normals
 
 
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
@@ -86,27 +94,28 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     diagonal = float(np.linalg.norm(high - low))
     # The rounding errors of the samples themselves.
     slack = 1e-15 * np.abs(points).max(axis=1) + 1e-14 * diagonal
-    least = find_nearest(sheets, points)
+    least_distances = find_nearest(sheets, points)
     reached, bounds = columns["reached"], columns["distance_bounds"]
-    away = np.linalg.norm(columns["positions"] - points, axis=1)
-    wrong = reached & (columns["distances"] > least + 1e-9 * diagonal + slack)
-    wrong |= np.abs(away - columns["distances"]) > 8 * slack
-    outside = (least < bounds[:, 0] - slack) | (columns["distances"] > bounds[:, 1])
+    position_distances = np.linalg.norm(columns["positions"] - points, axis=1)
+    is_wrong = reached & (columns["distances"] > least_distances + 1e-9 * diagonal + slack)
+    is_wrong |= np.abs(position_distances - columns["distances"]) > 8 * slack
+    is_outside = least_distances < bounds[:, 0] - slack
+    is_outside |= columns["distances"] > bounds[:, 1]
     enclosed = undecided = 0
     if surface:
-        sampled = np.arange(seed % EACH, len(points), EACH)
+        rows = np.arange(seed % ENCLOSED_EVERY, len(points), ENCLOSED_EVERY)
         origin = (low + high) / 2
         nets = [net.astype(np.float64) for net in list_nets(write_document(surface), origin)]
-        lows, highs = enclose_least_distances(nets, points[sampled] - origin, WIDTH * diagonal)
-        outside[sampled] |= (bounds[sampled, 1] + slack[sampled] < lows) | (
-            bounds[sampled, 0] > highs
-        )
+        lows, highs = enclose_least_distances(nets, points[rows] - origin, WIDTH * diagonal)
+        is_outside[rows] |= bounds[rows, 1] + slack[rows] < lows
+        is_outside[rows] |= bounds[rows, 0] > highs
         undecided = int(np.isnan(highs).sum())
-        enclosed = len(sampled) - undecided
-    if (outside | wrong).any():
-        print(f"{name}, {seed}: points {np.flatnonzero(outside | wrong)[:9].tolist()}", flush=True)
+        enclosed = len(rows) - undecided
+    if (is_outside | is_wrong).any():
+        numbers = np.flatnonzero(is_outside | is_wrong)[:9].tolist()
+        print(f"{name}, {seed}: points {numbers}", flush=True)
     return name, Counter(
-        points=len(points), outside=int(outside.sum()), wrong=int(wrong.sum()),
+        points=len(points), outside=int(is_outside.sum()), wrong=int(is_wrong.sum()),
         wider=int((~reached).sum()), enclosed=enclosed, undecided=undecided,
         tied=int(columns["tied"].sum()),
         milliseconds=round(1e3 * seconds),
@@ -115,11 +124,12 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
 
 def main(arguments: list[str]) -> int:
     """Judges all surfaces; prints a row for each family."""
-    count, surfaces = (int(a) for a in (arguments + ["4500", "8"][len(arguments[:2]) :])[:2])
+    count = int(arguments[0]) if arguments else 4500
+    surface_count = int(arguments[1]) if len(arguments) > 1 else 8
     names = arguments[2:] or [*FAMILIES, *EXAMPLES]
     cases = [
-        (name, FIRST + k, count)
-        for k in range(surfaces)
+        (name, FIRST_SEED + k, count)
+        for k in range(surface_count)
         for name in names
         if name in FAMILIES or k == 0
     ]
@@ -135,9 +145,9 @@ def main(arguments: list[str]) -> int:
     print(f"{'family':28}" + "".join(f"{column:>13}" for column in columns))
     for name in [*names, "all"]:
         print(f"{name:28}" + "".join(f"{totals[name][column]:13}" for column in columns))
-    failed = totals["all"]["outside"] + totals["all"]["wrong"] > 0
-    print("Something is wrong." if failed else "Nothing is wrong.")
-    return int(failed)
+    has_faults = totals["all"]["outside"] + totals["all"]["wrong"] > 0
+    print("Something is wrong." if has_faults else "Nothing is wrong.")
+    return int(has_faults)
 
 
 if __name__ == "__main__":

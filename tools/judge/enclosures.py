@@ -6,25 +6,31 @@ every unit vector e, here the one from the middle of the c_k to the point x,
     |x − S| ≥ min_k e · (x − c_k)
 
 The gap between this bound and the distance decreases as the square of the size of a piece, because
-e is almost normal to the surface at its nearest point. A corner of a net is a point of the surface.
-A piece is dropped if its bound exceeds the distance of the nearest corner, less the width of the
-interval.
+e is almost normal to the surface at its nearest point. A corner of a net is a point of the surface,
+so the distance of the nearest corner of all pieces is an upper bound of the least distance. A piece
+is dropped if its lower bound is at least this upper bound minus the width of the interval: then no
+point of the piece makes the interval wider.
 """
 
 import numpy as np
 
 from tools.judge.exact import Array
 
-LEVELS, MOST = 60, 4000
-"""Most halvings of a patch in each direction; most pieces of one point at a time."""
+MAX_HALVINGS = 60
+"""The largest number of halvings of a patch in each direction. Intervals that can be found need
+fewer than 30; the others end by `MAX_PIECES`."""
+
+MAX_PIECES = 4000
+"""The largest number of pieces that are kept for one point at a time."""
 
 ROUNDING = 2.0**-44
-"""The error of a control point after `LEVELS` halvings, relative to the largest coordinate: each
-coordinate is a chain of at most 2 × 32 averages, and of quotients of weights up to 1000."""
+"""The allowed error of a control point of a piece, relative to the largest coordinate. A halving in
+both directions computes p + q averages one after the other, each with an error of at most 2⁻⁵³; so
+this is enough for 512 averages, for example for 28 halvings of degrees 9 and 9."""
 
 
 def enclose_least_distances(nets: list[Array], points: Array, width: float) -> tuple[Array, Array]:
-    """Intervals that contain the least distances of points to patches; NaN if not found.
+    """Intervals that contain the least distances of points from patches; NaN if not found.
 
     Parameters
     ----------
@@ -39,44 +45,47 @@ def enclose_least_distances(nets: list[Array], points: Array, width: float) -> t
     low, high : ndarray of float64, shape (n,)
     """
     size = max(float(np.abs(net[..., :3] / net[..., 3:]).max()) for net in nets)
-    wrong = ROUNDING * (size + np.abs(points).max(axis=1))
+    rounding = ROUNDING * (size + np.abs(points).max(axis=1))
     count, high = len(points), np.full(len(points), np.inf)
     pairs = [
         (np.repeat(np.arange(count), len(net)), np.tile(net, (count, 1, 1, 1))) for net in nets
     ]
-    for _ in range(LEVELS):
+    for _ in range(MAX_HALVINGS):
         lows = []
         for point, pieces in pairs:
             low, corner = _bound_distances(pieces, points[point])
-            np.minimum.at(high, point, corner + wrong[point])
-            lows.append(low - wrong[point])
-        near = [low < high[point] - width for (point, _), low in zip(pairs, lows, strict=True)]
-        pieces_left = sum(
-            np.bincount(point[left], minlength=count)
-            for (point, _), left in zip(pairs, near, strict=True)
+            np.minimum.at(high, point, corner + rounding[point])
+            lows.append(low - rounding[point])
+        are_near = [low < high[point] - width for (point, _), low in zip(pairs, lows, strict=True)]
+        piece_counts = sum(
+            np.bincount(point[is_near], minlength=count)
+            for (point, _), is_near in zip(pairs, are_near, strict=True)
         )
-        high[pieces_left > MOST] = np.nan
-        pairs = [
-            (np.repeat(point[left], 4), _split_quarters(pieces[left]))
-            for (point, pieces), near_ones in zip(pairs, near, strict=True)
-            for left in (near_ones & np.isfinite(high[point]),)
-        ]
+        high[piece_counts > MAX_PIECES] = np.nan
+        next_pairs = []
+        for (point, pieces), is_near in zip(pairs, are_near, strict=True):
+            is_kept = is_near & np.isfinite(high[point])
+            next_pairs.append((np.repeat(point[is_kept], 4), _split_quarters(pieces[is_kept])))
+        pairs = next_pairs
     for point, _ in pairs:
         high[point] = np.nan
     return high - width, high
 
 
 def _bound_distances(nets: Array, x: Array) -> tuple[Array, Array]:
-    """Lower bounds and distances of corners, for pairs of a net (p+1, q+1, 4) and a point."""
+    """Bounds of the distances of nets (m, p+1, q+1, 4) from points (m, 3), one point for each net.
+
+    Returns lower bounds (m,) by the convex hulls, and the distances (m,) of the nearest corners.
+    """
     points = (nets[..., :3] / nets[..., 3:]).reshape(len(nets), nets.shape[1] * nets.shape[2], 3)
     y = x[:, np.newaxis] - points
     rows, columns = nets.shape[1:3]
-    ends = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]
-    corner = np.sqrt((y[:, ends] ** 2).sum(axis=2)).min(axis=1)
+    corners = [0, columns - 1, (rows - 1) * columns, rows * columns - 1]
+    corner_distance = np.sqrt((y[:, corners] ** 2).sum(axis=2)).min(axis=1)
     middle = y.mean(axis=1, keepdims=True)
     length = np.sqrt((middle * middle).sum(axis=2))
     along = (y * middle).sum(axis=2) / np.where(length > 0, length, 1.0)
-    return along.min(axis=1), corner
+    return along.min(axis=1), corner_distance
 
 
 def _split_quarters(nets: Array) -> Array:

@@ -2,12 +2,13 @@
 
     python -m tools.judge.rays [rays] [surfaces] [family …]      (make judge-queries)
 
-It sends 1000 rays through each of 8 surfaces of every family and of two examples: from outside,
-from inside, along two points of the surface, and along axes; 25 times as many through the teapot,
-and 50 times as many to the sphere and the torus, whose true hits are roots of polynomials; half of
-these rays are almost tangent. A row counts crossings outside all intervals of their ray (`missed`),
-hits that are not on the ray and the surface (`invented`), rays that were not reached, and kinds of
-hits. The exit status is 1 if any hit is missed or invented.
+It sends 1000 rays through each of 8 surfaces of every family and of three examples: from outside,
+from inside, through two points of the surface, and along axes; 25 times as many through the teapot.
+It sends 50 times as many rays to the sphere and the torus, whose true hits are roots of
+polynomials; half of these rays are almost tangent. A row has these counts. `missed`: crossings that
+no interval of their ray contains. `invented`: hits that are not on the ray or not on the surface.
+`unreached`: rays for which the service says that hits may be missing. `touching`, `along`: hits of
+these kinds. The exit status is 1 if any hit is missed or invented.
 """
 
 import sys
@@ -30,47 +31,56 @@ from tests.oracles.sheets import Array, build_sheets
 from tools.certify.surfaces import FAMILIES
 from tools.judge.roots import find_sphere_roots, find_torus_roots
 
-FIRST = 8000
+FIRST_SEED = 8000
 """Seed of the first surface of a family; tests and `make certify` use other seeds."""
 
 EXAMPLES = ("utah-teapot", "octahedral-sphere", "nurbs-goblet")
+MAX_HITS = 10**7
+"""More hits than all rays through one surface have together, so that none are refused."""
+
 EXACT = {"sphere": (sphere, find_sphere_roots), "torus": (torus, find_torus_roots)}
-TIMES = {"utah-teapot": 25, "sphere": 50, "torus": 50}
-"""Factors of the number of rays, by example."""
+RAY_FACTORS = {"utah-teapot": 25, "sphere": 50, "torus": 50}
+"""Factors of the number of rays, by example; 1 for all other surfaces."""
 
 
 def scatter_rays(model: PatchModel, points: Array, count: int, seed: int) -> tuple[Array, Array]:
-    """Rays towards points in the box and towards points of the surface; half of the latter are
-    tangent."""
+    """Rays: origins and directions (count, 3) each.
+
+    Of ten rays, six go towards a random point of the box, one of them along an axis; three go
+    towards a point of the surface, and one goes through two points of the surface.
+    """
     rng = np.random.default_rng(seed)
     low, high = model.bounds
     reach = float(np.linalg.norm(high - low))
     origins = (low + high) / 2 + rng.normal(0, reach, (count, 3)) * rng.choice([0.1, 1], (count, 1))
-    at = rng.uniform(low, high, (count, 3))
-    on = points[rng.integers(0, len(points), count)]
+    targets = rng.uniform(low, high, (count, 3))
+    surface_points = points[rng.integers(0, len(points), count)]
     draw = rng.random(count)
-    at = np.where((draw < 0.4)[:, np.newaxis], on, at)
-    beside = points[rng.integers(0, len(points), count)]
-    origins = np.where((draw < 0.1)[:, np.newaxis], 3 * at - 2 * beside, origins)
+    targets = np.where((draw < 0.4)[:, np.newaxis], surface_points, targets)
+    second_points = points[rng.integers(0, len(points), count)]
+    origins = np.where((draw < 0.1)[:, np.newaxis], 3 * targets - 2 * second_points, origins)
     axis = np.eye(3)[rng.integers(0, 3, count)] * reach
-    origins = np.where((draw > 0.9)[:, np.newaxis], at - axis, origins)
-    directions = at - origins
-    still = ~directions.any(axis=1)
-    directions[still] = [0.0, 0, 1]
+    origins = np.where((draw > 0.9)[:, np.newaxis], targets - axis, origins)
+    directions = targets - origins
+    is_zero = ~directions.any(axis=1)
+    directions[is_zero] = [0.0, 0, 1]
     return origins, directions
 
 
-def find_unheld(
+def find_values_outside(
     ray: Ints, t: Array, slack: Array, rays: Ints, intervals: tuple[Array, Array]
 ) -> Bools:
-    """Whether each value t (n,) is outside all intervals of its ray; `rays` is sorted."""
-    firsts, lasts = (np.searchsorted(rays, ray, side) for side in ("left", "right"))
-    held = np.zeros(len(ray), bool)
+    """Whether each value t (n,) of a ray (n,) is outside all intervals of the same ray, by `slack`.
+
+    `rays` (m,) are the rays of the intervals, low and high (m,) each; they are sorted.
+    """
+    begins, ends = (np.searchsorted(rays, ray, side) for side in ("left", "right"))
+    is_inside = np.zeros(len(ray), bool)
     low, high = intervals
-    for k in range(int((lasts - firsts).max(initial=0))):
-        row = np.minimum(firsts + k, max(len(low) - 1, 0))
-        held |= (firsts + k < lasts) & (low[row] - slack <= t) & (t <= high[row] + slack)
-    return ~held
+    for k in range(int((ends - begins).max(initial=0))):
+        row = np.minimum(begins + k, max(len(low) - 1, 0))
+        is_inside |= (begins + k < ends) & (low[row] - slack <= t) & (t <= high[row] + slack)
+    return ~is_inside
 
 
 def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
@@ -82,34 +92,38 @@ def judge(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     points = np.concatenate([s.at(s.samples(200)) + s.origin for s in sheets])
     origins, directions = scatter_rays(model, points, count, seed)
     start = time.process_time()
-    hits = intersect_rays(model, RayQuery(origins, directions, False), 10**7)
+    query = RayQuery(origins, directions, only_first=False)
+    hits = intersect_rays(model, query, MAX_HITS)
     seconds = time.process_time() - start
     length = np.linalg.norm(directions, axis=1)
     ray, t, error = find_crossings(sheets, origins, directions, 12_000)
     error += (1e-12 * (model.diagonal + np.linalg.norm(origins, axis=1)) / length)[ray]
     is_judged = hits["reached"][ray]
     ray, t, error = ray[is_judged], t[is_judged], error[is_judged]
-    lost = find_unheld(ray, t, error, hits["ray"], tuple(hits["t_bounds"].T))
-    _print_missed(name, seed, ray[lost])
-    ours = hits["ray"]
-    places = origins[ours] + hits["t"][:, np.newaxis] * directions[ours]
-    away = np.linalg.norm(places - hits["positions"], axis=1)
-    invented = away > 1e-9 * model.diagonal + 2e-16 * np.abs(origins[ours]).max(axis=1)
-    return name, _count_results(hits, len(origins), int(lost.sum()), invented, seconds)
+    is_missed = find_values_outside(ray, t, error, hits["ray"], tuple(hits["t_bounds"].T))
+    _print_rays(name, seed, ray[is_missed])
+    ray_of_hit = hits["ray"]
+    places = origins[ray_of_hit] + hits["t"][:, np.newaxis] * directions[ray_of_hit]
+    distances = np.linalg.norm(places - hits["positions"], axis=1)
+    rounding = 2e-16 * np.abs(origins[ray_of_hit]).max(axis=1)
+    is_invented = distances > 1e-9 * model.diagonal + rounding
+    return name, _count_results(hits, len(origins), is_missed, is_invented, seconds)
 
 
-def _print_missed(name: str, seed: int, rays: Ints) -> None:
+def _print_rays(name: str, seed: int, rays: Ints) -> None:
+    """Prints the numbers of the first rays with a missed or invented hit."""
     if len(rays):
         print(f"{name}, {seed}: rays {np.unique(rays)[:9].tolist()}", flush=True)
 
 
 def _count_results(
-    hits: dict[str, Any], rays: int, lost: int, invented: Bools, seconds: float
+    hits: dict[str, Any], ray_count: int, is_missed: Bools, is_invented: Bools, seconds: float
 ) -> Counter[str]:
     kinds = Counter(list(hits["kind"]))
     return Counter(
-        rays=rays, hits=len(hits["t"]), missed=lost, invented=int(invented.sum()),
-        wider=int((~hits["reached"]).sum()), touching=kinds["touching"], along=kinds["along"],
+        rays=ray_count, hits=len(hits["t"]),
+        missed=int(is_missed.sum()), invented=int(is_invented.sum()),
+        unreached=int((~hits["reached"]).sum()), touching=kinds["touching"], along=kinds["along"],
         milliseconds=round(1e3 * seconds),
     )  # fmt: skip
 
@@ -118,31 +132,37 @@ def judge_exactly(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
     """The findings about the sphere or the torus: compares its roots with the hits."""
     name, seed, count = case
     model = to_patches(find(name).surface().lower())
-    off, roots = EXACT[name]
-    origins, d = draw_almost_tangent(name, count, seed)
+    measure_offsets, find_roots = EXACT[name]
+    origins, directions = draw_almost_tangent(name, count, seed)
     start = time.process_time()
-    hits = intersect_rays(model, RayQuery(origins, d, False), 10**7)
+    hits = intersect_rays(model, RayQuery(origins, directions, only_first=False), MAX_HITS)
     seconds = time.process_time() - start
     ray, t = hits["ray"], hits["t"]
-    true_ray, true, error = roots(origins, d)
+    root_ray, root_t, error = find_roots(origins, directions)
     error += 1e-12
-    lost = find_unheld(true_ray, true, error, ray, tuple(hits["t_bounds"].T))
-    lost &= hits["reached"][true_ray]
-    _print_missed(name, seed, true_ray[lost])
-    places = origins[ray] + t[:, np.newaxis] * d[ray]
-    invented = np.abs(off(places)[0]) > 2e-9 * model.diagonal
-    # A crossing is more than a touch: its interval contains a root.
-    order = np.lexsort((true, true_ray))
-    ends = true[order] - error[order], true[order] + error[order]
+    is_missed = find_values_outside(root_ray, root_t, error, ray, tuple(hits["t_bounds"].T))
+    is_missed &= hits["reached"][root_ray]
+    _print_rays(name, seed, root_ray[is_missed])
+    places = origins[ray] + t[:, np.newaxis] * directions[ray]
+    is_invented = np.abs(measure_offsets(places)[0]) > 2e-9 * model.diagonal
+    # A hit that only touches may be near a root; the interval of a crossing must contain a root.
+    order = np.lexsort((root_t, root_ray))
+    root_intervals = root_t[order] - error[order], root_t[order] + error[order]
     low, high = hits["t_bounds"].T
-    is_root = ~find_unheld(ray, (low + high) / 2, (high - low) / 2, true_ray[order], ends)
-    invented |= (np.asarray(hits["kind"]) == "crossing") & ~is_root
-    _print_missed(name, seed, ray[invented])
-    return name, _count_results(hits, count, int(lost.sum()), invented, seconds)
+    has_root = ~find_values_outside(
+        ray, (low + high) / 2, (high - low) / 2, root_ray[order], root_intervals
+    )
+    is_invented |= (np.asarray(hits["kind"]) == "crossing") & ~has_root
+    _print_rays(name, seed, ray[is_invented])
+    return name, _count_results(hits, count, is_missed, is_invented, seconds)
 
 
 def draw_almost_tangent(name: str, count: int, seed: int) -> tuple[Array, Array]:
-    """Rays of unit directions through points of the sphere or the torus, half almost tangent."""
+    """Rays with unit directions, from 4 units before a point of the sphere or of the torus.
+
+    Half of the rays are almost tangent: parallel to the tangent plane of the point, at a distance
+    of 1e-10 to 1 from it. The other rays go through the point in a random direction.
+    """
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -152,13 +172,13 @@ def draw_almost_tangent(name: str, count: int, seed: int) -> tuple[Array, Array]
         points = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
         normals = points * np.cos(tilt)[:, np.newaxis] + np.outer(np.sin(tilt), [0, 0, 1])
         points = points + 0.4 * normals
-    d = rng.normal(size=(count, 3))
+    directions = rng.normal(size=(count, 3))
     is_grazing = rng.random(count) < 0.5
-    d[is_grazing] = np.cross(normals[is_grazing], d[is_grazing])
+    directions[is_grazing] = np.cross(normals[is_grazing], directions[is_grazing])
     depth = rng.choice([-1, 1], count) * 10.0 ** rng.uniform(-10, 0, count)
     points = points - np.where(is_grazing, depth, 0.0)[:, np.newaxis] * normals
-    d /= np.linalg.norm(d, axis=1, keepdims=True)
-    return points - 4 * d, d
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return points - 4 * directions, directions
 
 
 def _judge_any(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
@@ -167,22 +187,29 @@ def _judge_any(case: tuple[str, int, int]) -> tuple[str, Counter[str]]:
 
 def main(arguments: list[str]) -> int:
     """Judges all surfaces; prints a row for each family."""
-    count, surfaces = (int(a) for a in (arguments + ["1000", "8"][len(arguments[:2]) :])[:2])
+    count = int(arguments[0]) if arguments else 1000
+    surface_count = int(arguments[1]) if len(arguments) > 1 else 8
     names = arguments[2:] or [*FAMILIES, *EXAMPLES, "sphere", "torus"]
-    cases = [(n, FIRST + k, TIMES.get(n, 1) * count) for k in range(surfaces) for n in names]
+    cases = [
+        (name, FIRST_SEED + k, RAY_FACTORS.get(name, 1) * count)
+        for k in range(surface_count)
+        for name in names
+    ]
     totals: dict[str, Counter[str]] = {}
     with Pool(min(2, cpu_count()), pin_blas) as pool:
         for name, counts in pool.imap_unordered(_judge_any, cases):
             print(f"{name}: {dict(counts)}", file=sys.stderr, flush=True)
             for kind in (name, "all"):
                 totals.setdefault(kind, Counter()).update(counts)
-    columns = ("rays", "hits", "missed", "invented", "wider", "touching", "along", "milliseconds")
+    columns = (
+        "rays", "hits", "missed", "invented", "unreached", "touching", "along", "milliseconds"
+    )  # fmt: skip
     print(f"{'family':28}" + "".join(f"{column:>13}" for column in columns))
     for name in [*names, "all"]:
         print(f"{name:28}" + "".join(f"{totals[name][column]:13}" for column in columns))
-    failed = totals["all"]["missed"] + totals["all"]["invented"] > 0
-    print("Something is wrong." if failed else "Nothing is wrong.")
-    return int(failed)
+    has_faults = totals["all"]["missed"] + totals["all"]["invented"] > 0
+    print("Something is wrong." if has_faults else "Nothing is wrong.")
+    return int(has_faults)
 
 
 if __name__ == "__main__":

@@ -22,16 +22,16 @@ Roots = tuple[Ints, Array, Array]
 def find_sphere_roots(origins: Array, directions: Array) -> Roots:
     """All t ≥ 0 of rays (m, 3), directions of length 1, for the unit sphere."""
     middle = -(origins * directions).sum(axis=1)
-    away = origins + middle[:, np.newaxis] * directions
-    square = 1 - (away * away).sum(axis=1)
-    half = np.sqrt(np.maximum(square, 0.0))
-    error = 1e-13 / np.maximum(half, 1e-9)
-    t = np.stack([middle - half, middle + half], axis=1)
-    is_root = np.repeat((square > 1e-11)[:, np.newaxis], 2, axis=1)
-    ray, which = np.nonzero(is_root & (t >= 0))
-    unsure = np.flatnonzero(np.abs(square) <= 1e-11)
-    exact = [sphere_roots(origins[k], directions[k]) for k in unsure]
-    return _join_roots((ray, t[ray, which], error[ray]), unsure, exact)
+    nearest_points = origins + middle[:, np.newaxis] * directions
+    discriminant = 1 - (nearest_points * nearest_points).sum(axis=1)
+    half_chord = np.sqrt(np.maximum(discriminant, 0.0))
+    error = 1e-13 / np.maximum(half_chord, 1e-9)
+    t = np.stack([middle - half_chord, middle + half_chord], axis=1)
+    is_root = np.repeat((discriminant > 1e-11)[:, np.newaxis], 2, axis=1)
+    ray, column = np.nonzero(is_root & (t >= 0))
+    unsure_rays = np.flatnonzero(np.abs(discriminant) <= 1e-11)
+    exact_roots = [sphere_roots(origins[k], directions[k]) for k in unsure_rays]
+    return _join_roots((ray, t[ray, column], error[ray]), unsure_rays, exact_roots)
 
 
 def find_torus_roots(origins: Array, directions: Array) -> Roots:
@@ -46,26 +46,30 @@ def find_torus_roots(origins: Array, directions: Array) -> Roots:
     companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
     companion[:, :3, 3] = -np.stack([c0, c1, c2], axis=1)
     roots = np.linalg.eigvals(companion)
-    apart = np.abs(roots[:, :, np.newaxis] - roots[:, np.newaxis])[:, *np.triu_indices(4, 1)]
-    apart.sort(axis=1)
-    is_unsure = (apart[:, 0] < PAIR) | (apart[:, 2] < GROUP)
+    # The distances of the six pairs of roots, (m, 6), in ascending order. If three roots are close
+    # together, three distances are small.
+    distances = np.abs(roots[:, :, np.newaxis] - roots[:, np.newaxis])[:, *np.triu_indices(4, 1)]
+    distances.sort(axis=1)
+    is_unsure = (distances[:, 0] < PAIR) | (distances[:, 2] < GROUP)
     is_real = (np.abs(roots.imag) < PAIR / 4) & ~is_unsure[:, np.newaxis]
-    ray, which = np.nonzero(is_real)
-    t: Array = roots.real[ray, which].astype(np.float64)
+    ray, column = np.nonzero(is_real)
+    t: Array = roots.real[ray, column].astype(np.float64)
     slope: Array = np.abs(4 * t**3 + 2 * c2[ray] * t + c1[ray])
     t += middle[ray]
-    ahead = t >= 0
-    unsure = np.flatnonzero(is_unsure)
-    exact = [torus_roots(origins[k], directions[k], RADIUS, TUBE) for k in unsure]
-    return _join_roots((ray[ahead], t[ahead], (1e-12 / slope)[ahead]), unsure, exact)
+    is_ahead = t >= 0
+    unsure_rays = np.flatnonzero(is_unsure)
+    exact_roots = [torus_roots(origins[k], directions[k], RADIUS, TUBE) for k in unsure_rays]
+    roots_ahead = ray[is_ahead], t[is_ahead], (1e-12 / slope)[is_ahead]
+    return _join_roots(roots_ahead, unsure_rays, exact_roots)
 
 
-def _join_roots(roots: Roots, rays: Ints, exact: list[list[float]]) -> Roots:
+def _join_roots(roots: Roots, unsure_rays: Ints, exact_roots: list[list[float]]) -> Roots:
+    """The roots, and after them those that were computed with 50 digits, whose error is 0."""
     ray, t, error = roots
-    more = np.repeat(rays, [len(each) for each in exact])
-    values = np.array([t for each in exact for t in each])
+    exact_rays = np.repeat(unsure_rays, [len(each) for each in exact_roots])
+    values = np.array([t for each in exact_roots for t in each])
     return (
-        np.concatenate([ray, more]),
+        np.concatenate([ray, exact_rays]),
         np.concatenate([t, values]),
         np.concatenate([error, np.zeros(len(values))]),
     )

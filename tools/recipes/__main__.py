@@ -42,8 +42,8 @@ COMMON = ("tests/test_openapi.py", "tests/tools/test_pages.py", "tests/test_hous
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(RECIPES))
-    chosen = parser.parse_args().names or list(RECIPES)
-    faults = [fault for name in chosen for fault in check_recipe(name, RECIPES[name])]
+    names = parser.parse_args().names or list(RECIPES)
+    faults = [fault for name in names for fault in check_recipe(name, RECIPES[name])]
     sys.exit("\n".join(faults) or 0)
 
 
@@ -73,8 +73,8 @@ def try_steps(recipe: Recipe, steps: Iterable[Step]) -> str:
     """The output of the tests in a copy of the checkout with these steps; empty if they pass."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
-        listed = _run(ROOT, "git ls-files --cached --others --exclude-standard")
-        for path in listed.stdout.split():
+        files = _run(ROOT, "git ls-files --cached --others --exclude-standard")
+        for path in files.stdout.split():
             if (ROOT / path).is_file():
                 (copy / path).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / path, copy / path)

@@ -20,10 +20,9 @@ class Step:
         """Writes or changes the file in a checkout."""
         file = checkout / self.path
         text = file.read_text(encoding="utf-8") if self.insertions else self.text
-        for anchor, added in self.insertions:
-            before, separator, after = text.partition(anchor)
-            assert separator, f"{self.path} does not contain {anchor!r}"
-            text = before + separator + added + after
+        for anchor, insertion in self.insertions:
+            assert anchor in text, f"{self.path} does not contain {anchor!r}"
+            text = text.replace(anchor, anchor + insertion, 1)
         file.write_text(text, encoding="utf-8")
 
 

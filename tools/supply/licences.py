@@ -14,7 +14,7 @@ from tools.supply.packages import ROOT, list_packages, list_scripts
 
 PAGE = ROOT / "docs" / "licences.md"
 
-ALLOWED = {
+ALLOWED_LICENCES = {
     "0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "CC0-1.0", "ISC", "MIT", "MPL-2.0",
     "PSF-2.0", "Unlicense", "Zlib",
 }  # fmt: skip
@@ -22,7 +22,7 @@ ALLOWED = {
 their text is shipped, too; each package contains it. MPL-2.0 also requires that changes of its
 files are published."""
 
-READ = {
+READ_LICENCES = {
     "httpcore": ("BSD License", "BSD-3-Clause"),
     "obstore": ("MIT License", "MIT"),
     "protobuf": ("3-Clause BSD License", "BSD-3-Clause"),
@@ -59,18 +59,19 @@ def find_licence(package: Distribution) -> str:
 
     Raises
     ------
-    Unread
+    UnknownLicence
         The metadata have no SPDX expression, and no person has read the licence.
     """
     for field in ("License-Expression", "License"):
         with suppress(InvalidLicenseExpression):
             return str(canonicalize_license_expression(_first_line(package, field)))
-    declared, expected = READ.get(package.name.lower(), (None, ""))
-    if read_statement(package) != declared:
+    statement, licence = READ_LICENCES.get(package.name.lower(), (None, ""))
+    if read_statement(package) != statement:
         raise UnknownLicence(
-            f"{package.name} says {read_statement(package)!r}: read its licence, and add it to READ"
+            f"{package.name} says {read_statement(package)!r}: read its licence, "
+            "and add it to READ_LICENCES"
         )
-    return expected
+    return licence
 
 
 def read_statement(package: Distribution) -> str:
@@ -87,15 +88,15 @@ def _first_line(package: Distribution, field: str) -> str:
 
 
 def check_licence(name: str, expression: str) -> str:
-    """The expression, if all licences that it names are allowed, alternatives included.
+    """The expression, if all licences in it are allowed, also those that are alternatives.
 
     Raises
     ------
-    Unread
+    UnknownLicence
         The expression names a licence that is not allowed.
     """
     names = set(re.findall(r"[^\s()]+", expression)) - {"AND", "OR", "WITH"}
-    if not names or names - ALLOWED:
+    if not names or names - ALLOWED_LICENCES:
         raise UnknownLicence(f"{name}: {expression!r} is not allowed")
     return expression
 

@@ -50,12 +50,12 @@ def list_packages() -> dict[str, Distribution]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     optional = project["optional-dependencies"]
     texts = [text for extra, texts in optional.items() if extra != "dev" for text in texts]
-    waiting = [(Requirement(text), "") for text in [*project["dependencies"], *texts]]
+    requirements = [(Requirement(text), "") for text in [*project["dependencies"], *texts]]
     distributions: dict[str, Distribution] = {}
     visited: set[tuple[str, str]] = set()
-    while waiting:
-        requirement, of_extra = waiting.pop()
-        if requirement.marker and not requirement.marker.evaluate(_environment(of_extra)):
+    while requirements:
+        requirement, parent_extra = requirements.pop()
+        if requirement.marker and not requirement.marker.evaluate(_environment(parent_extra)):
             continue
         name = canonicalize_name(requirement.name)
         each = distributions[name] = distribution(requirement.name)
@@ -63,17 +63,17 @@ def list_packages() -> dict[str, Distribution]:
             extra for package, extra in visited if package == name
         }:
             visited.add((name, extra))
-            waiting += [(Requirement(text), extra) for text in each.requires or []]
+            requirements += [(Requirement(text), extra) for text in each.requires or []]
     return dict(sorted(distributions.items()))
 
 
 def list_scripts() -> list[Script]:
     """The npm packages that pages load, with the versions of the lock file."""
     packages = json.loads(LOCK.read_text(encoding="utf-8"))["packages"]
-    locked = {name: packages[f"node_modules/{name}"] for name in BUNDLED}
+    lock_entries = {name: packages[f"node_modules/{name}"] for name in BUNDLED}
     return [
         Script(name, each["version"], each["license"], each["integrity"])
-        for name, each in locked.items()
+        for name, each in lock_entries.items()
     ]
 
 

@@ -63,12 +63,14 @@ def engine_is_raised() -> str:
 
     Caches keep URLs with `engine=N` for ever, so other numbers need another N.
     """
-    before = run_git("describe", "--tags", "--abbrev=0", "--match", "v*")
-    if not before or not run_git("diff", "--name-only", before, "--", GOLDEN):
+    last_tag = run_git("describe", "--tags", "--abbrev=0", "--match", "v*")
+    if not last_tag or not run_git("diff", "--name-only", last_tag, "--", GOLDEN):
         return ""
-    match = re.search(r"^ENGINE = (\d+)$", run_git("show", f"{before}:{ENGINE_FILE}"), re.MULTILINE)
+    match = re.search(
+        r"^ENGINE = (\d+)$", run_git("show", f"{last_tag}:{ENGINE_FILE}"), re.MULTILINE
+    )
     if match and int(match[1]) == ENGINE:
-        return f"{GOLDEN} is not as in {before}, and ENGINE is still {ENGINE}: read what changed"
+        return f"{GOLDEN} is not as in {last_tag}, and ENGINE is still {ENGINE}: read what changed"
     return ""
 
 
