@@ -127,10 +127,12 @@ def _add_differences(curves: FloatArray, divisions: Ints, dtype: Real) -> RealAr
     differences[0] = 0
     values = np.zeros((int(divisions.max()) + 1, *curves.shape[1:]), dtype)
     for j in range(len(values)):
-        active_rows = int(np.count_nonzero(divisions >= j))
-        active_differences = differences[..., :active_rows]
+        active_count = int(np.count_nonzero(divisions >= j))
+        active_differences = differences[..., :active_count]
         np.add(
-            first_points[..., :active_rows], active_differences[0], out=values[j, ..., :active_rows]
+            first_points[..., :active_count],
+            active_differences[0],
+            out=values[j, ..., :active_count],
         )
         np.add(active_differences[:-1], active_differences[1:], out=active_differences[:-1])
     return values

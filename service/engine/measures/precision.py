@@ -60,9 +60,8 @@ class Precision:
         """
         allowed = np.maximum(self.query.tolerance * scales, min_errors)
         refinement = refine(groups, kind, allowed, self.query.budget)
-        width = (
-            2 * REMAINDER_SHARE * refinement.excess
-        )  # of the interval, in units of the allowed width
+        # The width of the interval, in units of the allowed width.
+        width = 2 * REMAINDER_SHARE * refinement.excess
         if width > 1 and not self.is_unreachable:
             with np.errstate(divide="ignore"):
                 reached = MARGIN * width * float((allowed / scales).max())

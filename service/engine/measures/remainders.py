@@ -94,16 +94,14 @@ def remainders(nets: CellNets, kind: Kind, count: int) -> Remainders:
         limits = 2 * UPWARDS * limits * np.stack([max_distance, max_distance * max_distance])
     for axis in range(len(stretches)):
         spread = _bound_spreads(nets, axis)
-        first_partial, *second_partials = spread.partials
-        length_of_normal, deviation = lengths(first_partial.value), first_partial.off
-        ripples[axis] = first_partial.ripple
-        if second_partials:
-            a, b = length_of_normal, lengths(second_partials[0].value)
-            ripples[axis] = a * second_partials[0].ripple + b * first_partial.ripple
-            length_of_normal = lengths(cross(first_partial.value.T, second_partials[0].value.T).T)
-            deviation = (
-                a * second_partials[0].off + b * deviation + deviation * second_partials[0].off
-            )
+        u_partial, *v_partials = spread.partials
+        length_of_normal, deviation = lengths(u_partial.value), u_partial.off
+        ripples[axis] = u_partial.ripple
+        if v_partials:
+            a, b = length_of_normal, lengths(v_partials[0].value)
+            ripples[axis] = a * v_partials[0].ripple + b * u_partial.ripple
+            length_of_normal = lengths(cross(u_partial.value.T, v_partials[0].value.T).T)
+            deviation = a * v_partials[0].off + b * deviation + deviation * v_partials[0].off
         if kind == "size":
             e = (2 * length_of_normal + deviation) * deviation * UPWARDS
             bounds = [

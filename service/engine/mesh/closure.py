@@ -88,10 +88,10 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
 def _find_continuity(
     batch: TensorPatches, first_patches: Ints, last_patches: Ints, side: int, factors: FloatArray
 ) -> Continuity | None:
-    """The continuity of the seam of two sides: of the first patches, and opposite of the last.
+    """The continuity of the seam of two opposite borders of a surface.
 
-    These are the side `side` of the first patches and the opposite side, `side` + 1, of the last
-    patches. None if the control points of both sides differ.
+    The borders are the sides `side` of the first patches, and the sides `side` + 1 of the last
+    patches. None if their control points differ.
     """
     begin, end = (
         take_side(batch.points, side)[first_patches],

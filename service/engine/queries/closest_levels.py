@@ -24,7 +24,7 @@ from service.engine.queries.patch_tree import PatchTree, sphere_bounds
 from service.engine.queries.shares import Share
 
 CHUNK_PAIRS = 1 << 13
-"""How many pairs of a point and a cell are computed at once: their arrays fit the cache."""
+"""How many pairs of a point and a cell are computed at once; this limits the memory."""
 
 MAX_PAIRS_OF_POINT, MAX_OPEN_PAIRS = 1000, 1 << 18
 """The most cells that may be open on one level: for one point, and for all points together."""
@@ -108,7 +108,7 @@ class ClosestLevels:
             self.nearest.end_open_cells(ended_point, ended_cell, low)
         point_lists = [candidates.point, *(ended[0] for ended in candidates.ended)]
         self.in_tree = np.bincount(np.concatenate(point_lists), minlength=self.x.shape[1])
-        self.most_open = candidates.widest
+        self.most_open = candidates.max_pairs
         point, cell = candidates.point, candidates.cell
         while len(point):
             checkpoint()
@@ -170,10 +170,10 @@ class ClosestLevels:
         )
         low = np.maximum(bounds.low, low)
         is_near = low <= self.nearest.limit(point)
-        rows = np.flatnonzero(is_near & bounds.settled)
+        rows = np.flatnonzero(is_near & bounds.is_settled)
         if len(rows):
             self.settled_pairs.append((point[rows], cell[rows], bounds.minima(rows)))
-        return is_near & ~(bounds.empty | bounds.settled), low
+        return is_near & ~(bounds.is_empty | bounds.is_settled), low
 
     def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
         """Halve the cells of open pairs; returns the pairs with the halves.

@@ -102,7 +102,7 @@ class CellBounds:
     ----------
     low : ndarray of float64, shape (N,)
         Squared lower bound of the distance from the point to the cell.
-    empty, settled : ndarray of bool, shape (N,)
+    is_empty, is_settled : ndarray of bool, shape (N,)
         Whether the cell has no minimum of its patch; and whether the cell is settled.
     squared : ndarray of float64, shape (N,)
         |y|².
@@ -116,8 +116,8 @@ class CellBounds:
     """
 
     low: FloatArray
-    empty: Bools
-    settled: Bools
+    is_empty: Bools
+    is_settled: Bools
     squared: FloatArray
     gradient: FloatArray
     forms: FloatArray
@@ -185,7 +185,7 @@ def cell_bounds(
     max_change = (np.abs(forms[::2]) + spread[::2] + mixed) * SAFE + gradient_error
     is_down, is_up = gradient > max_change, gradient < -max_change
     # Rows 0 and 2 of `place` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
-    empty = ((is_down & (place[::2] > 0)) | (is_up & (place[1::2] < 1))).any(axis=0)
+    is_empty = ((is_down & (place[::2] > 0)) | (is_up & (place[1::2] < 1))).any(axis=0)
     # Theorem 2.
     are_both_convex = (straight > 0).all(axis=0)
     share = np.where(are_both_convex, 1 - SAFE * mixed / np.sqrt(straight).prod(axis=0), 1.0)
@@ -193,14 +193,16 @@ def cell_bounds(
     slope = np.abs(gradient)
     squared -= 16 * UNIT * (squared + slope.sum(axis=0)) + 4 * d * model[m.ERROR]
     low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
-    settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
+    is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.
     is_one = is_down | is_up
-    settled |= (is_one & (straight[::-1] > 0)).any(axis=0) | is_one.all(axis=0)
-    settled |= ((is_down & point[::2]) | (is_up & point[1::2])).any(axis=0)
-    settled &= ~empty
+    is_settled |= (is_one & (straight[::-1] > 0)).any(axis=0) | is_one.all(axis=0)
+    is_settled |= ((is_down & point[::2]) | (is_up & point[1::2])).any(axis=0)
+    is_settled &= ~is_empty
     side = is_up.astype(np.float64) - is_down
-    return CellBounds(low, empty, settled, squared, gradient, forms, side, straight, convexity)
+    return CellBounds(
+        low, is_empty, is_settled, squared, gradient, forms, side, straight, convexity
+    )
 
 
 def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:

@@ -107,7 +107,7 @@ def find_grazed_strips(
 
     Returns
     -------
-    empty, is_thin : ndarray of bool, shape (N,)
+    is_empty, is_thin : ndarray of bool, shape (N,)
         Which pairs have no hit, and which pairs are thin.
     strips : Strips
         The strips of the thin pairs.
@@ -134,14 +134,14 @@ def find_grazed_strips(
     x0, x1 = -dot(w, g) / px, -py / px
     error = (0.5 * np.abs(paa) + np.abs(pab) + 0.5 * np.abs(pbb) + rest) / np.abs(px) * SAFE
     reach = np.abs(x0) + np.abs(x1)
-    empty = np.abs(x0) > (1 + np.abs(x1) + error) * SAFE
+    is_empty = np.abs(x0) > (1 + np.abs(x1) + error) * SAFE
     h0 = dot(z, g) + hx * x0 + 0.5 * hxx * x0 * x0
     h1 = hx * x1 + hy + hxx * x0 * x1 + hab * x0
     h2 = 0.5 * hxx * x1 * x1 + hab * x1 + 0.5 * hyy
     delta = error * (np.abs(hx) + np.abs(hxx) * (reach + 0.5 * error) + np.abs(hab)) + height_error
     delta += 16 * UNIT * (1 + reach) * (np.abs(hx) + np.abs(hab) + np.abs(hxx) * (1 + reach))
     max_variation = (np.abs(h1) + np.abs(h2) + delta) * SAFE
-    empty |= np.abs(h0) > max_variation
+    is_empty |= np.abs(h0) > max_variation
     is_thin = np.abs(h0) + max_variation <= thickness / 2
     is_thin &= np.abs(h1) <= np.minimum(np.abs(h0), np.abs(h2) + delta) + np.abs(h2) + delta
     # Theorem 2.
@@ -150,12 +150,12 @@ def find_grazed_strips(
     for t, p in ((tb, pb), (ta, pa)):
         terms = np.abs(p * taa - t * paa) + 2 * np.abs(p * tab - t * pab)
         terms += np.abs(p * tbb - t * pbb)
-        length_in_plane = np.abs(p) + np.abs(t)
+        sum_of_partials = np.abs(p) + np.abs(t)
         max_change = np.maximum(
-            max_change, terms * SAFE + length_in_plane * (3 * model[m.REST] + model[m.ROUND])
+            max_change, terms * SAFE + sum_of_partials * (3 * model[m.REST] + model[m.ROUND])
         )
-    is_thin &= (max_change <= MAX_CONTRACTION * size) & ~empty & (slope_to_ray <= MAX_SLOPE)
+    is_thin &= (max_change <= MAX_CONTRACTION * size) & ~is_empty & (slope_to_ray <= MAX_SLOPE)
     rows = np.flatnonzero(is_thin)
     spread = 4 * np.maximum(np.abs(ta[rows]), np.abs(tb[rows])) / np.abs(px[rows])
     strips = Strips(w[:, rows], is_along_b[rows], np.stack([x0[rows], x1[rows]]), spread)
-    return empty, is_thin, strips
+    return is_empty, is_thin, strips

@@ -34,7 +34,7 @@ class ClosestPoints:
     position : ndarray of float64, shape (m, 3)
     distance, low, high : ndarray of float64, shape (m,)
         The distance of the position, and an interval that contains the least distance.
-    tied : ndarray of bool, shape (m,)
+    is_tied : ndarray of bool, shape (m,)
         Whether another place may be equally near.
     """
 
@@ -44,7 +44,7 @@ class ClosestPoints:
     distance: FloatArray
     low: FloatArray
     high: FloatArray
-    tied: Bools
+    is_tied: Bools
 
 
 class Nearest:
@@ -119,9 +119,9 @@ class Nearest:
         np.minimum.at(high, point, places.high)
         high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        tied = self._find_ties(point, places, position, distance)
+        is_tied = self._find_ties(point, places, position, distance)
         place = places.parameters[:, chosen].T
-        return ClosestPoints(net[chosen], place, position.T, distance, low, high, tied)
+        return ClosestPoints(net[chosen], place, position.T, distance, low, high, is_tied)
 
     def _descend(self) -> None:
         """Find places for points that have no place nearer than the nearest centre of a cell.

@@ -29,7 +29,7 @@ FANOUT, MAX_ROOTS = 8, 24
 """How many members a sphere has, and the most spheres on the first level."""
 
 CHUNK_PAIRS = 1 << 13
-"""How many pairs of a ray and a sphere are tested at once: their arrays fit the cache."""
+"""How many pairs of a ray and a sphere are tested at once; this limits the memory."""
 
 MAX_OPEN_PAIRS = 1 << 18
 """The most pairs with spheres that may be open on a level, for several points or rays together."""
@@ -51,14 +51,14 @@ class Candidates:
         The pairs of points with too many pairs. Each has a sphere in place of a cell, given by the
         cell at its centre; a squared lower bound of the distance to all members of the sphere; and
         a squared upper bound of the distance to its centre.
-    widest : int
+    max_pairs : int
         The most pairs on a level before the last.
     """
 
     point: Ints
     cell: Ints
     ended: list[tuple[Ints, Ints, FloatArray, FloatArray]]
-    widest: int
+    max_pairs: int
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,16 +68,16 @@ class RayCandidates:
     Attributes
     ----------
     ray, cell : ndarray of int, shape (N,)
-    ends : ndarray of bool, shape (m,)
+    is_ended : ndarray of bool, shape (m,)
         Which rays have too many pairs; their pairs are omitted.
-    widest : int
+    max_pairs : int
         The most pairs on a level before the last.
     """
 
     ray: Ints
     cell: Ints
-    ends: Bools
-    widest: int
+    is_ended: Bools
+    max_pairs: int
 
 
 class PatchTree:

@@ -179,7 +179,7 @@ def _closest(
         "distances": local_points.model_lengths(closest.distance),
         "distance_bounds": bounds,
         "reached": bounds[:, 1] - bounds[:, 0] <= width,
-        "tied": closest.tied,
+        "tied": closest.is_tied,
     }
 
 

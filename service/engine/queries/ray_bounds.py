@@ -188,7 +188,7 @@ def root_bounds(
 
     Returns
     -------
-    empty, settled : ndarray of bool, shape (N,)
+    is_empty, is_settled : ndarray of bool, shape (N,)
         Which pairs have no hit, and which pairs are settled.
     bounds : RootBounds
         The bounds of the settled pairs.
@@ -211,11 +211,11 @@ def root_bounds(
         bounds_n.append((second_order + 3 * row_length * model[m.REST]) * SAFE + error[k])
         values.append(value)
         curvature_terms.append((aa, ab, bb))
-    empty = np.abs(values[0]) > size + bounds_k[0]
-    empty |= np.abs(values[1]) > size + bounds_k[1]
+    is_empty = np.abs(values[0]) > size + bounds_k[0]
+    is_empty |= np.abs(values[1]) > size + bounds_k[1]
     max_n = np.maximum(bounds_n[0], bounds_n[1])
-    settled = (max_n <= MAX_CONTRACTION * size) & ~empty
-    rows = np.flatnonzero(settled)
+    is_settled = (max_n <= MAX_CONTRACTION * size) & ~is_empty
+    rows = np.flatnonzero(is_settled)
     size, determinant = size[rows], determinant[rows]
     exists = np.abs(values[0][rows]) + bounds_k[0][rows] < size
     exists &= np.abs(values[1][rows]) + bounds_k[1][rows] < size
@@ -239,4 +239,4 @@ def root_bounds(
         np.stack([s, t]),
         exists,
     )
-    return empty, settled, bounds
+    return is_empty, is_settled, bounds

@@ -30,7 +30,7 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 CHUNK_PAIRS = 1 << 13
-"""How many pairs of a ray and a cell are computed at once: their arrays fit the cache."""
+"""How many pairs of a ray and a cell are computed at once; this limits the memory."""
 
 MAX_PAIRS_OF_RAY, MAX_OPEN_PAIRS = 4096, 1 << 18
 """The most cells that may be open on one level: for one ray, and for all rays together."""
@@ -120,10 +120,10 @@ class RayLevels:
         candidates = self.patches.candidates_on(self.rays, self.max_pairs_of_ray)
         if candidates is None:
             return None
-        self.reached &= ~candidates.ends
-        self.in_tree = np.bincount(candidates.ray, minlength=len(candidates.ends))
-        self.in_tree[candidates.ends] = self.max_pairs_of_ray
-        self.most_open = candidates.widest
+        self.reached &= ~candidates.is_ended
+        self.in_tree = np.bincount(candidates.ray, minlength=len(candidates.is_ended))
+        self.in_tree[candidates.is_ended] = self.max_pairs_of_ray
+        self.most_open = candidates.max_pairs
         (ray, cell), later_pairs = self.split_by_distance(candidates.ray, candidates.cell)
         self.is_later[later_pairs[0]] = True
         while len(ray) or self.settled_pairs or len(later_pairs[0]):
@@ -203,8 +203,8 @@ class RayLevels:
         models, rays = self.cells.models, self.rays
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
         model = models[: columns.ROUND + 1].take(cell, axis=1)
-        empty, settled, bounds = root_bounds(model, o, d, rays.slack[ray])
-        rows = np.flatnonzero(settled)
+        is_empty, is_settled, bounds = root_bounds(model, o, d, rays.slack[ray])
+        rows = np.flatnonzero(is_settled)
         if len(rows):
             self.settled_pairs.append((ray[rows], cell[rows], low[rows], bounds))
             if self.only_first:
@@ -212,7 +212,7 @@ class RayLevels:
                 self.limit_search(
                     ray[is_sure], low[is_sure] + 3 * models[columns.RADIUS, cell[is_sure]]
                 )
-        rows = np.flatnonzero(~(empty | settled))
+        rows = np.flatnonzero(~(is_empty | is_settled))
         normals = models[columns.NORMAL : columns.NORMAL + 3].take(cell[rows], axis=1)
         is_grazed = np.abs(dot(normals, d[:, rows])) <= MAX_SLOPE
         grazed = rows[is_grazed]
@@ -227,10 +227,10 @@ class RayLevels:
         rays = self.rays
         model = self.cells.models.take(cell, axis=1)
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
-        empty, is_thin, strips = find_grazed_strips(
+        is_empty, is_thin, strips = find_grazed_strips(
             model, o, d, rays.slack[ray], rays.thickness[ray]
         )
-        is_open = ~empty
+        is_open = ~is_empty
         rows = np.flatnonzero(is_thin)
         if len(rows):
             hits, is_done = find_strips(self.cells, rays, ray[rows], cell[rows], strips)
