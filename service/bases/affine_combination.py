@@ -37,8 +37,9 @@ def combine(
     weights : ndarray of float64, shape (m, …), or None
     """
     # A point with share 0 must not widen the range: replace it by the point with the largest share.
-    heaviest = index[shares.argmax(axis=0), np.arange(index.shape[1])]
-    index = np.where(shares == 0, heaviest, index)
+    largest_rows = index[shares.argmax(axis=0), np.arange(index.shape[1])]
+    index = np.where(shares == 0, largest_rows, index)
+    # `share[axes]` broadcasts over the axes of the points between the first and the last.
     axes = (slice(None),) + (np.newaxis,) * (points.ndim - 2)
     total = None
     if weights is not None:
@@ -46,7 +47,7 @@ def combine(
         for rows, share in zip(index, shares, strict=True):
             total += share[axes] * weights[rows]
     mean = np.zeros((index.shape[1], *points.shape[1:]))
-    low = high = points[heaviest]
+    low = high = points[largest_rows]
     for rows, share in zip(index, shares, strict=True):
         part = share[axes]
         if weights is not None and total is not None:
@@ -62,9 +63,9 @@ def combine_run(
 ) -> WeightedPoints:
     """Weighted means of k consecutive control points: r means for each of g runs of points.
 
-    Means are computed relative to the middle point M, as M + Σ c_i w_i (P_i − M) / Σ c_i w_i. The
-    terms are added in pairs, the two outermost points first. So reversed points give the same sum,
-    bit for bit.
+    Means are computed relative to the middle point M, as M + Σ c_i w_i (P_i − M) / Σ c_i w_i. If k
+    is even, M is the mean of the two middle points. The terms are added in pairs, the two outermost
+    points first. So reversed points give the same sum, bit for bit.
 
     Parameters
     ----------
@@ -88,25 +89,25 @@ def combine_run(
         middle /= 2
     mean = np.zeros(shares.shape[:2] + points.shape[1:])
     weight = None if weights is None else np.zeros(shares.shape[:2] + weights.shape[1:])
-    for low in range((count + 1 if weights is not None else count) // 2):
+    for i in range((count + 1 if weights is not None else count) // 2):
         # If k is odd, the middle point is M: its difference is 0, and only its weight is added.
-        pair = (low, count - 1 - low) if low < count - 1 - low else (low,)
-        pair_shares = [_append_axes(shares[..., k], points.ndim - 1) for k in pair]
+        pair = (i, count - 1 - i) if i < count - 1 - i else (i,)
+        pair_shares = [_append_axes(shares[..., j], points.ndim - 1) for j in pair]
         if weights is not None and weight is not None:
             pair_shares = [
-                _append_axes(shares[..., k], weights.ndim - 1)
-                * weights.take(first + k, axis=0)[:, np.newaxis]
-                for k in pair
+                _append_axes(shares[..., j], weights.ndim - 1)
+                * weights.take(first + j, axis=0)[:, np.newaxis]
+                for j in pair
             ]
             weight += sum(pair_shares[1:], pair_shares[0])
             pair_shares = [share[..., np.newaxis] for share in pair_shares]
         if len(pair) == 2:
-            term, other = (
-                _weigh_differences(points, first + k, middle, share)
-                for share, k in zip(pair_shares, pair, strict=True)
+            low_term, high_term = (
+                _weigh_differences(points, first + j, middle, share)
+                for share, j in zip(pair_shares, pair, strict=True)
             )
-            term += other
-            mean += term
+            low_term += high_term
+            mean += low_term
     if weight is not None:
         mean /= weight[..., np.newaxis]
     mean += middle[:, np.newaxis]
@@ -122,6 +123,6 @@ def _weigh_differences(
     return share * difference[:, np.newaxis]
 
 
-def _append_axes(shares: FloatArray, axes: int) -> FloatArray:
-    """The shares with more axes of length 1 at the end, so that they broadcast over arrays."""
-    return shares.reshape(shares.shape + (1,) * axes)
+def _append_axes(shares: FloatArray, count: int) -> FloatArray:
+    """The shares with `count` axes of length 1 at the end, so that they broadcast over arrays."""
+    return shares.reshape(shares.shape + (1,) * count)

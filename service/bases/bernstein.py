@@ -51,7 +51,7 @@ def bernstein(degree: int, t: ArrayLike) -> FloatArray:
 
 
 def sample_parameters(divisions: int) -> FloatArray:
-    """The parameters i/R for i = 0 … R, shape (R+1,); first and last are exactly 0 and 1."""
+    """The parameters i/R for i = 0 … R, shape (R+1,); the first is exactly 0, the last 1."""
     return np.arange(divisions + 1) / divisions
 
 
@@ -63,8 +63,10 @@ def sample_basis(degree: int, divisions: int, dtype: type[np.floating] = np.floa
 
     def build() -> RealArray:
         basis = bernstein(degree, sample_parameters(divisions))
+        # The last rows are the first rows in reverse order, each row reversed, too.
         basis[-1 - divisions // 2 :] = basis[divisions // 2 :: -1, ::-1].copy()
         if divisions % 2 == 0:
+            # The middle row is its own reverse.
             middle = basis[divisions // 2]
             middle[:] = (middle + middle[::-1]) / 2
         return round_basis(basis, dtype)
@@ -94,8 +96,10 @@ def sample_basis_with_slopes(degree: int, divisions: int) -> RealArray:
     """
 
     def build() -> RealArray:
-        below = np.pad(sample_basis(degree - 1, divisions), ((0, 0), (1, 1)))
-        return np.concatenate([sample_basis(degree, divisions), below[:, :-1] - below[:, 1:]])
+        # The basis of degree n − 1, with a column of zeros on both sides.
+        lower_basis = np.pad(sample_basis(degree - 1, divisions), ((0, 0), (1, 1)))
+        slopes = lower_basis[:, :-1] - lower_basis[:, 1:]
+        return np.concatenate([sample_basis(degree, divisions), slopes])
 
     return PLANS.array(("slopes", degree, divisions), build)
 
@@ -145,8 +149,8 @@ def _build_grid_basis(
     degree: tuple[int, int], resolution: tuple[int, int], dtype: type[np.floating]
 ) -> RealArray:
     """Build the array that `sample_grid_basis` caches."""
-    along_u, along_v = (sample_basis(n, r).T for n, r in zip(degree, resolution, strict=True))
-    return round_basis(np.kron(along_u, along_v), dtype)
+    basis_u, basis_v = (sample_basis(n, r).T for n, r in zip(degree, resolution, strict=True))
+    return round_basis(np.kron(basis_u, basis_v), dtype)
 
 
 def sample_interleaved_basis(
@@ -168,11 +172,11 @@ def sample_interleaved_basis(
 
 
 def round_basis(basis: RealArray, dtype: type[np.floating]) -> RealArray:
-    """Convert a basis to `dtype`, and set negligible values to 0; the argument is overwritten.
+    """Convert a basis to `dtype`, and set values below ε³ to 0; the argument is overwritten.
 
-    The values of a basis add up to 1. At degree 64 most of them are far smaller than the rounding
-    error of this sum. Products of these would be subnormal numbers, with which processors compute a
-    hundred times slower.
+    The values of a basis add up to 1; ε is the rounding error of this sum. At degree 64 most values
+    are below ε³, far too small to matter. Their products would be subnormal numbers, with which
+    processors compute a hundred times slower.
     """
     basis[basis < np.finfo(dtype).eps ** 3] = 0.0
     return basis.astype(dtype, copy=False)
@@ -191,9 +195,8 @@ def elevation_matrix(low: int, high: int) -> FloatArray:
 
         E_lj = C(low, j) C(high − low, l − j) / C(high, l)
 
-    The matrix is cached and read-only.
     No number is negative, and every row has the sum 1. The first and the last row contain one 1 and
-    zeros otherwise.
+    zeros otherwise. The matrix is cached and read-only.
 
     References
     ----------
@@ -202,9 +205,9 @@ def elevation_matrix(low: int, high: int) -> FloatArray:
 
     def build() -> FloatArray:
         matrix = np.zeros((high + 1, low + 1))
-        more = binomials(high - low)
+        step_binomials = binomials(high - low)
         for j, factor in enumerate(binomials(low)):
-            matrix[j : j + high - low + 1, j] = factor * more
+            matrix[j : j + high - low + 1, j] = factor * step_binomials
         return matrix / binomials(high)[:, None]
 
     return PLANS.array(("elevation", low, high), build)
@@ -231,17 +234,19 @@ def multiply(first: FloatArray, second: FloatArray) -> FloatArray:
     ----------
     Farouki and Rajan, Algorithms for polynomials in Bernstein form, CAGD 5 (1988).
     """
-    (m, n), (r, s) = first.shape[-2:], second.shape[-2:]
-    if m * n > r * s:
+    (rows_1, columns_1), (rows_2, columns_2) = first.shape[-2:], second.shape[-2:]
+    if rows_1 * columns_1 > rows_2 * columns_2:
         return multiply(second, first)
-    lead = np.broadcast_shapes(first.shape[:-2], second.shape[:-2])
-    left = first * _scale_factors(m, n)
-    right = second * _scale_factors(r, s)
-    product = np.zeros((*lead, m + r - 1, n + s - 1))
-    for i in range(m):
-        for j in range(n):
-            product[..., i : i + r, j : j + s] += left[..., i, j, None, None] * right
-    product /= _scale_factors(m + r - 1, n + s - 1)
+    rows, columns = rows_1 + rows_2 - 1, columns_1 + columns_2 - 1
+    leading_shape = np.broadcast_shapes(first.shape[:-2], second.shape[:-2])
+    scaled_1 = first * _scale_factors(rows_1, columns_1)
+    scaled_2 = second * _scale_factors(rows_2, columns_2)
+    product = np.zeros((*leading_shape, rows, columns))
+    for i in range(rows_1):
+        for j in range(columns_1):
+            terms = scaled_1[..., i, j, None, None] * scaled_2
+            product[..., i : i + rows_2, j : j + columns_2] += terms
+    product /= _scale_factors(rows, columns)
     return product
 
 
@@ -261,10 +266,12 @@ def product_coefficients(first: tuple[int, int], second: tuple[int, int]) -> Flo
     """
 
     def build() -> FloatArray:
-        left, right = (
+        # Polynomial k has the coefficient 1 at position k, and zeros otherwise.
+        basis_1, basis_2 = (
             np.eye((m + 1) * (n + 1)).reshape(-1, m + 1, n + 1) for m, n in (first, second)
         )
-        return multiply(left[:, np.newaxis], right).reshape(len(left) * len(right), -1)
+        products = multiply(basis_1[:, np.newaxis], basis_2)
+        return products.reshape(len(basis_1) * len(basis_2), -1)
 
     return PLANS.array(("products", first, second), build)
 

@@ -31,16 +31,17 @@ def build_operators(knots: FloatArray, degree: int) -> FloatArray:
         and each row has the sum 1. Reversed knots give the reversed operators, bit for bit.
     """
     positions = spans(knots, degree)[:, np.newaxis] + np.arange(1 - degree, degree + 1)
-    around = knots[positions]
-    forwards = _compute_blossoms(around[:, :degree], around[:, degree:])
-    around = -around[:, ::-1]
-    backwards = _compute_blossoms(around[:, :degree], around[:, degree:])
+    knots_around = knots[positions]
+    forwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
+    # The same knots in reverse order, with the opposite sign.
+    knots_around = -knots_around[:, ::-1]
+    backwards = _compute_blossoms(knots_around[:, :degree], knots_around[:, degree:])
     forwards += backwards[:, ::-1, ::-1]
     forwards /= 2.0
     return forwards
 
 
-def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
+def _compute_blossoms(left_knots: FloatArray, right_knots: FloatArray) -> FloatArray:
     """The extraction operators of spans [a, b], computed in one direction along the knots.
 
     First the knots on the left of a span are replaced by a as arguments of the blossom, then the
@@ -48,29 +49,29 @@ def _compute_blossoms(left: FloatArray, right: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    left, right : ndarray of float64, shape (spans, p)
+    left_knots, right_knots : ndarray of float64, shape (spans, p)
         The knots U_{s−p+1}, …, U_s = a and b = U_{s+1}, …, U_{s+p} of each span.
 
     Returns
     -------
     ndarray of float64, shape (spans, p+1, p+1)
     """
-    count, degree = left.shape
-    a, b = left[:, -1:], right[:, :1]
+    count, degree = left_knots.shape
+    a, b = left_knots[:, -1:], right_knots[:, :1]
     rows = np.broadcast_to(np.eye(degree + 1), (count, degree + 1, degree + 1))
-    # Row i is f(a (p − i times), right_1 … right_i).
+    # Row i of `start` is f(a (p − i times), right_1 … right_i); right_k are the knots on the right.
     start = np.empty((count, degree + 1, degree + 1))
     start[:, degree] = rows[:, degree]
     for r in range(1, degree + 1):
-        far, near = right[:, : degree - r + 1], left[:, r - 1 :]
-        rows = _combine_neighbours(rows, far - a, a - near, far - near)
+        high, low = right_knots[:, : degree - r + 1], left_knots[:, r - 1 :]
+        rows = _combine_neighbours(rows, high - a, a - low, high - low)
         start[:, degree - r] = rows[:, -1]
     operators = np.empty_like(start)
     operators[:, 0] = start[:, 0]
     rows = start
     for r in range(1, degree + 1):
-        far = right[:, : degree - r + 1]
-        rows = _combine_neighbours(rows, far - b, b - a, far - a)
+        high = right_knots[:, : degree - r + 1]
+        rows = _combine_neighbours(rows, high - b, b - a, high - a)
         operators[:, r] = rows[:, 0]
     return operators
 

@@ -65,30 +65,30 @@ class Cache(Generic[Value]):
         Values with the same key must be equal.
         """
         with self._lock:
-            cached = self._values.get(key)
-            if cached is not None:
+            value = self._values.get(key)
+            if value is not None:
                 self._values.move_to_end(key)
                 self.hits += 1
-                return cached
+                return value
             self.misses += 1
-            pending = self._builds.setdefault(key, _PendingValue())
-        with pending.lock:
-            if pending.value is None:
+            pending_value = self._builds.setdefault(key, _PendingValue())
+        with pending_value.lock:
+            if pending_value.value is None:
                 try:
-                    pending.value = build()
+                    pending_value.value = build()
                 finally:
                     with self._lock:
                         self._builds.pop(key, None)
-                        self._keep(key, pending.value)
-        return cast(Value, pending.value)
+                        self._keep(key, pending_value.value)
+        return cast(Value, pending_value.value)
 
     def find(self, key: Hashable) -> Value | None:
         """The value of this key, or None if no value is cached."""
         with self._lock:
-            cached = self._values.get(key)
-            if cached is not None:
+            value = self._values.get(key)
+            if value is not None:
                 self._values.move_to_end(key)
-            return cached
+            return value
 
     def put(self, key: Hashable, value: Value) -> None:
         """Store a value, in place of an earlier one of this key."""
@@ -104,12 +104,12 @@ class Cache(Generic[Value]):
     def _keep(self, key: Hashable, value: Value | None) -> None:
         if value is None or value.nbytes > self.capacity // self._share:
             return
-        replaced = self._values.pop(key, None)
-        self._bytes += value.nbytes - (0 if replaced is None else replaced.nbytes)
+        old_value = self._values.pop(key, None)
+        self._bytes += value.nbytes - (0 if old_value is None else old_value.nbytes)
         self._values[key] = value
         while self._bytes > self.capacity:
-            _, dropped = self._values.popitem(last=False)
-            self._bytes -= dropped.nbytes
+            _, oldest_value = self._values.popitem(last=False)
+            self._bytes -= oldest_value.nbytes
 
 
 class ArrayCache(Cache[NDArray[Any]]):
@@ -160,9 +160,9 @@ def derive_once(
     if any(array.flags.writeable for array in sources):
         return build()
     key = ("derived", name, *map(id, sources))
-    cached = MESH_PLANS.get(key, lambda: _DerivedValue(sources, build()))
-    assert isinstance(cached, _DerivedValue)
-    return cast(Result, cached.value)
+    derived = MESH_PLANS.get(key, lambda: _DerivedValue(sources, build()))
+    assert isinstance(derived, _DerivedValue)
+    return cast(Result, derived.value)
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
@@ -187,8 +187,8 @@ def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> 
         return build()
     # The cache keeps the text too, so its bytes count.
     key_bytes = (np.frombuffer(text, np.uint8),)
-    cached = MESH_PLANS.get(
+    derived = MESH_PLANS.get(
         ("text", name, text), lambda: _DerivedValue(key_bytes, _build_read_only(build))
     )
-    assert isinstance(cached, _DerivedValue)
-    return cast(Array, cached.value)
+    assert isinstance(derived, _DerivedValue)
+    return cast(Array, derived.value)

@@ -22,8 +22,8 @@ CHUNK_BYTES = 4 << 20
 """Spans are computed in chunks, so that temporary arrays have at most this number of bytes."""
 
 SAME_SHARE = 2.0**-40
-"""Shares at the two ends of a closed curve that differ by at most this are made equal: knots like
-k/7 are rounded, but both ends must be the same point."""
+"""Shares at the two ends of a closed curve that differ by at most this number are made equal: knots
+like k/7 are rounded, but both ends must be the same point."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,7 +61,7 @@ class Extraction:
     copies : ndarray of int, shape (2, c)
         Bézier points that equal a control point: their numbers, and the numbers of the control
         points.
-    repeated : (int, int, int), or None
+    repetition : (int, int, int), or None
         (m, i, j): both ends of the curve are the same point if control points i … i + m − 1 equal
         control points j … j + m − 1. None if this test cannot show that the curve is closed.
     """
@@ -70,7 +70,7 @@ class Extraction:
     point_numbers: Ints
     sums: tuple[_Sums, ...]
     copies: Ints
-    repeated: tuple[int, int, int] | None
+    repetition: tuple[int, int, int] | None
 
     @property
     def nbytes(self) -> int:
@@ -81,9 +81,9 @@ class Extraction:
     def combine(self, points: FloatArray, weights: FloatArray | None = None) -> WeightedPoints:
         """The distinct Bézier points and weights, shapes (count, …, d) and (count, …).
 
-        Points are combined relative to the middle one. So the mean of equal points is exactly that
-        point, poles stay poles, and no digits are lost far from the origin. A Bézier point that
-        equals a control point is copied, bit for bit.
+        Points are combined relative to the middle point. So the mean of equal points is exactly
+        this point, poles stay poles, and no digits are lost far from the origin. A Bézier point
+        that equals a control point is copied, bit for bit.
 
         Parameters
         ----------
@@ -111,9 +111,9 @@ class Extraction:
 
     def is_closed(self, points: FloatArray, weights: FloatArray | None) -> bool:
         """Whether the last control points repeat the first, so that the curve is closed."""
-        if self.repeated is None:
+        if self.repetition is None:
             return False
-        count, head, tail = self.repeated
+        count, head, tail = self.repetition
         return all(
             np.array_equal(values[head : head + count], values[tail : tail + count])
             for values in (points, weights)
@@ -126,20 +126,21 @@ def plan_extraction(
 ) -> Extraction:
     """The extraction for these knots, from the cache if possible.
 
-    The extraction depends on the control points, of shape (n, …, d), and their weights only in
-    whether they form a closed curve.
+    Of the control points (n, …, d) and their weights, only one property matters: whether the curve
+    is closed.
     """
     key = knots.tobytes()
 
-    def build_cached(closed: bool) -> Extraction:
+    def build_cached(is_closed: bool) -> Extraction:
         plan = MESH_PLANS.get(
-            ("extraction", degree, closed, key), lambda: _build_extraction(knots, degree, closed)
+            ("extraction", degree, is_closed, key),
+            lambda: _build_extraction(knots, degree, is_closed),
         )
         assert isinstance(plan, Extraction)
         return plan
 
-    plan = build_cached(closed=False)
-    return build_cached(closed=True) if plan.is_closed(points, weights) else plan
+    plan = build_cached(is_closed=False)
+    return build_cached(is_closed=True) if plan.is_closed(points, weights) else plan
 
 
 def extract_bezier_points(
@@ -164,54 +165,64 @@ def extract_bezier_points(
     return combined[plan.point_numbers], None if weight is None else weight[plan.point_numbers]
 
 
-def _build_extraction(knots: FloatArray, degree: int, closed: bool) -> Extraction:
-    """Build the extraction; `closed` says whether the last point of the curve is its first."""
-    at = spans(knots, degree)
-    shares = np.empty((len(at), degree + 1, degree + 1))
-    for chunk in row_slices(len(at), 8 * (degree + 1) ** 2, CHUNK_BYTES):
-        within = at[chunk]
-        shares[chunk] = build_operators(knots[within[0] - degree : within[-1] + degree + 2], degree)
-    begins, ends = shares[:, 0].copy(), shares[:, -1].copy()
-    counts = _multiplicities(knots, degree, at)
-    repeated = None
+def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extraction:
+    """Build the extraction; `is_closed` says whether the last point of the curve is its first."""
+    span_numbers = spans(knots, degree)
+    shares = np.empty((len(span_numbers), degree + 1, degree + 1))
+    for chunk in row_slices(len(span_numbers), 8 * (degree + 1) ** 2, CHUNK_BYTES):
+        chunk_spans = span_numbers[chunk]
+        shares[chunk] = build_operators(
+            knots[chunk_spans[0] - degree : chunk_spans[-1] + degree + 2], degree
+        )
+    first_shares, last_shares = shares[:, 0].copy(), shares[:, -1].copy()
+    counts = _multiplicities(knots, degree, span_numbers)
+    repetition = None
     if counts[0] == counts[-1] < degree:
-        head, tail = begins[0, : degree + 1 - counts[0]], ends[-1, counts[-1] :]
-        repeated = len(head), int(at[0]) - degree, int(at[-1]) - degree + int(counts[-1])
-        if closed:
+        head, tail = first_shares[0, : degree + 1 - counts[0]], last_shares[-1, counts[-1] :]
+        repetition = (
+            len(head),
+            int(span_numbers[0]) - degree,
+            int(span_numbers[-1]) - degree + int(counts[-1]),
+        )
+        if is_closed:
             _equalize_ends(head, tail)
     # At a knot of multiplicity p + 1 the curve is discontinuous: it has two Bézier points there,
     # and both equal control points.
     jumps = np.flatnonzero(counts > degree)
-    first = degree * np.arange(len(at)) + np.cumsum(counts[:-1] > degree)
+    first = degree * np.arange(len(span_numbers)) + np.cumsum(counts[:-1] > degree)
     targets = first[:, np.newaxis] + np.arange(degree + 1)
-    copies = [(targets[jumps - 1, -1], at[jumps - 1]), (targets[jumps, 0], at[jumps] - degree)]
-    sums = [] if degree < 2 else [_Sums(at - degree, shares[:, 1:-1], targets[:, 1:-1])]
-    sums += _combine_joints(at, counts, (begins, ends), targets)
-    remaining: list[_Sums] = []
+    copies = [
+        (targets[jumps - 1, -1], span_numbers[jumps - 1]),
+        (targets[jumps, 0], span_numbers[jumps] - degree),
+    ]
+    sums = [] if degree < 2 else [_Sums(span_numbers - degree, shares[:, 1:-1], targets[:, 1:-1])]
+    sums += _combine_joints(span_numbers, counts, (first_shares, last_shares), targets)
+    combinations: list[_Sums] = []
     for part in sums:
         # A Bézier point that equals a control point is copied, not combined.
-        is_point = part.shares.max(axis=-1) >= 1.0
+        is_copy = part.shares.max(axis=-1) >= 1.0
         controls = part.first[:, np.newaxis] + part.shares.argmax(axis=-1)
-        copies.append((part.targets[is_point], controls[is_point]))
-        rows = ~is_point.all(axis=1)
-        if rows.any():
-            remaining.append(_Sums(part.first[rows], part.shares[rows], part.targets[rows]))
+        copies.append((part.targets[is_copy], controls[is_copy]))
+        is_needed = ~is_copy.all(axis=1)
+        if is_needed.any():
+            combinations.append(
+                _Sums(part.first[is_needed], part.shares[is_needed], part.targets[is_needed])
+            )
     pairs = np.concatenate([np.stack(pair) for pair in copies], axis=1)
-    return Extraction(int(targets[-1, -1]) + 1, targets, tuple(remaining), pairs, repeated)
+    return Extraction(int(targets[-1, -1]) + 1, targets, tuple(combinations), pairs, repetition)
 
 
 def _combine_joints(
-    at: Ints, counts: Ints, shares: tuple[FloatArray, FloatArray], targets: Ints
+    span_numbers: Ints, counts: Ints, shares: tuple[FloatArray, FloatArray], targets: Ints
 ) -> Iterator[_Sums]:
     """The Bézier points at the breaks, one `_Sums` for each multiplicity m of the breaks.
 
-    A point at a break of multiplicity m combines p − m + 1 control points. Its shares are the mean
-    of those that the spans on both sides of the break give.
+    A point at a break of multiplicity m combines p − m + 1 control points. Its shares are
+    the mean of its shares in the span before the break and in the span after the break.
 
     Parameters
     ----------
-    at : ndarray of int, shape (spans,)
-        Numbers of the spans.
+    span_numbers : ndarray of int, shape (spans,)
     counts : ndarray of int, shape (spans+1,)
         Multiplicities of the breaks.
     shares : (ndarray, ndarray) of float64, shapes (spans, p+1)
@@ -219,27 +230,38 @@ def _combine_joints(
     targets : ndarray of int, shape (spans, p+1)
         Numbers of the Bézier points of every span.
     """
-    begins, ends = shares
-    last, degree = len(at), begins.shape[1] - 1
+    first_shares, last_shares = shares
+    span_count, degree = len(span_numbers), first_shares.shape[1] - 1
     for m in np.unique(counts[counts <= degree]).tolist():
-        joint = np.flatnonzero(counts == m)
-        before, after = np.maximum(joint - 1, 0), np.minimum(joint, last - 1)
+        joints = np.flatnonzero(counts == m)
+        span_before, span_after = np.maximum(joints - 1, 0), np.minimum(joints, span_count - 1)
         # The first break has a span only after it, the last break only before it.
-        has_after, has_before = joint < last, joint > 0
-        first = np.where(has_after, at[after] - degree, at[before] - degree + m)
-        left, right = ends[before, m:], begins[after, : degree + 1 - m]
-        left[~has_before], right[~has_after] = right[~has_before], left[~has_after]
-        numbers = np.where(has_after, targets[after, 0], targets[before, -1])
-        yield _Sums(first, ((left + right) / 2)[:, np.newaxis], numbers[:, np.newaxis])
+        has_after, has_before = joints < span_count, joints > 0
+        first = np.where(
+            has_after, span_numbers[span_after] - degree, span_numbers[span_before] - degree + m
+        )
+        shares_before, shares_after = (
+            last_shares[span_before, m:],
+            first_shares[span_after, : degree + 1 - m],
+        )
+        # At an end of the curve only one span is there: its shares serve for both sides.
+        shares_before[~has_before], shares_after[~has_after] = (
+            shares_after[~has_before],
+            shares_before[~has_after],
+        )
+        numbers = np.where(has_after, targets[span_after, 0], targets[span_before, -1])
+        yield _Sums(
+            first, ((shares_before + shares_after) / 2)[:, np.newaxis], numbers[:, np.newaxis]
+        )
 
 
-def _multiplicities(knots: FloatArray, degree: int, at: Ints) -> Ints:
-    """The multiplicity of each break; at the ends of the domain at most p."""
-    counts = np.empty(len(at) + 1, dtype=np.intp)
-    counts[1:-1] = np.diff(at)
-    before, after = knots[: at[0] + 1], knots[at[-1] + 1 :]
-    counts[0] = min(degree, int((before == before[-1]).sum()))
-    counts[-1] = min(degree, int((after == after[0]).sum()))
+def _multiplicities(knots: FloatArray, degree: int, span_numbers: Ints) -> Ints:
+    """The multiplicity of each break; at the ends of the domain p at most."""
+    counts = np.empty(len(span_numbers) + 1, dtype=np.intp)
+    counts[1:-1] = np.diff(span_numbers)
+    knots_before, knots_after = knots[: span_numbers[0] + 1], knots[span_numbers[-1] + 1 :]
+    counts[0] = min(degree, int((knots_before == knots_before[-1]).sum()))
+    counts[-1] = min(degree, int((knots_after == knots_after[0]).sum()))
     return counts
 
 

@@ -46,31 +46,31 @@ def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
     return np.take(points, np.arange(count + degree), axis=axis, mode="wrap")
 
 
-def merge_knots(knots: FloatArray, degree: int, least: float) -> FloatArray:
-    """Make knots equal that differ by less than `least` from their neighbours.
+def merge_knots(knots: FloatArray, degree: int, min_distance: float) -> FloatArray:
+    """Make knots equal that differ by less than `min_distance` from their neighbours.
 
     The ends of the domain do not move. A cluster of knots stays as it is if one equal knot would
     have a multiplicity above p inside the domain, or above p + 1 at an end, or if the whole cluster
-    is not shorter than `least`.
+    is not shorter than `min_distance`.
 
     Returns
     -------
     ndarray of float64
         The argument itself if no knot changes.
     """
-    is_close = np.diff(knots) < least
+    is_close = np.diff(knots) < min_distance
     if not (is_close & (knots[1:] > knots[:-1])).any():
         return knots
     # The number of the cluster of each knot.
     number = np.concatenate([[0], np.cumsum(~is_close)])
     first, count = np.unique(number, return_index=True, return_counts=True)[1:]
     last = first + count - 1
-    value, most = knots[first].copy(), np.full(len(first), degree)
+    new_knot, max_count = knots[first].copy(), np.full(len(first), degree)
     for end in (degree, len(knots) - 1 - degree):
-        value[number[end]], most[number[end]] = knots[end], degree + 1
-    value, most = value[number], most[number]
-    is_narrow = (knots[last] - knots[first] < least)[number]
-    merged: FloatArray = np.where(is_narrow & (count[number] <= most), value, knots)
+        new_knot[number[end]], max_count[number[end]] = knots[end], degree + 1
+    new_knot, max_count = new_knot[number], max_count[number]
+    is_narrow = (knots[last] - knots[first] < min_distance)[number]
+    merged: FloatArray = np.where(is_narrow & (count[number] <= max_count), new_knot, knots)
     return merged
 
 
@@ -87,14 +87,14 @@ def domain(knots: FloatArray, degree: int) -> tuple[float, float]:
 
 def spans(knots: FloatArray, degree: int) -> Ints:
     """The numbers s of the spans, ascending: U_s < U_{s+1} within the domain."""
-    inside = knots[degree : len(knots) - degree]
-    return np.flatnonzero(inside[1:] > inside[:-1]) + degree
+    domain_knots = knots[degree : len(knots) - degree]
+    return np.flatnonzero(domain_knots[1:] > domain_knots[:-1]) + degree
 
 
 def breaks(knots: FloatArray, degree: int) -> FloatArray:
     """The distinct knots of the domain, ascending: shape (spans + 1,)."""
-    within = spans(knots, degree)
-    return np.append(knots[within], knots[within[-1] + 1])
+    span_numbers = spans(knots, degree)
+    return np.append(knots[span_numbers], knots[span_numbers[-1] + 1])
 
 
 def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
@@ -111,9 +111,11 @@ def find_span(knots: FloatArray, degree: int, t: ArrayLike) -> Ints:
     -------
     ndarray of int, shape (m,)
     """
-    within = spans(knots, degree)
-    position = np.searchsorted(knots[within], np.asarray(t, dtype=np.float64), side="right") - 1
-    span: Ints = within[np.clip(position, 0, len(within) - 1)]
+    span_numbers = spans(knots, degree)
+    position = (
+        np.searchsorted(knots[span_numbers], np.asarray(t, dtype=np.float64), side="right") - 1
+    )
+    span: Ints = span_numbers[np.clip(position, 0, len(span_numbers) - 1)]
     return span
 
 
@@ -146,9 +148,9 @@ def evaluate_basis(knots: FloatArray, degree: int, t: ArrayLike) -> tuple[Ints, 
     values[:, 0] = 1.0
     for n in range(1, degree + 1):
         steps = np.arange(n)
-        right = knots[span[:, np.newaxis] + 1 + steps]
-        left = knots[span[:, np.newaxis] + 1 - n + steps]
-        share = values[:, :n] / (right - left)
-        values[:, :n] = (right - t[:, np.newaxis]) * share
-        values[:, 1 : n + 1] += (t[:, np.newaxis] - left) * share
+        right_knots = knots[span[:, np.newaxis] + 1 + steps]
+        left_knots = knots[span[:, np.newaxis] + 1 - n + steps]
+        share = values[:, :n] / (right_knots - left_knots)
+        values[:, :n] = (right_knots - t[:, np.newaxis]) * share
+        values[:, 1 : n + 1] += (t[:, np.newaxis] - left_knots) * share
     return span, values

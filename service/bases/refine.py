@@ -27,7 +27,7 @@ processor's cache."""
 
 
 def find_refinement(
-    knots: FloatArray, degree: int, target: FloatArray, raised: int
+    knots: FloatArray, degree: int, target: FloatArray, new_degree: int
 ) -> tuple[Ints, FloatArray]:
     """The new control points of a spline over other knots, as weighted means of the old ones.
 
@@ -39,7 +39,7 @@ def find_refinement(
     target : ndarray of float64, shape (N+n+1,)
         V: the interior knots of U, each with a multiplicity n − p higher, and possibly more knots
         within the domain; each end has multiplicity n + 1.
-    raised : int
+    new_degree : int
         The new degree n ≥ p.
 
     Returns
@@ -50,25 +50,25 @@ def find_refinement(
         The shares of these rows. If a new control point equals an old one, one share is exactly 1
         and the others are 0.
     """
-    windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], raised)
+    windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], new_degree)
     count, first = len(windows), windows[:, 0]
     # At a discontinuity, the last control point of a piece belongs to the span that ends there.
     is_last = (target[:count] < first) & (windows[:, -1] == first)
     span = np.searchsorted(knots, first, side="right")
     span = np.where(is_last, np.searchsorted(knots, first, side="left"), span) - 1
-    around = np.arange(1 - degree, degree + 1)[:, np.newaxis]
+    offsets = np.arange(1 - degree, degree + 1)[:, np.newaxis]
     shares = np.empty((degree + 1, count))
     for part in row_slices(count, 1, CHUNK):
-        shares[:, part] = _blossom_shares(knots[span[part] + around], windows[part].T)
+        shares[:, part] = _blossom_shares(knots[span[part] + offsets], windows[part].T)
     return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
 
 
-def _blossom_shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
+def _blossom_shares(knots_around: FloatArray, arguments: FloatArray) -> FloatArray:
     """The value of the blossom F as shares of the p + 1 control points of a span.
 
     Parameters
     ----------
-    near : ndarray of float64, shape (2p, N)
+    knots_around : ndarray of float64, shape (2p, N)
         The knots U_{s−p+1} … U_{s+p} around the span of each value.
     arguments : ndarray of float64, shape (n, N)
         The arguments of F.
@@ -77,13 +77,13 @@ def _blossom_shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
     -------
     ndarray of float64, shape (p+1, N)
     """
-    degree, raised = len(near) // 2, len(arguments)
+    degree, new_degree = len(knots_around) // 2, len(arguments)
     # means[r] belongs to the r + 1 points that remain after p − r steps of de Boor's algorithm. It
     # has their shares (r+1, N), averaged over all choices of r from the arguments seen so far.
-    means = [np.ones((1, near.shape[1]))]
+    means = [np.ones((1, knots_around.shape[1]))]
     for k, t in enumerate(arguments, 1):
-        for r in range(min(k, degree), max(0, k - 1 - raised + degree), -1):
-            step = _step_back(means[r - 1], near[degree - r : degree + r], t)
+        for r in range(min(k, degree), max(0, k - 1 - new_degree + degree), -1):
+            step = _step_back(means[r - 1], knots_around[degree - r : degree + r], t)
             if r == k:
                 means.append(step)
             else:
@@ -91,13 +91,13 @@ def _blossom_shares(near: FloatArray, arguments: FloatArray) -> FloatArray:
     return means[degree]
 
 
-def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArray:
+def _step_back(shares: FloatArray, knots_around: FloatArray, t: FloatArray) -> FloatArray:
     """Shares of r + 1 points from the shares of the r points that one de Boor step computes.
 
     d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
     """
     r = len(shares)
-    low, high = near[:r], near[r:]
+    low, high = knots_around[:r], knots_around[r:]
     width = high - low
     result = np.zeros((r + 1, shares.shape[1]))
     # Divide, do not multiply by an inverse: only then is the factor exactly 1 if t is low or high.
@@ -107,19 +107,19 @@ def _step_back(shares: FloatArray, near: FloatArray, t: FloatArray) -> FloatArra
 
 
 def raise_knots(
-    knots: FloatArray, degree: int, raised: int, first: float, last: float
+    knots: FloatArray, degree: int, new_degree: int, first: float, last: float
 ) -> FloatArray:
-    """The knots of a spline after it is restricted to [first, last] and elevated to `raised`.
+    """The knots of a spline after it is restricted to [first, last] and elevated to `new_degree`.
 
-    The multiplicity of interior knots increases by the same number as the degree, so that the
-    continuity there stays the same. The ends have multiplicity `raised` + 1.
+    The multiplicity of interior knots increases by the same number as the degree, so the
+    continuity at these knots stays the same. The ends have multiplicity `new_degree` + 1.
     """
-    within = knots[(knots > first) & (knots < last)]
-    breaks, counts = np.unique(within, return_counts=True)
+    inner_knots = knots[(knots > first) & (knots < last)]
+    breaks, counts = np.unique(inner_knots, return_counts=True)
     return np.concatenate(
         [
-            np.full(raised + 1, first),
-            np.repeat(breaks, counts + raised - degree),
-            np.full(raised + 1, last),
+            np.full(new_degree + 1, first),
+            np.repeat(breaks, counts + new_degree - degree),
+            np.full(new_degree + 1, last),
         ]
     )

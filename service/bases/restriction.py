@@ -36,9 +36,9 @@ def restriction_matrices(degree: int, breaks: FloatArray) -> FloatArray:
     t = (breaks - breaks[0]) / (breaks[-1] - breaks[0])
     rows = np.zeros((len(t) - 1, degree + 1, degree + 1))
     for j in range(degree + 1):
-        begin, end = bernstein(degree - j, t[:-1]), bernstein(j, t[1:])
+        start_basis, end_basis = bernstein(degree - j, t[:-1]), bernstein(j, t[1:])
         for k in range(j + 1):
-            rows[:, j, k : k + degree - j + 1] += end[:, k, np.newaxis] * begin
+            rows[:, j, k : k + degree - j + 1] += end_basis[:, k, np.newaxis] * start_basis
     return rows
 
 
@@ -58,8 +58,8 @@ def restrict_to_cells(net: FloatArray, breaks_u: FloatArray, breaks_v: FloatArra
         Cell (k, l) is number k M_v + l.
     """
     rows, columns, dimension = net.shape
-    along_u = np.tensordot(restriction_matrices(rows - 1, breaks_u), net, axes=(2, 0))
-    cells = np.tensordot(restriction_matrices(columns - 1, breaks_v), along_u, axes=(2, 2))
+    strips = np.tensordot(restriction_matrices(rows - 1, breaks_u), net, axes=(2, 0))
+    cells = np.tensordot(restriction_matrices(columns - 1, breaks_v), strips, axes=(2, 2))
     # `cells` has the axes (M_v, b+1, M_u, a+1, d).
     ordered = np.ascontiguousarray(cells.transpose(2, 0, 3, 1, 4))
     return ordered.reshape(-1, rows, columns, dimension)

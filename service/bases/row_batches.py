@@ -12,23 +12,23 @@ from service.cancellation import checkpoint
 
 
 def row_runs(count: int, step: int) -> Iterator[tuple[int, int]]:
-    """Ranges [first, last) of `step` rows that cover `count` rows; the last may be shorter.
+    """Ranges [begin, end) of `step` rows that cover `count` rows; the last may be shorter.
 
     A request can be cancelled before each range.
     """
-    for first in range(0, count, step):
+    for begin in range(0, count, step):
         checkpoint()
-        yield first, min(first + step, count)
+        yield begin, min(begin + step, count)
 
 
-def row_slices(count: int, width: int, room: int) -> Iterator[slice]:
-    """Slices that cover `count` rows of `width` numbers each.
+def row_slices(count: int, width: int, max_size: int) -> Iterator[slice]:
+    """Slices that cover `count` rows, each of the size `width`, in numbers or in bytes.
 
-    A slice has at most `room` numbers, but at least one row. A request can be cancelled before each
-    slice.
+    A slice has at most the size `max_size`, but at least one row. A request can be cancelled before
+    each slice.
     """
-    for first, last in row_runs(count, max(1, room // width)):
-        yield slice(first, last)
+    for begin, end in row_runs(count, max(1, max_size // width)):
+        yield slice(begin, end)
 
 
 def expand_runs(count: Ints, first: Ints | int = 0) -> tuple[Ints, Ints]:

@@ -56,20 +56,20 @@ def side_rows(degree: int) -> Ints:
 
     Shape (3, n+1); read-only.
     """
-    first = row_starts(degree)[:-1]
-    along = np.arange(degree + 1)
-    rows = np.stack([first, first + degree - along, along])
+    row_firsts = row_starts(degree)[:-1]
+    j = np.arange(degree + 1)
+    rows = np.stack([row_firsts, row_firsts + degree - j, j])
     rows.flags.writeable = False
     return rows
 
 
-def barycentric(divisions: int, first: int = 0, last: int | None = None) -> FloatArray:
-    """The barycentric coordinates (r, s, t) of the samples `first` … `last` − 1 at R divisions.
+def barycentric(divisions: int, begin: int = 0, end: int | None = None) -> FloatArray:
+    """The barycentric coordinates (r, s, t) of the samples `begin` … `end` − 1 at R divisions.
 
-    By default of all samples. Each number is the correctly rounded quotient; shape (m, 3).
+    The default is all samples. Each number is a correctly rounded quotient; shape (m, 3).
     """
     starts = row_starts(divisions)
-    index = np.arange(first, starts[-1] if last is None else last)
+    index = np.arange(begin, starts[-1] if end is None else end)
     row = np.searchsorted(starts, index, side="right") - 1
-    place = index - starts[row]
-    return np.stack([divisions - row - place, place, row], axis=1) / divisions
+    j = index - starts[row]
+    return np.stack([divisions - row - j, j, row], axis=1) / divisions

@@ -14,7 +14,7 @@ from service.bases.cache import PLANS
 from service.bases.triangle import barycentric, count_points, degree_of, row_starts
 
 MAX_CACHED_VALUES = 1 << 20
-"""Largest basis that is cached, in values: 8 MiB, the most that the cache accepts."""
+"""The most values of a basis that is cached: 8 MiB, the most that the cache accepts."""
 
 
 def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
@@ -23,8 +23,9 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
         B_ijk(r, s, t) = n!/(i! j! k!) r^i s^j t^k = B_k^n(t) · B_j^{n−k}(s / (r + s))
 
     Row k of the net needs the polynomials B_j^d of degree d = n − k at s' = s/(r+s). The recurrence
-    B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} with r' = r/(r+s) computes those of all degrees 0 … n,
-    so one recurrence serves all rows. Only products of non-negative numbers are added.
+    B_j^d = r' B_j^{d−1} + s' B_{j−1}^{d−1} with r' = r/(r+s) computes the polynomials of all
+    degrees 0 … n, so one recurrence serves all rows. Only products of non-negative numbers are
+    added.
 
     Parameters
     ----------
@@ -43,22 +44,22 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
     Farin, Curves and Surfaces for CAGD, 5th ed., section 17.3.
     """
     r, s, t = points.T
-    along = r + s
-    apex = along == 0
-    along = np.where(apex, 1.0, along)
-    near, far = np.where(apex, 1.0, r / along), s / along
-    across = bernstein(degree, t).T
+    r_plus_s = r + s
+    is_apex = r_plus_s == 0
+    r_plus_s = np.where(is_apex, 1.0, r_plus_s)
+    r_share, s_share = np.where(is_apex, 1.0, r / r_plus_s), s / r_plus_s
+    basis_t = bernstein(degree, t).T
     starts = row_starts(degree)
     basis = np.empty((starts[-1], len(points)))
     row = np.zeros((degree + 1, len(points)))
     row[0] = 1.0
     for d in range(degree + 1):
         if d:
-            shifted = row[:d] * far
-            row[:d] *= near
-            row[1 : d + 1] += shifted
+            s_terms = row[:d] * s_share
+            row[:d] *= r_share
+            row[1 : d + 1] += s_terms
         k = degree - d
-        np.multiply(row[: d + 1], across[k], out=basis[starts[k] : starts[k + 1]])
+        np.multiply(row[: d + 1], basis_t[k], out=basis[starts[k] : starts[k + 1]])
     return basis
 
 
@@ -106,8 +107,8 @@ def evaluate_rows(
     """Evaluate polynomials over a triangle at some rows of samples, each row as a curve.
 
     Along a row of samples t is constant, and the surface is the curve Σ_k B_k^n(t) c_k, where c_k
-    are the row curves of the net. To evaluate this curve takes n + 1 multiplications for each value
-    in place of n²/2, and no basis of the whole triangle.
+    are the row curves of the net. To evaluate this curve takes n + 1 multiplications for each
+    value; with the basis of the whole triangle it would take n²/2.
 
     Parameters
     ----------
@@ -122,14 +123,14 @@ def evaluate_rows(
         The function writes the values here.
     """
     degree, count = len(curves) - 1, curves.shape[2]
-    across = sample_basis(degree, divisions)[rows.start : rows.stop]
-    lines = (across @ curves.reshape(degree + 1, -1)).reshape(len(rows), degree + 1, count)
+    basis_t = sample_basis(degree, divisions)[rows.start : rows.stop]
+    lines = (basis_t @ curves.reshape(degree + 1, -1)).reshape(len(rows), degree + 1, count)
     lines = lines.transpose(0, 2, 1).astype(dtype)
-    first = 0
+    begin = 0
     for line, row in zip(lines, rows, strict=True):
-        last = first + divisions - row + 1
-        np.matmul(line, _row_basis(degree, divisions - row, dtype), out=out[:, first:last])
-        first = last
+        end = begin + divisions - row + 1
+        np.matmul(line, _row_basis(degree, divisions - row, dtype), out=out[:, begin:end])
+        begin = end
 
 
 def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArray:
@@ -137,20 +138,22 @@ def _row_basis(degree: int, divisions: int, dtype: type[np.floating]) -> RealArr
 
     Each row of samples needs a basis of its own, which is used only once. The recurrence of
     `bernstein` would take n times as long as these powers. Powers may underflow; at degrees up to
-    64 those that do are too small to change a sum.
+    64 the powers that underflow are too small to change a sum.
     """
     powers = np.ones((degree + 1, divisions + 1))
     if degree and divisions:
         powers[1] = np.arange(divisions + 1) / divisions
-        filled = 2
-        while filled <= degree:
-            more = min(filled, degree + 1 - filled)
-            np.multiply(powers[filled // 2] ** 2, powers[:more], out=powers[filled : filled + more])
-            filled += more
+        # Powers 0 … count − 1 are known, and count is a power of 2: s^(count + k) = s^count s^k.
+        count = 2
+        while count <= degree:
+            step = min(count, degree + 1 - count)
+            np.multiply(powers[count // 2] ** 2, powers[:step], out=powers[count : count + step])
+            count += step
     elif degree:
         # A single sample, at s = 0.
         powers[1:] = 0.0
         return round_basis(powers, dtype)
+    # In reverse order, powers of s are powers n − j of 1 − s.
     basis = powers * powers[::-1, ::-1]
     basis *= binomials(degree)[:, None]
     return round_basis(basis, dtype)

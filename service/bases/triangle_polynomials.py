@@ -21,13 +21,13 @@ from service.bases.triangle import degree_of, row_starts
 def exponents(degree: int) -> tuple[Ints, Ints, Ints]:
     """The exponents i, j and k of every control point b_ijk of a net, three arrays (K,)."""
     k = np.repeat(np.arange(degree + 1), np.arange(degree + 1, 0, -1))
-    j = np.arange(len(k)) - _start(degree, k)
+    j = np.arange(len(k)) - _find_row_start(degree, k)
     return degree - j - k, j, k
 
 
 def row_number(degree: int, j: Ints, k: Ints) -> Ints:
     """The position of b_ijk along axis 0 of a net."""
-    return _start(degree, k) + j
+    return _find_row_start(degree, k) + j
 
 
 def elevate(net: Net, degree: int) -> Net:
@@ -35,20 +35,20 @@ def elevate(net: Net, degree: int) -> Net:
 
         b*_ijk = (i b_{i−1,j,k} + j b_{i,j−1,k} + k b_{i,j,k−1})/(n+1)
 
-    The points on a side are equal, bit for bit, to those that
-    `service.bases.polynomials.elevate` computes from this side alone.
+    From a side alone, `service.bases.polynomials.elevate` computes the same points, bit for bit.
     """
     points, weights = net
     for n in range(degree_of(len(points)), degree):
         i, j, k = exponents(n + 1)
         index = np.stack([row_number(n, j, k), row_number(n, j - 1, k), row_number(n, j, k - 1)])
         shares = np.stack([i, j, k])
+        # A neighbour outside the triangle has the share 0; row 0 stands for it.
         index[shares == 0] = 0
         points, weights = combine(points, weights, index, shares / (n + 1))
     return points, weights
 
 
-def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
+def split(net: Net, point: tuple[float, float, float]) -> tuple[Net, Net, Net]:
     """The three triangles into which a point (r, s, t) divides a triangle, by de Casteljau.
 
     In each triangle the point replaces one corner: b_n00 in the first, b_0n0 in the second, b_00n
@@ -62,7 +62,7 @@ def split(net: Net, at: tuple[float, float, float]) -> tuple[Net, Net, Net]:
         index = np.stack(
             [row_number(m + 1, j, k), row_number(m + 1, j + 1, k), row_number(m + 1, j, k + 1)]
         )
-        shares = np.repeat(np.array(at)[:, np.newaxis], len(j), axis=1)
+        shares = np.repeat(np.array(point)[:, np.newaxis], len(j), axis=1)
         points, weights = combine(points, weights, index, shares)
         levels.append((points, weights))
     i, j, k = exponents(n)
@@ -92,12 +92,12 @@ def _gather_levels(levels: list[Net], level: Ints, j: Ints, k: Ints) -> Net:
 def exchange_order(degree: int, first: int, second: int) -> Ints:
     """The order of the control points after two of the barycentric coordinates are exchanged.
 
-    `first` and `second` are the numbers 0, 1 or 2 of these coordinates. `net[order]` is the new
+    `first` and `second` are the numbers of these coordinates: 0, 1 or 2. `net[order]` is the new
     net.
     """
-    exchanged = list(exponents(degree))
-    exchanged[first], exchanged[second] = exchanged[second], exchanged[first]
-    return row_number(degree, exchanged[1], exchanged[2])
+    coordinates = list(exponents(degree))
+    coordinates[first], coordinates[second] = coordinates[second], coordinates[first]
+    return row_number(degree, coordinates[1], coordinates[2])
 
 
 def lower_half(net: Net) -> Net:
@@ -149,22 +149,22 @@ def tensor_net(nets: FloatArray) -> FloatArray:
     patches, count, dimension = nets.shape
     degree = degree_of(count)
     starts = row_starts(degree)
-    square = np.empty((patches, degree + 1, degree + 1, dimension))
+    tensor_nets = np.empty((patches, degree + 1, degree + 1, dimension))
     for k in range(degree + 1):
         row = nets[:, starts[k] : starts[k + 1]]
-        square[:, :, k] = np.einsum("lj,pjd->pld", elevation_matrix(degree - k, degree), row)
-    return square
+        tensor_nets[:, :, k] = np.einsum("lj,pjd->pld", elevation_matrix(degree - k, degree), row)
+    return tensor_nets
 
 
 def _choose(n: Ints, k: Ints) -> FloatArray:
     """Binomials C(n, k), element by element; 0 where k is not in 0 … n."""
-    top = int(n.max())
-    table = np.array([[float(comb(a, b)) for b in range(top + 1)] for a in range(top + 1)])
-    inside = (k >= 0) & (k <= n)
-    values: FloatArray = np.where(inside, table[n, np.clip(k, 0, top)], 0.0)
+    max_n = int(n.max())
+    table = np.array([[float(comb(a, b)) for b in range(max_n + 1)] for a in range(max_n + 1)])
+    is_inside = (k >= 0) & (k <= n)
+    values: FloatArray = np.where(is_inside, table[n, np.clip(k, 0, max_n)], 0.0)
     return values
 
 
-def _start(degree: int, k: Ints) -> Ints:
+def _find_row_start(degree: int, k: Ints) -> Ints:
     """Index of the first point of row k of the triangle."""
     return row_starts(degree)[k]

@@ -22,13 +22,13 @@ def unique_values(values: NDArray[np.uint64] | Ints) -> tuple[Ints, Ints]:
         `values[first[number]]` equals `values`. It equals the result `return_inverse`.
     """
     order = values.argsort(kind="stable")
-    ordered = values[order]
-    begins = np.empty(len(values), np.bool_)
-    begins[:1] = True
-    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
+    sorted_values = values[order]
+    is_first = np.empty(len(values), np.bool_)
+    is_first[:1] = True
+    np.not_equal(sorted_values[1:], sorted_values[:-1], out=is_first[1:])
     number = np.empty(len(values), np.intp)
-    number[order] = begins.cumsum() - 1
-    return order[begins], number
+    number[order] = is_first.cumsum() - 1
+    return order[is_first], number
 
 
 def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
@@ -51,9 +51,9 @@ def unique_rows(rows: FloatArray) -> tuple[Ints, Ints]:
     """
     rows = np.ascontiguousarray(rows)
     bits = rows.view(np.uint64)
-    mixed = (bits ^ (bits >> np.uint64(29))) * _multipliers(rows.shape[1])
-    mixed ^= mixed >> np.uint64(32)
-    first, number = unique_values(mixed.sum(axis=1))
+    hashes = (bits ^ (bits >> np.uint64(29))) * _multipliers(rows.shape[1])
+    hashes ^= hashes >> np.uint64(32)
+    first, number = unique_values(hashes.sum(axis=1))
     if not np.array_equal(rows[first[number]], rows):
         _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first, number.reshape(-1)

@@ -26,8 +26,9 @@ class Decoder:
     kinds : tuple of str
         The kinds of surface that a file of this format may become.
     decode : callable
-        Takes the bytes, the requested kind of surface (None if the file decides) and the most
-        control points; returns the document of the surface, whose values are not checked yet.
+        Takes the bytes, the requested kind of surface (None if the file decides) and the maximum
+        number of control points; returns the document of the surface, with values that are not
+        checked yet.
     about : str
         Text for the OpenAPI document: the content of a file, and how the service reads it.
     weight : float
@@ -72,13 +73,15 @@ def check_kind(kind: str | None, kinds: tuple[str, ...]) -> None:
         )
 
 
-def check_count(points: int, most: int, where: str = "") -> None:
-    """Refuse more than `most` control points."""
-    if points > most:
-        raise build_too_many_error(count_nouns(points, "control points"), most, where)
+def check_count(points: int, max_points: int, pointer: str = "") -> None:
+    """Refuse more than `max_points` control points."""
+    if points > max_points:
+        raise build_too_many_error(count_nouns(points, "control points"), max_points, pointer)
 
 
-def build_too_many_error(got: str, most: int, where: str = "") -> InvalidRequest:
+def build_too_many_error(got: str, max_points: int, pointer: str = "") -> InvalidRequest:
     """The error for too many control points."""
     message = "The surface has more control points than this service allows."
-    return InvalidRequest(Issue("too_many_control_points", message, where, got, f"at most {most}"))
+    return InvalidRequest(
+        Issue("too_many_control_points", message, pointer, got, f"at most {max_points}")
+    )

@@ -56,12 +56,12 @@ class _Header:
     """The fields of a header, and the index of the first byte of the numbers."""
 
     dtype: np.dtype[Any]
-    fortran: bool
+    is_fortran_order: bool
     shape: tuple[int, ...]
     start: int
 
 
-def decode(content: bytes, kind: str | None, most: int) -> Tree:
+def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     """Decode the array of a file as the control points of a surface.
 
     An array (p+1, q+1, 3) is one net: of a Bézier patch, or of a B-spline if `kind` is `bspline`.
@@ -73,16 +73,17 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     MalformedBody
         The file is not a complete .npy file.
     InvalidRequest
-        The shape is not that of a control net, or there are more than `most` control points.
+        The array does not have the shape of a control net, or has more than `max_points` control
+        points.
     """
     header = _read_header(content)
     _check_shape(header.shape)
-    single = len(header.shape) == 3
-    check_kind(kind, KINDS[:2] if single else KINDS[2:])
-    field = "control_net" if single else "vertices"
-    check_count(prod(header.shape[:-1]), most, f"/surface/{field}")
+    is_one_net = len(header.shape) == 3
+    check_kind(kind, KINDS[:2] if is_one_net else KINDS[2:])
+    field = "control_net" if is_one_net else "vertices"
+    check_count(prod(header.shape[:-1]), max_points, f"/surface/{field}")
     array = _view_array(content, header)
-    if single:
+    if is_one_net:
         tree = {"type": kind or KINDS[0], field: array[..., :3]}
         return tree | ({"weights": array[..., 3]} if array.shape[-1] == 4 else {})
     count, rows, columns, width = array.shape
@@ -114,25 +115,25 @@ def _read_header(content: bytes) -> _Header:
             "another version",
             "version 1.0, 2.0 or 3.0",
         )
-    first = 8 + length_bytes
-    length = int.from_bytes(content[8:first], "little")
+    header_start = 8 + length_bytes
+    length = int.from_bytes(content[8:header_start], "little")
     if length > MAX_HEADER:
         raise build_malformed_error(
             "The header of the .npy file is too long.", f"{length} bytes", f"at most {MAX_HEADER}"
         )
-    start = first + length
-    if len(content) < start:
+    numbers_start = header_start + length
+    if len(content) < numbers_start:
         raise build_malformed_error(
             "The .npy file ends within its header.", f"{len(content)} bytes", "a whole header"
         )
-    entries = _parse_entries(content[first:start].decode("latin-1"))
+    entries = _parse_entries(content[header_start:numbers_start].decode("latin-1"))
     header = _Header(
         _parse_type(entries["descr"]),
         entries["fortran_order"] == "True",
         tuple(map(int, re.findall(r"\d+", entries["shape"]))),
-        start,
+        numbers_start,
     )
-    needed, got = prod(header.shape) * header.dtype.itemsize, len(content) - start
+    needed, got = prod(header.shape) * header.dtype.itemsize, len(content) - numbers_start
     if got != needed:
         raise build_malformed_error(
             "The number of bytes after the header is not that of the array's shape.",
@@ -189,7 +190,7 @@ def _parse_type(text: str) -> np.dtype[Any]:
 
 
 def _check_shape(shape: tuple[int, ...]) -> None:
-    """Refuse an array whose shape is not that of one control net or of several."""
+    """Refuse an array that has the shape neither of one control net nor of several."""
     if 0 in shape:
         message, needed = "The array is empty.", "control points"
         raise InvalidRequest(Issue("empty_list", message, "", "an axis of length 0", needed))
@@ -208,4 +209,4 @@ def _check_shape(shape: tuple[int, ...]) -> None:
 def _view_array(content: bytes, header: _Header) -> NDArray[Any]:
     """The array of a file as a view of its bytes."""
     flat = np.frombuffer(content, header.dtype, offset=header.start)
-    return flat.reshape(header.shape, order="F" if header.fortran else "C")
+    return flat.reshape(header.shape, order="F" if header.is_fortran_order else "C")

@@ -15,10 +15,10 @@ from service.bases.arrays import FloatArray
 from service.decoders.format import build_malformed_error
 from service.errors import InvalidRequest, Issue, SurfaceError
 
-PIECE = 1 << 16
+PIECE_BYTES = 1 << 16
 """The bytes of one piece, which is split into words at once."""
 
-LONGEST = 100
+MAX_NUMBER_CHARS = 100
 """The most characters of a number; all digits of a float64 need 24."""
 
 _GAP = re.compile(rb"[\s,]")
@@ -28,7 +28,7 @@ _NUMERIC = re.compile(_NUMBER.pattern + rb"|[-+]?(?:nan|inf|infinity)", re.IGNOR
 
 
 def read_numbers(
-    text: bytes, start: int, end: int, most: int, refused: Callable[[], SurfaceError]
+    text: bytes, start: int, end: int, max_count: int, build_error: Callable[[], SurfaceError]
 ) -> FloatArray:
     """Read all numbers between two places of a text; blanks, line feeds and commas separate them.
 
@@ -37,10 +37,10 @@ def read_numbers(
     text : bytes
     start, end : int
         The two places, as indices of bytes.
-    most : int
+    max_count : int
         The most numbers that are allowed.
-    refused : callable
-        Returns the error for more than `most` numbers, which is raised before all are read.
+    build_error : callable
+        Returns the error for more than `max_count` numbers, which is raised before all are read.
 
     Returns
     -------
@@ -51,16 +51,16 @@ def read_numbers(
     MalformedBody, InvalidRequest
         A word is not a number, or the number is not finite; the message names its line.
     """
-    if (end - start) // 2 >= most and _count_words(text, start, end) > most:
-        raise refused()
+    if (end - start) // 2 >= max_count and _count_words(text, start, end) > max_count:
+        raise build_error()
     pieces: list[FloatArray] = []
     count = 0
     while start < end:
         cut = _find_cut(text, start, end)
         words = text[start:cut].replace(b",", b" ").split()
         count += len(words)
-        if count > most:
-            raise refused()
+        if count > max_count:
+            raise build_error()
         pieces.append(_parse_words(words, text, start, cut))
         start = cut
     return np.concatenate(pieces) if pieces else np.empty(0)
@@ -80,25 +80,26 @@ def line_at(text: bytes, place: int) -> int:
 def _count_words(text: bytes, start: int, end: int) -> int:
     """The number of words between two places: of runs of characters that are not blank.
 
-    Counting takes 1/10 of the time of splitting the text into words. The count may be too small.
+    Counting takes 1/10 of the time of splitting the text into words. The count may be too small,
+    because control characters count as blanks.
     """
     count, was_printed = 0, False
-    for place in range(start, end, PIECE):
-        letters = np.frombuffer(text, np.uint8, min(PIECE, end - place), place)
-        printed = (letters > ord(" ")) & (letters != ord(","))
-        count += int(np.count_nonzero(printed[1:] & ~printed[:-1]))
-        count += bool(printed[0]) and not was_printed
-        was_printed = bool(printed[-1])
+    for place in range(start, end, PIECE_BYTES):
+        letters = np.frombuffer(text, np.uint8, min(PIECE_BYTES, end - place), place)
+        is_printed = (letters > ord(" ")) & (letters != ord(","))
+        count += int(np.count_nonzero(is_printed[1:] & ~is_printed[:-1]))
+        count += bool(is_printed[0]) and not was_printed
+        was_printed = bool(is_printed[-1])
     return count
 
 
 def _find_cut(text: bytes, start: int, end: int) -> int:
     """The end of the piece that begins at `start`; it is between two words."""
-    if end - start <= PIECE:
+    if end - start <= PIECE_BYTES:
         return end
-    gap = _GAP.search(text, start + PIECE, start + PIECE + LONGEST)
+    gap = _GAP.search(text, start + PIECE_BYTES, start + PIECE_BYTES + MAX_NUMBER_CHARS)
     if gap is None:
-        raise build_word_error(text, start + PIECE)
+        raise build_word_error(text, start + PIECE_BYTES)
     return gap.start()
 
 
@@ -109,8 +110,10 @@ def _parse_words(words: list[bytes], text: bytes, start: int, cut: int) -> Float
     except ValueError:
         raise _find_word_error(text, start, cut) from None
     # Refuse words such as 1_000, which `float` accepts.
-    plain = text.find(b"_", start, cut) < 0 and max(map(len, words), default=0) <= LONGEST
-    if not plain or not np.isfinite(values).all():
+    is_plain = (
+        text.find(b"_", start, cut) < 0 and max(map(len, words), default=0) <= MAX_NUMBER_CHARS
+    )
+    if not is_plain or not np.isfinite(values).all():
         raise _find_word_error(text, start, cut)
     return values
 
@@ -118,11 +121,11 @@ def _parse_words(words: list[bytes], text: bytes, start: int, cut: int) -> Float
 def build_word_error(text: bytes, place: int) -> SurfaceError:
     """The error for a word that is not a finite number; `place` is inside the word."""
     start = place
-    while start > max(0, place - LONGEST) and not _GAP.match(text, start - 1):
+    while start > max(0, place - MAX_NUMBER_CHARS) and not _GAP.match(text, start - 1):
         start -= 1
-    word = _WORD.match(text, start, start + LONGEST + 1)
-    if word is None or len(word[0]) > LONGEST or not _NUMERIC.fullmatch(word[0]):
-        needed = f"a decimal number of at most {LONGEST} characters"
+    word = _WORD.match(text, start, start + MAX_NUMBER_CHARS + 1)
+    if word is None or len(word[0]) > MAX_NUMBER_CHARS or not _NUMERIC.fullmatch(word[0]):
+        needed = f"a decimal number of at most {MAX_NUMBER_CHARS} characters"
         message = f"A number is needed here (line {line_at(text, start)})."
         return build_malformed_error(message, "something else", needed)
     return InvalidRequest(
@@ -139,7 +142,7 @@ def build_word_error(text: bytes, place: int) -> SurfaceError:
 def _find_word_error(text: bytes, start: int, cut: int) -> SurfaceError:
     """The error for the first word of the piece `text[start:cut]` that is not a finite number."""
     for word in _WORD.finditer(text, start, cut):
-        plain = len(word[0]) <= LONGEST and _NUMBER.fullmatch(word[0])
-        if not plain or not isfinite(float(word[0])):
+        is_plain = len(word[0]) <= MAX_NUMBER_CHARS and _NUMBER.fullmatch(word[0])
+        if not is_plain or not isfinite(float(word[0])):
             return build_word_error(text, word.start())
     raise AssertionError("all words of the refused piece are numbers")

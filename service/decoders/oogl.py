@@ -52,7 +52,7 @@ _BRACE = re.compile(rb"[{}]")
 _LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
 
 
-def decode(content: bytes, kind: str | None, most: int) -> Tree:
+def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     """Decode the patches of an OOGL file; each patch has vertices of its own.
 
     Patches of one degree become one surface, `patches`. If degrees differ, or if only some patches
@@ -63,15 +63,15 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     MalformedBody
         The text is not an OOGL file, or has other objects.
     InvalidRequest
-        A number is not finite, a weight is not positive, or the file has more than `most` control
-        points.
+        A number is not finite, a weight is not positive, or the file has more than `max_points`
+        control points.
     """
     check_kind(kind, KINDS)
     _check_text(content)
     comments = content.count(b"#")
-    if comments > most + FREE_COMMENTS:
-        raise build_too_many_error("more comments", most)
-    reader = _Reader(_COMMENT.sub(b"", content) if comments else content, most)
+    if comments > max_points + FREE_COMMENTS:
+        raise build_too_many_error("more comments", max_points)
+    reader = _Reader(_COMMENT.sub(b"", content) if comments else content, max_points)
     reader.read()
     surfaces = list(reader.patches.surfaces())
     if len(surfaces) == 1:
@@ -90,49 +90,51 @@ def _check_text(content: bytes) -> None:
 class _Reader:
     """Reads the objects of a text, one after another, and collects their patches."""
 
-    def __init__(self, text: bytes, most: int) -> None:
+    def __init__(self, text: bytes, max_points: int) -> None:
         self._text = text
-        self._most = most
+        self._max_points = max_points
         self._place = 0
-        self._left = most
+        self._points_left = max_points
         self._objects = 0
         self.patches = Patches()
 
     def read(self) -> None:
         """Read the one object of which a file consists."""
         self._read_object(0)
-        if word := self._next():
-            raise self._refusal("The file goes on after its object.", word, "one object, or LIST")
-        if self._left == self._most:
-            raise self._refusal("The file has no patch.", b"", "BEZ or BBP")
+        if word := self._next_word():
+            raise self._build_error(
+                "The file goes on after its object.", word, "one object, or LIST"
+            )
+        if self._points_left == self._max_points:
+            raise self._build_error("The file has no patch.", b"", "BEZ or BBP")
 
     def _read_object(self, depth: int) -> None:
         """Read an object, with or without braces, that is inside `depth` other objects."""
         self._count_object()
-        word = self._next()
+        word = self._next_word()
         for _ in range(MAX_DEPTH):
             if word not in (b"=", b"define", b"appearance"):
                 break
             if word == b"define":
-                self._next()
+                self._next_word()
             elif word == b"appearance":
                 self._skip_braces()
-            word = self._next()
+            word = self._next_word()
         if depth == MAX_DEPTH:
-            raise self._refusal("Objects are nested too deeply.", word, f"{MAX_DEPTH} levels")
+            raise self._build_error("Objects are nested too deeply.", word, f"{MAX_DEPTH} levels")
         if word == b"{":
             self._read_object(depth + 1)
-            if (end := self._next()) != b"}":
-                raise self._refusal("An object does not end here.", end, "}")
+            if (end_word := self._next_word()) != b"}":
+                raise self._build_error("An object does not end here.", end_word, "}")
         elif word == b"LIST":
-            while self._peek() not in (b"", b"}"):
+            while self._peek_word() not in (b"", b"}"):
                 self._read_object(depth + 1)
         elif form := _BEZIER.fullmatch(word):
             self._read_patches(self._read_form(form))
         elif _LINES.fullmatch(word):
             self._place = self._end_of_numbers()
         else:
-            raise self._refusal("No patches begin here.", word, "BEZ, BBP, or LIST of such")
+            raise self._build_error("No patches begin here.", word, "BEZ, BBP, or LIST of such")
 
     def _count_object(self) -> None:
         """Count an object, and refuse more objects than the control points could need.
@@ -140,21 +142,21 @@ class _Reader:
         A patch has at least 4 control points, and up to two objects: its braces and itself.
         """
         self._objects += 1
-        if self._objects > self._most // 2 + FREE_OBJECTS:
-            raise build_too_many_error("more objects", self._most)
+        if self._objects > self._max_points // 2 + FREE_OBJECTS:
+            raise build_too_many_error("more objects", self._max_points)
 
     def _read_form(self, header: re.Match[bytes]) -> Form:
         """The form of an object, from its keyword and from the degrees after the keyword."""
         texture, color, *digits, texture_suffix = header.groups()
-        if self._peek() == b"BINARY":
-            raise self._refusal("The service reads OOGL as text.", b"?", "numbers as text")
+        if self._peek_word() == b"BINARY":
+            raise self._build_error("The service reads OOGL as text.", b"?", "numbers as text")
         if b"BBP" in header[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
             degrees = _DEGREES.match(self._text, self._place)
             if degrees is None:
                 needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
-                raise self._refusal("The degrees of the patches are missing.", b"?", needed)
+                raise self._build_error("The degrees of the patches are missing.", b"?", needed)
             digits = list(degrees.groups())
             self._place = degrees.end()
         p, q, dimension = map(int, digits)
@@ -163,37 +165,37 @@ class _Reader:
     def _read_patches(self, form: Form) -> None:
         """Read the patches after a keyword, up to the end of the object."""
         start, end = self._place, self._end_of_numbers()
-        most = self._left // form.points * form.numbers
+        max_numbers = self._points_left // form.point_count * form.number_count
         values = read_numbers(
             self._text,
             start,
             end,
-            most,
-            lambda: build_too_many_error("more control points", self._most),
+            max_numbers,
+            lambda: build_too_many_error("more control points", self._max_points),
         )
         self._place = end
-        if not len(values) or len(values) % form.numbers:
+        if not len(values) or len(values) % form.number_count:
             if self._text[end : end + 1] not in (b"", b"{", b"}", b"="):
                 raise build_word_error(self._text, end)
-            where = line_at(self._text, start)
+            line = line_at(self._text, start)
             raise build_malformed_error(
-                f"The numbers after the keyword make no whole patches (line {where}).",
+                f"The numbers after the keyword make no whole patches (line {line}).",
                 count_nouns(len(values), "numbers"),
-                f"{form.numbers} for each patch",
+                f"{form.number_count} for each patch",
             )
-        numbers = values.reshape(-1, form.numbers)
+        numbers = values.reshape(-1, form.number_count)
         self._check_weights(form, numbers, start)
-        self._left -= len(numbers) * form.points
+        self._points_left -= len(numbers) * form.point_count
         self.patches.add(form, numbers)
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
         """Refuse weights that are not positive; `start` is the place of the numbers in the text."""
         columns = form.weight_numbers()
-        wrong = numbers[:, columns] <= 0
-        if not wrong.any():
+        is_wrong = numbers[:, columns] <= 0
+        if not is_wrong.any():
             return
-        patch, weight = np.argwhere(wrong)[0].tolist()
-        line = line_of_number(self._text, start, patch * form.numbers + columns[weight])
+        patch, weight = np.argwhere(is_wrong)[0].tolist()
+        line = line_of_number(self._text, start, patch * form.number_count + columns[weight])
         raise InvalidRequest(
             Issue(
                 "weight_not_positive",
@@ -204,7 +206,7 @@ class _Reader:
             )
         )
 
-    def _next(self) -> bytes:
+    def _next_word(self) -> bytes:
         """Read the next word and move behind it; the word is empty at the end of the text."""
         match = _WORD.match(self._text, self._place)
         if match is None:
@@ -212,7 +214,7 @@ class _Reader:
         self._place = match.end()
         return match[1]
 
-    def _peek(self) -> bytes:
+    def _peek_word(self) -> bytes:
         """The next word, without moving behind it."""
         match = _WORD.match(self._text, self._place)
         return match[1] if match else b""
@@ -229,17 +231,17 @@ class _Reader:
 
     def _skip_braces(self) -> None:
         """Skip a pair of braces and everything between them."""
-        if (word := self._next()) != b"{":
-            raise self._refusal("An appearance must be in braces.", word, "{")
+        if (word := self._next_word()) != b"{":
+            raise self._build_error("An appearance must be in braces.", word, "{")
         depth = 1
         for brace in islice(_BRACE.finditer(self._text, self._place), MAX_BRACES):
             depth += 1 if brace[0] == b"{" else -1
             if not depth:
                 self._place = brace.end()
                 return
-        raise self._refusal("A pair of braces does not end.", word, "}")
+        raise self._build_error("A pair of braces does not end.", word, "}")
 
-    def _refusal(self, message: str, word: bytes, needed: str) -> Exception:
+    def _build_error(self, message: str, word: bytes, needed: str) -> Exception:
         """The error for an unexpected word at this place; an empty word is the end of the text."""
         line = line_at(self._text, self._place if word else len(self._text))
         got = "another word" if word else "the end of the text"

@@ -23,28 +23,29 @@ class Form:
     degree : (int, int)
     dimension : int
         Numbers of a control point: 3, or 4 with a weight.
-    textured, colored : bool
+    has_uvs, has_colors : bool
         Whether the corners have texture coordinates, and colours.
     """
 
     degree: tuple[int, int]
     dimension: int
-    textured: bool
-    colored: bool
+    has_uvs: bool
+    has_colors: bool
 
     @property
-    def points(self) -> int:
+    def point_count(self) -> int:
         """The number of control points of a patch."""
         return (self.degree[0] + 1) * (self.degree[1] + 1)
 
     @property
-    def numbers(self) -> int:
+    def number_count(self) -> int:
         """How many numbers a patch has: of control points, texture coordinates and colours."""
-        return self.points * self.dimension + 8 * self.textured + 16 * self.colored
+        # 4 corners with 2 texture coordinates each, and with 4 components of a colour each.
+        return self.point_count * self.dimension + 8 * self.has_uvs + 16 * self.has_colors
 
     def weight_numbers(self) -> range:
         """The indices of the weights among the numbers of a patch; empty without weights."""
-        size = self.points * self.dimension
+        size = self.point_count * self.dimension
         return range(3, size, 4) if self.dimension == 4 else range(0)
 
 
@@ -55,23 +56,23 @@ class Patches:
         self._batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
 
     def add(self, form: Form, numbers: FloatArray) -> None:
-        """Add P patches of one form: `numbers` (P, form.numbers); the weights are positive."""
-        key = form.degree, form.textured, form.colored
+        """Add P patches of one form: `numbers` (P, form.number_count); the weights are positive."""
+        key = form.degree, form.has_uvs, form.has_colors
         batch = self._batches.setdefault(key, _Batch())
-        size = form.points * form.dimension
-        points = numbers[:, :size].reshape(-1, form.points, form.dimension)
+        size = form.point_count * form.dimension
+        points = numbers[:, :size].reshape(-1, form.point_count, form.dimension)
         weights = np.ones(points.shape[:2])
         if form.dimension == 4:
-            batch.rational = True
+            batch.is_rational = True
             points, weights = points[..., :3], points[..., 3]
             # Overflow gives infinite values, which the checks of the surface refuse later.
             with np.errstate(over="ignore"):
                 points = points / weights[..., None]
         batch.points.append(points)
         batch.weights.append(weights)
-        if form.textured:
+        if form.has_uvs:
             batch.uvs.append(numbers[:, size : size + 8].reshape(-1, 4, 2))
-        if form.colored:
+        if form.has_colors:
             batch.colors.append(numbers[:, -16:].reshape(-1, 4, 4))
 
     def surfaces(self) -> Iterator[Tree]:
@@ -88,7 +89,7 @@ class _Batch:
     weights: list[FloatArray] = field(default_factory=list)
     uvs: list[FloatArray] = field(default_factory=list)
     colors: list[FloatArray] = field(default_factory=list)
-    rational: bool = False
+    is_rational: bool = False
 
 
 def _build_surface(degree: tuple[int, int], batch: _Batch) -> Tree:
@@ -98,7 +99,7 @@ def _build_surface(degree: tuple[int, int], batch: _Batch) -> Tree:
     indices = np.arange(points.shape[0] * points.shape[1]).reshape(-1, q + 1, p + 1)
     tree: Tree = {"type": "patches", "vertices": points.reshape(-1, 3)}
     tree["patches"] = indices.swapaxes(1, 2)
-    if batch.rational:
+    if batch.is_rational:
         tree["weights"] = np.concatenate(batch.weights).ravel()
     for name, corners in (("uvs", batch.uvs), ("colors", batch.colors)):
         if corners:
@@ -122,10 +123,11 @@ def _blend_corners(corners: FloatArray, degree: tuple[int, int]) -> FloatArray:
         One row for each control point, in which u varies fastest.
     """
     s, t = (np.arange(n + 1) / n for n in degree)
-    along_u, along_v = (np.stack((1 - x, x)) for x in (s, t))
+    basis_u, basis_v = (np.stack((1 - x, x)) for x in (s, t))
     count, _, width = corners.shape
-    square = corners.reshape(count, 2, 2, width)
-    blended = np.einsum("kbad,ai,bj->kjid", square, along_u, along_v)
+    # The axes are patch, v, u, component; u varies fastest.
+    corner_grid = corners.reshape(count, 2, 2, width)
+    blended = np.einsum("kbad,ai,bj->kjid", corner_grid, basis_u, basis_v)
     # Rounding must not move a mean out of the range of the corners.
     low, high = (limit(corners, axis=1)[:, None, None] for limit in (np.min, np.max))
     values: FloatArray = np.clip(blended, low, high).reshape(-1, width)

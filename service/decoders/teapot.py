@@ -27,15 +27,16 @@ from service.decoders.format import (
     check_count,
     check_kind,
 )
-from service.decoders.numbers import PIECE, line_of_number, read_numbers
+from service.decoders.numbers import PIECE_BYTES, line_of_number, read_numbers
 from service.errors import InvalidRequest, Issue, MalformedBody, count_nouns
 
 KINDS = ("patches",)
+"""The kinds of surface that a file may become."""
 
 _PRINTED = re.compile(rb"[^\s,]")
 
 
-def decode(content: bytes, kind: str | None, most: int) -> Tree:
+def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     """Decode the patches of a teapot text, over the vertices that they share.
 
     Raises
@@ -43,25 +44,25 @@ def decode(content: bytes, kind: str | None, most: int) -> Tree:
     MalformedBody
         The text does not have this form.
     InvalidRequest
-        A number is not finite, an index names no vertex, or there are more than `most` control
-        points.
+        A number is not finite, an index names no vertex, or there are more than `max_points`
+        control points.
     """
     check_kind(kind, KINDS)
-    # At most `most` indices, `most` vertices of 3 coordinates, and the 2 counts.
+    # At most `max_points` indices, `max_points` vertices of 3 coordinates, and the 2 counts.
     numbers = read_numbers(
         content,
         0,
         len(content),
-        4 * most + 2,
-        lambda: build_too_many_error("more numbers", most),
+        4 * max_points + 2,
+        lambda: build_too_many_error("more numbers", max_points),
     )
-    patches, size = _find_layout(content, numbers)
-    check_count(patches * size, most)
-    indices = numbers[1 : 1 + patches * size]
-    vertices = numbers[2 + patches * size :].reshape(-1, 3)
+    patch_count, patch_size = _find_layout(content, numbers)
+    check_count(patch_count * patch_size, max_points)
+    indices = numbers[1 : 1 + patch_count * patch_size]
+    vertices = numbers[2 + patch_count * patch_size :].reshape(-1, 3)
     _check_indices(content, indices, len(vertices))
-    side = isqrt(size)
-    grids = indices.astype(np.int64).reshape(patches, side, side) - 1
+    side = isqrt(patch_size)
+    grids = indices.astype(np.int64).reshape(patch_count, side, side) - 1
     return {"type": "patches", "vertices": vertices, "patches": grids}
 
 
@@ -73,28 +74,28 @@ def _find_layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
     count of all numbers is right: with a smaller square, an index would be in the place of V, and 3
     times an index is too small.
     """
-    patches = int(numbers[0]) if len(numbers) else 0
-    if patches > 0 and numbers[0] == patches:
-        for side in range(2, isqrt(len(numbers) // patches) + 1):
-            place = 1 + patches * side**2
+    patch_count = int(numbers[0]) if len(numbers) else 0
+    if patch_count > 0 and numbers[0] == patch_count:
+        for side in range(2, isqrt(len(numbers) // patch_count) + 1):
+            place = 1 + patch_count * side**2
             if place < len(numbers) and len(numbers) == place + 1 + 3 * float(numbers[place]):
-                return patches, side**2
+                return patch_count, side**2
     _refuse_lines(content)
 
 
-def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
+def _check_indices(content: bytes, indices: FloatArray, vertex_count: int) -> None:
     """Refuse indices that are not whole numbers from 1 to the number of vertices."""
-    wrong = (indices < 1) | (indices > vertices) | (indices != np.floor(indices))
-    if not wrong.any():
+    is_wrong = (indices < 1) | (indices > vertex_count) | (indices != np.floor(indices))
+    if not is_wrong.any():
         return
-    line = line_of_number(content, 0, 1 + int(wrong.argmax()))
+    line = line_of_number(content, 0, 1 + int(is_wrong.argmax()))
     raise InvalidRequest(
         Issue(
             "index_out_of_range",
             f"Patches name their vertices by number, counted from 1 (line {line}).",
             "",
             "another number",
-            f"a whole number from 1 to {vertices}",
+            f"a whole number from 1 to {vertex_count}",
         )
     )
 
@@ -102,8 +103,8 @@ def _check_indices(content: bytes, indices: FloatArray, vertices: int) -> None:
 def _refuse_lines(content: bytes) -> NoReturn:
     """Raise an error that names the first line with a wrong count of numbers."""
     lines = _split_lines(content)
-    line, count, patches = next(lines, (1, 0, 0.0))
-    if count != 1 or patches < 1 or patches % 1:
+    line, count, patch_count = next(lines, (1, 0, 0.0))
+    if count != 1 or patch_count < 1 or patch_count % 1:
         needed = "one whole number above zero"
         raise _at_line(
             "The first line has one number, the number of patches",
@@ -111,7 +112,7 @@ def _refuse_lines(content: bytes) -> NoReturn:
             count_nouns(count, "numbers"),
             needed,
         )
-    width = index_lines = vertices = 0
+    width = index_lines = vertex_count = 0
     for line, count, _ in lines:
         if count == 1:
             break
@@ -125,8 +126,8 @@ def _refuse_lines(content: bytes) -> NoReturn:
     else:
         message, needed = "The number of vertices follows the indices", "one number"
         raise _at_line(message, line, "the end of the text", needed)
-    if index_lines not in (patches, patches * width) or (
-        index_lines == patches and isqrt(width) ** 2 < width
+    if index_lines not in (patch_count, patch_count * width) or (
+        index_lines == patch_count and isqrt(width) ** 2 < width
     ):
         message = "A patch of degree p has (p+1)² indices, in one line or in p + 1 lines"
         got = f"{index_lines} lines of {width} numbers above this line"
@@ -135,12 +136,12 @@ def _refuse_lines(content: bytes) -> NoReturn:
         if count != 3:
             message = "A vertex has three coordinates"
             raise _at_line(message, line, count_nouns(count, "numbers"), "3 numbers")
-        vertices += 1
+        vertex_count += 1
     message, needed = (
         "The number of vertices differs from the number that precedes them",
         "equal numbers",
     )
-    raise _at_line(message, line, f"{vertices} vertices", needed)
+    raise _at_line(message, line, f"{vertex_count} vertices", needed)
 
 
 def _split_lines(content: bytes) -> Iterator[tuple[int, int, float]]:
@@ -148,8 +149,8 @@ def _split_lines(content: bytes) -> Iterator[tuple[int, int, float]]:
     line, place = 1, 0
     while place < len(content):
         # In steps, so that other threads can run in between: there may be many blank lines.
-        match = _PRINTED.search(content, place, place + PIECE)
-        start = match.start() if match else min(place + PIECE, len(content))
+        match = _PRINTED.search(content, place, place + PIECE_BYTES)
+        start = match.start() if match else min(place + PIECE_BYTES, len(content))
         line += content.count(b"\n", place, start)
         place = start
         if match:

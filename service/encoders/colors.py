@@ -16,9 +16,9 @@ def add_opacity(colors: RealArray) -> NDArray[np.float32]:
 
     Colours without an opacity get the opacity 1.
     """
-    four = np.ones((len(colors), 4), dtype=np.float32)
-    four[:, : colors.shape[1]] = colors
-    return four
+    rgba = np.ones((len(colors), 4), dtype=np.float32)
+    rgba[:, : colors.shape[1]] = colors
+    return rgba
 
 
 def is_translucent(colors: RealArray) -> bool:

@@ -35,9 +35,9 @@ def find_shared_positions(mesh: Mesh) -> tuple[FloatArray, IndexArray | None]:
     welds, positions = mesh.welds, mesh.positions
     if welds is None:
         return absolute(positions, mesh), None
-    first = derive_once((welds,), "leaders", lambda: np.flatnonzero(_is_leader(welds)))
+    leaders = derive_once((welds,), "leaders", lambda: np.flatnonzero(_is_leader(welds)))
     row = derive_once((welds,), "rows of leaders", lambda: _number_leaders(welds))
-    return absolute(positions.take(first, axis=0), mesh), row
+    return absolute(positions.take(leaders, axis=0), mesh), row
 
 
 def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, IndexArray | None]:
@@ -55,9 +55,13 @@ def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, In
     if mesh.colors is None or mesh.welds is None:
         positions, row = find_shared_positions(mesh)
         return positions, mesh.colors, row
-    leader = find_leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
-    first = _is_leader(leader)
-    return absolute(mesh.positions[first], mesh), mesh.colors[first], _number_leaders(leader)
+    leaders = find_leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
+    is_leader = _is_leader(leaders)
+    return (
+        absolute(mesh.positions[is_leader], mesh),
+        mesh.colors[is_leader],
+        _number_leaders(leaders),
+    )
 
 
 def keep_with_faces(
@@ -97,7 +101,7 @@ def _is_leader(leader: Ints | IndexArray) -> NDArray[np.bool_]:
 
 
 def _number_leaders(leader: Ints | IndexArray) -> IndexArray:
-    """For each vertex the number of its leader, if only leaders are counted.
+    """For each vertex the position of its leader among the leaders alone.
 
     The result is writeable if `leader` is.
     """
@@ -128,7 +132,7 @@ def refuse_quads(mesh: Mesh, title: str) -> None:
 COMMENT_CHARS = len("comment deviation_bound \n") + FLOAT64_CHARS
 """The most characters of the line in which a format writes `bound_comment`."""
 
-REPORT_PART = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
+REPORT_PART_CHARS = len('{"name":"","deviation_bound":},') + FLOAT64_CHARS
 """The most characters of a part in a report, without its name."""
 
 
@@ -171,16 +175,16 @@ def bound_comment(report: MeshReport) -> str:
 
 def _accuracy(report: MeshReport, parts: Sequence[MeshPart]) -> dict[str, object]:
     """The deviation bounds and the normal angle of a mesh, as far as they were computed."""
-    known = _omit_none(
+    fields = _omit_none(
         deviation_bound=report.deviation_bound,
         mesh_deviation_bound=report.mesh_deviation_bound,
         normal_angle=report.normal_angle,
     )
     if any(part.deviation_bound is not None for part in parts):
-        known["parts"] = [
+        fields["parts"] = [
             {"name": part.name} | _omit_none(deviation_bound=part.deviation_bound) for part in parts
         ]
-    return known
+    return fields
 
 
 def _curvature(report: MeshReport) -> dict[str, object]:

@@ -23,10 +23,10 @@ class EncodeOptions:
 
     quantize: bool = False
     """Whether positions are quantized (`service.engine.grid`), and all numbers stored in fewer
-    bits. Only for `compact` formats."""
+    bits. Only for formats that are `compact`."""
 
     compression: Compression = "none"
-    """Compression of the arrays. Only for `compact` formats."""
+    """Compression of the arrays. Only for formats that are `compact`."""
 
     @property
     def exact(self) -> bool:
@@ -48,7 +48,7 @@ class MeshSize:
         `vertices` counts the samples of each patch separately; welding only reduces them.
     patches, control_points : int
         Number of lowered patches, and of their control points.
-    named, name_bytes : int
+    pieces, name_bytes : int
         Number of parts and overlays; UTF-8 bytes of all names, including the name of the mesh.
     overlay_points, overlay_segments, overlay_cells : int
         Points, segments and cells of lines.
@@ -63,7 +63,7 @@ class MeshSize:
     quads: int
     patches: int
     control_points: int
-    named: int
+    pieces: int
     name_bytes: int
     overlay_points: int = 0
     overlay_segments: int = 0
@@ -121,7 +121,7 @@ class Format(FileFormat):
         which the format moves a vertex.
     reads : frozenset of str
         The fields of `EncodeOptions` that the format uses. Of the other fields, the format refuses
-        those in `COMPACT` and ignores the rest.
+        the fields in `COMPACT` and ignores all other fields.
     """
 
     quads: bool

@@ -18,7 +18,7 @@ import numpy as np
 
 from service.bases.arrays import IndexArray
 from service.encoders.content import (
-    REPORT_PART,
+    REPORT_PART_CHARS,
     absolute,
     find_nonempty,
     find_shared_positions,
@@ -80,7 +80,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     position = 3 * (FLOAT64_CHARS + 1) + 2
     vertex = position + (3 + size.colors) * (FLOAT32_CHARS + 1) + 2 * (FLOAT64_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
-    named = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART
+    piece = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
     report = 612 + 13 * FLOAT64_CHARS
     return (
         size.vertices * vertex
@@ -88,7 +88,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
-        + size.named * named
+        + size.pieces * piece
         # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)

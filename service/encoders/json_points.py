@@ -16,5 +16,6 @@ def encode(columns: Columns) -> bytes:
 def byte_bound(count: int, order: int) -> int:
     """The most bytes of `count` points with derivatives up to the order `order`."""
     widths = [width for names in COLUMNS[: order + 1] for _, width in names]
+    # Columns of the width 0 are booleans.
     row = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
     return count * row + 32 * len(widths)

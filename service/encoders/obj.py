@@ -45,8 +45,8 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     if mesh.normals is not None:
         chunks.append(rows(mesh.normals.astype(np.float32, copy=False), b"vn "))
     groups = tuple((identifier(part.name), part.quads, part.triangles) for part in mesh.parts)
-    kinds = mesh.uvs is not None, mesh.normals is not None
-    name = ("OBJ", groups, kinds)
+    has_values = mesh.uvs is not None, mesh.normals is not None
+    name = ("OBJ", groups, has_values)
     chunks.append(keep_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
     first = len(positions) + 1
     for overlay in find_nonempty(mesh.overlays):
@@ -72,7 +72,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_points * position
         + size.overlay_segments * (2 + 2 * index)
         + COMMENT_CHARS
-        + (size.named + 1) * len("o _\n")
+        + (size.pieces + 1) * len("o _\n")
         + size.name_bytes
     )
 
@@ -90,8 +90,8 @@ def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
     `row` is the result of `find_colored_positions`.
     """
     numbers = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
-    others = [numbers for values in (mesh.uvs, mesh.normals) if values is not None]
-    corners = np.stack([numbers if row is None else row + np.uint32(1), *others], axis=1)
+    value_numbers = [numbers for values in (mesh.uvs, mesh.normals) if values is not None]
+    corners = np.stack([numbers if row is None else row + np.uint32(1), *value_numbers], axis=1)
     separator = b"//" if mesh.uvs is None else b"/"
     lines: list[bytes] = []
     for part in mesh.parts:
@@ -109,7 +109,7 @@ def _faces(corners: IndexArray, separator: bytes) -> bytes:
 
 
 def identifier(name: str) -> bytes:
-    """A name as OBJ can store it, in UTF-8; `_` if nothing is left.
+    """A name as OBJ can store it, in UTF-8; `_` if no character can be stored.
 
     Underscores replace white space and control characters, which would end the name.
     """

@@ -46,10 +46,10 @@ from service.encoders.text import (
 from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.errors import Issue, UnsupportedByFormat
 
-SEED_CHARS = 13
+CQUAD_CHARS = 13
 """The most characters of a number with six significant digits: -1.23457e-308."""
 
-SEED_CELL = b"{ = SKEL 4 1\n%b\n%b\n%b\n%b\n5 0 1 2 3 0\n}\n"
+CQUAD_CELL = b"{ = SKEL 4 1\n%b\n%b\n%b\n%b\n5 0 1 2 3 0\n}\n"
 """A SKEL with the outline of one cell of a control net; %b stands for the line of a corner."""
 
 BLOCK = 1 << 14
@@ -64,7 +64,7 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
     UnsupportedByFormat
         The form cannot store this mesh.
     """
-    form = _form(mesh, options)
+    form = _choose_form(mesh, options)
     if form == "bez":
         raise _build_unsupported_error(
             "The exact form is made of Bézier patches, not of a mesh.", form
@@ -79,7 +79,7 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
 
     members: Iterator[bytes | memoryview]
     if form == "cquad":
-        members = chain(_cquad(mesh), _seed_overlays(mesh))
+        members = chain(_cquad(mesh), _cquad_overlays(mesh))
     elif form == "mesh":
         members = chain(_meshes(mesh), _overlays(mesh))
     else:
@@ -99,10 +99,10 @@ def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     if size.colors:
         vertex += 4 * (FLOAT32_CHARS + 1)
         corners += 4 * 4 * (FLOAT64_CHARS + 1)
-        color = 4 * (SEED_CHARS + 1)
+        color = 4 * (CQUAD_CHARS + 1)
     bounds = {
         # A patch has fewer quads than samples.
-        "cquad": size.vertices * 4 * (3 * (SEED_CHARS + 1) + color),
+        "cquad": size.vertices * 4 * (3 * (CQUAD_CHARS + 1) + color),
         "mesh": size.vertices * vertex + size.patches * (2 * index + 16),
         "off": size.vertices * vertex
         + size.triangles * (2 + 3 * index)
@@ -119,14 +119,14 @@ def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
     Only `cquad` rounds. A coordinate of at least 10^e and less than 10^(e+1) is rounded by at most
     10^(e−5) / 2.
     """
-    if _form(mesh, options) != "cquad":
+    if _choose_form(mesh, options) != "cquad":
         return 0.0
     bounds = zip(mesh.report.bounds_min, mesh.report.bounds_max, strict=True)
     largest = [Decimal(max(-low, high)) for low, high in bounds]
     return hypot(*(5.0 * 10.0 ** (x.adjusted() - 6) if x > 0 else 0.0 for x in largest))
 
 
-def _form(mesh: Mesh, options: EncodeOptions) -> OoglForm:
+def _choose_form(mesh: Mesh, options: EncodeOptions) -> OoglForm:
     """The form in the options, or the default form for this mesh."""
     return options.oogl or ("cquad" if mesh.grids else "off")
 
@@ -150,15 +150,16 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
     yield b"{ = CQUAD\n"
     for grids in mesh.grids:
         width = grids.shape[2]
-        near, far = grids[:, :-1].reshape(-1, width), grids[:, 1:].reshape(-1, width)
-        for chunk in row_slices(len(near), width, BLOCK):
-            a, b = near[chunk], far[chunk]
+        # Each line of samples i = constant, and the line i + 1 beside it.
+        lines_u, next_lines_u = grids[:, :-1].reshape(-1, width), grids[:, 1:].reshape(-1, width)
+        for chunk in row_slices(len(lines_u), width, BLOCK):
+            a, b = lines_u[chunk], next_lines_u[chunk]
             corners = np.stack((a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]), axis=-1)
             yield end.join((*lines.take(corners.ravel()), b""))
     yield b"}\n"
 
 
-def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
+def _cquad_overlays(mesh: Mesh) -> Iterator[bytes]:
     """The overlays of `cquad`: one closed SKEL for each cell of a control net.
 
     An overlay without cells is one SKEL of segments.
@@ -170,20 +171,21 @@ def _seed_overlays(mesh: Mesh) -> Iterator[bytes]:
         points = np.array(general_lines(absolute(overlay.positions, mesh)), dtype=object)
         for chunk in row_slices(len(overlay.cells), 4, BLOCK):
             corners = points.take(overlay.cells[chunk].ravel())
-            yield SEED_CELL * (len(corners) // 4) % tuple(corners)
+            yield CQUAD_CELL * (len(corners) // 4) % tuple(corners)
 
 
 def _meshes(mesh: Mesh) -> Iterator[bytes | memoryview]:
     """One NMESH for each patch (MESH if there are no normals), in which u varies fastest."""
     for grids in mesh.grids:
         _, row_count, column_count = grids.shape
-        each = row_count * column_count
-        for chunk in row_slices(len(grids), each, BLOCK):
+        point_count = row_count * column_count
+        for chunk in row_slices(len(grids), point_count, BLOCK):
             prefix, text = _vertices(mesh, grids[chunk].swapaxes(1, 2).ravel(), "U")
             head = f"{{ = {prefix}MESH {row_count} {column_count}\n".encode()
             ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")) + 1
-            for first, last in pairwise((0, *ends[each - 1 :: each].tolist())):
-                yield from (head, memoryview(text)[first:last], b"}\n")
+            # Every `point_count` lines, the text of a patch ends.
+            for begin, end in pairwise((0, *ends[point_count - 1 :: point_count].tolist())):
+                yield from (head, memoryview(text)[begin:end], b"}\n")
 
 
 def _off(mesh: Mesh) -> Iterator[bytes]:
@@ -196,8 +198,8 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
     yield b"}\n"
 
 
-def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str, bytes]:
-    """The prefix of the keyword, and the lines of the chosen vertices.
+def _vertices(mesh: Mesh, selection: IndexArray | slice, texture: str) -> tuple[str, bytes]:
+    """The prefix of the keyword, and the lines of the vertices that `selection` names.
 
     The prefix has a letter for each value after the positions. `texture` is the prefix for texture
     coordinates: `ST` if a vertex has two of them, `U` if it has three.
@@ -206,15 +208,15 @@ def _vertices(mesh: Mesh, chosen: IndexArray | slice, texture: str) -> tuple[str
     prefix = ""
     if mesh.normals is not None:
         prefix = "N"
-        columns.append(mesh.normals[chosen])
+        columns.append(mesh.normals[selection])
     if mesh.colors is not None:
         prefix = "C" + prefix
-        columns.append(add_opacity(mesh.colors[chosen]))
+        columns.append(add_opacity(mesh.colors[selection]))
     if mesh.uvs is not None:
         prefix = texture + prefix
-        uvs = mesh.uvs[chosen]
+        uvs = mesh.uvs[selection]
         columns.append(np.pad(uvs, ((0, 0), (0, 1))) if texture == "U" else uvs)
-    positions = absolute(mesh.positions[chosen], mesh)
+    positions = absolute(mesh.positions[selection], mesh)
     if not columns:
         return prefix, rows(positions)
     return prefix, join_rows(positions, np.hstack(columns, dtype=np.float32, casting="same_kind"))
@@ -229,8 +231,8 @@ def _overlay_bound(size: MeshSize) -> int:
     """The most bytes of all overlays, in any form."""
     index = digits(size.overlay_points + size.overlay_segments) + 1
     point = 3 * (FLOAT64_CHARS + 1)
-    cell = 30 + 4 * 3 * (SEED_CHARS + 1)
-    skeletons = size.named * (16 + 2 * index)
+    cell = 30 + 4 * 3 * (CQUAD_CHARS + 1)
+    skeletons = size.pieces * (16 + 2 * index)
     segments = size.overlay_segments * (2 + 2 * index)
     return skeletons + size.overlay_points * point + segments + size.overlay_cells * cell
 

@@ -85,6 +85,7 @@ def _corners(batch: TensorPatches) -> tuple[str, list[RealArray]]:
     The values are texture coordinates and colours, each of shape (P, 4, d), at the corners (u, v) =
     (0, 0), (1, 0), (0, 1) and (1, 1).
     """
+    # `take_corners` has v fastest, OOGL has u fastest.
     channels = {
         channel.kind: take_corners(channel.nets)[:, [0, 2, 1, 3]] for channel in batch.channels
     }
@@ -95,6 +96,6 @@ def _corners(batch: TensorPatches) -> tuple[str, list[RealArray]]:
     if "colors" in channels:
         prefix += "C"
         colors = channels["colors"]
-        opaque = np.ones((batch.count, 4, 4 - colors.shape[-1]))
-        corners.append(np.concatenate((colors, opaque), axis=-1))
+        opacity = np.ones((batch.count, 4, 4 - colors.shape[-1]))
+        corners.append(np.concatenate((colors, opacity), axis=-1))
     return prefix, corners

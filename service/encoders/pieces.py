@@ -20,21 +20,21 @@ class Pieces:
     def __bytes__(self) -> bytes:
         return b"".join(self.pieces)
 
-    def join_short(self, most: int) -> Iterator[bytes | memoryview]:
-        """Join neighbouring short buffers to buffers of at most `most` bytes; keep long buffers."""
-        short: list[bytes | memoryview] = []
-        room = most
+    def join_short(self, max_bytes: int) -> Iterator[bytes | memoryview]:
+        """Join neighbouring short buffers to at most `max_bytes` bytes each; keep long buffers."""
+        short_pieces: list[bytes | memoryview] = []
+        bytes_left = max_bytes
         for piece in self.pieces:
-            if len(piece) > room and short:
-                yield b"".join(short)
-                short, room = [], most
-            if len(piece) > most:
+            if len(piece) > bytes_left and short_pieces:
+                yield b"".join(short_pieces)
+                short_pieces, bytes_left = [], max_bytes
+            if len(piece) > max_bytes:
                 yield piece
             else:
-                short.append(piece)
-                room -= len(piece)
-        if short:
-            yield b"".join(short)
+                short_pieces.append(piece)
+                bytes_left -= len(piece)
+        if short_pieces:
+            yield b"".join(short_pieces)
 
 
 Content: TypeAlias = bytes | Pieces

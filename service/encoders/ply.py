@@ -103,7 +103,7 @@ def _build_records(faces: IndexArray) -> NDArray[np.void]:
     """For each face a record of the number of corners and their indices."""
     corners = faces.shape[1]
     layout: DTypeLike = [("corners", "u1"), ("vertices", "<i4", (corners,))]
-    packed = np.empty(len(faces), dtype=layout)
-    packed["corners"] = corners
-    packed["vertices"] = faces
-    return packed
+    records = np.empty(len(faces), dtype=layout)
+    records["corners"] = corners
+    records["vertices"] = faces
+    return records

@@ -4,7 +4,8 @@ A file is a header of 80 zero bytes, the number of triangles, and the triangles.
 normal and its three corners as little-endian float32, and two zero bytes. The normal follows from
 the corners by the right-hand rule; it is zero if the triangle has no area.
 
-Triangles are encoded in chunks to save memory: trimesh needed seven times the memory of the file.
+Triangles are encoded in chunks to save memory: an earlier encoder, by trimesh, needed seven times
+the memory of the file.
 """
 
 import struct
@@ -23,7 +24,7 @@ HEADER_BYTES = 84
 TRIANGLE_BYTES = 50
 """Bytes of one triangle."""
 
-TRIANGLE = np.dtype([("numbers", "V48"), ("rest", "<u2")])
+TRIANGLE = np.dtype([("numbers", "V48"), ("zero", "<u2")])
 """One triangle: `numbers` are its normal and three corners, 12 float32, copied as one value."""
 
 CHUNK = 1 << 14
@@ -44,15 +45,15 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     refuse_quads(mesh, "STL")
     count = len(mesh.triangles)
     positions = np.ascontiguousarray(absolute(mesh.positions, mesh).T)
-    packed = np.zeros(count, dtype=TRIANGLE)
-    for first, last in row_runs(count, CHUNK):
-        corners = positions.take(mesh.triangles[first:last].T, axis=1)
-        columns = np.empty((4, 3, last - first), dtype="<f4")
+    records = np.zeros(count, dtype=TRIANGLE)
+    for begin, end in row_runs(count, CHUNK):
+        corners = positions.take(mesh.triangles[begin:end].T, axis=1)
+        columns = np.empty((4, 3, end - begin), dtype="<f4")
         columns[0] = _normals(corners)
         columns[1:] = corners.swapaxes(0, 1)
         numbers = np.ascontiguousarray(columns.reshape(12, -1).T)
-        packed["numbers"][first:last] = numbers.view("V48")[:, 0]
-    return b"".join((bytes(HEADER_BYTES - 4), struct.pack("<I", count), packed.data))
+        records["numbers"][begin:end] = numbers.view("V48")[:, 0]
+    return b"".join((bytes(HEADER_BYTES - 4), struct.pack("<I", count), records.data))
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
@@ -69,8 +70,8 @@ def _normals(corners: FloatArray) -> FloatArray:
     bx, by, bz = corners[:, 2] - corners[:, 1]
     x, y, z = normals = np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
     length = np.sqrt(x * x + y * y + z * z)
-    flat = np.flatnonzero(~(length > NO_AREA))
-    length[flat] = 1.0
+    without_area = np.flatnonzero(~(length > NO_AREA))
+    length[without_area] = 1.0
     normals *= 1.0 / length
-    normals[:, flat] = 0.0
+    normals[:, without_area] = 0.0
     return normals

@@ -25,10 +25,10 @@ LONGEST_ESCAPE = 6
 CHUNK_NUMBERS = 1 << 15
 """How many numbers are converted to text at once, to bound the memory."""
 
-AT_ONCE = 1 << 20
-"""The most bytes of arrays whose JSON is written at once."""
+MAX_WHOLE_BYTES = 1 << 20
+"""The most bytes of arrays whose JSON is written as a whole, not in pieces."""
 
-ROW = 32
+ROW_NUMBERS = 32
 """How many float64 orjson gets in one row. orjson reserves 24 bytes for each number and some
 hundred for each row, but a number of `FLOAT64_CHARS` and its comma take 25 bytes. So orjson 3.13
 writes long rows of such numbers beyond the end of its memory."""
@@ -48,7 +48,7 @@ def json_document(value: object) -> bytes:
     A long text is written in pieces, which takes memory for 2 times its length in place of 4 times.
     """
     checkpoint()
-    if _count_bytes(value) <= AT_ONCE:
+    if _count_bytes(value) <= MAX_WHOLE_BYTES:
         return json_text(value)
     return b"".join(_write_pieces(value))
 
@@ -87,9 +87,9 @@ def _write_pieces(value: object) -> Iterator[bytes]:
     elif isinstance(value, list | tuple) and _count_bytes(value):
         yield from _write_list(map(_write_pieces, value))
     elif isinstance(value, np.ndarray) and value.size:
-        each = value.size // len(value)
+        row_size = value.size // len(value)
         yield from _write_list(
-            (json_array(value[k])[1:-1],) for k in row_slices(len(value), each, CHUNK_NUMBERS)
+            (json_array(value[k])[1:-1],) for k in row_slices(len(value), row_size, CHUNK_NUMBERS)
         )
     elif isinstance(value, bytes):
         yield value
@@ -128,17 +128,19 @@ def json_array(array: NDArray[np.generic]) -> bytes:
 
 
 def _array_text(array: NDArray[np.generic]) -> bytes:
-    """The JSON text of one array, written by orjson in rows short enough to be safe (`ROW`)."""
+    """The JSON text of one array, written by orjson in rows of at most `ROW_NUMBERS` numbers."""
     array = np.ascontiguousarray(array)
-    if array.dtype != np.float64 or array.shape[-1] <= ROW:
+    if array.dtype != np.float64 or array.shape[-1] <= ROW_NUMBERS:
         return orjson.dumps(array, option=orjson.OPT_SERIALIZE_NUMPY)
     if array.ndim > 1:
         return b"[" + b",".join(map(_array_text, array)) + b"]"
-    values_in_rows = array.size - array.size % ROW
-    text = orjson.dumps(array[:values_in_rows].reshape(-1, ROW), option=orjson.OPT_SERIALIZE_NUMPY)
+    values_in_rows = array.size - array.size % ROW_NUMBERS
+    text = orjson.dumps(
+        array[:values_in_rows].reshape(-1, ROW_NUMBERS), option=orjson.OPT_SERIALIZE_NUMPY
+    )
     text = text.replace(b"[", b"").replace(b"]", b"")
-    rest = orjson.dumps(array[values_in_rows:], option=orjson.OPT_SERIALIZE_NUMPY)
-    return b"".join((b"[", text, b"," if values_in_rows < array.size else b"", rest[1:]))
+    last_row = orjson.dumps(array[values_in_rows:], option=orjson.OPT_SERIALIZE_NUMPY)
+    return b"".join((b"[", text, b"," if values_in_rows < array.size else b"", last_row[1:]))
 
 
 def rows(
@@ -226,17 +228,18 @@ def _general(numbers: FloatArray) -> bytes:
     power = POWERS.take(5 - exponent)
     product = numbers * power
     nearest = np.rint(product)
-    usual = (size >= 1e-4) & (np.abs(product - nearest) < 0.5 - 1e-7)
-    size = np.abs(nearest)
-    usual &= (size >= 1e5) & (size < 1e6)
-    rounded = nearest / power
-    usual &= rounded != np.rint(rounded)
-    others = np.flatnonzero(~usual)
+    is_usual = (size >= 1e-4) & (np.abs(product - nearest) < 0.5 - 1e-7)
+    rounded_size = np.abs(nearest)
+    is_usual &= (rounded_size >= 1e5) & (rounded_size < 1e6)
+    quotient = nearest / power
+    is_usual &= quotient != np.rint(quotient)
+    others = np.flatnonzero(~is_usual)
     if not len(others):
-        return json_array(rounded)
-    rounded[others] = np.nan
-    pieces = json_array(rounded).split(b"null")
+        return json_array(quotient)
+    quotient[others] = np.nan
+    pieces = json_array(quotient).split(b"null")
     cells = [b""] * (2 * len(others) + 1)
+    # The pieces and the texts of the other numbers take turns.
     cells[::2] = pieces
     cells[1::2] = (b"%g " * len(others) % tuple(numbers[others].tolist())).split()
     return b"".join(cells)

@@ -38,9 +38,9 @@ Encode: TypeAlias = Callable[[AnyMesh], Content]
 
 ATTEMPTS = 3
 """The search for a mesh within a budget may take the work of this number of meshes of the highest
-cost. Most meshes cost less, so the search usually tries more of them."""
+cost. Most meshes cost less, so the search usually tries more than `ATTEMPTS` meshes."""
 
-FINEST, FINEST_SINGLE = 2.0**-38, 2.0**-20
+MIN_TOLERANCE, MIN_TOLERANCE_SINGLE = 2.0**-38, 2.0**-20
 """The least tolerance that a search tries, as a share of the model's diagonal, in double and in
 single precision: a small multiple of the rounding error."""
 
@@ -87,21 +87,28 @@ class AdaptiveMesher:
             The pointer leads to the option that is the cause.
         """
         work = self._work
-        most, limit = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
-        if accuracy.max_triangles is not None and accuracy.max_triangles < most:
-            most, limit = accuracy.max_triangles, "/max_triangles"
+        max_triangles, limit_pointer = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
+        if accuracy.max_triangles is not None and accuracy.max_triangles < max_triangles:
+            max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
         requested = work.options.accuracy or accuracy
-        allowed = adaptive_triangles(requested, work.limits, work.stored.patches)
-        memory = work.cost.memory if work.cost.triangles < min(allowed, most) else None
-        most = min(most, work.cost.triangles)
+        allowed_triangles = adaptive_triangles(requested, work.limits, work.stored.patches)
+        memory = (
+            work.cost.memory
+            if work.cost.triangles < min(allowed_triangles, max_triangles)
+            else None
+        )
+        max_triangles = min(max_triangles, work.cost.triangles)
         goal = build_goal(accuracy, self._model)
         if tolerance is not None:
             goal = replace(goal, tolerance=tolerance)
         try:
             with Measured("adaptive"):
-                mesh = self._meshing.build_mesh(goal, most, self._effort)
+                mesh = self._meshing.build_mesh(goal, max_triangles, self._effort)
         except TooLarge as error:
-            issues = (_explain(issue, limit, most, accuracy, memory) for issue in error.issues)
+            issues = (
+                _explain(issue, limit_pointer, max_triangles, accuracy, memory)
+                for issue in error.issues
+            )
             raise TooLarge(*issues) from None
         except InvalidRequest as error:
             invalid = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
@@ -115,14 +122,14 @@ def build_within_budget(
     work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
     """Make the mesh with the least proved deviation within the budget, and its file."""
-    finest = (FINEST_SINGLE if work.fmt.single else FINEST) * model.diagonal
+    min_tolerance = (MIN_TOLERANCE_SINGLE if work.fmt.single else MIN_TOLERANCE) * model.diagonal
     effort = Effort(EFFORT_FACTOR * work.limits.max_multiplications)
     build = AdaptiveMesher(work, model, options, effort).build
-    return search_budget(build, work.encode_mesh, accuracy, finest, effort)
+    return search_budget(build, work.encode_mesh, accuracy, min_tolerance, effort)
 
 
 def search_budget(
-    build: Build, encode: Encode, accuracy: Accuracy, finest: float, effort: Effort
+    build: Build, encode: Encode, accuracy: Accuracy, min_tolerance: float, effort: Effort
 ) -> tuple[AnyMesh, Content]:
     """Search the least tolerance whose mesh is within a budget.
 
@@ -134,10 +141,10 @@ def search_budget(
         Encodes a mesh as a file.
     accuracy : Accuracy
         The budget.
-    finest : float
+    min_tolerance : float
         The least tolerance that the search tries, in model units.
     effort : Effort
-        The most work of all meshes together; one mesh may take 1/`ATTEMPTS` of it.
+        The most work of all meshes together; one mesh may take 1/`ATTEMPTS` of this work.
 
     Returns
     -------
@@ -150,27 +157,27 @@ def search_budget(
     TooLarge
         Even the coarsest mesh exceeds a limit.
     """
-    most = effort.limit / ATTEMPTS
+    effort_for_mesh = effort.limit / ATTEMPTS
 
     def try_tolerance(allowed: Accuracy, tolerance: float) -> Attempt[tuple[AnyMesh, Content]]:
-        before = effort.spent
+        spent_before = effort.spent
         mesh = build(allowed, tolerance)
         content = encode(mesh)
-        effort_share = (effort.spent - before) / most
+        effort_share = (effort.spent - spent_before) / effort_for_mesh
         cost = max(_budget_share(mesh, content, accuracy), effort_share)
         return Attempt(cost, mesh.report.deviation_bound or 0.0, (mesh, content))
 
     # Build the coarsest mesh even if it exceeds the budget, because the error names its size.
-    unlimited = (
+    unlimited_accuracy = (
         accuracy if accuracy.max_triangles is None else replace(accuracy, max_triangles=NO_LIMIT)
     )
-    coarsest = try_tolerance(unlimited, inf)
-    mesh, content = coarsest.result
+    coarsest_attempt = try_tolerance(unlimited_accuracy, inf)
+    mesh, content = coarsest_attempt.result
     _check_budget("/max_triangles", "triangles", mesh.report.triangles, accuracy.max_triangles)
     _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
 
     def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, Content]] | None:
-        effort.reserve_rest(most)
+        effort.reserve_rest(effort_for_mesh)
         try:
             return try_tolerance(accuracy, tolerance)
         except TooLarge:
@@ -181,7 +188,7 @@ def search_budget(
                 raise
             return None
 
-    return search_tolerances(attempt, coarsest, finest).result
+    return search_tolerances(attempt, coarsest_attempt, min_tolerance).result
 
 
 def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
@@ -196,9 +203,9 @@ def check_mesh(mesh: AnyMesh, work: "MeshWork", accuracy: Accuracy) -> None:
 
 def check_content(content: Content, accuracy: Accuracy | None) -> None:
     """Refuse a file with more bytes than the option `max_bytes` of the request allows."""
-    most = None if accuracy is None else accuracy.max_bytes
-    if most is not None and len(content) > most:
-        raise TooLarge(_too_many_bytes(f"{len(content)} bytes", most))
+    max_bytes = None if accuracy is None else accuracy.max_bytes
+    if max_bytes is not None and len(content) > max_bytes:
+        raise TooLarge(_too_many_bytes(f"{len(content)} bytes", max_bytes))
 
 
 def size_of_mesh(mesh: AnyMesh, size: MeshSize) -> MeshSize:
@@ -216,10 +223,12 @@ def size_of_mesh(mesh: AnyMesh, size: MeshSize) -> MeshSize:
     )
 
 
-def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: int | None) -> Issue:
+def _explain(
+    issue: Issue, where: str, max_triangles: int, accuracy: Accuracy, memory: int | None
+) -> Issue:
     """The issue of the engine for a mesh that is too large, with the limit of the request.
 
-    The engine's issue for a member of a group names only what is left for this member.
+    In a group, the issue of the engine names only the triangles that are left for one member.
 
     Parameters
     ----------
@@ -227,40 +236,44 @@ def _explain(issue: Issue, where: str, most: int, accuracy: Accuracy, memory: in
         From the engine.
     where : str
         The JSON pointer to the option that is the cause.
-    most : int
+    max_triangles : int
         The most triangles that the mesh may have.
     accuracy : Accuracy
     memory : int or None
-        The bytes of memory that a mesh may take, if memory is the reason for the limit `most`.
+        The bytes of memory that a mesh may take, if memory is the reason for
+        `max_triangles`.
     """
     if issue.code != "too_many_triangles":
         return replace(issue, pointer=where)
     if memory is None:
-        needed = f"at most {most}; a greater tolerance needs fewer"
+        needed = f"at most {max_triangles}; a greater tolerance needs fewer"
         return replace(
-            issue, pointer=where, got=f"more than {count_nouns(most, 'triangles')}", needed=needed
+            issue,
+            pointer=where,
+            got=f"more than {count_nouns(max_triangles, 'triangles')}",
+            needed=needed,
         )
-    if accuracy.max_bytes is not None and MIN_TRIANGLE_BYTES * most > accuracy.max_bytes:
+    if accuracy.max_bytes is not None and MIN_TRIANGLE_BYTES * max_triangles > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
     message = "The mesh would take more memory than this service has for a mesh by tolerance."
     needed = f"at most {memory}; a greater tolerance, or another format, takes less"
     return Issue("too_much_memory", message, where, f"more than {memory} bytes", needed)
 
 
-def _too_many_bytes(got: str, most: int) -> Issue:
+def _too_many_bytes(got: str, max_bytes: int) -> Issue:
     message = "A file with this tolerance would have too many bytes."
-    return Issue("too_many_bytes", message, "/max_bytes", got, f"at most {most}")
+    return Issue("too_many_bytes", message, "/max_bytes", got, f"at most {max_bytes}")
 
 
 def _budget_share(mesh: AnyMesh, content: Content, budget: Accuracy) -> float:
     """The fraction of the budget that a mesh takes: of triangles or of bytes, the larger one."""
     counts = (mesh.report.triangles, budget.max_triangles), (len(content), budget.max_bytes)
-    return max(count / most for count, most in counts if most is not None)
+    return max(count / max_count for count, max_count in counts if max_count is not None)
 
 
-def _check_budget(where: str, unit: str, least: int, most: int | None) -> None:
-    """Refuse a budget `most` that is below `least`, the size of the coarsest mesh."""
-    if most is not None and least > most:
+def _check_budget(where: str, unit: str, min_count: int, max_count: int | None) -> None:
+    """Refuse a budget `max_count` that is below `min_count`, the size of the coarsest mesh."""
+    if max_count is not None and min_count > max_count:
         message = "Even the coarsest mesh of the surface is larger."
-        got, needed = count_nouns(most, unit), f"at least {count_nouns(least, unit)}"
+        got, needed = count_nouns(max_count, unit), f"at least {count_nouns(min_count, unit)}"
         raise InvalidRequest(Issue("budget_too_small", message, where, got, needed))

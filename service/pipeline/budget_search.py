@@ -13,20 +13,20 @@ from typing import Generic, TypeVar
 
 Result = TypeVar("Result")
 
-CLOSE = 1.0 + 2.0**-6
+CLOSE_FACTOR = 1.0 + 2.0**-6
 """The search ends when the coarse tolerance is at most this factor above the fine tolerance."""
 
-SPENT = 1.0 - 2.0**-6
+MIN_COST = 1.0 - 2.0**-6
 """The search ends when a mesh costs at least this share of the budget."""
 
 MAX_ATTEMPTS = 24
 """Each attempt about halves the interval of logarithms; no interval needs more attempts."""
 
-AIM = 1.0 - 2.0**-7
+TARGET_COST = 1.0 - 2.0**-7
 """Share of the budget for which tolerances are guessed; with 1, half of the guesses would cost too
 much."""
 
-FALL = 2.0**-12
+MIN_FACTOR = 2.0**-12
 """Least factor between a guess and the coarse tolerance."""
 
 
@@ -50,30 +50,32 @@ class Attempt(Generic[Result]):
 
 
 def search_tolerances(
-    attempt: Callable[[float], Attempt[Result] | None], first: Attempt[Result], least: float
+    attempt: Callable[[float], Attempt[Result] | None],
+    coarsest: Attempt[Result],
+    min_tolerance: float,
 ) -> Attempt[Result]:
     """The attempt of least bound among all attempts that cost at most 1, the whole budget.
 
     Either this attempt costs nearly all of the budget, or no tolerance that was tried and is finer
-    by more than the factor `CLOSE` fits. If finer tolerances never cost less, no finer tolerance
-    fits. The result depends on costs and bounds alone.
+    by more than the factor `CLOSE_FACTOR` fits. If finer tolerances never cost less, no finer
+    tolerance fits. The result depends on costs and bounds alone.
 
     Parameters
     ----------
     attempt : callable
         Returns the attempt at a tolerance in model units; None if it costs more than the budget, or
         if the tolerance cannot be met.
-    first : Attempt
+    coarsest : Attempt
         The coarsest attempt, which fits the budget.
-    least : float
+    min_tolerance : float
         Positive; a finer tolerance is not tried.
     """
-    best = first
-    coarse, coarse_cost, fine, fine_cost = first.bound, first.cost, 0.0, inf
+    best = coarsest
+    coarse, coarse_cost, fine, fine_cost = coarsest.bound, coarsest.cost, 0.0, inf
     for _ in range(MAX_ATTEMPTS):
-        if best.cost >= SPENT or coarse <= least or coarse <= fine * CLOSE:
+        if best.cost >= MIN_COST or coarse <= min_tolerance or coarse <= fine * CLOSE_FACTOR:
             break
-        tolerance = max(_guess_tolerance(coarse, coarse_cost, fine, fine_cost), least)
+        tolerance = max(_guess_tolerance(coarse, coarse_cost, fine, fine_cost), min_tolerance)
         current = attempt(tolerance)
         if current is None or current.cost > 1:
             fine, fine_cost = tolerance, inf if current is None else current.cost
@@ -87,9 +89,10 @@ def search_tolerances(
 def _guess_tolerance(coarse: float, coarse_cost: float, fine: float, fine_cost: float) -> float:
     """A tolerance between `fine`, which does not fit or is 0, and `coarse`, which fits."""
     if fine_cost < inf and coarse_cost < 1:
-        # Near both tolerances τ is about a + b/cost, so this line gives τ for the cost `AIM`.
-        share = (1 / coarse_cost - 1 / AIM) / (1 / coarse_cost - 1 / fine_cost)
+        # Near both tolerances τ is about a + b/cost, so this line gives τ for the cost
+        # `TARGET_COST`.
+        share = (1 / coarse_cost - 1 / TARGET_COST) / (1 / coarse_cost - 1 / fine_cost)
         return coarse + (fine - coarse) * min(max(share, 0.125), 0.875)
-    guess = coarse * min(max(coarse_cost / AIM, FALL), 1 / CLOSE)
+    guess = coarse * min(max(coarse_cost / TARGET_COST, MIN_FACTOR), 1 / CLOSE_FACTOR)
     # The guess may be finer than a tolerance that did not fit.
-    return guess if guess > fine * CLOSE else sqrt(coarse * fine)
+    return guess if guess > fine * CLOSE_FACTOR else sqrt(coarse * fine)

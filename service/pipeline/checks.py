@@ -54,10 +54,10 @@ def check_options(
         _check_accuracy(options, options.accuracy.pointer, fmt, encode)
     _check_format(options, fmt, encode)
     degree = max(size.degree)
-    most = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
-    if options.method == "forward_difference" and degree > most:
+    max_degree = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
+    if options.method == "forward_difference" and degree > max_degree:
         message = "Forward differences of so high a degree lose the digits that the format stores."
-        got, needed = f"degree {degree}", f"degrees up to {most}, or another method"
+        got, needed = f"degree {degree}", f"degrees up to {max_degree}, or another method"
         raise InvalidRequest(Issue("degree_too_high", message, "/method", got, needed))
 
 
@@ -87,8 +87,10 @@ def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: Encod
     `where` is the JSON pointer to the tolerance or budget.
     """
     if options.faces == "quads":
-        what = "The bound is for triangles, because the corners of a quad need not be in one plane."
-        raise _build_conflict_error(what, "/faces", where)
+        message = (
+            "The bound is for triangles, because the corners of a quad need not be in one plane."
+        )
+        raise _build_conflict_error(message, "/faces", where)
     if options.method != "matrix":
         raise _build_conflict_error(
             "Only a mesh by resolution has grids of samples, which the methods compute.",
@@ -96,17 +98,17 @@ def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: Encod
             where,
         )
     if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
-        what = (
+        message = (
             "The exact form needs no mesh."
             if encode.exact
             else "This form has grids, and a mesh by tolerance has none."
         )
-        raise _build_conflict_error(what, "/oogl", where)
+        raise _build_conflict_error(message, "/oogl", where)
 
 
-def _build_conflict_error(message: str, pointer: str, other: str) -> InvalidRequest:
-    """The error for an option at `pointer` that conflicts with the option at `other`."""
-    name = other[1:]
+def _build_conflict_error(message: str, pointer: str, other_pointer: str) -> InvalidRequest:
+    """The error for an option at `pointer` that conflicts with the option at `other_pointer`."""
+    name = other_pointer[1:]
     got, needed = f"this option and {name}", f"only one of the two: this option or {name}"
     return InvalidRequest(Issue("conflicting_options", message, pointer, got, needed))
 
@@ -153,9 +155,9 @@ def check_vertices(vertices: int, limits: Limits, where: str = "/resolution") ->
     check_count(vertices, limits.max_vertices, "vertices", issue)
 
 
-def check_bytes(most: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
+def check_bytes(byte_bound: int, fmt: Format, limits: Limits, where: str = "/resolution") -> None:
     """Refuse a file that may have too many bytes; `where` points to the option."""
-    limits.check_bytes(most, f"The response as {fmt.name} could become too large.", where)
+    limits.check_bytes(byte_bound, f"The response as {fmt.name} could become too large.", where)
 
 
 def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
@@ -165,10 +167,13 @@ def check_model(model: Model, options: MeshOptions, limits: Limits) -> None:
     """
     if (
         options.has_solid_wires
-        and (furthest := find_largest_coordinate(model, options)) > MAX_COORDINATE
+        and (largest_coordinate := find_largest_coordinate(model, options)) > MAX_COORDINATE
     ):
         message = "Coordinates are stored in single precision."
-        got, needed = f"wires that reach as far as {furthest:.6g}", f"at most {MAX_COORDINATE:.7g}"
+        got, needed = (
+            f"wires that reach as far as {largest_coordinate:.6g}",
+            f"at most {MAX_COORDINATE:.7g}",
+        )
         raise InvalidRequest(Issue("coordinate_too_large", message, "/wire_width", got, needed))
     models = model.models if isinstance(model, GroupModel) else (model,)
     for submodel in models:
@@ -206,11 +211,11 @@ def count_models(model: Model, options: MeshOptions) -> tuple[Counts, Counts]:
 
     Returns
     -------
-    once, copies : Counts
+    distinct_counts, all_counts : Counts
         The counts if each distinct model of a group counts once, and if all copies count.
     """
     models = model.models if isinstance(model, GroupModel) else (model,)
-    return sum_counts(model, [_count(own, options) for own in models])
+    return sum_counts(model, [_count(submodel, options) for submodel in models])
 
 
 def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
@@ -221,13 +226,13 @@ def _count(model: PatchModel | SweepModel, options: MeshOptions) -> Counts:
 
 def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
     """The sums of the counts of a group's models: each model once, and for all copies."""
-    copies = counts
+    copy_counts = counts
     if isinstance(model, GroupModel):
-        copies = [counts[member.model] for member in model.members]
-    once, all_copies = (
-        Counts(*map(sum, zip(*map(astuple, group), strict=True))) for group in (counts, copies)
+        copy_counts = [counts[member.model] for member in model.members]
+    distinct_counts, all_counts = (
+        Counts(*map(sum, zip(*map(astuple, group), strict=True))) for group in (counts, copy_counts)
     )
-    return once, all_copies
+    return distinct_counts, all_counts
 
 
 def require_patches(model: Model) -> PatchModel:
@@ -241,7 +246,7 @@ def require_patches(model: Model) -> PatchModel:
 
 
 def require_all_patches(model: Model) -> PatchModel:
-    """All patches of a model, in its coordinates; those of a group become one model.
+    """All patches of a model, in its coordinates; the patches of a group become one model.
 
     Refuses tubes and ribbons (`InvalidRequest`: `not_parametric`).
     """

@@ -85,13 +85,13 @@ class Cost:
     work: float
 
 
-def lowering_memory(size: SurfaceSize, other: int = 0) -> int:
+def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
     """The most bytes in use while a surface is lowered, and afterwards.
 
-    Afterwards the patches, the data of their shared edges and `other` bytes are in use.
+    Afterwards the patches, the data of their shared edges and `other_bytes` bytes are in use.
     """
     patches = size.arrays + SEAM_BYTES * size.patches + 4 * size.sides
-    return MIN_SCRATCH_BYTES + max(size.peak, patches + other)
+    return MIN_SCRATCH_BYTES + max(size.peak, patches + other_bytes)
 
 
 def compression_cost(length: int) -> Cost:
@@ -101,10 +101,10 @@ def compression_cost(length: int) -> Cost:
 
 def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
     """The cost of writing a surface as JSON: 8 bytes become at most 32 characters."""
-    most = min(
+    byte_bound = min(
         1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes, limits.max_bytes
     )
-    return Cost(0, 0, most, 3 * most, 1e-4 * size.members + most * 1e-8)
+    return Cost(0, 0, byte_bound, 3 * byte_bound, 1e-4 * size.members + byte_bound * 1e-8)
 
 
 def curve_cost(points: int, degree: int, numbers: int, file: int) -> Cost:
@@ -122,7 +122,7 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
     Control points that patches share are counted for each patch.
     """
     (p, q), patches = size.degree, max(1, size.patches)
-    most = patches * (p + 1) * (q + 1)
+    max_points = patches * (p + 1) * (q + 1)
     for operation in operations:
         if isinstance(operation, Elevate):
             p, q = max(p, operation.degree[0]), max(q, operation.degree[1])
@@ -130,8 +130,8 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
             patches *= 4
         elif isinstance(operation, ToTriangle):
             p = q = p + q
-        most = max(most, patches * (p + 1) * (q + 1))
-    return most
+        max_points = max(max_points, patches * (p + 1) * (q + 1))
+    return max_points
 
 
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
@@ -141,7 +141,7 @@ def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
 
 
-def most_converted_points(size: SurfaceSize, limits: Limits) -> int:
+def max_converted_points(size: SurfaceSize, limits: Limits) -> int:
     """The most control points that a surface can have after a conversion, by the memory limit."""
     return max(0, limits.max_memory - MAX_SCRATCH_BYTES - size.peak) // (
         CONVERSION_BYTES * (4 + size.width)
@@ -153,14 +153,16 @@ def estimate_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits:
 
     Most memory is needed to count the vertices of patches that fold.
     """
-    most = mesh_counts(size, options)
-    counted = 0 if options.accuracy or most.vertices > limits.max_vertices else most.vertices
-    memory = with_scratch(lowering_memory(size) + VERTEX_BYTES // 2 * counted)
+    counts = mesh_counts(size, options)
+    counted_vertices = (
+        0 if options.accuracy or counts.vertices > limits.max_vertices else counts.vertices
+    )
+    memory = with_scratch(lowering_memory(size) + VERTEX_BYTES // 2 * counted_vertices)
     work = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
         work += 1e-4 * size.patches + 5e-3
-    triangles = most.triangles + 2 * most.quads
-    return Cost(most.vertices, triangles, 0, min(memory, limits.max_memory), work)
+    triangles = counts.triangles + 2 * counts.quads
+    return Cost(counts.vertices, triangles, 0, min(memory, limits.max_memory), work)
 
 
 def mesh_cost(
@@ -185,8 +187,8 @@ def mesh_cost(
     """
     fmt, encode = form
     degree = max(size.degree)
-    # Only for small meshes the time matters, as it decides whether they run in a thread. They take
-    # less than this, even if their plan is not cached.
+    # The time matters only for small meshes: it decides whether they run in a thread. Even if their
+    # plan is not cached, they take less time than `work`.
     work = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
         work += 2e-3 * size.members
@@ -199,25 +201,25 @@ def mesh_cost(
         memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT_BYTES, 8 * file)
         return Cost(0, 0, file, lowering_memory(size, memory), work)
     # A group in a format without nodes: its meshes are built, and then joined to one mesh.
-    flat = size.members > 1 and fmt.encode_scene is None
+    is_flattened = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
     numbers += 2 * options.uvs + 2 * options.curvatures
-    row = (8 if flat or not fmt.single else 4) * numbers
+    row = (8 if is_flattened or not fmt.single else 4) * numbers
     mesh_bytes = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM_BYTES * min(faces, 8 * (ru + rv) * mesh.patches)
     # Before the faces are built, normals and curvatures at degenerate points are computed in
     # batches.
-    beside = VERTEX_BYTES * mesh.vertices + max(FACE_BYTES * faces, rims)
-    limits = min(MAX_SCRATCH_BYTES, 2000 * size.control_points)
-    limits += min(MAX_SCRATCH_BYTES, 1000 * mesh.vertices) * options.curvatures
-    built = (2 + 2 * flat) * mesh_bytes + max(beside, limits)
+    face_memory = VERTEX_BYTES * mesh.vertices + max(FACE_BYTES * faces, rims)
+    degenerate_memory = min(MAX_SCRATCH_BYTES, 2000 * size.control_points)
+    degenerate_memory += min(MAX_SCRATCH_BYTES, 1000 * mesh.vertices) * options.curvatures
+    building_memory = (2 + 2 * is_flattened) * mesh_bytes + max(face_memory, degenerate_memory)
     if options.method == "de_casteljau":
         # The method keeps several levels of nets, for at least 64 samples.
-        built += max(4 << 20, 10_000 * (degree + 1) ** 2)
+        building_memory += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
-        built += STATION_BYTES * (mesh.vertices + mesh.patches)
-    memory = max(built, mesh_bytes + _writing_memory(mesh, file, fmt, encode))
+        building_memory += STATION_BYTES * (mesh.vertices + mesh.patches)
+    memory = max(building_memory, mesh_bytes + _writing_memory(mesh, file, fmt, encode))
     return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
 
 
@@ -247,20 +249,35 @@ def adaptive_cost(
     """
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
     empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
-    least = fmt.byte_bound(empty, encode)
-    rise = -(-(fmt.byte_bound(large, encode) - least) >> 16) + 1
-    # The search for a mesh within a budget keeps two more files: the best one and the coarsest one.
+    empty_bytes = fmt.byte_bound(empty, encode)
+    triangle_bytes = -(-(fmt.byte_bound(large, encode) - empty_bytes) >> 16) + 1
+    # The search for a mesh within a budget keeps two more files: the best and the coarsest.
     files = 4 if accuracy.is_budgeted else 2
     lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     surface = lowering_memory(size)
-    fixed = surface + CELL_ARRAY_BYTES + files * least + lines
-    one = PROOF_BYTES + 8 * size.width + files * rise
-    limits.check_memory(fixed + 2 * one, "The mesh", accuracy.pointer, "a smaller surface")
-    memory = max(limits.max_memory // MEMORY_SHARE, min(fixed + surface, limits.max_memory))
-    most = min(adaptive_triangles(accuracy, limits, mesh.patches), (memory - fixed) // one)
-    file = min(least + rise * most, limits.max_bytes, accuracy.max_bytes or sys.maxsize)
-    vertices = min(limits.max_vertices, most + 2 * mesh.patches)
-    return Cost(vertices, most, file, fixed + one * most, 5e-3 + 3e-5 * most)
+    fixed_memory = surface + CELL_ARRAY_BYTES + files * empty_bytes + lines
+    triangle_memory = PROOF_BYTES + 8 * size.width + files * triangle_bytes
+    limits.check_memory(
+        fixed_memory + 2 * triangle_memory, "The mesh", accuracy.pointer, "a smaller surface"
+    )
+    memory = max(limits.max_memory // MEMORY_SHARE, min(fixed_memory + surface, limits.max_memory))
+    max_triangles = min(
+        adaptive_triangles(accuracy, limits, mesh.patches),
+        (memory - fixed_memory) // triangle_memory,
+    )
+    file = min(
+        empty_bytes + triangle_bytes * max_triangles,
+        limits.max_bytes,
+        accuracy.max_bytes or sys.maxsize,
+    )
+    vertices = min(limits.max_vertices, max_triangles + 2 * mesh.patches)
+    return Cost(
+        vertices,
+        max_triangles,
+        file,
+        fixed_memory + triangle_memory * max_triangles,
+        5e-3 + 3e-5 * max_triangles,
+    )
 
 
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> int:
@@ -270,13 +287,13 @@ def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> 
     the error must name the budget that it needs.
     """
     # A closed mesh has about two triangles for each vertex, an open mesh fewer.
-    most = min(
+    max_triangles = min(
         2 * limits.max_vertices, EFFORT_FACTOR * limits.max_multiplications // TRIANGLE_EFFORT
     )
-    budget = most if accuracy.max_triangles is None else accuracy.max_triangles
+    budget = max_triangles if accuracy.max_triangles is None else accuracy.max_triangles
     if accuracy.max_bytes is not None:
         budget = min(budget, accuracy.max_bytes // MIN_TRIANGLE_BYTES + 1)
-    return min(most, max(budget, COARSEST_TRIANGLES * patches))
+    return min(max_triangles, max(budget, COARSEST_TRIANGLES * patches))
 
 
 def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
@@ -295,14 +312,14 @@ def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshS
     )
 
 
-def least_vertices(size: SurfaceSize, options: MeshOptions) -> int:
+def min_vertices(size: SurfaceSize, options: MeshOptions) -> int:
     """The number of samples of a mesh, before vertices are added at bends or removed by welding."""
     ru, rv = options.resolution
-    swept = size.stations * ru
+    swept_vertices = size.stations * ru
     if not options.has_faces:
-        return swept
+        return swept_vertices
     return (
-        swept
+        swept_vertices
         + size.grids * (ru + 1) * (rv + 1)
         + size.triangles * triangle.count_points(max(ru, rv))
     )
@@ -315,17 +332,19 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
     and collapsed sides only reduce the counts.
     """
     (ru, rv), quads = options.resolution, options.faces == "quads"
-    vertices, faces, cells, most = least_vertices(size, options), 0, 0, max(ru, rv)
+    vertices, faces, cells, max_divisions = min_vertices(size, options), 0, 0, max(ru, rv)
     if options.has_faces:
         cells, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
-        faces = size.triangles * most**2 + (border if quads else 2 * cells)
+        faces = size.triangles * max_divisions**2 + (border if quads else 2 * cells)
         if ru != rv:
             # Neighbours may divide two of the four edges more finely, which adds samples on these
             # edges. A grid of one division then also gets a line of samples inside.
-            vertices += size.grids * (2 * most + (most + 1) * (min(ru, rv) < 2))
+            vertices += size.grids * (2 * max_divisions + (max_divisions + 1) * (min(ru, rv) < 2))
             cells, faces = max(cells, vertices), 2 * vertices
-    swept = size.stations * ru + size.rings
-    return Counts(vertices + size.rings, faces + 2 * swept, cells + swept if quads else 0)
+    swept_faces = size.stations * ru + size.rings
+    return Counts(
+        vertices + size.rings, faces + 2 * swept_faces, cells + swept_faces if quads else 0
+    )
 
 
 def mesh_size(
@@ -339,20 +358,22 @@ def mesh_size(
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0
     names: list[str] = [*options.overlays]
-    patches, most = size.patches + size.rings // 2, max(options.resolution)
+    patches, max_divisions = size.patches + size.rings // 2, max(options.resolution)
     if "control_net" in options.overlays:
         points, segments, cells = size.net_points, size.net_segments, size.net_cells
     if "boundary" in options.overlays:
-        segments += 4 * size.patches * most
-        points += 4 * size.patches * (most + 1)
+        segments += 4 * size.patches * max_divisions
+        points += 4 * size.patches * (max_divisions + 1)
     if options.has_wires:
         names.append(WIRES)
         curves, samples = bound_isocurves(
             size.grids, size.triangles, options.resolution, options.isocurves
         )
         if options.has_solid_wires:
-            more = bound_solid_counts(curves, samples, options)
-            vertices, triangles, quads = vertices + more[0], triangles + more[1], quads + more[2]
+            solids = Counts(*bound_solid_counts(curves, samples, options))
+            vertices += solids.vertices
+            triangles += solids.triangles
+            quads += solids.quads
             # A tube has a grid for its side and a grid at each end.
             patches += 3 * curves
         else:
@@ -367,7 +388,7 @@ def mesh_size(
         quads,
         patches,
         size.control_points,
-        named=size.parts + size.members * len(names),
+        pieces=size.parts + size.members * len(names),
         name_bytes=size.name_bytes + len(names) * size.label_bytes + letters,
         overlay_points=points,
         overlay_segments=segments,
@@ -389,6 +410,6 @@ def _writing_memory(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOption
     return memory
 
 
-def with_scratch(other: int) -> int:
-    """`other` bytes of results, plus the bytes of the temporary arrays for computing them."""
-    return other + min(MAX_SCRATCH_BYTES, MIN_SCRATCH_BYTES + 4 * other)
+def with_scratch(result_bytes: int) -> int:
+    """`result_bytes`, plus the bytes of the temporary arrays for computing them."""
+    return result_bytes + min(MAX_SCRATCH_BYTES, MIN_SCRATCH_BYTES + 4 * result_bytes)

@@ -40,12 +40,12 @@ class CurveWork:
         TooLarge
             The tolerance needs too many points.
         """
-        pieces, single = self.curve.lower(), self.fmt.single
+        pieces, is_single = self.curve.lower(), self.fmt.single
         with Measured("curve"):
-            at = choose_samples(pieces, self.options, self.max_points, single=single)
-        _check_curve(self, len(at))
+            parameters = choose_samples(pieces, self.options, self.max_points, single=is_single)
+        _check_curve(self, len(parameters))
         with Measured("curve"):
-            polyline = trace_curve(pieces, at, self.options, single=single)
+            polyline = trace_curve(pieces, parameters, self.options, single=is_single)
         return self.fmt.encode(polyline)
 
 
@@ -61,24 +61,27 @@ def plan_curve(
     """
     pieces = curve.lower()  # takes no time: the curve was lowered when it was created
     degree, numbers = pieces.degree, pieces.points.size
-    hard = max(1.0, (degree / EASY_DEGREE) ** 3)
+    slowness = max(1.0, (degree / EASY_DEGREE) ** 3)
     effort = POINT_EFFORT + SQUARE_EFFORT * degree**2
-    most = max(2, min(int(limits.max_vertices / hard), limits.max_multiplications // effort))
+    max_points = max(
+        2, min(int(limits.max_vertices / slowness), limits.max_multiplications // effort)
+    )
     points = pieces.count * options.resolution + 1
     if options.tolerance is not None:
-        # The number of points is not known before: allow those that fit into a share of the memory.
-        each = (
+        # The number of points is not known before: allow as many as fit into a share of the memory.
+        # The bytes of a point in the file follow from files of 1,001 points and of 1 point.
+        point_memory = (
             POINT_BYTES + 2 * (_count_bytes(curve, fmt, 1001) - _count_bytes(curve, fmt, 1)) // 1000
         )
-        room = limits.max_memory // MEMORY_SHARE - 8 * numbers - MAX_SCRATCH_BYTES
-        points = most = max(2, min(most, room // each))
+        free_memory = limits.max_memory // MEMORY_SHARE - 8 * numbers - MAX_SCRATCH_BYTES
+        points = max_points = max(2, min(max_points, free_memory // point_memory))
     file = min(_count_bytes(curve, fmt, points), limits.max_bytes)
     cost = curve_cost(points, degree, numbers, file)
-    work = CurveWork(curve, options, fmt, limits, most, cost)
+    work = CurveWork(curve, options, fmt, limits, max_points, cost)
     if options.tolerance is None:
         _check_curve(work, points)
-        less = "a lower resolution takes less"
-        limits.check_memory(cost.memory, "The curve", "/resolution", less)
+        instead = "a lower resolution takes less"
+        limits.check_memory(cost.memory, "The curve", "/resolution", instead)
     return work
 
 
@@ -87,9 +90,9 @@ def _check_curve(work: CurveWork, points: int) -> None:
     where = "/resolution" if work.options.tolerance is None else "/tolerance"
     issue = Issue("too_many_vertices", "The polyline would have too many points.", where)
     check_count(points, work.max_points, "points", issue)
-    most = _count_bytes(work.curve, work.fmt, points)
+    byte_bound = _count_bytes(work.curve, work.fmt, points)
     message = f"The response as {work.fmt.name} could become too large."
-    work.limits.check_bytes(most, message, where)
+    work.limits.check_bytes(byte_bound, message, where)
 
 
 def _count_bytes(curve: Curve, fmt: CurveFormat, points: int) -> int:

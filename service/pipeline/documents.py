@@ -12,7 +12,7 @@ from service.pipeline.cost import (
     conversion_cost,
     conversion_points,
     definition_cost,
-    most_converted_points,
+    max_converted_points,
 )
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.schemas.surfaces import definition
@@ -66,9 +66,9 @@ def plan_conversion(
     if size.curves:
         raise InvalidRequest(replace(NOT_PATCHES, pointer="/surface"))
     # A result with more control points than fit into memory is refused as too large.
-    most = min(allowed.control_points, most_converted_points(size, limits))
-    cost = conversion_cost(size, min(most, conversion_points(size, operations)), limits)
-    allowed = replace(allowed, control_points=most)
+    max_points = min(allowed.control_points, max_converted_points(size, limits))
+    cost = conversion_cost(size, min(max_points, conversion_points(size, operations)), limits)
+    allowed = replace(allowed, control_points=max_points)
     return ConversionWork(surface, operations, allowed, limits, cost)
 
 

@@ -92,7 +92,7 @@ class _Prediction:
 
     Attributes
     ----------
-    once, copies : Counts
+    distinct_counts, all_counts : Counts
         The counts if each distinct surface of a group counts once, and if all copies count.
     exact : bool
         Whether the counts are exact.
@@ -100,22 +100,22 @@ class _Prediction:
         Whether no later check can refuse the mesh.
     pieces : int or None
         For a mesh by tolerance: upper bound of the points and segments of lines, in addition to
-        those that `MeshSize` already has.
+        the points and segments that `MeshSize` already has.
     """
 
-    once: Counts
-    copies: Counts
+    distinct_counts: Counts
+    all_counts: Counts
     exact: bool
     certain: bool = True
     pieces: int | None = None
 
-    def within(self, size: MeshSize, *, shared: bool) -> MeshSize:
+    def reduce_size(self, size: MeshSize, *, is_shared: bool) -> MeshSize:
         """The upper bounds `size`, with the smaller counts of this prediction where they apply.
 
         Vertices of a mesh by resolution stay as in `size`, because a file stores a welded vertex
-        several times if its normals differ. `shared` says whether copies share one mesh.
+        several times if its normals differ. `is_shared` says whether copies share one mesh.
         """
-        counts, pieces = self.once if shared else self.copies, self.pieces or 0
+        counts, pieces = self.distinct_counts if is_shared else self.all_counts, self.pieces or 0
         if not self.exact and self.pieces is None:
             return size
         return replace(
@@ -148,52 +148,56 @@ class EstimateWork:
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
         model, is_joined = surface.lower(), False
         if isinstance(model, GroupModel):
-            joined = join_group(model, options)
-            model, is_joined = joined.group, bool(joined.clusters)
+            joined_group = join_group(model, options)
+            model, is_joined = joined_group.group, bool(joined_group.clusters)
         elif isinstance(model, PatchModel):
             model, _ = join(model, options.weld_tolerance)
         if options.curvatures:
             # Copies with different curvatures are stored separately.
             model = add_stretches(model)
         bounds = count_models(model, options)
-        largest = mesh_size(surface.size(), options, self.formats[0], bounds[1])
-        expected = self._predict(model, largest)
+        size_bound = mesh_size(surface.size(), options, self.formats[0], bounds[1])
+        prediction = self._predict(model, size_bound)
         if is_joined:
             # Each of two members that meet has vertices on the common border, so only the upper
             # bounds are known.
-            expected = _Prediction(*bounds, exact=False, certain=expected.certain)
+            prediction = _Prediction(*bounds, exact=False, certain=prediction.certain)
         sizes: list[tuple[str, int, bool]] = []
         memory: list[tuple[str, int]] = []
-        refused: dict[Issue, list[str]] = {}
-        accepted, certain = False, expected.certain
+        refused_formats: dict[Issue, list[str]] = {}
+        accepted, certain = False, prediction.certain
         for fmt in self.formats:
-            carried, carried_options = keep_storable_channels(model, options, fmt)
+            storable_model, storable_options = keep_storable_channels(model, options, fmt)
             try:
                 work = plan_mesh(surface, options, fmt, encode, limits)
-                work.check(carried, carried_options, bounds)
+                work.check(storable_model, storable_options, bounds)
                 accepted = True
                 memory.append((fmt.name, work.cost.memory))
                 if options.accuracy is not None:
-                    certain &= expected.copies.triangles <= work.cost.triangles
+                    certain &= prediction.all_counts.triangles <= work.cost.triangles
             except SurfaceError as error:
                 for issue in error.issues:
-                    refused.setdefault(issue, []).append(fmt.name)
+                    refused_formats.setdefault(issue, []).append(fmt.name)
                 if not isinstance(error, TooLarge):
                     continue
-            shared = shares_meshes(fmt, encode)
-            stored = estimate_stored_size(surface, options, fmt, encode)
-            size = mesh_size(stored, carried_options, fmt, bounds[0] if shared else bounds[1])
-            most = fmt.byte_bound(expected.within(size, shared=shared), encode)
+            is_shared = shares_meshes(fmt, encode)
+            stored_size = estimate_stored_size(surface, options, fmt, encode)
+            size = mesh_size(
+                stored_size, storable_options, fmt, bounds[0] if is_shared else bounds[1]
+            )
+            byte_bound = fmt.byte_bound(prediction.reduce_size(size, is_shared=is_shared), encode)
             if options.accuracy is not None:
-                certain &= most <= limits.max_bytes
-                most = min(most, limits.max_bytes, options.accuracy.max_bytes or most)
-            sizes.append((fmt.name, most, expected.exact and fmt.fixed))
-        refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused.items())
-        counts, exact, certain = expected.copies, expected.exact, certain or not accepted
+                certain &= byte_bound <= limits.max_bytes
+                byte_bound = min(
+                    byte_bound, limits.max_bytes, options.accuracy.max_bytes or byte_bound
+                )
+            sizes.append((fmt.name, byte_bound, prediction.exact and fmt.fixed))
+        refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused_formats.items())
+        counts, exact, certain = prediction.all_counts, prediction.exact, certain or not accepted
         return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)
 
     def _predict(self, model: Model, size: MeshSize) -> _Prediction:
-        """Predict the counts of the mesh of a model, which are at most those of `size`.
+        """Predict the counts of the mesh of a model, which do not exceed the counts of `size`.
 
         For a mesh by resolution the prediction is exact, with these exceptions: tubes, ribbons and
         solid wires, whose corners are counted only while they are built; and meshes that exceed the
@@ -206,13 +210,13 @@ class EstimateWork:
         """
         options, models = self.options, model.models if isinstance(model, GroupModel) else (model,)
         patches = [submodel for submodel in models if isinstance(submodel, PatchModel)]
-        most = Counts(size.vertices, size.triangles, size.quads)
+        counts_bound = Counts(size.vertices, size.triangles, size.quads)
         if len(patches) < len(models) or isinstance(model, SweepModel):
-            return _Prediction(most, most, exact=False)
+            return _Prediction(counts_bound, counts_bound, exact=False)
         if options.accuracy is not None:
             return self._predict_by_tolerance(model, patches, options.accuracy)
         if options.has_solid_wires or size.vertices > self.limits.max_vertices:
-            return _Prediction(most, most, exact=False)
+            return _Prediction(counts_bound, counts_bound, exact=False)
         counts = [
             count_mesh(submodel, options) if options.has_faces else Counts(0, 0, 0)
             for submodel in patches
@@ -227,33 +231,35 @@ class EstimateWork:
         options, limits = self.options, self.limits
         moved = find_grid_error(model, options) if self.encode.quantize else 0.0
         try:
-            once, copies = _bound_meshes(model, options, accuracy, moved)
+            distinct_bound, all_bound = _bound_meshes(model, options, accuracy, moved)
         except InvalidRequest as error:
             issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*issues) from None
         if not (options.has_faces or options.has_wires):
-            return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=copies.points)
+            return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=all_bound.points)
         allowed = adaptive_triangles(accuracy, limits)
         # For a budget or an angle tolerance, the only bound of the triangles is `allowed`.
-        bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
-        degree = max(max(batch.side_degrees) for own in patches for batch in own.batches)
-        effort = 16 * (degree + 1) ** 2 * (2 * degree)
+        is_bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
+        degree = max(
+            max(batch.side_degrees) for patch_model in patches for batch in patch_model.batches
+        )
+        triangle_effort = 16 * (degree + 1) ** 2 * (2 * degree)
         certain = (
-            bounded
-            and copies.triangles + copies.points <= allowed
-            and copies.vertices + copies.points <= limits.max_vertices
-            and copies.triangles * effort <= EFFORT_FACTOR * limits.max_multiplications
+            is_bounded
+            and all_bound.triangles + all_bound.points <= allowed
+            and all_bound.vertices + all_bound.points <= limits.max_vertices
+            and all_bound.triangles * triangle_effort <= EFFORT_FACTOR * limits.max_multiplications
             and _is_above_rounding(model, accuracy, moved)
-            and (not options.curvatures or is_affordable(patches, copies.vertices))
+            and (not options.curvatures or is_affordable(patches, all_bound.vertices))
         )
 
-        def clip(most: MostTriangles) -> Counts:
-            triangles = min(most.triangles, allowed) if bounded else allowed
+        def clip(bound: MostTriangles) -> Counts:
+            triangles = min(bound.triangles, allowed) if is_bounded else allowed
             # A patch of T triangles has at most T + 2 vertices.
             vertices = min(limits.max_vertices, triangles + 2 * model.patch_count)
-            return Counts(min(vertices, most.vertices) if bounded else vertices, triangles, 0)
+            return Counts(min(vertices, bound.vertices) if is_bounded else vertices, triangles, 0)
 
-        return _Prediction(clip(once), clip(copies), False, certain, copies.points)
+        return _Prediction(clip(distinct_bound), clip(all_bound), False, certain, all_bound.points)
 
 
 def plan_estimate(
@@ -285,7 +291,7 @@ def _bound_meshes(
 
     Returns
     -------
-    once, copies : MostTriangles
+    distinct_bound, all_bound : MostTriangles
         The bounds if each distinct model of a group counts once, and if all copies count.
 
     Raises
@@ -301,8 +307,8 @@ def _bound_meshes(
     group = model if goal.view is None else separate_copies(model)
     goals = build_model_goals(goal, group, moved)
     bounds = [
-        bound_triangles(submodel, aim, options)
-        for submodel, aim in zip(group.models, goals, strict=True)
+        bound_triangles(submodel, model_goal, options)
+        for submodel, model_goal in zip(group.models, goals, strict=True)
         if isinstance(submodel, PatchModel)
     ]
     return _add_bounds(bounds), _add_bounds(bounds[member.model] for member in group.members)
@@ -319,8 +325,8 @@ def _is_above_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved
     """
     goal = build_goal(accuracy, model)
     allowed_by_view = inf if goal.view is None else goal.view.rate * goal.view.near
-    least = min(goal.tolerance, allowed_by_view)
-    return least >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
+    min_tolerance = min(goal.tolerance, allowed_by_view)
+    return min_tolerance >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
 
 
 def estimate_object(estimate: Estimate) -> dict[str, object]:

@@ -27,7 +27,7 @@ class IntersectWork:
 
     surface: SurfaceKind
     query: RayQuery
-    most_hits: int
+    max_hits: int
     cost: Cost
 
     def run(self) -> bytes:
@@ -42,7 +42,7 @@ class IntersectWork:
         """
         model = query_patches(self.surface)
         with Measured("intersect"):
-            return json_document(intersect_rays(model, self.query, self.most_hits))
+            return json_document(intersect_rays(model, self.query, self.max_hits))
 
 
 def plan_intersect(
@@ -57,8 +57,8 @@ def plan_intersect(
     """
     count, where = len(query.origins), "/rays"
     message = "The query has more rays than this service computes at once."
-    most = min(MAX_RAYS, limits.max_points)
-    check_count(count, most, "rays", Issue("too_many_rays", message, where))
+    max_rays = min(MAX_RAYS, limits.max_points)
+    check_count(count, max_rays, "rays", Issue("too_many_rays", message, where))
     hits = count
     if not query.only_first:
         hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)

@@ -32,14 +32,16 @@ class Limits:
     max_patches: int = 1_000_000
     max_memory: int = sys.maxsize
 
-    def check_bytes(self, most: int, message: str, where: str) -> None:
+    def check_bytes(self, byte_bound: int, message: str, where: str) -> None:
         """Refuse a response that may have more than `max_bytes` bytes.
 
         `where` is the JSON pointer to the cause.
         """
-        if most > self.max_bytes:
+        if byte_bound > self.max_bytes:
             needed = f"at most {self.max_bytes}"
-            raise TooLarge(Issue("too_many_bytes", message, where, f"up to {most} bytes", needed))
+            raise TooLarge(
+                Issue("too_many_bytes", message, where, f"up to {byte_bound} bytes", needed)
+            )
 
     def check_effort(self, count: int, message: str, where: str, instead: str) -> None:
         """Refuse work that may need more than `max_multiplications` multiplications.
@@ -51,22 +53,24 @@ class Limits:
             got = f"up to {count} multiplications"
             raise TooLarge(Issue("too_costly", message, where, got, needed))
 
-    def check_memory(self, most: int, what: str, where: str, instead: str) -> None:
+    def check_memory(self, byte_bound: int, what: str, where: str, instead: str) -> None:
         """Refuse work that may take more than `max_memory` bytes.
 
         `what` names the work, `where` is the JSON pointer to the cause, and `instead` names
         requests that take less memory.
         """
-        if most > self.max_memory:
+        if byte_bound > self.max_memory:
             message = f"{what} would take more memory than this service has for one request."
             needed = f"at most {self.max_memory}; {instead}"
-            raise TooLarge(Issue("too_much_memory", message, where, f"up to {most} bytes", needed))
+            raise TooLarge(
+                Issue("too_much_memory", message, where, f"up to {byte_bound} bytes", needed)
+            )
 
 
 DEFAULT_LIMITS = Limits()
 
 
-def check_count(count: int, most: int, unit: str, issue: Issue) -> None:
-    """Refuse a count above `most`; the texts `got` and `needed` are added to the issue."""
-    if count > most:
-        raise TooLarge(replace(issue, got=f"{count} {unit}", needed=f"at most {most}"))
+def check_count(count: int, max_count: int, unit: str, issue: Issue) -> None:
+    """Refuse a count above `max_count`; the texts `got` and `needed` are added to the issue."""
+    if count > max_count:
+        raise TooLarge(replace(issue, got=f"{count} {unit}", needed=f"at most {max_count}"))

@@ -48,21 +48,24 @@ class MeasureWork:
         InvalidRequest
             `not_parametric`: a tube or a ribbon has no patches.
         TooLarge
-            `too_costly`: to join borders, the patches are split into too many; or the tolerance
-            needs too many cells.
+            `too_costly`: too many patches after a split that joins borders; or the tolerance needs
+            too many cells.
         """
         try:
             lowered = self.surface.lower()
             with Measured("measure"):
-                return json_document(measures_object(measure(lowered, self.query, self._allow)))
+                return json_document(
+                    measures_object(measure(lowered, self.query, self._check_split_model))
+                )
         except InvalidRequest as error:
             raise error.within("/surface") from None
 
-    def _allow(self, model: PatchModel) -> None:
-        """Refuse a model whose patches were split, to join borders, into too many."""
+    def _check_split_model(self, model: PatchModel) -> None:
+        """Refuse a model that has too many patches after a split that joins borders."""
         degrees = [batch.side_degrees for batch in model.batches]
-        degree = max(max(each[2:]) for each in degrees), max(max(each[:2]) for each in degrees)
-        _check_effort(model.patch_count, degree, self.limits)
+        # Sides 2 and 3 run along u, sides 0 and 1 along v.
+        p, q = max(max(sides[2:]) for sides in degrees), max(max(sides[:2]) for sides in degrees)
+        _check_effort(model.patch_count, (p, q), self.limits)
 
 
 def plan_measure(

@@ -67,7 +67,7 @@ class MeshWork:
         Whether these bounds are final. If not, `check` computes closer bounds from the patches.
     is_possible : bool
         Whether the lowered surface needs no check by `check_model`.
-    alone : int
+    unjoined_memory : int
         The memory in bytes if no members of a group meet; `cost` includes the case that they meet.
     """
 
@@ -80,7 +80,7 @@ class MeshWork:
     stored: MeshSize
     is_certain: bool
     is_possible: bool
-    alone: int
+    unjoined_memory: int
     cost: Cost
 
     def run(self) -> MeshFile:
@@ -124,25 +124,30 @@ class MeshWork:
             check_model(model, options, self.limits)
         if self.is_certain:
             return
-        once, copies = counts or count_models(model, options)
+        distinct_counts, all_counts = counts or count_models(model, options)
         fmt, encode = self.fmt, self.encode
-        size = mesh_size(self.surface.size(), options, fmt, copies)
+        size = mesh_size(self.surface.size(), options, fmt, all_counts)
         check_vertices(size.vertices + size.overlay_points, self.limits)
         if shares_meshes(fmt, encode):
             size = mesh_size(
-                estimate_stored_size(self.surface, options, fmt, encode), options, fmt, once
+                estimate_stored_size(self.surface, options, fmt, encode),
+                options,
+                fmt,
+                distinct_counts,
             )
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
     def check_cut(self, *models: PatchModel) -> None:
-        """Refuse a mesh if the engine split its patches, to join borders, into too many."""
+        """Refuse a mesh with too many vertices after the engine split patches to join borders."""
         vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
-        more = max(1.0, vertices / max(self.stored.vertices, 1))
+        growth = max(1.0, vertices / max(self.stored.vertices, 1))
         if self.is_certain:
-            check_bytes(round(self.cost.bytes * more), self.fmt, self.limits)
-        less = "a lower resolution, or another format, takes less"
-        self.limits.check_memory(round(self.alone * more), "The mesh", "/resolution", less)
+            check_bytes(round(self.cost.bytes * growth), self.fmt, self.limits)
+        instead = "a lower resolution, or another format, takes less"
+        self.limits.check_memory(
+            round(self.unjoined_memory * growth), "The mesh", "/resolution", instead
+        )
 
     def build(self, model: Model, options: MeshOptions) -> Mesh | Scene:
         """Build the mesh; or, for a group in a format with nodes, a scene of several meshes."""
@@ -202,8 +207,8 @@ def plan_mesh(
         The format cannot store what the options ask for.
     """
     size = surface.size()
-    distinct = size if size.members == 1 else surface.stored_size()
-    plan = plan_sizes(size, distinct, options, (fmt, encode), limits)
+    distinct_size = size if size.members == 1 else surface.stored_size()
+    plan = plan_sizes(size, distinct_size, options, (fmt, encode), limits)
     return MeshWork(surface, options, fmt, encode, limits, *plan)
 
 
@@ -245,8 +250,7 @@ def keep_storable_channels(
     if not (isinstance(model, PatchModel) and not model.batches[0].channels):
         model = keep_model_channels(model, fmt.carries, apart=fmt.encode_scene is not None)
     if options.curvatures:
-        # Always, so that a request has the same mesh in all formats, also in those without
-        # curvatures.
+        # Also for formats without curvatures, so that a request has the same mesh in all formats.
         model = add_stretches(model)
     if (uvs, curvatures) != (options.uvs, options.curvatures):
         options = replace(options, uvs=uvs, curvatures=curvatures)

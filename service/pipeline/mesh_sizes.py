@@ -6,7 +6,7 @@ from functools import lru_cache
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.options import MeshOptions
 from service.pipeline.checks import check_bytes, check_options, check_surface, check_vertices
-from service.pipeline.cost import Cost, adaptive_cost, least_vertices, mesh_cost, mesh_size
+from service.pipeline.cost import Cost, adaptive_cost, mesh_cost, mesh_size, min_vertices
 from service.pipeline.limits import Limits
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
@@ -33,7 +33,7 @@ def plan_sizes(
 
     Returns
     -------
-    size, stored, is_certain, is_possible, alone, cost
+    size, stored, is_certain, is_possible, unjoined_memory, cost
         The fields of a `MeshWork`.
 
     Raises
@@ -41,15 +41,15 @@ def plan_sizes(
     InvalidRequest, TooLarge, UnsupportedByFormat
     """
     fmt, encode = form
-    once = distinct if shares_meshes(fmt, encode) and not options.curvatures else complete
+    counted_size = distinct if shares_meshes(fmt, encode) and not options.curvatures else complete
     check_surface(distinct, limits)
     check_options(complete, options, fmt, encode)
     size = mesh_size(complete, options, fmt)
-    stored = size if once is complete else mesh_size(once, options, fmt)
+    stored = size if counted_size is complete else mesh_size(counted_size, options, fmt)
     asks_patches = complete.curves or options.has_solid_wires or options.curvatures
     is_possible = not asks_patches and options.method != "de_casteljau"
     if options.accuracy is not None:
-        cost = adaptive_cost(once, options, stored, form, limits)
+        cost = adaptive_cost(counted_size, options, stored, form, limits)
         return size, stored, True, is_possible, cost.memory, cost
     ru, rv = options.resolution
     is_certain = ru == rv and not (complete.curves or (options.curvatures and complete.members > 1))
@@ -58,24 +58,24 @@ def plan_sizes(
         check_vertices(size.vertices + size.overlay_points, limits)
         check_bytes(file, fmt, limits)
     else:
-        check_vertices(least_vertices(complete, options), limits)
+        check_vertices(min_vertices(complete, options), limits)
         # `MeshWork.check` refuses a larger mesh before it is built, so the limits are bounds.
-        most = limits.max_vertices
+        max_vertices = limits.max_vertices
         stored = replace(
             stored,
-            vertices=min(stored.vertices, most),
-            triangles=min(stored.triangles, 2 * most),
-            quads=min(stored.quads, most),
+            vertices=min(stored.vertices, max_vertices),
+            triangles=min(stored.triangles, 2 * max_vertices),
+            quads=min(stored.quads, max_vertices),
         )
         file = min(file, limits.max_bytes)
-    cost = mesh_cost(once, options, stored, file, form)
-    less = "a lower resolution, or another format, takes less"
-    limits.check_memory(cost.memory, "The mesh", "/resolution", less)
+    cost = mesh_cost(counted_size, options, stored, file, form)
+    instead = "a lower resolution, or another format, takes less"
+    limits.check_memory(cost.memory, "The mesh", "/resolution", instead)
     shared_memory = cost.memory
-    if once is not complete and options.weld_tolerance:
+    if counted_size is not complete and options.weld_tolerance:
         # Members of a group that meet cannot share a mesh, so each of them is stored.
-        most = min(fmt.byte_bound(size, encode), limits.max_bytes)
-        separate_memory = mesh_cost(complete, options, size, most, form).memory
+        file = min(fmt.byte_bound(size, encode), limits.max_bytes)
+        separate_memory = mesh_cost(complete, options, size, file, form).memory
         cost = replace(cost, memory=max(shared_memory, min(separate_memory, limits.max_memory)))
     return size, stored, is_certain, is_possible, shared_memory, cost
 

@@ -59,8 +59,8 @@ def plan_points(
     where, count = f"/{query.field}", len(query.places)
     message = "The query has more points than this service computes at once."
     check_count(count, limits.max_points, "points", Issue("too_many_points", message, where))
-    most = json_points.byte_bound(count, query.order)
-    limits.check_bytes(most, "The response could become too large.", where)
+    byte_bound = json_points.byte_bound(count, query.order)
+    limits.check_bytes(byte_bound, "The response could become too large.", where)
     size = surface.stored_size()
     check_surface(size, limits)
     cost = points_cost(size, count, query.order)

@@ -63,20 +63,22 @@ def query_patches(surface: SurfaceKind) -> PatchModel:
     except InvalidRequest as error:
         raise error.within("/surface") from None
     if isinstance(lowered, GroupModel):
-        model = replace(model, order=_list_order(lowered))
+        model = replace(model, request_numbers=_list_request_numbers(lowered))
     return model
 
 
-def _list_order(group: GroupModel) -> Ints:
+def _list_request_numbers(group: GroupModel) -> Ints:
     """For each patch of a group, its number in the request: shape (P,)."""
-    order, first = [], 0
+    request_numbers, first = [], 0
     for member in group.members:
         model = group.models[member.model]
         assert isinstance(model, PatchModel)  # `to_patches` refuses tubes and ribbons
-        numbers = np.arange(model.patch_count) if model.order is None else model.order
-        order.append(first + numbers)
+        numbers = (
+            np.arange(model.patch_count) if model.request_numbers is None else model.request_numbers
+        )
+        request_numbers.append(first + numbers)
         first += model.patch_count
-    return np.concatenate(order)
+    return np.concatenate(request_numbers)
 
 
 def plan_project(
@@ -91,8 +93,8 @@ def plan_project(
     """
     count, where = len(query.points), "/points"
     message = "The query has more points than this service computes at once."
-    most = min(MAX_POINTS, limits.max_points)
-    check_count(count, most, "points", Issue("too_many_points", message, where))
+    max_points = min(MAX_POINTS, limits.max_points)
+    check_count(count, max_points, "points", Issue("too_many_points", message, where))
     file = 1000 + count * POINT_NUMBERS * (FLOAT64_CHARS + 2)
     limits.check_bytes(file, "The response could become too large.", where)
     if isinstance(shape, BezierCurve | BsplineCurve):

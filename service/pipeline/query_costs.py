@@ -94,12 +94,12 @@ def piece_memory(net: int, file: int) -> int:
     return PIECE_BYTES + PIECE_POINT_BYTES * net + 2 * file // 1000
 
 
-def sections_cost(size: SurfaceSize, planes: int, pieces: int, each: int) -> Cost:
-    """The cost of sections by `planes` planes, with at most `pieces` pieces of `each` bytes."""
+def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int) -> Cost:
+    """The cost of sections by `planes` planes; `piece_bytes` bytes for each of the `pieces`."""
     net = CELL_BYTES + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
     memory = SECTION_BATCH_BYTES + lowering_memory(size) + 3 * size.patches * net
     work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
-    return Cost(pieces, 0, pieces * each, memory + pieces * each, work)
+    return Cost(pieces, 0, pieces * piece_bytes, memory + pieces * piece_bytes, work)
 
 
 def measure_effort(degree: tuple[int, int]) -> int:

@@ -35,14 +35,14 @@ COMPARE_EFFORT = 20
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SectionWork:
-    """The work of computing sections of together at most `most` pieces, and its cost."""
+    """The work of computing sections of together at most `max_pieces` pieces, and its cost."""
 
     surface: SurfaceKind
     planes: Planes
     tolerance: SectionTolerance
     fmt: SectionFormat
     limits: Limits
-    most: int
+    max_pieces: int
     cost: Cost
 
     def run(self) -> bytes:
@@ -59,8 +59,8 @@ class SectionWork:
         with Measured("intersect"):
             sections = self.cut(model)
         message = f"The response as {self.fmt.name} could become too large."
-        most = self.fmt.byte_bound(SectionSize.of(sections))
-        self.limits.check_bytes(most, message, "/tolerance")
+        byte_bound = self.fmt.byte_bound(SectionSize.of(sections))
+        self.limits.check_bytes(byte_bound, message, "/tolerance")
         checkpoint()
         return self.fmt.encode(sections)
 
@@ -82,14 +82,14 @@ class SectionWork:
         check_count(model.patch_count, self.limits.max_patches, "patches", issue)
 
     def _check_pieces(self, count: int) -> None:
-        if count > self.most:
+        if count > self.max_pieces:
             raise TooLarge(
                 Issue(
                     "too_many_vertices",
                     "Polylines with this tolerance would have too many points.",
                     "/planes" if self.tolerance.distance is None else "/tolerance",
-                    f"more than {count_nouns(self.most, 'pieces')}",
-                    f"at most {self.most}; fewer planes, or a larger tolerance",
+                    f"more than {count_nouns(self.max_pieces, 'pieces')}",
+                    f"at most {self.max_pieces}; fewer planes, or a larger tolerance",
                 )
             )
 
@@ -120,15 +120,20 @@ def plan_sections(
     net = (p + 1) * (q + 1)
     # Bytes of 1,000 pieces, with at most 2 points each.
     file = fmt.byte_bound(_build_size(2001)) - fmt.byte_bound(_build_size(1))
-    each = piece_memory(net, file)
-    fixed = sections_cost(size, count, 0, each)
-    limits.check_memory(fixed.memory + MIN_PIECES * each, "The sections", where, instead)
-    # The number of pieces is not known before: allow those that fit into 1/3 of the memory.
-    room = max(limits.max_memory // 3, fixed.memory + MIN_PIECES * each) - fixed.memory
-    most = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net))
-    most = max(MIN_PIECES, min(most, room // each))
-    cost = sections_cost(size, count, most, each)
-    return SectionWork(surface, planes, tolerance, fmt, limits, most, cost)
+    piece_bytes = piece_memory(net, file)
+    fixed_cost = sections_cost(size, count, 0, piece_bytes)
+    limits.check_memory(
+        fixed_cost.memory + MIN_PIECES * piece_bytes, "The sections", where, instead
+    )
+    # The number of pieces is not known before: allow as many as fit into 1/3 of the memory.
+    free_memory = (
+        max(limits.max_memory // 3, fixed_cost.memory + MIN_PIECES * piece_bytes)
+        - fixed_cost.memory
+    )
+    max_pieces = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net))
+    max_pieces = max(MIN_PIECES, min(max_pieces, free_memory // piece_bytes))
+    cost = sections_cost(size, count, max_pieces, piece_bytes)
+    return SectionWork(surface, planes, tolerance, fmt, limits, max_pieces, cost)
 
 
 def _build_size(points: int) -> SectionSize:
@@ -139,10 +144,10 @@ def _build_size(points: int) -> SectionSize:
 def _number_as_in_request(model: PatchModel, patches: Ints) -> Ints:
     """The numbers that patches of a model have in the request.
 
-    In a `multipatch`, the numbers are those of its surfaces.
+    In a `multipatch`, the numbers are the numbers of its surfaces.
     """
     if len(model.domains) > 1:
         firsts = np.array([domain.first for domain in model.domains])
         order = np.argsort(firsts)
         return np.unique(order[np.searchsorted(firsts[order], patches, side="right") - 1])
-    return patches if model.order is None else np.sort(model.order[patches])
+    return patches if model.request_numbers is None else np.sort(model.request_numbers[patches])

@@ -84,8 +84,8 @@ def build_accuracy(options: BaseModel) -> Accuracy | None:
 
 def refuse_conflict(options: BaseModel) -> None:
     """Refuse a request that has both a resolution and an option of accuracy."""
-    others = list(accuracy_values(options))
-    if "resolution" in options.model_fields_set and others:
+    accuracy_names = list(accuracy_values(options))
+    if "resolution" in options.model_fields_set and accuracy_names:
         message = "A request has either a resolution or a tolerance or budget."
-        got, needed = f"resolution and {' and '.join(others)}", "one of them"
+        got, needed = f"resolution and {' and '.join(accuracy_names)}", "one of them"
         raise to_invalid(Issue("conflicting_options", message, "/resolution", got, needed))

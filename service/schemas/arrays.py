@@ -65,11 +65,11 @@ class NumberGrid:
         if control points are not counted.
     degree_levels : tuple of int
         Levels whose length less one is a degree.
-    least_degree : int
+    min_degree : int
         The least degree in the JSON Schema; the class of the surface checks it.
     width_rule, degree_rule : str
         Error messages for another width, and for a degree that is too high.
-    documented : mapping
+    list_schema : mapping
         More entries for the JSON Schema of the innermost lists; the class of the surface checks
         them.
     triangle_level : int or None
@@ -83,10 +83,10 @@ class NumberGrid:
     positive: bool = False
     point_levels: int = 0
     degree_levels: tuple[int, ...] = ()
-    least_degree: int = 1
+    min_degree: int = 1
     width_rule: str = "A control point has exactly three coordinates."
     degree_rule: str = "A net of r × c control points is one patch of degree r − 1 by c − 1."
-    documented: Mapping[str, int] = field(default_factory=dict)
+    list_schema: Mapping[str, int] = field(default_factory=dict)
     triangle_level: int | None = None
 
     def array(self, value: object, limits: DocumentLimits = DEFAULT_LIMITS) -> Array:
@@ -113,13 +113,13 @@ class NumberGrid:
                 self.check_size(level, sum(map(len, scalars)), max(lengths), limits)
             if level == self.triangle_level:
                 rows = shape.pop()
-                each = [*range(rows, 0, -1)]
-                is_right = list(map(len, scalars)) == each * (len(scalars) // rows)
-                length = sum(each)
+                row_lengths = [*range(rows, 0, -1)]
+                is_right = list(map(len, scalars)) == row_lengths * (len(scalars) // rows)
+                length = sum(row_lengths)
             else:
                 length = lengths.pop()
-                is_wide = level < last or self.width in (None, length)
-                is_right = not lengths and length > 0 and is_wide
+                has_width = level < last or self.width in (None, length)
+                is_right = not lengths and length > 0 and has_width
             if not is_right:
                 raise to_refusal(self.find_faults(value))
             shape.append(length)
@@ -156,9 +156,9 @@ class NumberGrid:
         limits : DocumentLimits
         """
         if level + 1 == self.point_levels and total > limits.max_control_points:
-            most = limits.max_control_points
+            max_count = limits.max_control_points
             message = "The surface has more control points than this service takes."
-            got, needed = count_nouns(total, "control points"), f"at most {most}"
+            got, needed = count_nouns(total, "control points"), f"at most {max_count}"
             raise to_refusal([((), Issue("too_many_control_points", message, "", got, needed))])
         if level in self.degree_levels and longest - 1 > limits.max_degree:
             needed = f"degrees up to {limits.max_degree}; several pieces instead of one"
@@ -183,7 +183,7 @@ class NumberGrid:
         """
         level = len(path)
         if level == len(self.levels):
-            yield from self._scalar_fault(value, path)
+            yield from self._find_scalar_fault(value, path)
             return
         needed = f"a list of {self.levels[level]}"
         if not isinstance(value, list):
@@ -203,14 +203,14 @@ class NumberGrid:
             return
         if self._is_last(level) and self._all_numbers(value):
             return
-        innermost = level + 2 == len(self.levels)
+        has_innermost_lists = level + 2 == len(self.levels)
         for index, item in enumerate(value):
             # Most points are valid; do not create a generator for these.
-            is_point = innermost and type(item) is list and len(item) == lengths[-1]
+            is_point = has_innermost_lists and type(item) is list and len(item) == lengths[-1]
             if not (is_point and self._all_numbers(item)):
                 yield from self._walk(item, (*path, index), lengths)
 
-    def _scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
+    def _find_scalar_fault(self, value: object, path: Path) -> Iterator[tuple[Path, Issue]]:
         """Find the error of a value in place of which a number is needed, if there is an error."""
         if type(value) not in (_WHOLE if self.integers else _NUMBER):
             yield path, wrong_type(value, self.scalar)
@@ -258,14 +258,14 @@ class NumberGrid:
         for level in reversed(range(len(self.levels))):
             result = {"type": "array", "items": result, "minItems": 1}
             if level in self.degree_levels:
-                least, most = self.least_degree, DEFAULT_LIMITS.max_degree
-                result |= {"minItems": least + 1, "maxItems": most + 1}
+                min_degree, max_degree = self.min_degree, DEFAULT_LIMITS.max_degree
+                result |= {"minItems": min_degree + 1, "maxItems": max_degree + 1}
             elif level == self.triangle_level:
                 result["maxItems"] = DEFAULT_LIMITS.max_degree + 1
             if self._is_last(level) and level not in self.degree_levels:
                 if self.width is not None:
                     result = tuple_schema(result["items"], self.width)
-                result |= self.documented
+                result |= self.list_schema
         return result
 
 
@@ -281,10 +281,10 @@ CURVE_POINTS = NumberGrid(
     point_levels=1,
     degree_levels=(0,),
     degree_rule="n + 1 control points are one Bézier curve of degree n.",
-    documented={"minItems": 2, "maxItems": 3},
+    list_schema={"minItems": 2, "maxItems": 3},
 )
 SPLINE_POINTS = NumberGrid(
-    ("control points", "coordinates"), point_levels=1, documented={"minItems": 2, "maxItems": 3}
+    ("control points", "coordinates"), point_levels=1, list_schema={"minItems": 2, "maxItems": 3}
 )
 CURVE_WEIGHTS = NumberGrid(("weights",), positive=True, point_levels=1)
 VERTICES = NumberGrid(("vertices", "coordinates"), width=3, point_levels=1)

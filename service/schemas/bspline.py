@@ -48,15 +48,15 @@ def check_degree_limits(degrees: tuple[int, ...], info: ValidationInfo) -> None:
             raise to_invalid(replace(issue, pointer=where))
 
 
-def _degree_issue(degree: int, least: int, most: int) -> Issue:
-    """The issue for a degree that is not from `least` to `most`."""
-    code = "degree_too_high" if degree > most else "out_of_range"
-    needed = f"{least} to {most}"
+def _degree_issue(degree: int, min_degree: int, max_degree: int) -> Issue:
+    """The issue for a degree that is not from `min_degree` to `max_degree`."""
+    code = "degree_too_high" if degree > max_degree else "out_of_range"
+    needed = f"{min_degree} to {max_degree}"
     return Issue(code, "No B-spline has such a degree.", "", f"degree {degree}", needed)
 
 
 def _split_knot_vectors(value: object) -> object:
-    """Split the field `knots` into two values: those of a list, or one name for u and v."""
+    """Split the field `knots` into two values: the two items of a list, or one name twice."""
     if isinstance(value, str):
         return [_parse_knot_name(value)] * 2
     return list_of_two(value, "a name or a list of two")

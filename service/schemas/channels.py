@@ -23,9 +23,9 @@ def _check_attribute_names(value: object) -> object:
     needed = f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all"
     message = "The name of an attribute becomes a word in files."
     issue = Issue("wrong_value", message, "", "another name", needed)
-    wrong = [key for key in value if not ATTRIBUTE_NAME.fullmatch(key)]
-    if wrong:
-        raise to_refusal(((key,), issue) for key in wrong)
+    wrong_names = [key for key in value if not ATTRIBUTE_NAME.fullmatch(key)]
+    if wrong_names:
+        raise to_refusal(((key,), issue) for key in wrong_names)
     if len(value) > MAX_ATTRIBUTES:
         message = "The surface has more attributes than formats have room for."
         got, needed = f"{len(value)} attributes", f"at most {MAX_ATTRIBUTES}"
@@ -76,35 +76,35 @@ _VERTEX_TEXT = (
     " One value for every vertex; over a patch, the values are the Bernstein coefficients."
 )
 
-_EACH = ("rows", "values", "numbers")
-_SPLINE: dict[str, Any] = {"levels": _EACH, "point_levels": 2}
-_NET: dict[str, Any] = _SPLINE | {"degree_levels": (0, 1), "least_degree": 0}
+_NET_LEVELS = ("rows", "values", "numbers")
+_SPLINE: dict[str, Any] = {"levels": _NET_LEVELS, "point_levels": 2}
+_NET: dict[str, Any] = _SPLINE | {"degree_levels": (0, 1), "min_degree": 0}
 _TRIANGLE: dict[str, Any] = _NET | {"degree_levels": (0,), "triangle_level": 1}
 _VERTEX: dict[str, Any] = {"levels": ("values", "numbers"), "point_levels": 1}
 
 
 def _colors(grid: dict[str, Any], text: str, example: list[Any]) -> tuple[NumberGrid, Any]:
     """The annotations of a field of colours."""
-    described = Field(description="Colours. " + _COLORS_TEXT + text, examples=[example])
-    return NumberGrid(**grid, documented={"minItems": 3, "maxItems": 4}), described
+    description = Field(description="Colours. " + _COLORS_TEXT + text, examples=[example])
+    return NumberGrid(**grid, list_schema={"minItems": 3, "maxItems": 4}), description
 
 
 def _uvs(grid: dict[str, Any], text: str, example: list[Any]) -> tuple[NumberGrid, Any]:
     """The annotations of a field of texture coordinates."""
     rule = "Texture coordinates are two numbers."
-    described = Field(description=_UVS_TEXT + text, examples=[example])
-    return NumberGrid(**grid, width=2, width_rule=rule), described
+    description = Field(description=_UVS_TEXT + text, examples=[example])
+    return NumberGrid(**grid, width=2, width_rule=rule), description
 
 
 def _values(grid: dict[str, Any]) -> NumberGrid:
     """The annotation of the values of one attribute."""
-    return NumberGrid(**grid, documented={"maxItems": MAX_DIMENSION})
+    return NumberGrid(**grid, list_schema={"maxItems": MAX_DIMENSION})
 
 
 def _attributes(text: str, example: list[Any]) -> tuple[Any, ...]:
     """The annotations of a field of named attributes."""
-    described = Field(description=_ATTRIBUTES_TEXT + text, examples=[{"temperature": example}])
-    return *_ATTRIBUTES, described
+    description = Field(description=_ATTRIBUTES_TEXT + text, examples=[{"temperature": example}])
+    return *_ATTRIBUTES, description
 
 
 _COLOR_NET = [[[0.8, 0.1, 0.1], [0.9, 0.9, 0.2]], [[0.1, 0.2, 0.8], [0.2, 0.8, 0.3]]]

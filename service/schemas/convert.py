@@ -28,13 +28,20 @@ Degree: TypeAlias = Annotated[int, Field(ge=1, le=MAX_DEGREE)]
 Number: TypeAlias = Annotated[float, Field(allow_inf_nan=False)]
 
 
-def _limit_length(least: int, most: int, what: str) -> BeforeValidator:
-    """An annotation that refuses a list of another length, before its items are checked."""
-    needed = f"{least} {what}" if least == most else f"{least} to {most} {what}"
+def _limit_length(min_length: int, max_length: int, items: str) -> BeforeValidator:
+    """An annotation that refuses a list of another length, before its items are checked.
+
+    `items` is the plural noun for the items, for the error.
+    """
+    needed = (
+        f"{min_length} {items}"
+        if min_length == max_length
+        else f"{min_length} to {max_length} {items}"
+    )
 
     def check_length(value: object) -> object:
-        if isinstance(value, list) and not least <= len(value) <= most:
-            raise to_invalid(length_issue(f"{len(value)} {what}", needed))
+        if isinstance(value, list) and not min_length <= len(value) <= max_length:
+            raise to_invalid(length_issue(f"{len(value)} {items}", needed))
         return value
 
     return BeforeValidator(check_length)

@@ -35,7 +35,7 @@ BYTES_PER_VALUE, BYTES_PER_STRING, BYTES_PER_OBJECT = 100, 800, 1500
 of a string, and of the error if it is an unknown key; of an object, and of the model made from
 it."""
 
-_WIDE = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
+_UTF_16_OR_32 = re.compile(rb"\xff\xfe|\xfe\xff|[^\0]\0|\0{1,3}[^\0]")
 """The beginning of UTF-16 and UTF-32: a byte order mark, or a zero byte before or after the first
 letter."""
 
@@ -107,8 +107,11 @@ class DocumentBudget:
                 "The document has more values than this service reads as JSON. A larger net can be "
                 "sent as a .npy file."
             )
-            most = self.limits.max_values
-            got, needed = f"more than {most} commas and brackets", f"at most {most}, or a .npy file"
+            max_values = self.limits.max_values
+            got, needed = (
+                f"more than {max_values} commas and brackets",
+                f"at most {max_values}, or a .npy file",
+            )
             raise InvalidRequest(Issue("too_many_values", message, "", got, needed))
         if max(self.quotes // 2, self.objects) > MAX_STRINGS:
             message = "The document has more strings or objects than any request needs."
@@ -119,8 +122,8 @@ class DocumentBudget:
     @property
     def memory(self) -> int:
         """Upper bound, in bytes, of the memory that the text so far and its Python objects need."""
-        parsed = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
-        return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + parsed
+        object_bytes = BYTES_PER_VALUE * (self.values + 1) + BYTES_PER_OBJECT * self.objects
+        return 3 * self.received + BYTES_PER_STRING * (self.quotes // 2) + object_bytes
 
 
 def parse_document(body: bytes, max_depth: int = MAX_DEPTH) -> object:
@@ -174,32 +177,32 @@ def _parse(text: bytes) -> object:
 def _count_keys(value: object) -> int:
     """The number of keys of all objects, except objects in lists whose first item is no object.
 
-    The long lists, which contain only numbers, are thus not searched.
+    So the long lists, which contain only numbers, are not searched.
     """
-    count, waiting = 0, [value]
-    while waiting:
-        item = waiting.pop()
+    count, stack = 0, [value]
+    while stack:
+        item = stack.pop()
         if isinstance(item, dict):
             count += len(item)
-            waiting += [child for child in item.values() if type(child) in (dict, list)]
+            stack += [child for child in item.values() if type(child) in (dict, list)]
         elif isinstance(item, list) and item and type(item[0]) is dict:
-            waiting += [child for child in item if child and type(child) is dict]
+            stack += [child for child in item if child and type(child) is dict]
     return count
 
 
-def _too_deep(most: int) -> InvalidRequest:
-    """The error for a text in which more than `most` brackets are open at once."""
+def _too_deep(max_depth: int) -> InvalidRequest:
+    """The error for a text in which more than `max_depth` brackets are open at once."""
     message = "The brackets of the document are nested more deeply than this service reads."
-    got, needed = f"more than {most} levels", f"at most {most}; no request needs as many"
+    got, needed = f"more than {max_depth} levels", f"at most {max_depth}; no request needs as many"
     return InvalidRequest(Issue("too_deep", message, "", got, needed))
 
 
 def _refuse_repeated_key(body: bytes) -> None:
     """Raise the error `repeated_key` if an object of the text has a key twice."""
-    repeated = find_repeated_key(body)
-    if repeated is None:
+    repetition = find_repeated_key(body)
+    if repetition is None:
         return
-    offset, key = repeated
+    offset, key = repetition
     where = find_pointer(body, offset) + pointer([shorten(key)]) if offset <= MAX_PREFIX else ""
     message = "An object has this key more than once."
     raise InvalidRequest(Issue("repeated_key", message, where, "the key again", "each key once"))
@@ -213,20 +216,21 @@ def _refusal(error: orjson.JSONDecodeError, body: bytes) -> Exception:
     where = ""
     if error.pos <= MAX_PREFIX:
         where = find_pointer(body, len(error.doc[: error.pos].encode()))
+    # A sign before NaN or Infinity belongs to the number.
     start = error.pos - (error.doc[error.pos - 1 : error.pos] in ("-", "+"))
     if "infinity" in error.msg or _NOT_FINITE.match(error.doc, start):
         message = f"Every number must be finite (line {error.lineno}, column {error.colno})."
         got = "NaN, Infinity or a number beyond double precision"
         return InvalidRequest(Issue("not_finite", message, where, got, "a finite number"))
     message = f"The text is not JSON at line {error.lineno}, column {error.colno}."
-    fitting = (words for part, words in _PARSER_ERRORS if part in error.msg)
-    got = next(fitting, "a character that cannot stand here")
+    texts = (words for part, words in _PARSER_ERRORS if part in error.msg)
+    got = next(texts, "a character that cannot stand here")
     return MalformedJson(Issue("malformed_json", message, where, got, _NEEDED))
 
 
 def _not_utf8(body: bytes) -> Issue | None:
     """The issue for a text that is not in UTF-8, or looks like UTF-16 or UTF-32; else None."""
-    if _WIDE.match(body):
+    if _UTF_16_OR_32.match(body):
         return Issue("malformed_json", "The text is not in UTF-8.", "", "UTF-16 or UTF-32", _NEEDED)
     try:
         body.decode()

@@ -11,15 +11,15 @@ MAX_LETTERS = 40
 long name."""
 
 
-NEAR = 0.7
-"""The least similarity, from 0 to 1, of a field that is suggested. `format` and `normals`, which
-should not be confused, have the similarity 0.62."""
+MIN_SIMILARITY = 0.7
+"""The least similarity, from 0 to 1, of a field that is suggested. `format` and `normals` have the
+similarity 0.62: neither must be suggested for the other."""
 
 
 def sort_nearest_first(name: str, names: Sequence[str]) -> list[str]:
     """The names in their order; but if any name is similar to `name`, the most similar is first."""
-    near = get_close_matches(name.lower(), names, 1) if len(name) <= MAX_LETTERS else []
-    return [*near, *(other for other in names if other not in near)]
+    similar_names = get_close_matches(name.lower(), names, 1) if len(name) <= MAX_LETTERS else []
+    return [*similar_names, *(other for other in names if other not in similar_names)]
 
 
 def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:
@@ -38,12 +38,22 @@ def nearest_field(model: type[BaseModel], path: Sequence[str | int]) -> str:
     models = {model}
     for part in path[:-1]:
         if isinstance(part, str):
-            fields = [each.model_fields[part] for each in models if part in each.model_fields]
-            inner = {each for field in fields for each in _models_in(field.annotation)}
+            fields = [
+                candidate.model_fields[part]
+                for candidate in models
+                if part in candidate.model_fields
+            ]
+            inner_models = {
+                candidate for field in fields for candidate in _models_in(field.annotation)
+            }
             # If the part is not a field, it is the tag of one model of a union.
-            models = inner or {each for each in models if _has_tag(each, part)} or models
-    names = sorted({field for each in models for field in each.model_fields})
-    return next(iter(get_close_matches(name, names, 1, NEAR)), "")
+            models = (
+                inner_models
+                or {candidate for candidate in models if _has_tag(candidate, part)}
+                or models
+            )
+    names = sorted({field for candidate in models for field in candidate.model_fields})
+    return next(iter(get_close_matches(name, names, 1, MIN_SIMILARITY)), "")
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
@@ -58,4 +68,6 @@ def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
 def _has_tag(model: type[BaseModel], tag: str) -> bool:
     """Whether a field of the model, such as `type`, has the literal value `tag`."""
     literals = [field.annotation for field in model.model_fields.values()]
-    return any(get_origin(each) is Literal and tag in get_args(each) for each in literals)
+    return any(
+        get_origin(annotation) is Literal and tag in get_args(annotation) for annotation in literals
+    )

@@ -60,10 +60,12 @@ def length_issue(got: str, needed: str, message: str = "The list has another len
     return Issue("wrong_length", message, "", got, needed)
 
 
-def conflict_issue(one: str, other: str, message: str, *, is_neither: bool) -> Issue:
+def conflict_issue(first_name: str, second_name: str, message: str, *, is_neither: bool) -> Issue:
     """The issue for a request with both, or with neither, of two fields: it needs exactly one."""
     code, got = ("missing_field", "neither") if is_neither else ("conflicting_options", "both")
-    return Issue(code, message, f"/{one if is_neither else other}", got, "one of the two")
+    return Issue(
+        code, message, f"/{first_name if is_neither else second_name}", got, "one of the two"
+    )
 
 
 # A value for u and a value for v: a list of two, or one value that stands for both.
@@ -79,48 +81,48 @@ def list_of_two(value: object, needed: str) -> list[Any]:
     return value
 
 
-def range_issue(number: int, least: int, most: int) -> Issue:
-    """The issue for a number that is not from `least` to `most`."""
-    needed = f"{least} to {most}"
+def range_issue(number: int, min_value: int, max_value: int) -> Issue:
+    """The issue for a number that is not from `min_value` to `max_value`."""
+    needed = f"{min_value} to {max_value}"
     return Issue("out_of_range", "The number is out of range.", "", str(number), needed)
 
 
 def whole_numbers(
-    least: int, most: int, refused: Callable[[int, int, int], Issue] = range_issue
+    min_value: int, max_value: int, build_issue: Callable[[int, int, int], Issue] = range_issue
 ) -> tuple[BeforeValidator, WithJsonSchema]:
     """The annotations for a pair of whole numbers that may also be written as one number.
 
-    `refused` makes the issue for a single number that is not from `least` to `most`. Numbers in a
-    list are checked by the type of the field.
+    `build_issue` makes the issue for a single number that is not from `min_value` to `max_value`.
+    Numbers in a list are checked by the type of the field.
     """
 
     def parse_pair(value: object) -> object:
         if type(value) is not int:
             return list_of_two(value, "a whole number or a list of two")
-        if not least <= value <= most:
-            raise to_invalid(refused(value, least, most))
+        if not min_value <= value <= max_value:
+            raise to_invalid(build_issue(value, min_value, max_value))
         return [value, value]
 
     return BeforeValidator(parse_pair), one_or_two(
-        {"type": "integer", "minimum": least, "maximum": most}
+        {"type": "integer", "minimum": min_value, "maximum": max_value}
     )
 
 
-def one_or_two(one: dict[str, Any], each: dict[str, Any] | None = None) -> WithJsonSchema:
-    """The JSON Schema of one value `one`, or of a list of two values `each` (by default `one`)."""
-    return WithJsonSchema({"oneOf": [one, tuple_schema(each or one, 2)]})
+def one_or_two(value: dict[str, Any], item: dict[str, Any] | None = None) -> WithJsonSchema:
+    """The JSON Schema of one value, or of a list of two items (by default like the value)."""
+    return WithJsonSchema({"oneOf": [value, tuple_schema(item or value, 2)]})
 
 
 # An object of one of several kinds; its field `type` or `op` names the kind.
 
 
 def one_of_kinds(
-    kinds: Sequence[str], unknown: Issue, description: str, key: str = "type"
+    kinds: Sequence[str], unknown_issue: Issue, description: str, key: str = "type"
 ) -> tuple[Discriminator, BeforeValidator, Any]:
     """The annotations for a union of models, one of which is chosen by the field `key`.
 
     If the field is missing, the first kind is chosen; only the field `op` is required. An unknown
-    kind is refused with the issue `unknown` and a list of the kinds, the most similar name first.
+    kind is refused with `unknown_issue` and a list of the kinds, the most similar name first.
     """
     needed, where = "one of " + ", ".join(kinds), f"/{key}"
 
@@ -138,7 +140,9 @@ def one_of_kinds(
             raise to_invalid(replace(wrong_type(name, needed), pointer=where))
         if name not in kinds:
             nearest = "one of " + ", ".join(sort_nearest_first(name, kinds))
-            raise to_invalid(replace(unknown, pointer=where, got="an unknown name", needed=nearest))
+            raise to_invalid(
+                replace(unknown_issue, pointer=where, got="an unknown name", needed=nearest)
+            )
         return value
 
     return Discriminator(tag_of), BeforeValidator(check_kind), Field(description=description)

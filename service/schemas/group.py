@@ -118,23 +118,23 @@ class GroupDefinition(StrictModel):
 
 
 def define_group(
-    surface: GroupSurface, inner: Callable[["Surface"], dict[str, Any]]
+    surface: GroupSurface, define: Callable[["Surface"], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The group in the form of a request; `inner` writes each surface of a member in this form."""
+    """The group in the form of a request; `define` writes the surface of a member in this form."""
     members: list[dict[str, Any]] = []
     for member in surface.members:
         fields = {"name": member.name, "color": member.color, "matrix": member.matrix}
         fields = {name: value for name, value in fields.items() if value is not None}
-        members.append({"surface": inner(member.surface)} | fields)
+        members.append({"surface": define(member.surface)} | fields)
     return {"type": "group", "members": members, "up": surface.up, "name": surface.name}
 
 
 def check_total(definitions: Iterable[StrictModel], where: str, info: ValidationInfo) -> None:
     """Refuse surfaces that together have too many control points; `where` is the pointer."""
-    total, most = sum(map(_control_points, definitions)), limits_of(info).max_control_points
-    if total > most:
+    total, max_points = sum(map(_control_points, definitions)), limits_of(info).max_control_points
+    if total > max_points:
         message = "All surfaces together have more control points than this service takes."
-        got, needed = count_nouns(total, "control points"), f"at most {most}"
+        got, needed = count_nouns(total, "control points"), f"at most {max_points}"
         raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
 
 

@@ -20,9 +20,9 @@ from service.schemas.validation import to_invalid
 from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import validate_points
 
-LEAST_THICKNESS = 1e-12
-"""The least thickness that a request may ask for. With a smaller one, rounding would decide whether
-a ray hits."""
+MIN_THICKNESS = 1e-12
+"""The least thickness that a request may ask for. With a smaller thickness, rounding would
+decide whether a ray hits."""
 
 
 class Rays(RequestModel):
@@ -38,8 +38,8 @@ class Rays(RequestModel):
     )
 
 
-OF_RAYS, OF_PLANES = ("hits", "relative_thickness"), ("tolerance", "relative_tolerance")
-"""Names of the fields that are for rays only, and of those that are for planes only."""
+RAY_FIELDS, PLANE_FIELDS = ("hits", "relative_thickness"), ("tolerance", "relative_tolerance")
+"""Names of the fields that are for rays only, and of the fields that are for planes only."""
 
 
 class IntersectRequest(SurfaceRequest):
@@ -52,7 +52,7 @@ class IntersectRequest(SurfaceRequest):
     hits: Literal["first", "all"] = Field(
         default="first", description="Which hits of a ray are returned: the first, or all."
     )
-    relative_thickness: Annotated[float, Field(ge=LEAST_THICKNESS, le=1e-3)] = Field(
+    relative_thickness: Annotated[float, Field(ge=MIN_THICKNESS, le=1e-3)] = Field(
         default=RELATIVE_THICKNESS,
         description="At borders, and where a ray only touches the surface, a ray within this "
         "distance counts as a hit. A share of the diagonal of the bounding box of the control "
@@ -77,14 +77,14 @@ class IntersectRequest(SurfaceRequest):
             raise to_invalid(
                 conflict_issue("rays", "planes", message, is_neither=self.rays is None)
             )
-        excluded, kind = (OF_PLANES, "planes") if self.planes is None else (OF_RAYS, "rays")
+        excluded, kind = (PLANE_FIELDS, "planes") if self.planes is None else (RAY_FIELDS, "rays")
         for name in excluded:
             if name in self.model_fields_set:
                 message, got = f"This field is for {kind} only.", "a request without them"
                 raise to_invalid(Issue("conflicting_options", message, f"/{name}", got, kind))
-        if set(OF_PLANES) <= self.model_fields_set:
+        if set(PLANE_FIELDS) <= self.model_fields_set:
             message = "A request has one tolerance: in model units, or as a share."
-            raise to_invalid(conflict_issue(*OF_PLANES, message, is_neither=False))
+            raise to_invalid(conflict_issue(*PLANE_FIELDS, message, is_neither=False))
         return self
 
     def to_sections(self) -> tuple[Planes, SectionTolerance]:

@@ -13,14 +13,14 @@ from service.engine.measures.values import (
 from service.engine.options import MAX_WELD_TOLERANCE
 from service.schemas.request import SurfaceRequest
 
-LEAST_TOLERANCE = 1e-12
+MIN_TOLERANCE = 1e-12
 """The least tolerance that a request may ask for: rounding alone makes intervals this wide."""
 
 
 class MeasureRequest(SurfaceRequest):
     """A surface to measure."""
 
-    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=MAX_TOLERANCE)] = Field(
+    tolerance: Annotated[float, Field(ge=MIN_TOLERANCE, le=MAX_TOLERANCE)] = Field(
         default=TOLERANCE,
         description="The largest width of intervals: relative to the area, to the length of all "
         "borders and to the volume of the whole surface; for the centroid relative to the diagonal "

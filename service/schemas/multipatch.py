@@ -70,8 +70,8 @@ class MultipatchDefinition(StrictModel):
 
 
 def define_multipatch(
-    surface: MultipatchSurface, inner: Callable[[Single], dict[str, Any]]
+    surface: MultipatchSurface, define: Callable[[Single], dict[str, Any]]
 ) -> dict[str, Any]:
-    """The surface in the form of a request; `inner` writes each of its parts in this form."""
-    surfaces = [inner(single) for single in surface.surfaces]
+    """The surface in the form of a request; `define` writes each of its parts in this form."""
+    surfaces = [define(single) for single in surface.surfaces]
     return {"type": "multipatch", "surfaces": surfaces, "up": surface.up, "name": surface.name}

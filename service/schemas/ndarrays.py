@@ -51,13 +51,13 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
         With one detail for each of the first `MAX_ISSUES` errors.
     """
     values = np.asarray(values)
-    one = _SCALARS.get(values.dtype.kind, {})
-    _check_shape(grid, values.shape, one, limits)
+    sample = _SCALARS.get(values.dtype.kind, {})
+    _check_shape(grid, values.shape, sample, limits)
     if values.dtype.kind not in ("iu" if grid.integers else "iuf") or values.dtype.itemsize > 8:
-        raise to_refusal([((0,) * len(grid.levels), wrong_type(one, grid.scalar))])
+        raise to_refusal([((0,) * len(grid.levels), wrong_type(sample, grid.scalar))])
     if grid.integers:
-        outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
-        _refuse(grid, outside, index_too_large())
+        is_outside = (values > MAX_INDEX) | (values < -MAX_INDEX)
+        _refuse(grid, is_outside, index_too_large())
         return np.ascontiguousarray(values, dtype=np.int64)
     if values.dtype.kind == "f":
         needed = "a finite number"
@@ -67,41 +67,41 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
 
 
 def _check_shape(
-    grid: "NumberGrid", shape: tuple[int, ...], one: object, limits: DocumentLimits
+    grid: "NumberGrid", shape: tuple[int, ...], sample: object, limits: DocumentLimits
 ) -> None:
     """Refuse a wrong shape, with the error that nested lists of this shape would have.
 
-    `one` is a JSON value of the same kind as the numbers of the array.
+    `sample` is a JSON value of the same kind as the numbers of the array.
     """
     level = 0
     for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
-        first, needed = (0,) * level, f"a list of {grid.levels[level]}"
+        first_path, needed = (0,) * level, f"a list of {grid.levels[level]}"
         if axis == len(shape):
-            raise to_refusal([(first, wrong_type(one, needed))])
+            raise to_refusal([(first_path, wrong_type(sample, needed))])
         length, total = shape[axis], prod(shape[: axis + 1])
         if not length:
-            raise to_refusal([(first, empty_list(needed))])
+            raise to_refusal([(first_path, empty_list(needed))])
         if level + 1 == grid.triangle_level:
             degree = degree_or_none(length)
             if degree is None:
                 issue = ragged_triangle(f"{length} entries", "3, 6, 10, 15, … entries")
-                raise to_refusal([(first, issue)])
+                raise to_refusal([(first_path, issue)])
             grid.check_size(level, prod(shape[:axis]) * (degree + 1), degree + 1, limits)
             level += 1
             length = degree + 1
         grid.check_size(level, total, length, limits)
         level += 1
         if level == len(grid.levels) and grid.width not in (None, length):
-            raise to_refusal([(first, grid.length_issue(level - 1, length, grid.width or 0))])
+            raise to_refusal([(first_path, grid.length_issue(level - 1, length, grid.width or 0))])
     if len(shape) > axis + 1:
         raise to_refusal([((0,) * level, wrong_type([], grid.scalar))])
 
 
-def _refuse(grid: "NumberGrid", wrong: NDArray[np.bool_], issue: Issue) -> None:
-    """Raise the issue once for each of the first `MAX_ISSUES` positions where `wrong` is true."""
-    if wrong.any():
-        places = np.argwhere(wrong)[:MAX_ISSUES].tolist()
-        raise to_refusal((_path(grid, tuple(place), wrong.shape), issue) for place in places)
+def _refuse(grid: "NumberGrid", is_wrong: NDArray[np.bool_], issue: Issue) -> None:
+    """Raise the issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true."""
+    if is_wrong.any():
+        places = np.argwhere(is_wrong)[:MAX_ISSUES].tolist()
+        raise to_refusal((_path(grid, tuple(place), is_wrong.shape), issue) for place in places)
 
 
 def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:

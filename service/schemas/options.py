@@ -225,24 +225,26 @@ class MeshOptionFields(StrictModel):
             Two options conflict, although each is valid; the pointer is `/` and a name.
         """
         has_accuracy = not self.model_fields_set.isdisjoint(ACCURACY)
-        return _mesh_options(_of_engine(self), build_accuracy(self) if has_accuracy else None)
+        return _mesh_options(
+            _get_engine_values(self), build_accuracy(self) if has_accuracy else None
+        )
 
 
-_OF_ENGINE = [
+_ENGINE_NAMES = [
     field.name for field in fields(MeshOptions) if field.name in MeshOptionFields.model_fields
 ]
 """Names of the options whose values `MeshOptions` takes without change."""
 
-_of_engine = attrgetter(*_OF_ENGINE)
+_get_engine_values = attrgetter(*_ENGINE_NAMES)
 
 
 @lru_cache(256)
-def _mesh_options(of_engine: tuple[object, ...], accuracy: Accuracy | None) -> MeshOptions:
-    """The options for the engine, from the values of `_OF_ENGINE`.
+def _mesh_options(engine_values: tuple[object, ...], accuracy: Accuracy | None) -> MeshOptions:
+    """The options for the engine, from the values of the options `_ENGINE_NAMES`.
 
     The result is cached, because clients often repeat the same options.
     """
-    values: dict[str, Any] = dict(zip(_OF_ENGINE, of_engine, strict=True))
+    values: dict[str, Any] = dict(zip(_ENGINE_NAMES, engine_values, strict=True))
     if values["faces"] == "none":
         values |= {"faces": "triangles", "has_faces": False}
     return MeshOptions(**values, accuracy=accuracy)

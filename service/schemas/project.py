@@ -18,7 +18,7 @@ from service.surface.curve import BezierCurve, BsplineCurve, Curve
 
 POINTS = NumberGrid(("points", "coordinates"))
 
-LEAST_TOLERANCE = 1e-12
+MIN_TOLERANCE = 1e-12
 """The least tolerance that a request may ask for: rounding alone makes intervals this wide."""
 
 
@@ -35,7 +35,7 @@ class ProjectRequest(RequestModel):
         description="Points [x, y, z], or [x, y] for a curve in the plane. At most 100,000.",
         examples=[[[0, 0, 2], [1.5, 0, 0]]],
     )
-    relative_tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE, le=0.1)] = Field(
+    relative_tolerance: Annotated[float, Field(ge=MIN_TOLERANCE, le=0.1)] = Field(
         default=RELATIVE_TOLERANCE,
         description="The largest width of an interval in `distance_bounds`, as a share of the "
         "diagonal of the bounding box of the control points.",

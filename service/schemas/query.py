@@ -4,7 +4,7 @@ A malformed text stays a string, which the model then refuses.
 
 Caches compare URLs letter by letter. So the module also writes the canonical query of a mesh: equal
 options give equal texts. The canonical query has the options in the order of their model, without
-those that have their default; each number has the fewest digits; `engine` is at the end.
+options that have their default; each number has the fewest digits; `engine` is at the end.
 """
 
 import re
@@ -75,7 +75,7 @@ def _split_names(text: str) -> list[str]:
 
 def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
     """For each field of a model, the function that converts its text; not for fields of text."""
-    simple: dict[Any, Callable[[str], object]] = {
+    readers_by_type: dict[Any, Callable[[str], object]] = {
         bool: _parse_flag,
         int: _parse_whole,
         float: _parse_float,
@@ -86,8 +86,8 @@ def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
         if get_origin(field.annotation) is tuple:
             readers[name] = _split_names if types[-1] is ... else pair_from_text
         for kind in types or (field.annotation,):
-            if name not in readers and kind in simple:
-                readers[name] = simple[kind]
+            if name not in readers and kind in readers_by_type:
+                readers[name] = readers_by_type[kind]
     return readers
 
 

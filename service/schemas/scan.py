@@ -24,8 +24,8 @@ _BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
 _BRACE_OR_STRING = re.compile(rb"(" + _STRING + rb")(\s*:)?|[{}]", re.DOTALL)
 
 
-_SQUARE = bytes.maketrans(b"{}", b"[]")
-_OTHERS = bytes(set(range(256)) - set(b"[]{}"))
+_TO_SQUARE = bytes.maketrans(b"{}", b"[]")
+_NO_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 
 
 class _Level:
@@ -55,21 +55,21 @@ def find_pointer(body: bytes, end: int) -> str:
         return ""
     prefix = bytes(body[:end])
     levels: list[_Level] = []
-    seen = 0
+    position = 0
     for token in _BRACKET_OR_STRING.finditer(prefix):
         if levels:
-            levels[-1].count_commas(prefix.count(b",", seen, token.start()))
-        seen = token.end()
-        first = prefix[token.start()]
-        if first in b"[{":
-            levels.append(_Level(first == ord("{")))
-        elif first in b"]}":
+            levels[-1].count_commas(prefix.count(b",", position, token.start()))
+        position = token.end()
+        first_byte = prefix[token.start()]
+        if first_byte in b"[{":
+            levels.append(_Level(first_byte == ord("{")))
+        elif first_byte in b"]}":
             del levels[-1:]
         elif levels and levels[-1].expects_key:
             levels[-1].label = token.group()
             levels[-1].expects_key = False
     if levels:
-        levels[-1].count_commas(prefix.count(b",", seen))
+        levels[-1].count_commas(prefix.count(b",", position))
     return pointer(
         level.label if isinstance(level.label, int) else shorten(decode_key(level.label))
         for level in levels[:MAX_LEVELS]
@@ -112,17 +112,17 @@ def shorten(key: str) -> str:
     return key if len(key) <= MAX_KEY else key[:MAX_KEY] + "…"
 
 
-def is_deeper(body: bytes, most: int) -> bool:
-    """Whether more than `most` brackets are open at any position of a well-formed JSON text.
+def is_deeper(body: bytes, max_depth: int) -> bool:
+    """Whether more than `max_depth` brackets are open at any position of a well-formed JSON text.
 
     First everything but brackets is removed from the text. Then each adjacent pair is an innermost
     list or object, and removing all these pairs reduces the depth of the text by one.
     """
     # Only strings contain escapes. After escaped quotes are removed, every second quote ends a
-    # string.
-    plain = body.replace(b"\\\\", b"").replace(b'\\"', b"") if b"\\" in body else body
-    brackets = b"".join(plain.split(b'"')[::2]).translate(_SQUARE, _OTHERS)
-    for _ in range(most):
+    # string, and every second piece between quotes is outside of strings.
+    unescaped = body.replace(b"\\\\", b"").replace(b'\\"', b"") if b"\\" in body else body
+    brackets = b"".join(unescaped.split(b'"')[::2]).translate(_TO_SQUARE, _NO_BRACKETS)
+    for _ in range(max_depth):
         if not brackets:
             return False
         brackets = brackets.replace(b"[]", b"")

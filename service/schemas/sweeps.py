@@ -14,7 +14,7 @@ from service.schemas.validation import to_invalid, wrong_type
 from service.surface.checks import MAX_DEGREE
 from service.surface.sweeps import MAX_SIDES, MIN_SIDES, RibbonSurface, TubeSurface
 
-_COEFFICIENTS = NumberGrid(("numbers",), degree_levels=(0,), least_degree=0)
+_COEFFICIENTS = NumberGrid(("numbers",), degree_levels=(0,), min_degree=0)
 _VECTOR = NumberGrid(
     ("coordinates",), width=3, width_rule="A vector in space has exactly three coordinates."
 )

@@ -59,7 +59,7 @@ _LARGE = ("out_of_range", "The number is too large.", "{number}")
 _SHORT = ("wrong_length", "The list or string is too short.", "a length of {length}")
 _LONG = ("wrong_length", "The list or string is too long.", "a length of {length}")
 
-_TRANSLATED = {
+_TRANSLATIONS = {
     "missing": ("missing_field", "A required field is missing.", "nothing", "a value"),
     "extra_forbidden": (
         "unknown_field",
@@ -90,7 +90,7 @@ _TRANSLATED = {
 }
 """For each of pydantic's types of error: the code, the message, and the texts of got and needed."""
 
-_OTHER = ("wrong_value", "The value is not allowed.", "{kind}", "")
+_OTHER_ERROR = ("wrong_value", "The value is not allowed.", "{kind}", "")
 
 
 def _error_of(issue: Issue) -> PydanticCustomError:
@@ -168,8 +168,8 @@ def _is_consequence(detail: ErrorDetails) -> bool:
     So pydantic calls a list too short that has enough items, some of them invalid.
     """
     value = detail["input"]
-    short = detail["type"] == "too_short" and isinstance(value, Sized)
-    return short and len(value) >= detail["ctx"]["min_length"]
+    is_short = detail["type"] == "too_short" and isinstance(value, Sized)
+    return is_short and len(value) >= detail["ctx"]["min_length"]
 
 
 def kind(value: object) -> str:
@@ -207,8 +207,8 @@ def ragged_triangle(got: str, needed: str) -> Issue:
 def _issue(detail: ErrorDetails, model: type[BaseModel]) -> Issue:
     """The issue for one detail of a pydantic error, with a pointer into the document."""
     where = _pointer(detail["loc"])
-    if detail["type"] == "extra_forbidden" and (near := nearest_field(model, detail["loc"])):
-        needed = f"`{near}`, or another documented name"
+    if detail["type"] == "extra_forbidden" and (nearest := nearest_field(model, detail["loc"])):
+        needed = f"`{nearest}`, or another documented name"
         return replace(
             _translate("extra_forbidden", detail["input"], {}), pointer=where, needed=needed
         )
@@ -223,7 +223,7 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
     """The issue for one of pydantic's own error types."""
     if name in _WRONG_TYPE or (value is None and name not in ("missing", "extra_forbidden")):
         return wrong_type(value, _WRONG_TYPE.get(name, "a value, or the field left out"))
-    code, message, got, needed = _TRANSLATED.get(name, _OTHER)
+    code, message, got, needed = _TRANSLATIONS.get(name, _OTHER_ERROR)
     length = len(value) if isinstance(value, str | list | dict) else 0
     number = format_number(value) if isinstance(value, int | float) else ""
     got = got.format(number=number, kind=kind(value), length=length)
@@ -233,14 +233,16 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
 def _pointer(path: Path) -> str:
     """The JSON pointer for a path of pydantic; the names of models in the path are omitted."""
     parts: list[str | int] = []
-    before: str | int | None = None
-    previous: str | int | None = None
+    part_before_last: str | int | None = None
+    last_part: str | int | None = None
     for part in path:
-        is_named = previous in UNIONS or (before in LISTS_OF_UNIONS and isinstance(previous, int))
+        is_named = last_part in UNIONS or (
+            part_before_last in LISTS_OF_UNIONS and isinstance(last_part, int)
+        )
         if is_named and isinstance(part, str):
-            before = previous = None
+            part_before_last = last_part = None
             continue
-        before, previous = previous, part
+        part_before_last, last_part = last_part, part
         if part != "[key]":  # pydantic adds this if the error is in the key, not in its value
             parts.append(part if isinstance(part, int) else shorten(part))
     return pointer(parts)

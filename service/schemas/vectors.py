@@ -13,7 +13,7 @@ VECTORS = NumberGrid(
     width_rule="Rays and planes are in space: three numbers [x, y, z].",
 )
 
-SHORTEST = 1e-100
+MIN_NUMBER = 1e-100
 """A vector needs one number at least this large in absolute value. The squares of smaller numbers
 would underflow, so that the direction cannot be computed."""
 
@@ -27,10 +27,10 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
         `zero_direction`, and the errors of `validate_points`; with pointers to `/name`.
     """
     directions = validate_points(vectors, name, axes=2)
-    zero = np.flatnonzero(np.abs(directions).max(axis=1) < SHORTEST)
-    if len(zero):
+    zero_rows = np.flatnonzero(np.abs(directions).max(axis=1) < MIN_NUMBER)
+    if len(zero_rows):
         message = "A vector of length 0 has no direction."
-        where = f"/{name}/{zero[0]}"
+        where = f"/{name}/{zero_rows[0]}"
         raise InvalidRequest(
             Issue("zero_direction", message, where, "a length of about 0", "a longer vector")
         )
@@ -38,7 +38,7 @@ def validate_directions(vectors: FloatArray, name: str) -> FloatArray:
 
 
 def pair_rows(
-    rows: FloatArray, name: str, others: FloatArray, other_name: str
+    rows: FloatArray, name: str, other_rows: FloatArray, other_name: str
 ) -> tuple[FloatArray, FloatArray]:
     """Give two arrays the same number of rows: if one has a single row, this row is repeated.
 
@@ -47,13 +47,13 @@ def pair_rows(
     InvalidRequest
         `conflicting_options`: the numbers of rows differ.
     """
-    count = max(len(rows), len(others))
-    if not {len(rows), len(others)} <= {1, count}:
+    count = max(len(rows), len(other_rows))
+    if not {len(rows), len(other_rows)} <= {1, count}:
         message = f"There must be as many {name} as {other_name}, or only one of them."
-        got = f"{len(rows)} {name}, {len(others)} {other_name}"
-        needed = f"{len(others)} {name}, or 1"
+        got = f"{len(rows)} {name}, {len(other_rows)} {other_name}"
+        needed = f"{len(other_rows)} {name}, or 1"
         raise InvalidRequest(Issue("conflicting_options", message, f"/{name}", got, needed))
     return (
         np.broadcast_to(rows, (count, *rows.shape[1:])),
-        np.broadcast_to(others, (count, *others.shape[1:])),
+        np.broadcast_to(other_rows, (count, *other_rows.shape[1:])),
     )

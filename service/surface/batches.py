@@ -19,7 +19,7 @@ SideNumbers: TypeAlias = tuple[int, int, int, int]
 ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
 
 
-FOLD = 16
+PATCHES_IN_ROW = 16
 """To find least and greatest coordinates, the control points of this number of patches are taken as
 one long row: NumPy reduces long rows faster."""
 
@@ -34,8 +34,8 @@ class Channel:
         "colors" (RGB or RGBA, sRGB, 0 … 1), "uvs" (texture coordinates), or an attribute's name.
     kind : "colors", "uvs" or "attribute"
     nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) beside triangles
-        One net for each patch, over the parameters of the patch. Its degree may differ from that of
-        the points. Read-only.
+        One net for each patch, over the parameters of the patch. The degree of a net may differ
+        from the degree of the points. Read-only.
     """
 
     name: str
@@ -58,10 +58,10 @@ class _Box:
 
     def __init__(self, low: list[float], high: list[float]) -> None:
         self.low, self.high = low, high
-        (x, y, z), (far_x, far_y, far_z) = low, high
-        sides = far_x - x, far_y - y, far_z - z
+        (low_x, low_y, low_z), (high_x, high_y, high_z) = low, high
+        sides = high_x - low_x, high_y - low_y, high_z - low_z
         self.extent, self.diagonal = max(sides), hypot(*sides)
-        self.middle = np.array([x + sides[0] / 2, y + sides[1] / 2, z + sides[2] / 2])
+        self.middle = np.array([low_x + sides[0] / 2, low_y + sides[1] / 2, low_z + sides[2] / 2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +103,14 @@ class _Batch(ABC):
         low = high = rows[0]
         if self.count > 1:
             # Reducing long rows is ten times faster than reducing rows of three numbers. The last
-            # FOLD patches are taken separately, in case the count is not a multiple of FOLD.
-            fold = FOLD if self.count >= 4 * FOLD else 1
-            long = rows[: self.count // fold * fold].reshape(-1, fold * rows.shape[1])
-            last = rows[-fold:].reshape(-1)
-            low = np.minimum(np.minimum.reduce(long), last)
-            high = np.maximum(np.maximum.reduce(long), last)
+            # patches are taken separately, in case the count is not a multiple of `PATCHES_IN_ROW`.
+            patches_in_row = PATCHES_IN_ROW if self.count >= 4 * PATCHES_IN_ROW else 1
+            long_rows = rows[: self.count // patches_in_row * patches_in_row].reshape(
+                -1, patches_in_row * rows.shape[1]
+            )
+            last_row = rows[-patches_in_row:].reshape(-1)
+            low = np.minimum(np.minimum.reduce(long_rows), last_row)
+            high = np.maximum(np.maximum.reduce(long_rows), last_row)
         return _Box(
             np.minimum.reduce(low.reshape(-1, 3)).tolist(),
             np.maximum.reduce(high.reshape(-1, 3)).tolist(),
@@ -177,6 +179,7 @@ class TensorPatches(_Batch):
     def corners(self) -> FloatArray:
         """Corner points, shape (P, 4, 3)."""
         p, q = self.degree
+        # The steps p and q take the first and the last row and column.
         return self.points[:, ::p, ::q].reshape(-1, 4, 3)
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
@@ -195,18 +198,19 @@ class TensorPatches(_Batch):
         # Shape (3, 2, 2, P), one plane for each coordinate: long rows are compared faster.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
         # Only sides whose two ends are equal can be one point; only these are compared in full.
-        equal = np.empty(corners.shape, bool)
-        np.equal(corners[:, :, 0], corners[:, :, 1], out=equal[:, 0])
-        np.equal(corners[:, 0], corners[:, 1], out=equal[:, 1])
-        collapsed: NDArray[np.bool_] = np.logical_and.reduce(equal).transpose(2, 0, 1).copy()
+        is_equal = np.empty(corners.shape, bool)
+        np.equal(corners[:, :, 0], corners[:, :, 1], out=is_equal[:, 0])
+        np.equal(corners[:, 0], corners[:, 1], out=is_equal[:, 1])
+        collapsed: NDArray[np.bool_] = np.logical_and.reduce(is_equal).transpose(2, 0, 1).copy()
         if not np.count_nonzero(collapsed):
             return collapsed.reshape(-1, 4)
+        # Axis 0 has the sides u = 0 and u = 1, axis 1 the sides v = 0 and v = 1.
         for axis, sides in enumerate((self.points[:, ::p], self.points.swapaxes(1, 2)[:, ::q])):
             index, end = collapsed[:, axis].nonzero()
             if len(index):
                 lines = sides[index, end]
-                equal = lines == lines[:, :1]
-                collapsed[index, axis, end] = equal.reshape(len(lines), -1).all(axis=1)
+                is_equal = lines == lines[:, :1]
+                collapsed[index, axis, end] = is_equal.reshape(len(lines), -1).all(axis=1)
         return collapsed.reshape(-1, 4)
 
 
@@ -250,6 +254,7 @@ class TrianglePatches(_Batch):
     @property
     def corners(self) -> FloatArray:
         """Corner points, shape (P, 4, 3); the last corner occurs twice."""
+        # (u, v) = (0, 0), (0, 1), (1, 0) and (1, 1): P_n00, P_00n, P_0n0 and again P_00n.
         return self.points[:, [0, -1, self.degree, -1]]
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
@@ -275,6 +280,7 @@ class TrianglePatches(_Batch):
         # Row t = 0 already has degree n, and the ends of the other rows are not changed by
         # elevation: copy these points, so that rounding of homogeneous coordinates does not matter.
         for number, side in enumerate((points[:, 0], points[:, -1], points[:, :, 0])):
+            # All points of row t = 0; the first and the last point of the sides s = 0 and r = 0.
             ends = slice(None) if number == 2 else slice(None, None, n)
             side[:, ends] = self.side(number)[0][:, ends]
         points[:, :, n] = self.points[:, -1:]

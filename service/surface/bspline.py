@@ -36,7 +36,7 @@ BLOCKS = 40 << 20
 class BsplineSurface(SurfaceKind):
     """S(u, v) = Σ_ij N_i^p(u) N_j^q(v) P_ij over [U_p, U_{n+1}] × [V_q, V_{m+1}].
 
-    Rational if weights are given. Every span of the knots is a Bézier patch.
+    Rational if weights are given. Each span along u with each span along v is one Bézier patch.
 
     Attributes
     ----------
@@ -86,12 +86,12 @@ class BsplineSurface(SurfaceKind):
         counts = points.shape[:2]
         for k in range(2):
             check_degree(self.degree[k], f"/degree/{k}")
-        checked = tuple(
+        knots = tuple(
             validate_knots(self.knots[k], counts[k], self.degree[k], f"/knots/{k}", "/control_net")
             for k in range(2)
         )
         object.__setattr__(self, "control_net", points)
-        object.__setattr__(self, "knots", checked)
+        object.__setattr__(self, "knots", knots)
         check_bezier_points(self.knot_vectors, self.degree, "/control_net")
         if self.weights is not None:
             object.__setattr__(self, "weights", validate_weights(self.weights, counts))
@@ -119,15 +119,17 @@ class BsplineSurface(SurfaceKind):
         # The first p rows and q columns may be repeated: always count them, for an upper bound.
         height, width = self.control_net.shape[0] + p, self.control_net.shape[1] + q
         numbers = 3 + (weights is not None) + size.width
-        others = [net for *_, net in channels.each() if not self._is_spline_net(net)]
-        restricting = sum(rows * n.shape[0] ** 2 + columns * n.shape[1] ** 2 for n in others)
-        restricting += 3 * patches * sum(net.size for net in others)
-        extracting = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
-        kept = (size.control_points * numbers + restricting) * NUMBER
-        lines = (rows * (p + 1) + height) * width * numbers * NUMBER
+        bezier_nets = [net for *_, net in channels.each() if not self._is_spline_net(net)]
+        restricting_bytes = sum(
+            rows * n.shape[0] ** 2 + columns * n.shape[1] ** 2 for n in bezier_nets
+        )
+        restricting_bytes += 3 * patches * sum(net.size for net in bezier_nets)
+        extracting_bytes = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
+        result_bytes = (size.control_points * numbers + restricting_bytes) * NUMBER
+        line_bytes = (rows * (p + 1) + height) * width * numbers * NUMBER
         # A block has at least one span along u with all columns, or one span along v with all rows.
         block = (p + 1) * (width + columns * (q + 1)) + (q + 1) * height
-        working = min(5 * max(kept, lines), BLOCKS + 5 * block * numbers * NUMBER)
+        block_bytes = min(5 * max(result_bytes, line_bytes), BLOCKS + 5 * block * numbers * NUMBER)
         net = height * width
         return replace(
             size,
@@ -137,8 +139,8 @@ class BsplineSurface(SurfaceKind):
             surface_bytes=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
             + sum(n.nbytes for *_, n in channels.each())
             + (height + width + 2) * NUMBER,
-            arrays=kept + 3 * net * NUMBER,
-            peak=kept + 3 * net * NUMBER + lines + working + extracting,
+            arrays=result_bytes + 3 * net * NUMBER,
+            peak=result_bytes + 3 * net * NUMBER + line_bytes + block_bytes + extracting_bytes,
         )
 
     def lower(self) -> PatchModel:
@@ -179,25 +181,28 @@ class BsplineSurface(SurfaceKind):
         (p, q), (knots_u, knots_v) = self.degree, self.knot_vectors
         net = self._wrap(net)
         weights = None if weights is None else self._wrap(weights)
-        along_u = plan_extraction(knots_u, p, net, weights)
-        lines, line_weights = along_u.combine(net, weights)
+        extraction_u = plan_extraction(knots_u, p, net, weights)
+        lines, line_weights = extraction_u.combine(net, weights)
         # Rows and columns are exchanged, so that control points along v are rows again.
         lines = lines.swapaxes(0, 1)
         line_weights = None if line_weights is None else line_weights.T
-        along_v = plan_extraction(knots_v, q, lines, line_weights)
-        rows, columns, width = *(len(a.point_numbers) for a in (along_u, along_v)), net.shape[-1]
+        extraction_v = plan_extraction(knots_v, q, lines, line_weights)
+        rows, columns, width = (
+            *(len(a.point_numbers) for a in (extraction_u, extraction_v)),
+            net.shape[-1],
+        )
         points = np.empty((rows, columns, p + 1, q + 1, width))
         bezier_weights = None if line_weights is None else np.empty(points.shape[:-1])
         for block in row_slices(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
-            places = along_u.point_numbers[block]
-            used = slice(places[0, 0], places[-1, -1] + 1)
-            values, weight = along_v.combine(
-                np.ascontiguousarray(lines[:, used]),
-                None if line_weights is None else line_weights[:, used],
+            places = extraction_u.point_numbers[block]
+            block_points = slice(places[0, 0], places[-1, -1] + 1)
+            values, weight = extraction_v.combine(
+                np.ascontiguousarray(lines[:, block_points]),
+                None if line_weights is None else line_weights[:, block_points],
             )
             # For each control point of the patches, its position in `values`.
             count = values.shape[1]
-            index = along_v.point_numbers[:, np.newaxis] * count
+            index = extraction_v.point_numbers[:, np.newaxis] * count
             index = index + (places - places[0, 0])[:, np.newaxis, :, np.newaxis]
             values.reshape(-1, width).take(index, axis=0, out=points[block], mode="clip")
             if weight is not None and bezier_weights is not None:

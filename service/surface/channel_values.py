@@ -1,6 +1,6 @@
 """Checks of the values and names of channels.
 
-Values must be finite and within float32; colours and names must be those that formats can store.
+Values must be finite and within float32; formats must be able to store the colours and names.
 All functions raise `InvalidRequest` with pointers relative to the surface.
 """
 
@@ -17,7 +17,7 @@ ATTRIBUTE_NAME = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_ATTRIBUTE_NAME - 1}}
 
 
 def validate_values(
-    values: FloatArray, path: tuple[str, ...], least: int, most: int, needed: str
+    values: FloatArray, path: tuple[str, ...], min_dimension: int, max_dimension: int, needed: str
 ) -> FloatArray:
     """The values of a channel as a read-only array (…, d) of finite numbers within float32.
 
@@ -26,14 +26,14 @@ def validate_values(
     values : array_like
     path : tuple of str
         The field of the surface, for pointers.
-    least, most : int
+    min_dimension, max_dimension : int
         The allowed numbers d of one value.
     needed : str
         Text for the client: the value that is expected.
     """
     where = pointer(path)
     net = np.array(values, dtype=np.float64, order="C")
-    if net.ndim < 2 or net.size == 0 or not least <= net.shape[-1] <= most:
+    if net.ndim < 2 or net.size == 0 or not min_dimension <= net.shape[-1] <= max_dimension:
         got = count_nouns(net.shape[-1], "numbers") if net.ndim > 1 else "no lists of numbers"
         raise InvalidRequest(
             Issue(
@@ -53,9 +53,9 @@ def validate_values(
 
 def check_colors(colors: FloatArray) -> None:
     """Refuse colours with numbers outside [0, 1], for example 255 for white."""
-    outside = (colors < 0) | (colors > 1)
-    if outside.any():
-        places = np.argwhere(outside)[:MAX_ISSUES]
+    is_outside = (colors < 0) | (colors > 1)
+    if is_outside.any():
+        places = np.argwhere(is_outside)[:MAX_ISSUES]
         raise InvalidRequest(
             *(
                 Issue(
@@ -82,7 +82,7 @@ def check_names(names: list[str]) -> None:
                 f"at most {MAX_ATTRIBUTES}",
             )
         )
-    seen: set[str] = set()
+    known_names: set[str] = set()
     for name in names:
         if not ATTRIBUTE_NAME.fullmatch(name):
             raise InvalidRequest(
@@ -94,12 +94,12 @@ def check_names(names: list[str]) -> None:
                     f"a letter, then letters, digits and _; at most {MAX_ATTRIBUTE_NAME} in all",
                 )
             )
-        if name.upper() in seen:
+        if name.upper() in known_names:
             raise InvalidRequest(_name_clash(name, "a name that differs from another in case only"))
-        seen.add(name.upper())
+        known_names.add(name.upper())
     for name in names:
         base = re.sub(r"_[0-9]+\Z", "", name)
-        if base != name and base.upper() in seen:
+        if base != name and base.upper() in known_names:
             raise InvalidRequest(_name_clash(name, "the name of another attribute and a number"))
 
 

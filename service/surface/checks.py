@@ -65,11 +65,11 @@ def validate_points(
     # −0 becomes 0, so that equal surfaces have equal bytes.
     points = np.add(np.asarray(values, np.float64), 0.0, order="C")
     if points.ndim != axes or points.shape[-1] not in dimensions:
-        exactly = "exactly three" if dimensions == (3,) else "two or three"
+        dimension_text = "exactly three" if dimensions == (3,) else "two or three"
         raise InvalidRequest(
             Issue(
                 "wrong_dimension",
-                f"A control point has {exactly} coordinates.",
+                f"A control point has {dimension_text} coordinates.",
                 f"/{name}",
                 f"an array of shape {_shape_text(points.shape)}",
                 f"{axes} axes, three numbers [x, y, z] in the last"
@@ -206,11 +206,11 @@ def check_up(up: str) -> None:
 def _refuse(
     values: FloatArray,
     name: str,
-    wrong: NDArray[np.bool_],
+    is_wrong: NDArray[np.bool_],
     describe: Callable[[str, float], Issue],
 ) -> None:
-    """Raise one issue for each of the first `MAX_ISSUES` positions where `wrong` holds."""
-    places = np.argwhere(wrong)[:MAX_ISSUES]
+    """Raise one issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true."""
+    places = np.argwhere(is_wrong)[:MAX_ISSUES]
     if len(places):
         raise InvalidRequest(
             *(

@@ -134,7 +134,7 @@ class BsplineCurve:
 
     @property
     def knot_vector(self) -> FloatArray:
-        """The knots as numbers; those of a periodic curve fit the result of `wrap_points`."""
+        """The knots as numbers; for a periodic curve they fit the result of `wrap_points`."""
         return build_knot_vector(self.knots, len(self.control_points), self.degree)
 
     def lower(self) -> CurvePieces:
@@ -192,13 +192,13 @@ def _check_continuous(knots: FloatArray, degree: int) -> None:
     distinct, counts = knot.multiplicities(knots)
     jumps = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
     if len(jumps):
-        where = int(np.searchsorted(knots, jumps[0]))
+        index = int(np.searchsorted(knots, jumps[0]))
         raise InvalidRequest(
             Issue(
                 "knot_multiplicity",
                 "At degree + 1 equal knots inside its domain the curve would be discontinuous; "
                 "make two curves.",
-                f"/knots/{where + degree}",
+                f"/knots/{index + degree}",
                 f"{degree + 1} equal knots",
                 f"at most {degree} inside the domain",
             )

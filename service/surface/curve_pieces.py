@@ -82,8 +82,8 @@ class CurvePieces:
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coordinates of the Bézier points: a box that contains the curve."""
-        flat = self.points.reshape(-1, self.dimension)
-        return flat.min(axis=0), flat.max(axis=0)
+        rows = self.points.reshape(-1, self.dimension)
+        return rows.min(axis=0), rows.max(axis=0)
 
     @cached_property
     def middle(self) -> FloatArray:
@@ -98,7 +98,7 @@ class CurvePieces:
 
 
 def to_space(points: FloatArray) -> FloatArray:
-    """Points (…, 2) or (…, 3) as points (…, 3): those with two coordinates get z = 0."""
+    """Points (…, 2) or (…, 3) as points (…, 3): points with two coordinates get z = 0."""
     if points.shape[-1] == 3:
         return points
     widths = [(0, 0)] * (points.ndim - 1) + [(0, 1)]

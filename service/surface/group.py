@@ -32,7 +32,8 @@ small."""
 class Member:
     """One surface of a group.
 
-    A name that equals the surface's name becomes None, and so does a matrix that is the identity.
+    A name that equals the surface's name becomes None; a matrix that is the identity becomes None,
+    too.
     An opacity of 1 is removed from the colour. So equal members have equal values.
 
     Attributes
@@ -69,8 +70,8 @@ class Member:
                 matrix = validate_matrix(self.matrix)
             except InvalidRequest as error:
                 raise error.within("/matrix") from None
-            identity = np.array_equal(matrix, np.eye(4))
-            object.__setattr__(self, "matrix", None if identity else matrix)
+            is_identity = np.array_equal(matrix, np.eye(4))
+            object.__setattr__(self, "matrix", None if is_identity else matrix)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,7 +100,7 @@ class GroupSurface(SurfaceKind):
     members: tuple[Member, ...]
     up: Up = "y"
     name: str = "group"
-    _different: tuple[list["Surface"], list[int]] = field(init=False, repr=False)
+    _distinct: tuple[list["Surface"], list[int]] = field(init=False, repr=False)
     _sizes: tuple[SurfaceSize, SurfaceSize] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -117,7 +118,7 @@ class GroupSurface(SurfaceKind):
         for index, member in enumerate(self.members):
             _check_place(member, self.up, index)
         surfaces, numbers = distinct_surfaces(self.members)
-        object.__setattr__(self, "_different", (surfaces, numbers))
+        object.__setattr__(self, "_distinct", (surfaces, numbers))
         sizes = group_sizes(
             [surface.size() for surface in surfaces],
             numbers,
@@ -137,7 +138,7 @@ class GroupSurface(SurfaceKind):
 
     def lower(self) -> GroupModel:
         """The distinct surfaces, each lowered once, and the placements of their copies."""
-        surfaces, numbers = self._different
+        surfaces, numbers = self._distinct
         models: list[PatchModel | SweepModel] = []
         for surface in surfaces:
             model = surface.lower()
@@ -145,7 +146,7 @@ class GroupSurface(SurfaceKind):
                 # Never reached, because `Member` refuses groups; for mypy.
                 raise InvalidRequest(nested_issue(""))
             models.append(model)
-        placed = tuple(
+        members = tuple(
             PlacedModel(
                 member.name or member.surface.name,
                 number,
@@ -154,7 +155,7 @@ class GroupSurface(SurfaceKind):
             )
             for member, number in zip(self.members, numbers, strict=True)
         )
-        return GroupModel(self.name, tuple(models), placed, self.up)
+        return GroupModel(self.name, tuple(models), members, self.up)
 
 
 def nested_issue(where: str) -> Issue:
@@ -205,14 +206,14 @@ def _check_place(member: Member, up: Up, index: int) -> None:
     """Refuse a member whose control points, after placement, float32 could not store."""
     matrix = turn_upright(member.matrix, member.surface.up, up)
     low, high = place_bounds(_bounds(member.surface), matrix)
-    furthest = float(max(-low.min(), high.max()))
-    if furthest > MAX_COORDINATE:
+    largest_coordinate = float(max(-low.min(), high.max()))
+    if largest_coordinate > MAX_COORDINATE:
         raise InvalidRequest(
             Issue(
                 "coordinate_too_large",
                 "Coordinates are stored in single precision.",
                 pointer(("members", index, "matrix")),
-                f"points placed as far as {furthest:.6g}",
+                f"points placed as far as {largest_coordinate:.6g}",
                 f"at most {MAX_COORDINATE:.7g}",
             )
         )

@@ -34,16 +34,16 @@ def hull() -> MultipatchSurface:
     middle = STATIONS // 2
     surfaces = []
     for name, rows in (("aft", slice(0, middle + 1)), ("fore", slice(middle, None))):
-        right = side[rows]
-        left = right * (1, -1, 1)
+        starboard = side[rows]
+        port = starboard * (1, -1, 1)
         surfaces += [
-            _spline(right.swapaxes(0, 1), (3, 3), f"starboard {name}", NAVY),
-            _spline(left, (3, 3), f"port {name}", NAVY),
-            _spline(_across(right[:, -1], ARCH), (3, 2), f"deck {name}", OAK),
-            _spline(_across(left[:, 0], 0.0), (3, 2), f"keel {name}", NAVY),
+            _spline(starboard.swapaxes(0, 1), (3, 3), f"starboard {name}", NAVY),
+            _spline(port, (3, 3), f"port {name}", NAVY),
+            _spline(_span_sides(starboard[:, -1], ARCH), (3, 2), f"deck {name}", OAK),
+            _spline(_span_sides(port[:, 0], 0.0), (3, 2), f"keel {name}", NAVY),
         ]
     stern = np.stack([side[0], side[0] * (1, 0, 1), side[0] * (1, -1, 1)])
-    stern[1, -1] = _across(side[:1, -1], ARCH)[0, 1]
+    stern[1, -1] = _span_sides(side[:1, -1], ARCH)[0, 1]
     surfaces.append(_spline(stern, (2, 3), "transom", WHITE))
     return MultipatchSurface(tuple(surfaces), "z", "ship-hull")
 
@@ -63,29 +63,37 @@ def _side() -> FloatArray:
     return np.round(np.array(net), 3) + 0.0
 
 
-def _point(along: float, up: float) -> tuple[float, float, float]:
+def _point(length_share: float, girth_share: float) -> tuple[float, float, float]:
     """A control point of the starboard side.
 
-    `along` is the fraction of the length from the transom, `up` the fraction of the girth from the
-    keel to the rail.
+    `length_share` is the fraction of the length from the transom, `girth_share` the fraction of the
+    girth from the keel to the rail.
     """
-    fore, aft = max((along - 0.4) / 0.6, 0.0), max((0.4 - along) / 0.4, 0.0)
-    half = BREADTH / 2 * (1 - fore**2.6) * (1 - 0.18 * aft**2)
-    keel = -DRAUGHT * (1 - 0.75 * aft**1.8)
-    rail = 1.5 + 1.6 * fore**2 + 0.3 * aft**2
+    fore_share, aft_share = (
+        max((length_share - 0.4) / 0.6, 0.0),
+        max((0.4 - length_share) / 0.4, 0.0),
+    )
+    half_breadth = BREADTH / 2 * (1 - fore_share**2.6) * (1 - 0.18 * aft_share**2)
+    keel = -DRAUGHT * (1 - 0.75 * aft_share**1.8)
+    rail = 1.5 + 1.6 * fore_share**2 + 0.3 * aft_share**2
     # Round amidships, sharp at the bow.
-    fullness = 0.55 + 1.1 * fore**1.5 + 0.15 * aft
-    angle = up * pi / 2
-    flat = KEEL * (1 - fore**2)
-    across = flat if up == 0 else flat + (half - flat) * (sin(angle) if up < 1 else 1.0) ** fullness
-    height = rail - (rail - keel) * (cos(angle) if up < 1 else 0.0)
+    fullness = 0.55 + 1.1 * fore_share**1.5 + 0.15 * aft_share
+    angle = girth_share * pi / 2
+    half_flat = KEEL * (1 - fore_share**2)
+    across = (
+        half_flat
+        if girth_share == 0
+        else half_flat
+        + (half_breadth - half_flat) * (sin(angle) if girth_share < 1 else 1.0) ** fullness
+    )
+    height = rail - (rail - keel) * (cos(angle) if girth_share < 1 else 0.0)
     share = max(height - keel, 0.0) / (rail - keel)
-    rake = 3.4 * fore**4 * share**1.5 - 0.6 * aft**4 * up
-    return LENGTH * along + rake, across, height
+    rake = 3.4 * fore_share**4 * share**1.5 - 0.6 * aft_share**4 * girth_share
+    return LENGTH * length_share + rake, across, height
 
 
-def _across(border: FloatArray, arch: float) -> FloatArray:
-    """Control points (stations, 3, 3) from the mirror image of a border, over an arch, to it.
+def _span_sides(border: FloatArray, arch: float) -> FloatArray:
+    """Control points (stations, 3, 3): the mirror image of a border, an arch, and the border.
 
     `border` has shape (stations, 3). `arch` is the rise of the middle as a fraction of half the
     breadth.

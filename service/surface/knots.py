@@ -31,7 +31,7 @@ MIN_SPAN, MIN_RATIO = 2.0**-40, 2.0**-49
 """Least length of a span as a fraction of the domain's length, and as a fraction of the largest
 absolute value of a knot. Knots that are closer differ by rounding alone, and are made equal."""
 
-SHORTEST = float(np.finfo(np.float32).tiny)
+MIN_LENGTH = float(np.finfo(np.float32).tiny)
 """Least length of any span. Single precision rounds shorter spans to 0, and derivatives over
 shorter spans may exceed the range of float64."""
 
@@ -54,7 +54,7 @@ def check_degree(degree: int, where: str) -> None:
         raise InvalidRequest(issue)
 
 
-def validate_knots(knots: Knots, count: int, degree: int, where: str, points: str) -> Knots:
+def validate_knots(knots: Knots, count: int, degree: int, where: str, points_pointer: str) -> Knots:
     """Check knots: returns the name of a knot vector, or the knots as a read-only array.
 
     Parameters
@@ -64,7 +64,7 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
         Control points in this direction, n + 1.
     degree : int
         p; the caller has checked it.
-    where, points : str
+    where, points_pointer : str
         JSON pointers to the knots and to the control points.
 
     Raises
@@ -73,17 +73,17 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points: st
         `too_few_points`, `wrong_value`, `wrong_length`, `not_finite`, `knot_too_large`,
         `knots_decrease`, `knot_multiplicity`, `empty_domain` or `knots_too_close`.
     """
-    named = knots if isinstance(knots, str) else ""
-    least = MIN_PERIODIC if named == "periodic" else degree + 1
-    if count < least:
+    name = knots if isinstance(knots, str) else ""
+    min_count = MIN_PERIODIC if name == "periodic" else degree + 1
+    if count < min_count:
         raise InvalidRequest(
             Issue(
                 "too_few_points",
                 "A B-spline has at least one control point more than its degree; a periodic one "
                 "has three.",
-                points,
+                points_pointer,
                 f"{count_nouns(count, 'control points')} for degree {degree}",
-                f"at least {least}",
+                f"at least {min_count}",
             )
         )
     if isinstance(knots, str):
@@ -140,19 +140,19 @@ def _complete(knots: FloatArray, length: int) -> FloatArray:
 
 
 def check_bezier_points(
-    vectors: tuple[FloatArray, ...], degree: tuple[int, ...], points: str
+    vectors: tuple[FloatArray, ...], degree: tuple[int, ...], points_pointer: str
 ) -> None:
     """Refuse knot vectors with too many spans, whose Bézier patches would take too much memory."""
     pieces = [len(knot.spans(u, p)) for u, p in zip(vectors, degree, strict=True)]
-    lowered = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
+    point_count = math.prod(n * (p + 1) for n, p in zip(pieces, degree, strict=True))
     entries = max(n * (p + 1) ** 2 for n, p in zip(pieces, degree, strict=True))
-    if max(lowered, entries) > MAX_BEZIER_POINTS:
+    if max(point_count, entries) > MAX_BEZIER_POINTS:
         raise InvalidRequest(
             Issue(
                 "too_many_bezier_points",
                 "Every span becomes a Bézier patch, or piece of a curve, with its own control "
                 "points. These, or the entries of the extraction operators, would be too many.",
-                points,
+                points_pointer,
                 " × ".join(f"{n} spans of degree {p}" for n, p in zip(pieces, degree, strict=True)),
                 f"at most {MAX_BEZIER_POINTS} Bézier control points, and no more in spans × "
                 "(degree + 1)² along one direction",
@@ -163,7 +163,7 @@ def check_bezier_points(
             Issue(
                 "too_many_spans",
                 "Every span becomes a Bézier patch, or piece of a curve: these would be too many.",
-                points,
+                points_pointer,
                 " × ".join(str(n) for n in pieces) + " spans",
                 f"at most {MAX_PIECES} in all",
             )
@@ -172,7 +172,7 @@ def check_bezier_points(
 
 def find_least_span(low: float, high: float) -> float:
     """Least length of a span in a knot vector from `low` to `high`."""
-    return max(MIN_SPAN * (high - low), MIN_RATIO * max(abs(low), abs(high)), SHORTEST)
+    return max(MIN_SPAN * (high - low), MIN_RATIO * max(abs(low), abs(high)), MIN_LENGTH)
 
 
 def _check_values(vector: FloatArray, where: str) -> None:
@@ -214,12 +214,12 @@ def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) 
             needed="at least the knot before",
         ),
     )
-    # The pointers of issues count the knots of the request.
-    left_out = len(vector) < full_length
+    # The pointers of issues count the knots of the request, without the omitted first knot.
+    omitted = int(len(vector) < full_length)
     knots = _complete(vector, full_length)
     # Refuse each knot that equals the knot p + 1 positions before.
     _refuse(
-        np.flatnonzero(knots[degree + 1 :] == knots[: -degree - 1]) + degree + 1 - left_out,
+        np.flatnonzero(knots[degree + 1 :] == knots[: -degree - 1]) + degree + 1 - omitted,
         where,
         lambda _: Issue(
             "knot_multiplicity",
@@ -240,16 +240,16 @@ def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) 
                 "a domain of some length",
             )
         )
-    at = knot.spans(knots, degree)
+    span_numbers = knot.spans(knots, degree)
     lengths = np.diff(knots)
     _refuse(
-        at[lengths[at] < SHORTEST] + 1 - left_out,
+        span_numbers[lengths[span_numbers] < MIN_LENGTH] + 1 - omitted,
         where,
         lambda k: Issue(
             "knots_too_close",
             "Knots that differ by less than the shortest span must be equal.",
-            got=f"{lengths[k - 1 + left_out]:.3g} more than the knot before",
-            needed=f"equal knots, or at least {SHORTEST:.3g} more",
+            got=f"{lengths[k - 1 + omitted]:.3g} more than the knot before",
+            needed=f"equal knots, or at least {MIN_LENGTH:.3g} more",
         ),
     )
 

@@ -73,9 +73,9 @@ class PatchModel:
     domains : tuple of Domain
         If the patches are pieces of parametric surfaces, the domains of these surfaces, in the
         order of the request. If there are no domains, every patch has its own parameters in [0, 1].
-    order : ndarray of int, shape (P,), or None
-        For models without domains: patch k is number `order[k]` in the request. None if each patch
-        has the same number in the request.
+    request_numbers : ndarray of int, shape (P,), or None
+        For models without domains: the number of each patch in the request. None if each patch has
+        the same number there.
     sequence : ndarray of int, shape (P,), or None
         Patch numbers in the order of the parts; None stands for 0, 1, 2, ….
     control_nets : tuple of TensorPatches and TrianglePatches
@@ -95,7 +95,7 @@ class PatchModel:
     parts: tuple[Part, ...]
     up: Up = "y"
     domains: tuple[Domain, ...] = ()
-    order: NDArray[np.intp] | None = None
+    request_numbers: NDArray[np.intp] | None = None
     sequence: NDArray[np.intp] | None = None
     control_nets: tuple[Patches, ...] = ()
     stretch: FloatArray | None = None

@@ -56,9 +56,9 @@ class MultipatchSurface(SurfaceKind):
             message, got = "A multipatch has surfaces.", count_nouns(len(self.surfaces), "surfaces")
             needed = f"1 to {MAX_SURFACES}"
             raise InvalidRequest(Issue("wrong_length", message, "/surfaces", got, needed))
-        first = _describe_channels(self.surfaces[0])
+        first_channels = _describe_channels(self.surfaces[0])
         for number, surface in enumerate(self.surfaces):
-            if _describe_channels(surface) != first:
+            if _describe_channels(surface) != first_channels:
                 raise InvalidRequest(
                     Issue(
                         "channel_shape",
@@ -76,8 +76,8 @@ class MultipatchSurface(SurfaceKind):
     def size(self) -> SurfaceSize:
         """The size of all surfaces together; each is lowered before they are joined."""
         size = add_sizes([surface.size() for surface in self.surfaces], name=self.name)
-        joined = size.control_points * (4 + size.width) * NUMBER
-        return replace(size, arrays=size.arrays + joined, peak=size.peak + joined)
+        joined_bytes = size.control_points * (4 + size.width) * NUMBER
+        return replace(size, arrays=size.arrays + joined_bytes, peak=size.peak + joined_bytes)
 
     def lower(self) -> PatchModel:
         """A batch for each form and degree of patches; each surface is a part with its domain."""
@@ -87,13 +87,13 @@ class MultipatchSurface(SurfaceKind):
             forms.setdefault(_form(model.batches[0]), []).append(number)
         counts = np.array([model.patch_count for model in models])
         order = [number for numbers in forms.values() for number in numbers]
-        first = np.empty_like(counts)
-        first[order] = np.cumsum(counts[order]) - counts[order]
+        first_patches = np.empty_like(counts)
+        first_patches[order] = np.cumsum(counts[order]) - counts[order]
         ends = np.cumsum(counts).tolist()
-        unit = UNIT_SQUARE.u, UNIT_SQUARE.v
+        unit_square = UNIT_SQUARE.u, UNIT_SQUARE.v
         domains = (
-            Domain(*((d.u, d.v) if (d := model.domain) else unit), first=begin)
-            for model, begin in zip(models, first.tolist(), strict=True)
+            Domain(*((d.u, d.v) if (d := model.domain) else unit_square), first=begin)
+            for model, begin in zip(models, first_patches.tolist(), strict=True)
         )
         nets = tuple(net for model in models for net in model.nets)
         return PatchModel(
@@ -107,7 +107,7 @@ class MultipatchSurface(SurfaceKind):
             ),
             self.up,
             tuple(domains),
-            sequence=_list_patches(first, counts) if len(forms) > 1 else None,
+            sequence=_list_patches(first_patches, counts) if len(forms) > 1 else None,
             control_nets=nets if any(model.control_nets for model in models) else (),
             merged_knots=sum(model.merged_knots for model in models),
         )
@@ -145,5 +145,5 @@ def join_batches(batches: Sequence[Patches]) -> Patches:
 
 def _list_patches(first: Ints, counts: Ints) -> Ints:
     """Numbers of the patches in the order of the surfaces, whose patches begin at `first`."""
-    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.asarray(np.repeat(first, counts) + within)
+    offsets = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.asarray(np.repeat(first, counts) + offsets)

@@ -56,11 +56,15 @@ def order_parts(
 
 def check_parts(parts: PartMembers, count: int) -> None:
     """Refuse patch numbers that are not 0 … count − 1, and a patch that is listed twice."""
-    listed = [member for _, members in parts for member in members]
-    if not listed or (min(listed) >= 0 and max(listed) < count and len(set(listed)) == len(listed)):
+    all_members = [member for _, members in parts for member in members]
+    if not all_members or (
+        min(all_members) >= 0
+        and max(all_members) < count
+        and len(set(all_members)) == len(all_members)
+    ):
         return
     issues: list[Issue] = []
-    seen: set[int] = set()
+    seen_members: set[int] = set()
     for title, members in parts:
         for position, member in enumerate(members):
             where = pointer(("parts", title, position))
@@ -74,7 +78,7 @@ def check_parts(parts: PartMembers, count: int) -> None:
                         f"0 to {count - 1}",
                     )
                 )
-            elif member in seen:
+            elif member in seen_members:
                 issues.append(
                     Issue(
                         "repeated_patch",
@@ -84,7 +88,7 @@ def check_parts(parts: PartMembers, count: int) -> None:
                         "each patch once",
                     )
                 )
-            seen.add(member)
+            seen_members.add(member)
             if len(issues) == MAX_ISSUES:
                 raise InvalidRequest(*issues)
     if issues:

@@ -93,7 +93,7 @@ class PatchSurface(SurfaceKind):
         if self.weights is not None:
             object.__setattr__(self, "weights", validate_weights(self.weights, (len(vertices),)))
         object.__setattr__(self, "_by_degree", group_by_degree(patches))
-        self.channels.check_per_vertex(len(vertices), self.indices)
+        self.channels.check_per_vertex(len(vertices), self.index_count)
         check_parts(self.parts, len(patches) + len(triangles))
         object.__setattr__(self, "parts", tuple(sorted(self.parts, key=first_patch)))
         names = sum(len(name.encode()) for name, _ in self.parts)
@@ -120,7 +120,7 @@ class PatchSurface(SurfaceKind):
         return triangle.degree_of(self.triangles.shape[1])
 
     @property
-    def indices(self) -> int:
+    def index_count(self) -> int:
         """Number of indices in all patches."""
         if isinstance(self.patches, np.ndarray):
             return self.patches.size + self.triangles.size
@@ -132,59 +132,63 @@ class PatchSurface(SurfaceKind):
         weights, channels = self.weights, self.channels
         size = tensor_size(len(self.patches), (p, q), weights, channels, name=self.name)
         vertex_bytes = self.vertices.nbytes + (0 if weights is None else weights.nbytes)
-        rows, triangular = self.indices, self.triangles.size
+        index_count, triangle_indices = self.index_count, self.triangles.size
         numbers = 3 + (weights is not None) + size.width
-        kept = (rows * numbers + 2 * size.patches + 2 * triangles) * NUMBER
-        # Temporary arrays: the indices in the order of the parts, and those of the sorting.
-        beside = (rows + 8 * (size.grids + triangles)) * NUMBER
+        result_bytes = (index_count * numbers + 2 * size.patches + 2 * triangles) * NUMBER
+        # Temporary arrays: the indices in the order of the parts, and the indices of the sorting.
+        temporary_bytes = (index_count + 8 * (size.grids + triangles)) * NUMBER
         return replace(
             size,
             degree=(max(p, n), max(q, n)),
             triangles=triangles,
-            control_points=rows + triangular,
-            net_points=rows,
-            net_segments=2 * rows + triangular,
-            net_cells=rows,
+            control_points=index_count + triangle_indices,
+            net_points=index_count,
+            net_segments=2 * index_count + triangle_indices,
+            net_cells=index_count,
             parts=len(self.parts) + 1,
             name_bytes=size.name_bytes + self._name_bytes,
             surface_bytes=vertex_bytes
-            + NUMBER * rows
+            + NUMBER * index_count
             + sum(net.nbytes for *_, net in channels.each()),
-            arrays=kept,
-            peak=kept + beside,
+            arrays=result_bytes,
+            peak=result_bytes + temporary_bytes,
             sides=size.sides + triangles * (numbers - size.width) * NUMBER * 4 * (n + 1),
         )
 
     def lower(self) -> PatchModel:
         """A batch for each degree of the grids and one of the triangles, ordered part by part."""
         count = len(self.patches) + len(self.triangles)
-        by_part, parts = order_parts(self.parts, count, self.name)
+        part_order, parts = order_parts(self.parts, count, self.name)
         forms = self._by_degree
         if len(self.triangles):
             forms += ((np.arange(len(self.patches), count), self.triangles),)
         order = sequence = None
         if len(forms) == 1:
-            order = by_part
-        elif by_part is not None or len(forms[0][0]) < len(self.patches):
+            order = part_order
+        elif part_order is not None or len(forms[0][0]) < len(self.patches):
             # Each form (a degree of grids, or the triangles) becomes one batch, with patches of all
             # parts; so `order` sorts by form, and `sequence` leads back to the order of the parts.
             form = np.empty(count, np.intp)
             for number, (members, _) in enumerate(forms):
                 form[members] = number
-            listed = np.arange(count) if by_part is None else by_part
-            order = listed[np.argsort(form[listed], kind="stable")]
-            sequence = np.argsort(order)[listed]
+            full_order = np.arange(count) if part_order is None else part_order
+            order = full_order[np.argsort(form[full_order], kind="stable")]
+            sequence = np.argsort(order)[full_order]
         batches: list[Patches] = []
         first = 0
         for members, indices in forms:
-            chosen = indices
+            batch_indices = indices
             if order is not None:
                 rows = order[first : first + len(members)]
-                chosen = indices[rows if sequence is None else np.searchsorted(members, rows)]
+                batch_indices = indices[
+                    rows if sequence is None else np.searchsorted(members, rows)
+                ]
             first += len(members)
             kind = TensorPatches if indices.ndim == 3 else TrianglePatches
-            batches.append(kind(*self._gather(chosen)))
-        return PatchModel(self.name, tuple(batches), parts, self.up, order=order, sequence=sequence)
+            batches.append(kind(*self._gather(batch_indices)))
+        return PatchModel(
+            self.name, tuple(batches), parts, self.up, request_numbers=order, sequence=sequence
+        )
 
     def _gather(
         self, indices: NDArray[np.int64]

@@ -43,9 +43,9 @@ def validate_matrix(values: ArrayLike) -> FloatArray:
         raise _refusal("wrong_dimension", "A placement is four rows of four numbers.",
                        f"an array of shape {matrix.shape}", "shape (4, 4)")  # fmt: skip
     # The comparison is false for NaN, too.
-    wrong = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
-    if len(wrong):
-        place = wrong[0]
+    wrong_places = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
+    if len(wrong_places):
+        place = wrong_places[0]
         value = float(matrix[tuple(place)])
         if np.isfinite(value):
             raise _refusal("out_of_range", "Coordinates are stored in single precision.",
@@ -56,10 +56,10 @@ def validate_matrix(values: ArrayLike) -> FloatArray:
     if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise _refusal("not_affine", "A placement is affine: it moves, turns, scales and shears.",
                        "another last row", "0, 0, 0, 1", "/3")  # fmt: skip
-    most, _, least = np.linalg.svd(matrix[:3, :3], compute_uv=False).tolist()
-    if least < LEAST_SCALING or most > MAX_SCALING_RATIO * least:
+    max_scaling, _, min_scaling = np.linalg.svd(matrix[:3, :3], compute_uv=False).tolist()
+    if min_scaling < LEAST_SCALING or max_scaling > MAX_SCALING_RATIO * min_scaling:
         raise _refusal("singular_matrix", "A placement must not flatten a body.",
-                       f"scalings from {least:.6g} to {most:.6g}",
+                       f"scalings from {min_scaling:.6g} to {max_scaling:.6g}",
                        f"scalings of at least {LEAST_SCALING:.7g}, the largest at most "
                        f"{MAX_SCALING_RATIO:.0e} times the smallest")  # fmt: skip
     # −0 becomes 0, so that equal placements have equal bytes.

@@ -31,14 +31,14 @@ def sphere(radius: float = 1.0) -> PatchSurface:
 
 
 def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
-    """Torus of 4 × 4 patches of degree (2, 2); `radius` is that of the centre line of the tube.
+    """Torus of 4 × 4 patches of degree (2, 2); `tube` is the radius of the tube.
 
-    `tube` is the radius of the tube.
+    `radius` is the radius of the circle in the middle of the tube.
     """
     patches: list[Patch] = []
     for quarter in range(4):
-        turned = [turn(x, y, w, quarter) for x, y, w in ARC]
-        patches += revolve([(radius + tube * x, tube * z, w) for x, z, w in turned])
+        arc = [turn(x, y, w, quarter) for x, y, w in ARC]
+        patches += revolve([(radius + tube * x, tube * z, w) for x, z, w in arc])
     return assemble("torus", [("torus", patches)])
 
 
@@ -73,23 +73,23 @@ def revolve(profile: list[tuple[float, float, float]]) -> list[Patch]:
     """
     patches = []
     for quarter in range(4):
-        turned = [turn(x, y, w, quarter) for x, y, w in ARC]
-        patches.append([[(x * r, y * r, z, a * w) for r, z, w in profile] for x, y, a in turned])
+        arc = [turn(x, y, w, quarter) for x, y, w in ARC]
+        patches.append([[(x * r, y * r, z, a * w) for r, z, w in profile] for x, y, a in arc])
     return patches
 
 
 def assemble(name: str, parts: list[tuple[str, list[Patch]]]) -> PatchSurface:
     """One surface of named parts, in which equal points are one vertex."""
-    number: dict[Point, int] = {}
+    numbers: dict[Point, int] = {}
     grids: list[list[list[int]]] = []
     members: list[tuple[str, tuple[int, ...]]] = []
     for title, patches in parts:
         first = len(grids)
         # A dictionary treats −0 and 0 as equal keys, so that they are one vertex.
         grids += [
-            [[number.setdefault(point, len(number)) for point in row] for row in patch]
+            [[numbers.setdefault(point, len(numbers)) for point in row] for row in patch]
             for patch in patches
         ]
         members.append((title, tuple(range(first, len(grids)))))
-    table = np.array(list(number))
+    table = np.array(list(numbers))
     return PatchSurface(table[:, :3], np.array(grids), table[:, 3], tuple(members), "z", name)

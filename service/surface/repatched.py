@@ -1,4 +1,4 @@
-"""Replaces the patches of a model by pieces of them, or by some of them."""
+"""Replaces the patches of a model by their pieces, or by some of the patches."""
 
 from dataclasses import replace
 
@@ -33,25 +33,27 @@ def rebuild(
     pieces : list of list of TensorPatches or TrianglePatches
         The new patches; each inner list becomes one batch.
     owner : ndarray of int, shape (P',)
-        New patch k is a piece of patch `owner[k]` of `model`, or is that whole patch. New patches
+        New patch k is a piece of patch `owner[k]` of `model`, or the whole patch. New patches
         of one part must be consecutive, and the parts must have the same order as in `model`.
     domains : tuple of Domain
         The domains of the new model.
     """
     batches = tuple(join_batches(group) for group in pieces if group)
-    listed = np.arange(model.patch_count) if model.sequence is None else model.sequence
+    part_order = np.arange(model.patch_count) if model.sequence is None else model.sequence
     position = np.empty(model.patch_count, dtype=np.intp)
-    position[listed] = np.arange(model.patch_count)
-    places = position[owner]
-    ends = np.concatenate([[0], np.cumsum(np.bincount(places, minlength=model.patch_count))])
+    position[part_order] = np.arange(model.patch_count)
+    owner_positions = position[owner]
+    ends = np.concatenate(
+        [[0], np.cumsum(np.bincount(owner_positions, minlength=model.patch_count))]
+    )
     parts = tuple(Part(p.name, int(ends[p.first]), int(ends[p.last])) for p in model.parts)
-    sequence = None if model.sequence is None else np.argsort(places, kind="stable")
+    sequence = None if model.sequence is None else np.argsort(owner_positions, kind="stable")
     return replace(
         model,
         batches=batches,
         parts=parts,
         domains=domains,
-        order=None,
+        request_numbers=None,
         sequence=sequence,
         control_nets=model.nets,
     )

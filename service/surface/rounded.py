@@ -24,6 +24,8 @@ from service.surface.quadrics import Patch, Point
 ALPHA = (sqrt(3) - 1) / sqrt(3)
 BETA = (sqrt(3) + 1) / (2 * sqrt(3))
 GAMMA = 1 - (5 - sqrt(2)) * (7 - sqrt(3)) / 46
+"""With `ALPHA` and `BETA`: the coordinates of control points of an octant other than 0 and 1."""
+
 CORNER, NEXT, MIDDLE, INNER = (
     3 - sqrt(3),
     3 * sqrt(2) / 4,
@@ -115,13 +117,14 @@ def _turn_outwards(grid: FloatArray) -> Patch:
 
 def _assemble(name: str, grids: list[Patch], triangles: list[list[Point]]) -> PatchSurface:
     """One surface of these patches, in which equal points are one vertex."""
-    number: dict[Point, int] = {}
+    numbers: dict[Point, int] = {}
     # A dictionary treats −0 and 0 as equal keys, so that they are one vertex.
     patches = [
-        [[number.setdefault(point, len(number)) for point in row] for row in grid] for grid in grids
+        [[numbers.setdefault(point, len(numbers)) for point in row] for row in grid]
+        for grid in grids
     ]
-    corners = [[number.setdefault(point, len(number)) for point in net] for net in triangles]
-    table = np.array(list(number))
+    corners = [[numbers.setdefault(point, len(numbers)) for point in net] for net in triangles]
+    table = np.array(list(numbers))
     return PatchSurface(
         table[:, :3],
         np.array(patches) if patches else NO_GRIDS,

@@ -35,8 +35,8 @@ class SurfaceSize:
     grids, triangles : int
         Number of tensor-product patches, and number of triangular patches.
     control_points : int
-        Upper bound of the control points of all patches. Those of triangles count twice, because
-        some computations convert triangles to grids.
+        Upper bound of the control points of all patches. Control points of triangles count
+        twice, because some computations convert triangles to grids.
     net_points, net_segments, net_cells : int
         Upper bounds of the points, lines and cells of the drawn control net.
     parts, name_bytes : int
@@ -175,7 +175,7 @@ def _plain_size(
     )
 
 
-_ADDED = (
+_SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
     "name_bytes", "surface_bytes", "arrays", "peak", "sides", "curves", "stations", "rings",
 )  # fmt: skip
@@ -183,7 +183,7 @@ _ADDED = (
 
 def add_sizes(sizes: Sequence[SurfaceSize], *, name: str) -> SurfaceSize:
     """The size of one surface whose parts are surfaces of these sizes, with the same channels."""
-    sums = {field: sum(getattr(size, field) for size in sizes) for field in _ADDED}
+    sums = {field: sum(getattr(size, field) for size in sizes) for field in _SUM_FIELDS}
     sums["name_bytes"] += 2 * len(name.encode())
     degree = max(size.degree[0] for size in sizes), max(size.degree[1] for size in sizes)
     return replace(sizes[0], degree=degree, **sums)
@@ -214,31 +214,35 @@ def group_sizes(
     labels = [len(title.encode()) + 1 for title in names]
 
     def sum_members(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
-        placed, apart = add_sizes(copies, name=name), add_sizes(sizes, name=name)
-        named = sum((s.parts + 1) * label for s, label in zip(copies, labels, strict=True))
+        all_members, distinct_members = add_sizes(copies, name=name), add_sizes(sizes, name=name)
+        part_name_bytes = sum(
+            (s.parts + 1) * label for s, label in zip(copies, labels, strict=True)
+        )
         return replace(
             add_sizes(members, name=name),
             # A node for every member, and below it a node for each name.
-            parts=placed.parts + len(copies),
-            name_bytes=placed.name_bytes + named,
+            parts=all_members.parts + len(copies),
+            name_bytes=all_members.name_bytes + part_name_bytes,
             members=len(copies),
             label_bytes=sum(labels),
             colors=4 if colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            surface_bytes=apart.surface_bytes,
-            arrays=apart.arrays,
-            peak=apart.arrays
+            surface_bytes=distinct_members.surface_bytes,
+            arrays=distinct_members.arrays,
+            peak=distinct_members.arrays
             + max(max(size.peak - size.arrays, size.surface_bytes) for size in sizes),
-            sides=apart.sides,
+            sides=distinct_members.sides,
         )
 
     # A joined mesh keeps only those attributes that all members have.
     common = set.intersection(*(set(size.attributes) for size in sizes))
     # Separate meshes keep their own attributes; take the largest of any member for all.
-    ranked = (sorted(size.attributes, key=lambda named: -named[1]) for size in sizes)
-    widest = tuple(
-        (max((title for title, _ in column), key=len), max(d for _, d in column))
-        for column in zip_longest(*ranked, fillvalue=("", 0))
+    sorted_attributes = (
+        sorted(size.attributes, key=lambda attribute: -attribute[1]) for size in sizes
     )
-    return sum_members(copies, tuple(sorted(common))), sum_members(sizes, widest)
+    largest_attributes = tuple(
+        (max((title for title, _ in column), key=len), max(d for _, d in column))
+        for column in zip_longest(*sorted_attributes, fillvalue=("", 0))
+    )
+    return sum_members(copies, tuple(sorted(common))), sum_members(sizes, largest_attributes)

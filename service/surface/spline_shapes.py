@@ -84,10 +84,10 @@ def ring() -> BsplineSurface:
     return BsplineSurface(points, (3, 3), ("periodic", "periodic"), up="z", name="bspline-ring")
 
 
-def _on_ring(around: float, across: float, radius: float) -> tuple[float, float, float]:
+def _on_ring(angle: float, tube_angle: float, radius: float) -> tuple[float, float, float]:
     """The point on a torus about z with radii 1 and `radius`, at two angles in radians."""
-    distance = 1.0 + radius * cos(across)
-    return distance * cos(around), distance * sin(around), radius * sin(across)
+    distance = 1.0 + radius * cos(tube_angle)
+    return distance * cos(angle), distance * sin(angle), radius * sin(tube_angle)
 
 
 def _knots(values: tuple[int, ...]) -> FloatArray:

@@ -11,7 +11,7 @@ from service.bases.arrays import FloatArray
 from service.surface.checks import Up
 from service.surface.curve_pieces import CurvePieces, to_space
 
-WIDEST = 2**0.5
+MAX_WIDENING = 2**0.5
 """At a corner of the curve the profile is mitred, and becomes at most this factor wider."""
 
 
@@ -31,7 +31,7 @@ class Tube:
     @property
     def reach(self) -> float:
         """Largest distance of the surface from the curve."""
-        return float(self.radii.max()) * WIDEST
+        return float(self.radii.max()) * MAX_WIDENING
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,7 +53,7 @@ class Ribbon:
     @property
     def reach(self) -> float:
         """Largest distance of the surface from the curve."""
-        return float(self.widths.max()) / 2 * WIDEST
+        return float(self.widths.max()) / 2 * MAX_WIDENING
 
 
 Profile: TypeAlias = Tube | Ribbon

@@ -14,7 +14,7 @@ from service.surface.sweep_model import Profile, Ribbon, SweepModel, Tube
 
 MIN_SIDES, MAX_SIDES = 3, 1024
 
-TURNS = 8
+RINGS_AT_BEND = 8
 """The most additional rings at a bend: a bend turns by at most 180°, in steps of 22.5°."""
 
 
@@ -161,13 +161,13 @@ def _sweep_along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepMode
     return SweepModel(name, curve.lower(), profile, up)
 
 
-def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
+def _size(curve: Curve, row_size: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
     """The size of a sweep along a curve.
 
     Parameters
     ----------
     curve : Curve
-    row : int
+    row_size : int
         Number of vertices at a station.
     ends : int
         Number of additional stations at the ends.
@@ -188,8 +188,8 @@ def _size(curve: Curve, row: int, *, ends: int, spread: FloatArray, name: str) -
         name_bytes=2 * len(name.encode()),
         surface_bytes=2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes + spread.nbytes,
         curves=pieces.count,
-        stations=pieces.count * row,
-        rings=(ends + TURNS * bends) * row,
+        stations=pieces.count * row_size,
+        rings=(ends + RINGS_AT_BEND * bends) * row_size,
     )
 
 
@@ -250,14 +250,14 @@ def _vector(values: ArrayLike, name: str) -> FloatArray:
 def _check_within(model: SweepModel, where: str) -> None:
     """Refuse a sweep with coordinates that float32 cannot store, although its curve has none."""
     low, high = model.bounds
-    furthest = float(max(-low.min(), high.max()))
-    if furthest > MAX_COORDINATE:
+    largest_coordinate = float(max(-low.min(), high.max()))
+    if largest_coordinate > MAX_COORDINATE:
         raise InvalidRequest(
             Issue(
                 "coordinate_too_large",
                 "Coordinates are stored in single precision.",
                 where,
-                f"points as far as {furthest:.6g}",
+                f"points as far as {largest_coordinate:.6g}",
                 f"at most {MAX_COORDINATE:.7g}",
             )
         )

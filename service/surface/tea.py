@@ -24,17 +24,17 @@ def tea_service(pot: PatchSurface) -> GroupSurface:
         Member(cylinder(), "tray", OAK, tray),
         Member(pot, "teapot", CREAM),
     ]
-    small, flat = cup(), sphere()
+    cup_surface, ball = cup(), sphere()
     for corner in range(4):
         place = _build_rotation(corner * pi / 2 + pi / 4)
         place[:3, 3] = place[:3, :3] @ (4.4, 0.0, 0.04)
         saucer = place @ np.diag([1.3, 1.3, 0.07, 1.0])
-        standing = place @ np.diag([1.0, 1.0 if corner < 2 else -1.0, 1.0, 1.0])
-        standing[2, 3] += 0.06
+        cup_place = place @ np.diag([1.0, 1.0 if corner < 2 else -1.0, 1.0, 1.0])
+        cup_place[2, 3] += 0.06
         color = RUST if corner % 2 else SAGE
         members += [
-            Member(flat, f"saucer {corner + 1}", color, saucer),
-            Member(small, f"cup {corner + 1}", color, standing),
+            Member(ball, f"saucer {corner + 1}", color, saucer),
+            Member(cup_surface, f"cup {corner + 1}", color, cup_place),
         ]
     return GroupSurface(tuple(members), up="z", name="tea-service")
 
@@ -50,8 +50,8 @@ def _handle(radius: float, thickness: float) -> list[Patch]:
     """The handle: half a torus in a vertical plane, whose ends are inside the wall of the cup."""
     patches: list[Patch] = []
     for quarter in range(4):
-        turned = [turn(x, y, w, quarter) for x, y, w in ARC]
-        ring = revolve([(radius + thickness * x, thickness * z, w) for x, z, w in turned])
+        arc = [turn(x, y, w, quarter) for x, y, w in ARC]
+        ring = revolve([(radius + thickness * x, thickness * z, w) for x, z, w in arc])
         patches += (ring[0], ring[3])
     # Tilted like the wall, by an angle of sine 7/25 and cosine 24/25.
     return [

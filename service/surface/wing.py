@@ -2,7 +2,7 @@
 
 The upper and the lower skin run from the leading edge (front) to the trailing edge (back), and have
 the same knots. Two ruled caps close the wing at the root and at the tip; their control points are
-those on the borders of the skins.
+the control points on the borders of the skins.
 """
 
 from math import cos, radians, sin
@@ -28,9 +28,12 @@ THICKNESS, CAMBER, SUMMIT = 0.12, 0.02, 0.4
 """Thickness, camber, and position of the largest camber of the aerofoil NACA 2412, as fractions of
 its chord."""
 
-BEND, TURN, CANT = 15.2, 1.6, radians(72)
+BEND, BEND_LENGTH, CANT = 15.2, 1.6, radians(72)
 """The tip turns up: the position where the bend begins and the length of the bend, in metres along
-the leading edge, and the angle after the bend."""
+the leading edge; and the angle after the bend."""
+
+DIHEDRAL = radians(5)
+"""The angle between the wing and the horizontal plane before the bend, seen from the front."""
 
 
 def wing() -> MultipatchSurface:
@@ -58,10 +61,10 @@ def _skin(side: float) -> FloatArray:
     Each control point is the point of the wing at its Greville abscissae (Schoenberg's
     approximation).
     """
-    along, out = (
+    chordwise, spanwise = (
         np.convolve(knots[1:-1], np.full(3, 1 / 3), "valid") for knots in (CHORDWISE, SPANWISE)
     )
-    net = [[_place(u, t, side) for t in out.tolist()] for u in along.tolist()]
+    net = [[_place(u, t, side) for t in spanwise.tolist()] for u in chordwise.tolist()]
     # Rounded, since the last digits of sines depend on the machine.
     return np.round(np.array(net), 9)
 
@@ -74,37 +77,40 @@ def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
     """
     s = u**0.25
     x = s * s
-    half = 5 * THICKNESS * (0.2969 * s - x * (0.126 + x * (0.3516 + x * (0.1036 * x - 0.2843))))
+    half_thickness = (
+        5 * THICKNESS * (0.2969 * s - x * (0.126 + x * (0.3516 + x * (0.1036 * x - 0.2843))))
+    )
     if u == 1:
-        half = 0.0
-    rise = CAMBER / SUMMIT**2 * x * (2 * SUMMIT - x)
+        half_thickness = 0.0
+    camber = CAMBER / SUMMIT**2 * x * (2 * SUMMIT - x)
     if x > SUMMIT:
-        rise = CAMBER / (1 - SUMMIT) ** 2 * (1 - x) * (1 + x - 2 * SUMMIT)
+        camber = CAMBER / (1 - SUMMIT) ** 2 * (1 - x) * (1 + x - 2 * SUMMIT)
     chord = float(np.interp(t, *CHORDS))
-    height = chord * (rise + side * half)
-    # The tip turns up along an arc, from the dihedral to the cant.
-    first = radians(5)
-    share = min(max((t - BEND) / TURN, 0.0), 1.0)
-    angle = first + (CANT - first) * share
-    y, z = _along(t, first)
-    # Washout: towards the tip, sections are rotated nose down, about the quarter point of the
-    # chord.
+    height = chord * (camber + side * half_thickness)
+    # The tip turns up along an arc, from the angle `DIHEDRAL` to the angle `CANT`.
+    share = min(max((t - BEND) / BEND_LENGTH, 0.0), 1.0)
+    angle = DIHEDRAL + (CANT - DIHEDRAL) * share
+    y, z = _find_edge_point(t)
+    # Washout: from the root to the tip, sections are rotated more and more with the leading edge
+    # down, about the point at a quarter of the chord.
     twist = radians(2 - 0.3 * t)
-    aft, up = chord * x - chord / 4, height
-    aft, up = aft * cos(twist) + up * sin(twist), up * cos(twist) - aft * sin(twist)
+    back, up = chord * x - chord / 4, height
+    back, up = back * cos(twist) + up * sin(twist), up * cos(twist) - back * sin(twist)
     sweep = 0.5 * t + 0.35 * max(t - BEND, 0.0)
-    return sweep + chord / 4 + aft, y - up * sin(angle), z + up * cos(angle)
+    return sweep + chord / 4 + back, y - up * sin(angle), z + up * cos(angle)
 
 
-def _along(t: float, first: float) -> tuple[float, float]:
+def _find_edge_point(t: float) -> tuple[float, float]:
     """The point (y, z) of the leading edge, t metres from the root, seen from the front.
 
-    From the front the edge is a line at the angle `first`, then an arc, then a line at the angle
+    From the front the edge is a line at the angle `DIHEDRAL`, then an arc, then a line at the angle
     `CANT`.
     """
-    radius = TURN / (CANT - first)
-    straight, turned, beyond = min(t, BEND), min(max(t - BEND, 0), TURN), max(t - BEND - TURN, 0)
-    last = first + turned / radius
-    y = straight * cos(first) + radius * (sin(last) - sin(first)) + beyond * cos(CANT)
-    z = straight * sin(first) + radius * (cos(first) - cos(last)) + beyond * sin(CANT)
-    return y, z
+    radius = BEND_LENGTH / (CANT - DIHEDRAL)
+    inner_length = min(t, BEND)
+    arc_length = min(max(t - BEND, 0), BEND_LENGTH)
+    outer_length = max(t - BEND - BEND_LENGTH, 0)
+    angle = DIHEDRAL + arc_length / radius
+    y = inner_length * cos(DIHEDRAL) + radius * (sin(angle) - sin(DIHEDRAL))
+    z = inner_length * sin(DIHEDRAL) + radius * (cos(DIHEDRAL) - cos(angle))
+    return y + outer_length * cos(CANT), z + outer_length * sin(CANT)

@@ -124,7 +124,7 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     else:
         fields = {"barycentric": [[1, 0, 0]], "patch": 0}
     result = client.post("/v1/points", {**document, "derivatives": 2, **fields}).json()
-    first_patch = 0 if model.order is None else int(np.argmin(model.order))
+    first_patch = 0 if model.request_numbers is None else int(np.argmin(model.request_numbers))
     np.testing.assert_allclose(result["positions"][0], batch.corners[first_patch, 0], atol=1e-12)
 
 

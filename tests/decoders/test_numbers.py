@@ -19,7 +19,7 @@ def read(text: bytes, max_numbers: int = 10**6) -> list[float]:
 
 @pytest.mark.parametrize("piece", [1, 2, 7, 64, 1 << 16])
 def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: int) -> None:
-    monkeypatch.setattr(numbers, "PIECE", piece)
+    monkeypatch.setattr(numbers, "PIECE_BYTES", piece)
     values = np.random.default_rng(3).normal(size=500) * 10.0 ** np.arange(-250, 250)
     # A line break follows every third number.
     text = "".join(
@@ -32,7 +32,7 @@ def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: 
 def test_words_are_counted_and_too_many_are_refused(
     monkeypatch: pytest.MonkeyPatch, piece: int
 ) -> None:
-    monkeypatch.setattr(numbers, "PIECE", piece)
+    monkeypatch.setattr(numbers, "PIECE_BYTES", piece)
     for text, count in ((b"", 0), (b"1", 1), (b" 1,, 22\n3\t", 3), (b"12 34 56", 3), (b" ,", 0)):
         assert numbers._count_words(text, 0, len(text)) == count
         if count:
@@ -46,7 +46,7 @@ def test_each_number_is_on_the_line_that_is_computed() -> None:
 
 
 def test_numbers_after_the_limit_are_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(numbers, "PIECE", 16)
+    monkeypatch.setattr(numbers, "PIECE_BYTES", 16)
     assert read(b"1 " * 100, 100) == [1.0] * 100
     with pytest.raises(SurfaceError, match="more control points"):
         # Reading "x" would raise another error.

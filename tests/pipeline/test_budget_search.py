@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.pipeline.budget_search import (
-    CLOSE,
+    CLOSE_FACTOR,
     MAX_ATTEMPTS,
-    SPENT,
+    MIN_COST,
     Attempt,
     search_tolerances,
 )
@@ -50,7 +50,7 @@ def test_the_result_fits_and_nothing_much_finer_does(
     result = search_tolerances(meshes, meshes.coarsest(), LEAST)
     assert result.cost <= 1
     assert len(meshes.asked) <= MAX_ATTEMPTS
-    assert result.cost >= SPENT or meshes.cost(result.result / CLOSE**1.01) > 1
+    assert result.cost >= MIN_COST or meshes.cost(result.result / CLOSE_FACTOR**1.01) > 1
 
 
 def test_a_mesh_without_deviation_is_not_searched_for() -> None:

@@ -124,7 +124,7 @@ def test_a_cached_plan_equals_a_new_plan(fmt: Format) -> None:
                 plan.stored,
                 plan.is_certain,
                 plan.is_possible,
-                plan.alone,
+                plan.unjoined_memory,
                 plan.cost,
             )
             assert reported == expected

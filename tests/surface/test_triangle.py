@@ -75,7 +75,7 @@ def test_grids_and_triangles_share_vertices() -> None:
     np.testing.assert_array_equal(corners.points, VERTICES[CORNERS])
     np.testing.assert_array_equal(corners.weights, weights[CORNERS])
     np.testing.assert_array_equal(corners.channels[0].nets, VERTICES[CORNERS][..., 2:])
-    assert (model.order, model.sequence) == (None, None)
+    assert (model.request_numbers, model.sequence) == (None, None)
     assert model.patch_count == 5
     (only,) = PatchSurface(VERTICES, triangles=CORNERS).lower().batches
     np.testing.assert_array_equal(only.points, VERTICES[CORNERS])
@@ -85,14 +85,14 @@ def test_parts_may_have_grids_and_triangles_which_are_numbered_after_the_grids()
     """With several parts, the model still has one batch of grids and one batch of triangles."""
     parts = (("a", (4, 1)), ("b", (2, 3, 0)))
     model = PatchSurface(VERTICES, GRIDS, parts=parts, triangles=CORNERS).lower()
-    assert model.order is not None
+    assert model.request_numbers is not None
     assert model.sequence is not None
     assert [(part.name, part.first, part.last) for part in model.parts] == [
         ("b", 0, 3),
         ("a", 3, 5),
     ]
-    assert model.order[model.sequence].tolist() == [2, 3, 0, 4, 1]
+    assert model.request_numbers[model.sequence].tolist() == [2, 3, 0, 4, 1]
     points = [net for batch in model.batches for net in batch.points]
     expected = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]
-    for number, net in zip(model.order, points, strict=True):
+    for number, net in zip(model.request_numbers, points, strict=True):
         np.testing.assert_array_equal(net, expected[number])

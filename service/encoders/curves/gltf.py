@@ -78,4 +78,5 @@ def _document(line: Polyline) -> File:
 
 def _json_bound(size: CurveSize) -> int:
     """The most bytes of headers, JSON and padding, without the buffer."""
+    # The report has 8 numbers, the bounds of POSITION 6, the translation 3.
     return 4096 + 17 * FLOAT64_CHARS + 3 * LONGEST_ESCAPE * size.name_bytes

@@ -27,4 +27,5 @@ def encode(line: Polyline) -> bytes:
 
 def byte_bound(size: CurveSize) -> int:
     """The most bytes of the document: all lists, with three coordinates."""
+    # The report has 8 numbers; a point has 3, its tangent 3, its parameter and arc length 1 each.
     return 512 + 8 * FLOAT64_CHARS + size.points * (8 * (FLOAT64_CHARS + 1) + 4)

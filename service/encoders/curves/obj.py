@@ -11,11 +11,11 @@ from service.engine.curves.polyline import Polyline
 def encode(line: Polyline) -> bytes:
     """The OBJ file, UTF-8; the line of a closed curve ends with the index of its first point."""
     points = absolute_points(line)
-    number = np.arange(1, len(points) + 1)
+    numbers = np.arange(1, len(points) + 1)
     if line.report.closed:
-        points, number[-1] = points[:-1], 1
+        points, numbers[-1] = points[:-1], 1
     head = b"o " + identifier(line.name) + b"\n"
-    return head + rows(points, b"v ") + rows(number[np.newaxis], b"l ")
+    return head + rows(points, b"v ") + rows(numbers[np.newaxis], b"l ")
 
 
 def byte_bound(size: CurveSize) -> int:

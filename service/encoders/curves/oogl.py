@@ -15,7 +15,7 @@ def encode(line: Polyline) -> bytes:
     points = absolute_points(line)
     count = len(points)
     if line.report.closed:
-        points, count = points[:-1], 1 - count
+        points, count = points[:-1], -(count - 1)
     head = f"VECT\n1 {len(points)} 1\n{count}\n1\n"
     return head.encode() + rows(points) + b"1 1 1 1\n"
 

@@ -21,7 +21,7 @@ COMPONENTS = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 
 """For each NumPy type, the glTF number of the component type (3.6.2.2)."""
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
-"""The `target` of a buffer view of vertex attributes, and of one of vertex indices (3.6.1.3)."""
+"""The `target` of a buffer view: of vertex attributes, and of vertex indices (3.6.1.3)."""
 
 LARGEST_SHORT_COUNT = 65535
 """The most vertices that 16-bit indices can name: 0 … 65534, because index 65535 restarts a
@@ -41,17 +41,17 @@ class View:
         The bytes of each element.
     corners : int
         3 for indices of triangles, 2 for indices of lines, 0 for a vertex attribute.
-    padded : bool
+    is_padded : bool
         Whether bytes were added to each element, because the elements of vertex attributes must
         begin at multiples of 4 bytes (3.6.2.4).
-    unit : bool
+    is_unit : bool
         Whether the elements are unit vectors.
     """
 
     rows: Bytes
     corners: int = 0
-    padded: bool = False
-    unit: bool = False
+    is_padded: bool = False
+    is_unit: bool = False
 
     @property
     def target(self) -> int:
@@ -68,7 +68,7 @@ class PackedBuffer:
     views : list of JSON objects
     chunks : list of buffers
         The bytes of the first buffer, in order.
-    others : list of JSON objects
+    empty_buffers : list of JSON objects
         More buffers, which have a length but no bytes.
     extensions : tuple of str
         The extensions that the views need.
@@ -76,7 +76,7 @@ class PackedBuffer:
 
     views: list[JsonObject] = field(default_factory=list)
     chunks: list[memoryview | bytes] = field(default_factory=list)
-    others: list[JsonObject] = field(default_factory=list)
+    empty_buffers: list[JsonObject] = field(default_factory=list)
     extensions: tuple[str, ...] = ()
 
     @property
@@ -89,12 +89,12 @@ class PackedBuffer:
 class BufferBuilder:
     """Collects arrays; each becomes one buffer view with one accessor.
 
-    `quantized` says whether any positions are integers, which only an extension allows.
+    `is_quantized` says whether any positions are integers, which only an extension allows.
     """
 
     accessors: list[JsonObject] = field(default_factory=list)
     views: list[View] = field(default_factory=list)
-    quantized: bool = False
+    is_quantized: bool = False
 
     def add_positions(self, column: Column) -> int:
         """Add positions (V, 3), with the bounds that POSITION requires (3.7.2.1).
@@ -102,39 +102,41 @@ class BufferBuilder:
         Returns the number of the accessor.
         """
         low, high = find_extent(column.values)
-        self.quantized |= column.values.dtype.kind == "u"
+        self.is_quantized |= column.values.dtype.kind == "u"
         # The bounds are float32 values, so readers of single and of double precision get the same.
         return self.add(column, {"min": low.tolist(), "max": high.tolist()})
 
     def add(self, column: Column, bounds: JsonObject | None = None) -> int:
         """Add a vertex attribute (V, 1…4); returns the number of the accessor."""
-        more = {"normalized": True} if column.normalized else {}
+        fields = {"normalized": True} if column.is_normalized else {}
         rows = _rows(column.values)
-        padded = rows.shape[1] > column.values.dtype.itemsize * column.values.shape[1]
-        return self._add(column.values, View(rows, 0, padded, column.unit), more | (bounds or {}))
+        is_padded = rows.shape[1] > column.values.dtype.itemsize * column.values.shape[1]
+        return self._add(
+            column.values, View(rows, 0, is_padded, column.is_unit), fields | (bounds or {})
+        )
 
     def add_indices(self, faces: IndexArray, vertices: int) -> int:
         """Add the indices of triangles (N, 3) or lines (N, 2); returns the number of the accessor.
 
         The indices have 16 bits if that suffices for the number of vertices.
         """
-        stored = index_rows(faces, vertices).reshape(-1, 1)
-        view = View(stored.view(np.uint8), corners=faces.shape[1])
-        return self._add(stored, view, {})
+        indices = index_rows(faces, vertices).reshape(-1, 1)
+        view = View(indices.view(np.uint8), corners=faces.shape[1])
+        return self._add(indices, view, {})
 
     def pack(self) -> PackedBuffer:
         """Put all arrays into one buffer, each at a multiple of 4 bytes."""
-        packed = PackedBuffer()
+        result = PackedBuffer()
         length = 0
         for view in self.views:
             entry = {"buffer": 0, "byteOffset": length} | describe_view(view)
-            packed.views.append(entry)
-            packed.chunks.extend(pad(view.rows.data.cast("B")))
+            result.views.append(entry)
+            result.chunks.extend(pad(view.rows.data.cast("B")))
             length += view.rows.nbytes + -view.rows.nbytes % 4
-        return packed
+        return result
 
-    def _add(self, values: NDArray[np.generic], view: View, more: JsonObject) -> int:
-        """Add a view and its accessor, which also gets the fields `more`."""
+    def _add(self, values: NDArray[np.generic], view: View, fields: JsonObject) -> int:
+        """Add a view and its accessor, which also gets these fields."""
         self.views.append(view)
         self.accessors.append(
             {
@@ -142,7 +144,7 @@ class BufferBuilder:
                 "componentType": COMPONENTS[values.dtype.str[1:]],
                 "count": values.shape[0],
                 "type": ELEMENT_TYPES[values.shape[1]],
-                **more,
+                **fields,
             }
         )
         return len(self.accessors) - 1
@@ -156,7 +158,7 @@ def index_rows(faces: IndexArray, vertices: int) -> IndexArray:
 
 def describe_view(view: View) -> JsonObject:
     """The JSON object of a buffer view, without its position in the buffer."""
-    stride = {"byteStride": view.rows.shape[1]} if view.padded else {}
+    stride = {"byteStride": view.rows.shape[1]} if view.is_padded else {}
     return {"byteLength": view.rows.nbytes, **stride, "target": view.target}
 
 
@@ -167,11 +169,11 @@ def pad(content: memoryview | bytes) -> tuple[memoryview | bytes, bytes]:
 
 def _rows(values: NDArray[Any]) -> Bytes:
     """The bytes of each element, padded to a multiple of 4: shape (N, stride)."""
-    stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
-    size = stored.itemsize * stored.shape[1]
-    row_bytes = stored.view(np.uint8).reshape(len(stored), size)
+    elements = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    size = elements.itemsize * elements.shape[1]
+    row_bytes = elements.view(np.uint8).reshape(len(elements), size)
     if size % 4 == 0:
         return row_bytes
-    rows = np.zeros((len(stored), size + -size % 4), dtype=np.uint8)
+    rows = np.zeros((len(elements), size + -size % 4), dtype=np.uint8)
     rows[:, :size] = row_bytes
     return rows

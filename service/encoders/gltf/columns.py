@@ -28,19 +28,19 @@ class Column:
     ----------
     values : ndarray, shape (V, 1…4)
         float32, or integers of 8 or 16 bits.
-    normalized : bool
+    is_normalized : bool
         Whether readers must divide the integers by the largest value of their type.
-    unit : bool
+    is_unit : bool
         Whether the values are unit vectors.
     """
 
     values: NDArray[Any]
-    normalized: bool = False
-    unit: bool = False
+    is_normalized: bool = False
+    is_unit: bool = False
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
         """The attribute for these vertices only."""
-        return Column(self.rows(rows), self.normalized, self.unit)
+        return Column(self.rows(rows), self.is_normalized, self.is_unit)
 
     def rows(self, rows: IndexArray | Ints | slice) -> NDArray[Any]:
         """The values for these vertices only."""

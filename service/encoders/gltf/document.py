@@ -30,12 +30,12 @@ LINE_STRIP = 3
 DATA_URI = "data:application/gltf-buffer;base64,"
 """The beginning of the URI of a buffer that is inside the document (3.6.1.1)."""
 
-_QUOTED = b'"uri":"' + DATA_URI.encode() + b'"'
+_URI_FIELD = b'"uri":"' + DATA_URI.encode() + b'"'
 """The text at the place of the buffer. A name cannot contain it, because JSON escapes quotation
 marks."""
 
-PIECE = 3 << 16
-"""The number of bytes that are converted to base64 at once."""
+PIECE_BYTES = 3 << 16
+"""The number of bytes that are converted to base64 at once; a multiple of 3."""
 
 REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
 """The extensions without which a reader cannot read the file."""
@@ -53,10 +53,12 @@ def build_whole_document(
     options: EncodeOptions,
 ) -> File:
     """Build the document around `arrays`: the nodes, meshes and materials; node 0 is the root."""
-    packed = meshopt.compress_buffer(buffer) if options.compression == "meshopt" else buffer.pack()
+    packed_buffer = (
+        meshopt.compress_buffer(buffer) if options.compression == "meshopt" else buffer.pack()
+    )
     extensions = [UNLIT] if LINE_MATERIAL in arrays["materials"] else []
-    extensions += [quantized.EXTENSION] if buffer.quantized else []
-    extensions += packed.extensions
+    extensions += [quantized.EXTENSION] if buffer.is_quantized else []
+    extensions += packed_buffer.extensions
     document: JsonObject = {
         "asset": {
             "version": "2.0",
@@ -69,10 +71,10 @@ def build_whole_document(
         "scenes": [{"name": name, "nodes": [0]} if arrays["nodes"] else {"name": name}],
         **arrays,
         "accessors": buffer.accessors,
-        "bufferViews": packed.views,
+        "bufferViews": packed_buffer.views,
     }
     # Omit empty arrays: the JSON schema of the specification requires at least one item.
-    return {key: value for key, value in document.items() if value != []}, packed
+    return {key: value for key, value in document.items() if value != []}, packed_buffer
 
 
 def root_placement(origin: FloatArray, up: str) -> JsonObject:
@@ -92,20 +94,21 @@ def write_gltf(document: JsonObject, buffer: PackedBuffer) -> bytes:
     """Write a document as one JSON text, which contains the buffer as base64."""
     if not buffer.chunks:
         return json_text(document)
-    document["buffers"] = [{"byteLength": buffer.length, "uri": DATA_URI}, *buffer.others]
+    document["buffers"] = [{"byteLength": buffer.length, "uri": DATA_URI}, *buffer.empty_buffers]
     # Insert the buffer after writing the JSON: orjson would copy it and reserve 8 times its length.
-    before, quoted, after = json_text(document).partition(_QUOTED)
-    return b"".join((before, quoted[:-1], *_base64(buffer.chunks), b'"', after))
+    text_before, uri_field, text_after = json_text(document).partition(_URI_FIELD)
+    # The base64 comes before the closing quotation mark of the URI.
+    return b"".join((text_before, uri_field[:-1], *_base64(buffer.chunks), b'"', text_after))
 
 
 def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
     """The base64 of the concatenated chunks."""
-    left = b""
+    remainder = b""
     for chunk in chunks:
-        for first, last in row_runs(len(chunk), PIECE):
-            piece = left + chunk[first:last]
+        for begin, end in row_runs(len(chunk), PIECE_BYTES):
+            piece = remainder + chunk[begin:end]
             # 3 bytes become 4 letters; the remaining 1 or 2 bytes are joined to the next piece.
             length = len(piece) - len(piece) % 3
-            left = piece[length:]
+            remainder = piece[length:]
             yield base64.b64encode(piece[:length])
-    yield base64.b64encode(left)
+    yield base64.b64encode(remainder)

@@ -37,7 +37,7 @@ GLB_MAGIC, GLB_VERSION, CHUNK_JSON, CHUNK_BIN = 0x46546C67, 2, 0x4E4F534A, 0x004
 """The numbers in the header and in the chunks of a GLB (4.4.2, 4.4.3): "glTF", version 2, "JSON",
 and "BIN" with a zero byte."""
 
-SHORT = 1 << 16
+MAX_JOINED_BYTES = 1 << 16
 """Files of at most this number of bytes are returned as one buffer."""
 
 PLACEHOLDER = "\ue000{}\ue000"
@@ -64,7 +64,7 @@ def write_glb(document: JsonObject, buffer: PackedBuffer) -> Content:
     """Write a document and its buffer as a binary glTF file."""
     length = buffer.length
     if length:
-        document["buffers"] = [{"byteLength": length}, *buffer.others]
+        document["buffers"] = [{"byteLength": length}, *buffer.empty_buffers]
     return _assemble(json_text(document), buffer.chunks, length)
 
 
@@ -78,7 +78,7 @@ def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
     pieces = (head + text + binary_head, *chunks)
-    return b"".join(pieces) if total <= SHORT else Pieces(pieces)
+    return b"".join(pieces) if total <= MAX_JOINED_BYTES else Pieces(pieces)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,7 +91,7 @@ class Template:
         The JSON text in parts: text, name of a missing value, text, name, …, text.
     rows : ndarray of int, or None
         The vertices of all primitives, one after another; None for all vertices in order.
-    ends : tuple of int
+    offsets : tuple of int
         The number of vertices before each primitive, and the number of all.
     indices : tuple of list of bytes
         For each primitive, the bytes of its triangles and their padding.
@@ -101,7 +101,7 @@ class Template:
 
     text: tuple[bytes, ...]
     rows: Ints | None
-    ends: tuple[int, ...]
+    offsets: tuple[int, ...]
     indices: tuple[list[bytes | memoryview], ...]
     length: int
 
@@ -115,16 +115,17 @@ class Template:
         """Insert the values of a mesh with these vertex attributes; returns the file."""
         values = {b"report": json_text(report_object(mesh.report, mesh.parts))}
         values[b"origin"] = json_text(mesh.origin.tolist())
-        numbers = [column.values for column in columns.values()]
+        arrays = [column.values for column in columns.values()]
         if self.rows is not None:
-            numbers = [values.take(self.rows, axis=0) for values in numbers]
-        for number, bounds in enumerate(self._bounds(mesh, numbers[0])):
+            arrays = [array.take(self.rows, axis=0) for array in arrays]
+        for number, bounds in enumerate(self._bounds(mesh, arrays[0])):
             values[b"low%d" % number], values[b"high%d" % number] = map(json_text, bounds)
         chunks: list[memoryview | bytes] = []
-        for first, last, indices in zip(self.ends, self.ends[1:], self.indices, strict=False):
-            chunks += [array[first:last].data.cast("B") for array in numbers]
+        for begin, end, indices in zip(self.offsets, self.offsets[1:], self.indices, strict=False):
+            chunks += [array[begin:end].data.cast("B") for array in arrays]
             chunks += indices
         text = list(self.text)
+        # Every second part is the name of a value.
         text[1::2] = map(values.__getitem__, text[1::2])
         return _assemble(b"".join(text), chunks, self.length)
 
@@ -134,7 +135,7 @@ class Template:
             return iter([(mesh.report.bounds_min, mesh.report.bounds_max)])
         planes = positions.T.copy()
         lows, highs = (
-            np.array(least_or_greatest.reduceat(planes, self.ends[:-1], axis=1)).T.tolist()
+            np.array(least_or_greatest.reduceat(planes, self.offsets[:-1], axis=1)).T.tolist()
             for least_or_greatest in (np.minimum, np.maximum)
         )
         return zip(lows, highs, strict=True)
@@ -145,8 +146,8 @@ def _encode_by_template(mesh: Mesh, options: EncodeOptions) -> Content | None:
 
     None if the faces of the mesh are not those of a cached plan, or if a template cannot be used.
     """
-    plain = options.compression == "none" and not mesh.step and not find_nonempty(mesh.overlays)
-    if mesh.triangles.flags.writeable or not plain or len(mesh.quads):
+    is_plain = options.compression == "none" and not mesh.step and not find_nonempty(mesh.overlays)
+    if mesh.triangles.flags.writeable or not is_plain or len(mesh.quads):
         return None
     columns = build_plain_columns(mesh)
     key = (
@@ -165,15 +166,17 @@ def _encode_by_template(mesh: Mesh, options: EncodeOptions) -> Content | None:
     return template.fill(mesh, columns) if template.indices else None
 
 
-def _build_template(mesh: Mesh, options: EncodeOptions, columns: int) -> Template:
+def _build_template(mesh: Mesh, options: EncodeOptions, column_count: int) -> Template:
     """The template of a mesh's file; empty if a name of the mesh looks like a placeholder."""
     document, buffer = build_document(mesh, options)
     document["asset"]["extras"]["report"] = PLACEHOLDER.format("report")
     for node in document.get("nodes", ()):
         if "translation" in node:
             node["translation"] = PLACEHOLDER.format("origin")
-    bounded = [accessor for accessor in document.get("accessors", ()) if "min" in accessor]
-    for number, accessor in enumerate(bounded):
+    bounded_accessors = [
+        accessor for accessor in document.get("accessors", ()) if "min" in accessor
+    ]
+    for number, accessor in enumerate(bounded_accessors):
         accessor["min"], accessor["max"] = (
             PLACEHOLDER.format(f"{end}{number}") for end in ("low", "high")
         )
@@ -181,20 +184,21 @@ def _build_template(mesh: Mesh, options: EncodeOptions, columns: int) -> Templat
         document["buffers"] = [{"byteLength": buffer.length}]
     text = _PLACEHOLDER.split(json_text(document))
     primitives = [rows for _, rows, _ in split_parts(mesh)]
-    # In the buffer, a primitive has `columns` attributes and then its indices; each of these arrays
-    # is two chunks, its content and its padding.
-    stride = 2 * (columns + 1)
-    ends = range(stride, len(primitives) * stride + 1, stride)
-    indices = [buffer.chunks[end - 2 : end] for end in ends]
-    expected = 1 + 2 * len(primitives) + (len(primitives) if mesh.origin.any() else 0)
-    if len(text) != 2 * expected + 1:
+    # In the buffer, a primitive has `column_count` attributes and then its indices; each of these
+    # arrays is two chunks, its content and its padding.
+    stride = 2 * (column_count + 1)
+    index_ends = range(stride, len(primitives) * stride + 1, stride)
+    indices = [buffer.chunks[end - 2 : end] for end in index_ends]
+    # The report; for each primitive its two bounds; and for each its origin, if it is not 0.
+    placeholder_count = 1 + 2 * len(primitives) + (len(primitives) if mesh.origin.any() else 0)
+    if len(text) != 2 * placeholder_count + 1:
         return Template((), None, (), (), 0)
-    every = np.arange(len(mesh.positions))
-    rows = [every[each] if isinstance(each, slice) else each for each in primitives]
-    all_rows = np.concatenate([every[:0], *rows])
+    all_vertices = np.arange(len(mesh.positions))
+    rows = [all_vertices[each] if isinstance(each, slice) else each for each in primitives]
+    all_rows = np.concatenate([all_vertices[:0], *rows])
     return Template(
         tuple(text),
-        None if np.array_equal(all_rows, every) else all_rows,
+        None if np.array_equal(all_rows, all_vertices) else all_rows,
         tuple(accumulate(map(len, rows), initial=0)),
         tuple(indices),
         buffer.length,

@@ -4,9 +4,9 @@ Triangles are put in an order that suits graphics cards, and vertices in the ord
 use; both compress well. A compressed view stores the differences of consecutive elements. A view
 that would not become shorter is stored without compression. Normals of 16 bits are encoded by the
 octahedral filter with 12 bits for each coordinate on the unfolded octahedron. Their errors are up
-to 0.1°, and they are half as long as without loss. As the extension requires, a compressed view
-also has a position in a second buffer, which has a length but no bytes. Readers must support the
-extension.
+to 0.1°, and they take half the bytes of normals without loss. As the extension requires, a
+compressed view also has a position in a second buffer, which has a length but no bytes. Readers
+must support the extension.
 
 The optional library `meshopt` compresses.
 
@@ -81,17 +81,17 @@ def order_faces(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
         The old number of each vertex.
     """
     corners = faces.shape[1]
-    indices, place, used = _library().reorder_mesh(
+    indices, new_number, used_count = _library().reorder_mesh(
         np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), corners == 3, False
     )
-    place = place[:vertices]
-    # `place` has the new number of each vertex; unused vertices get the numbers after all others.
+    new_number = new_number[:vertices]
+    # In `new_number`, unused vertices have numbers after all others.
     order = np.empty(vertices, dtype=np.intp)
-    first_uses = np.flatnonzero(place < used)
-    order[place[first_uses]] = first_uses
+    first_uses = np.flatnonzero(new_number < used_count)
+    order[new_number[first_uses]] = first_uses
     is_unused = np.ones(vertices, dtype=bool)
     is_unused[first_uses] = False
-    order[used:] = np.flatnonzero(is_unused)
+    order[used_count:] = np.flatnonzero(is_unused)
     return indices.reshape(-1, corners), order
 
 
@@ -103,26 +103,26 @@ def compress_buffer(buffer: BufferBuilder) -> PackedBuffer:
     length = fallback_length = 0
     for view in buffer.views:
         checkpoint()
-        content, more = _encode_view(view)
+        content, filter_field = _encode_view(view)
         entry = describe_view(view)
         if len(content) >= view.rows.nbytes:
             content = view.rows.data.cast("B")
             entry = {"buffer": 0, "byteOffset": length} | entry
         else:
-            compressed = {
+            compressed_view = {
                 "buffer": 0,
                 "byteOffset": length,
                 "byteLength": len(content),
                 "byteStride": view.rows.shape[1],
                 "count": view.rows.shape[0],
                 "mode": MODES[view.corners],
-                **more,
+                **filter_field,
             }
             entry = {
                 "buffer": 1,
                 "byteOffset": fallback_length,
                 **entry,
-                "extensions": {EXTENSION: compressed},
+                "extensions": {EXTENSION: compressed_view},
             }
             fallback_length += view.rows.nbytes + -view.rows.nbytes % 4
         views.append(entry)
@@ -141,7 +141,7 @@ def _encode_view(view: View) -> tuple[memoryview | bytes, JsonObject]:
     if view.corners:
         indices = view.rows.view("<u2" if view.rows.shape[1] == 2 else "<u4")
         return library.encode_gltf_buffer(indices, MODES[view.corners]), {}
-    if view.unit:
+    if view.is_unit:
         return library.encode_gltf_buffer(_octahedral(view.rows), "ATTRIBUTES"), OCTAHEDRAL
     return library.encode_gltf_buffer(view.rows, "ATTRIBUTES"), {}
 
@@ -150,8 +150,8 @@ def _octahedral(rows: Bytes) -> Bytes:
     """Normals of 16 bits, (N, 8) bytes, encoded by the octahedral filter."""
     vectors = rows.view("<i2").astype(np.float32)
     vectors /= 32767.0
-    filtered: Bytes = _library().encode_filter_oct(vectors, 8, NORMAL_BITS)
-    return filtered
+    encoded: Bytes = _library().encode_filter_oct(vectors, 8, NORMAL_BITS)
+    return encoded
 
 
 def _library() -> Any:

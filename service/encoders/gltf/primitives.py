@@ -95,12 +95,12 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
     """
     runs = tuple(part.triangles for part in mesh.parts)
     vertices = len(mesh.positions)
-    split = derive_once(
+    part_split = derive_once(
         (mesh.triangles,),
         ("glTF", runs, vertices),
         lambda: _split(mesh.triangles, runs, vertices),
     )
-    for part, (rows, triangles) in zip(mesh.parts, split.pieces, strict=True):
+    for part, (rows, triangles) in zip(mesh.parts, part_split.pieces, strict=True):
         if len(triangles):
             yield part, rows, triangles
 
@@ -119,19 +119,19 @@ class _Split:
 
 
 def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int) -> _Split:
-    """Split triangles into runs [first, last), each with vertices of its own.
+    """Split triangles into runs [begin, end), each with vertices of its own.
 
     Indices have 16 or 32 bits, as in the file.
     """
     if len(runs) == 1:
         return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
-    used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
+    is_used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
     pieces: list[tuple[Ints | slice, IndexArray]] = []
     for run in runs:
         part_vertices: IndexArray | slice = slice(0, 0)
         faces = triangles[slice(*run)]
         if len(faces):
-            part_vertices, faces = _find_used_vertices(faces, used, lookup)
+            part_vertices, faces = _find_used_vertices(faces, is_used, lookup)
         count = (
             part_vertices.stop - part_vertices.start
             if isinstance(part_vertices, slice)
@@ -144,18 +144,18 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
 
 
 def _find_used_vertices(
-    triangles: IndexArray, used: Bools, lookup: IndexArray
+    triangles: IndexArray, is_used: Bools, lookup: IndexArray
 ) -> tuple[IndexArray | slice, IndexArray]:
     """The vertices that these triangles use, and the triangles as indices into these vertices.
 
-    `used` (all False) and `lookup`, both of shape (V,), are temporary arrays that the caller
+    `is_used` (all False) and `lookup`, both of shape (V,), are temporary arrays that the caller
     allocates once. Only the range of the indices is read, so that many small parts do not take
     longer than one large part.
     """
     low, high = int(triangles.min()), int(triangles.max()) + 1
-    used[triangles] = True
-    vertices = np.flatnonzero(used[low:high]).astype(np.uint32) + np.uint32(low)
-    used[low:high] = False
+    is_used[triangles] = True
+    vertices = np.flatnonzero(is_used[low:high]).astype(np.uint32) + np.uint32(low)
+    is_used[low:high] = False
     if len(vertices) == high - low:
         return slice(low, high), triangles - np.uint32(low)
     lookup[vertices] = np.arange(len(vertices), dtype=np.uint32)

@@ -23,7 +23,7 @@ from service.engine.mesh.mesh_value import Mesh
 
 EXTENSION = "KHR_mesh_quantization"
 
-LARGEST, LARGEST_SIGNED = 65535, 32767
+MAX_UNSIGNED, MAX_SIGNED = 65535, 32767
 """The largest unsigned and the largest signed 16-bit integer."""
 
 
@@ -32,8 +32,8 @@ def build_quantized_columns(mesh: Mesh) -> Columns:
     columns = build_plain_columns(mesh)
     columns["POSITION"] = grid_positions(mesh.positions, mesh)
     if mesh.normals is not None:
-        normals = np.rint(mesh.normals.astype(np.float64) * LARGEST_SIGNED)
-        columns["NORMAL"] = Column(normals.astype("<i2"), normalized=True, unit=True)
+        normals = np.rint(mesh.normals.astype(np.float64) * MAX_SIGNED)
+        columns["NORMAL"] = Column(normals.astype("<i2"), is_normalized=True, is_unit=True)
     for name in ("TEXCOORD_0", "COLOR_0"):
         if name in columns:
             columns[name] = _quantize_shares(columns[name])
@@ -43,7 +43,7 @@ def build_quantized_columns(mesh: Mesh) -> Columns:
 def grid_positions(positions: RealArray, mesh: Mesh) -> Column:
     """Positions of the mesh, or of its lines, as numbers of steps from `_corner(mesh)`."""
     steps = positions.astype(np.float64) / mesh.step - _corner(mesh)
-    if len(steps) and not 0 <= steps.min() <= steps.max() <= LARGEST:
+    if len(steps) and not 0 <= steps.min() <= steps.max() <= MAX_UNSIGNED:
         raise ValueError("The grid has fewer steps than the mesh is long.")
     return Column(steps.astype("<u2"))
 
@@ -57,8 +57,8 @@ def grid_place(mesh: Mesh) -> dict[str, list[float]]:
 
 def _corner(mesh: Mesh) -> FloatArray:
     """The least corner of the box of all positions and lines, in steps from the origin."""
-    every = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
-    lows = [rows.min(axis=0) for rows in every if len(rows)]
+    arrays = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
+    lows = [rows.min(axis=0) for rows in arrays if len(rows)]
     corner: FloatArray = np.min(lows, axis=0).astype(np.float64) / mesh.step + 0.0
     return corner
 
@@ -68,5 +68,5 @@ def _quantize_shares(column: Column) -> Column:
     values = column.values
     if not len(values) or values.min() < 0 or values.max() > 1:
         return column
-    integers: NDArray[np.uint16] = np.rint(values.astype(np.float64) * LARGEST).astype("<u2")
-    return Column(integers, normalized=True)
+    integers: NDArray[np.uint16] = np.rint(values.astype(np.float64) * MAX_UNSIGNED).astype("<u2")
+    return Column(integers, is_normalized=True)

@@ -27,7 +27,7 @@ from service.encoders.gltf.primitives import Piece, build_pieces
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
-SAME = 1e-12
+NEGLIGIBLE = 1e-12
 """Columns whose cosine is at most this count as perpendicular, and a scaling that differs from 1 by
 at most this counts as 1. Rounding errors are about 1e-16."""
 
@@ -75,12 +75,12 @@ class _Document:
     def _add_copy(self, member: PlacedModel) -> int:
         """Add the node of one copy, with a child for each of several pieces; returns its number."""
         number = len(self.nodes)
-        outer, inner = split_matrix(member.matrix)
-        node: JsonObject = {"name": member.name, **outer}
+        node_fields, child_fields = split_matrix(member.matrix)
+        node: JsonObject = {"name": member.name, **node_fields}
         self.nodes.append(node)
-        if inner:
+        if child_fields:
             node["children"] = [len(self.nodes)]
-            node = inner
+            node = child_fields
             self.nodes.append(node)
         model_pieces = self.pieces[member.model]
         place = self.places[member.model]
@@ -131,15 +131,15 @@ def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
     if np.linalg.det(linear) < 0:
         lengths = -lengths
     turn = linear / lengths
-    if np.abs(turn.T @ turn - np.eye(3)).max() <= SAME:
+    if np.abs(turn.T @ turn - np.eye(3)).max() <= NEGLIGIBLE:
         return place | {"rotation": quaternion(turn)} | dict(_write_scale(lengths)), {}
-    outer, scale, inner = np.linalg.svd(linear)
-    if np.linalg.det(outer) < 0:
-        outer, scale = -outer, -scale
-    if np.linalg.det(inner) < 0:
-        inner, scale = -inner, -scale
-    place |= {"rotation": quaternion(outer)} | dict(_write_scale(scale))
-    return place, {"rotation": quaternion(inner)}
+    left, scale, right = np.linalg.svd(linear)
+    if np.linalg.det(left) < 0:
+        left, scale = -left, -scale
+    if np.linalg.det(right) < 0:
+        right, scale = -right, -scale
+    place |= {"rotation": quaternion(left)} | dict(_write_scale(scale))
+    return place, {"rotation": quaternion(right)}
 
 
 def quaternion(turn: FloatArray) -> list[float]:
@@ -150,20 +150,21 @@ def quaternion(turn: FloatArray) -> list[float]:
     Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1(3), 1978.
     """
     trace = np.trace(turn)
+    # 4 times the squares of x, y, z and w.
     squares = np.append(1 - trace + 2 * np.diag(turn), 1 + trace)
-    # `products` is the quaternion times its largest component, which loses the fewest digits.
-    largest = int(np.argmax(squares))
+    # `products` is 4 times the quaternion times its largest component: the fewest digits are lost.
+    largest_index = int(np.argmax(squares))
     x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
     products = np.array([x, y, z, squares[3]])
-    if largest < 3:
+    if largest_index < 3:
         symmetric = turn + turn.T
-        products = np.append(symmetric[largest], (x, y, z)[largest])
-        products[largest] = squares[largest]
+        products = np.append(symmetric[largest_index], (x, y, z)[largest_index])
+        products[largest_index] = squares[largest_index]
     unit: list[float] = (products / np.linalg.norm(products)).tolist()
     return unit
 
 
 def _write_scale(scale: FloatArray) -> Iterator[tuple[str, list[float]]]:
     """The field `scale` of a node, unless all scalings are 1."""
-    if np.abs(scale - 1).max() > SAME:
+    if np.abs(scale - 1).max() > NEGLIGIBLE:
         yield "scale", scale.tolist()

@@ -1,17 +1,19 @@
 """Upper bounds of the bytes of a glTF file, computed from counts alone."""
 
-from service.encoders.content import REPORT_PART
+from service.encoders.content import REPORT_PART_CHARS
 from service.encoders.format import EncodeOptions, MeshSize
 from service.encoders.gltf.columns import attribute_columns
 from service.encoders.gltf.document import DATA_URI
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
 
-GRID = len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
+QUANTIZED_CHARS = (
+    len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
+)
 """The most additional characters of a quantized node: its `scale`, and fields of the accessors and
 views of normals, texture coordinates and colours. The bounds of positions are shorter than those of
 other nodes."""
 
-COMPRESSED = 320
+COMPRESSED_CHARS = 320
 """The most additional characters of a compressed view, with numbers of ten digits."""
 
 
@@ -36,15 +38,15 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     the root node and the scene. Quantizing adds characters to each node, compression to each view.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
-    more = ["COLOR_0", *keys] if size.colors else keys
-    node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in more) + REPORT_PART
+    keys = ["COLOR_0", *keys] if size.colors else keys
+    node = 1200 + 9 * (FLOAT64_CHARS + 1) + sum(300 + len(key) for key in keys) + REPORT_PART_CHARS
     if options.quantize:
-        node += GRID
+        node += QUANTIZED_CHARS
     if options.compression == "meshopt":
         # Views of indices, positions, normals and texture coordinates; then the other attributes.
-        node += COMPRESSED * (4 + len(more))
+        node += COMPRESSED_CHARS * (4 + len(keys))
     names = 3 * LONGEST_ESCAPE * size.name_bytes
-    return 2660 + 13 * FLOAT64_CHARS + size.named * node + names
+    return 2660 + 13 * FLOAT64_CHARS + size.pieces * node + names
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
@@ -60,4 +62,4 @@ def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
         point, vertex = 12, 12 + 12 + 8 + 4 * size.colors + attributes
     index = 2 if max(size.vertices, size.overlay_points) <= 65535 else 4
     corners = 3 * (size.triangles + 2 * size.quads) + 2 * size.overlay_segments
-    return size.vertices * vertex + size.overlay_points * point + corners * index + 3 * size.named
+    return size.vertices * vertex + size.overlay_points * point + corners * index + 3 * size.pieces

@@ -8,7 +8,7 @@ Geomview manual, "OOGL File Formats": VECT.
 import numpy as np
 
 from service.encoders.obj import identifier
-from service.encoders.sections.format import SectionSize, numbers_of, points_of, report_object
+from service.encoders.sections.format import SectionSize, point_rows_of, points_of, report_object
 from service.encoders.text import FLOAT64_CHARS, digits, json_document, rows
 from service.engine.sections.values import Sections
 
@@ -53,7 +53,9 @@ def encode_obj(sections: Sections) -> bytes:
     for k, section in enumerate(sections.sections):
         points = points_of(section)
         parts.append(b"o %s-%d\n" % (name, k) + (rows(points, b"v ") if len(points) else b""))
-        parts += [rows(numbers[np.newaxis] + first, b"l ") for numbers in numbers_of(section)]
+        parts += [
+            rows(point_rows[np.newaxis] + first, b"l ") for point_rows in point_rows_of(section)
+        ]
         first += len(points)
     return b"".join(parts)
 
@@ -69,12 +71,12 @@ def encode_oogl(sections: Sections) -> bytes:
     """The OOGL file, ASCII: one VECT of one color. A negative count means a closed polyline."""
     lines = [line for section in sections.sections for line in section.polylines]
     points = [points_of(section) for section in sections.sections]
-    every = np.concatenate([np.zeros((0, 3)), *points])
-    counts = [1 - len(line.points) if line.closed else len(line.points) for line in lines]
-    head = f"VECT\n{len(lines)} {len(every)} {min(len(lines), 1)}\n"
+    all_points = np.concatenate([np.zeros((0, 3)), *points])
+    counts = [-(len(line.points) - 1) if line.closed else len(line.points) for line in lines]
+    head = f"VECT\n{len(lines)} {len(all_points)} {min(len(lines), 1)}\n"
     head += "\n".join(map(str, counts)) + "\n"
     head += "\n".join(["1"] * bool(lines) + ["0"] * (len(lines) - 1)) + "\n"
-    return head.encode() + (rows(every) + b"1 1 1 1\n" if lines else b"")
+    return head.encode() + (rows(all_points) + b"1 1 1 1\n" if lines else b"")
 
 
 def oogl_bound(size: SectionSize) -> int:

@@ -12,9 +12,9 @@ from service.engine.extent import choose_origin
 from service.engine.mesh.report import ENGINE
 from service.engine.sections.values import Polyline, Section, Sections
 
-SINGLE = float(np.finfo(np.float32).eps)
-"""The machine epsilon of float32. Rounding moves each coordinate x by at most SINGLE · |x| / 2, and
-so a point by less than SINGLE times the largest |x|."""
+FLOAT32_EPSILON = float(np.finfo(np.float32).eps)
+"""The machine epsilon ε of float32. Rounding moves each coordinate x by at most ε |x| / 2, and so a
+point by less than ε times the largest |x|."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,13 @@ class SectionSize:
     @staticmethod
     def of(sections: Sections) -> "SectionSize":
         """The counts of some sections."""
-        each = sections.sections
+        all_sections = sections.sections
         return SectionSize(
-            len(each),
-            sum(len(section.polylines) for section in each),
+            len(all_sections),
+            sum(len(section.polylines) for section in all_sections),
             sections.point_count,
-            sum(len(section.touching) for section in each),
-            sum(len(section.coplanar) for section in each),
+            sum(len(section.touching) for section in all_sections),
+            sum(len(section.coplanar) for section in all_sections),
             len(sections.name.encode()),
         )
 
@@ -69,30 +69,35 @@ def points_of(section: Section) -> FloatArray:
 
     A closed polyline does not repeat its first point here.
     """
-    return np.concatenate([np.zeros((0, 3)), *(_once(line) for line in section.polylines)])
+    return np.concatenate(
+        [np.zeros((0, 3)), *(_drop_repeated_point(line) for line in section.polylines)]
+    )
 
 
-def numbers_of(section: Section) -> list[Ints]:
-    """For each polyline its rows of `points_of`; a closed polyline repeats its first row."""
+def point_rows_of(section: Section) -> list[Ints]:
+    """For each polyline, the rows that its points have in `points_of`.
+
+    A closed polyline repeats its first row at the end.
+    """
     paths, first = [], 0
     for line in section.polylines:
         count = len(line.points) - line.closed
         paths.append(np.append(np.arange(first, first + count), [first] if line.closed else []))
         first += count
-    return [numbers.astype(np.intp) for numbers in paths]
+    return [rows.astype(np.intp) for rows in paths]
 
 
 def find_stored_origin(sections: Sections) -> tuple[FloatArray, float]:
     """The origin for points in float32, shape (3,), and the largest distance by which they move."""
     points = [points_of(section) for section in sections.sections]
-    every = np.concatenate([np.zeros((0, 3)), *points])
-    if not len(every):
+    all_points = np.concatenate([np.zeros((0, 3)), *points])
+    if not len(all_points):
         return np.zeros(3), 0.0
-    low, high = every.min(axis=0), every.max(axis=0)
+    low, high = all_points.min(axis=0), all_points.max(axis=0)
     origin = choose_origin(low, high)
-    return origin, SINGLE * float(np.abs(np.stack([low, high]) - origin).max())
+    return origin, FLOAT32_EPSILON * float(np.abs(np.stack([low, high]) - origin).max())
 
 
-def _once(line: Polyline) -> FloatArray:
+def _drop_repeated_point(line: Polyline) -> FloatArray:
     """The points of a polyline, each once."""
     return line.points[:-1] if line.closed else line.points

@@ -26,10 +26,10 @@ def encode_svg(sections: Sections) -> bytes:
     axes = sections.planes.axes
     groups, boxes = [], []
     for k, section in enumerate(sections.sections):
-        flat = np.stack([axes[0][k], -axes[1][k]], axis=1)
+        projection = np.stack([axes[0][k], -axes[1][k]], axis=1)
         paths = []
         for line in section.polylines:
-            points = (line.points[:-1] if line.closed else line.points) @ flat + 0.0
+            points = (line.points[:-1] if line.closed else line.points) @ projection + 0.0
             boxes.append(np.stack([points.min(axis=0), points.max(axis=0)]))
             end = b"Z" if line.closed else b""
             paths.append(b'<path d="M' + rows(points).rstrip() + end + b'"/>\n')

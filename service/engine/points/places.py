@@ -105,11 +105,11 @@ def _find_first_patches(model: PatchModel) -> Ints:
     """For each surface or patch of the request, the number of its first patch in the model."""
     if model.domains:
         return np.array([domain.first for domain in model.domains])
-    if model.order is None:
+    if model.request_numbers is None:
         return np.arange(model.patch_count)
     # `model.order` has, for each patch of the model, its number in the request.
     row = np.empty(model.patch_count, dtype=np.intp)
-    row[model.order] = np.arange(model.patch_count)
+    row[model.request_numbers] = np.arange(model.patch_count)
     return row
 
 

@@ -134,7 +134,10 @@ def surface_columns(
         if len(model.domains) > 1:
             columns["patch"] = number
     else:
-        columns |= {"patch": patch if model.order is None else model.order[patch], "uv": local}
+        columns |= {
+            "patch": patch if model.request_numbers is None else model.request_numbers[patch],
+            "uv": local,
+        }
     u, v = local.T
     if triangular_patches(model.batches).any():
         is_triangle = triangular_patches(model.batches)[patch]

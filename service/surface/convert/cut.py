@@ -104,7 +104,7 @@ def split_triangle(
     check_count(3 * triangle.count_points(degree), allowed, count_channel_numbers(patch.channels))
     r, s, t = (x / sum(operation.at) for x in operation.at)
     batch = Batch((patch.control_net, patch.weights), patch.channels)
-    batch = batch.apply(partial(_cut_triangle, at=(r, s, t), degree=degree))
+    batch = batch.apply(partial(_cut_triangle, point=(r, s, t), degree=degree))
     titles = surface.parts if isinstance(surface, PatchSurface) else ()
     parts = tuple((title, (0, 1, 2)) for title, _ in titles)
     return share_vertices(None, batch, parts, surface.up, surface.name)
@@ -113,8 +113,8 @@ def split_triangle(
 def split_patches(surface: PatchSurface, operation: Split, allowed: SizeLimits) -> PatchSurface:
     """Split a surface of one patch or of one triangle."""
     is_triangle = len(surface.triangles) == 1 and not len(surface.patches)
-    cut = split_triangle if is_triangle else split_patch
-    return cut(surface, operation, allowed)
+    split = split_triangle if is_triangle else split_patch
+    return split(surface, operation, allowed)
 
 
 def triangle_of_patch(
@@ -125,7 +125,7 @@ def triangle_of_patch(
     for net in (patch.control_net, *(net for _, _, _, net in patch.channels.each())):
         check_degree(sum(net.shape[:2]) - 2, allowed)
     check_count(triangle.count_points(sum(patch.degree)), allowed)
-    half = partial(_take_half, upper=operation.half == "upper")
+    half = partial(_take_half, is_upper=operation.half == "upper")
     batch = Batch((patch.control_net, patch.weights), patch.channels).apply(half)
     points, weights = batch.net
     return TriangleSurface(points, weights, surface.up, surface.name, batch.channels)
@@ -176,18 +176,18 @@ def _add_batch_axis(net: Net) -> Net:
     return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
-def _cut_triangle(net: Net, at: tuple[float, float, float], degree: int) -> Net:
+def _cut_triangle(net: Net, point: tuple[float, float, float], degree: int) -> Net:
     """The nets of the three triangles around a point, elevated, stacked along a new first axis."""
-    return elevate_triangle_nets(_stack_nets(triangle_polynomials.split(net, at)), degree)
+    return elevate_triangle_nets(_stack_nets(triangle_polynomials.split(net, point)), degree)
 
 
-def _take_half(net: Net, *, upper: bool) -> Net:
+def _take_half(net: Net, *, is_upper: bool) -> Net:
     """Half of a tensor-product net as the net of a triangle.
 
     The upper half is the lower half of the net after u and v are both reversed.
     """
     points, weights = net
-    if upper:
+    if is_upper:
         points, weights = points[::-1, ::-1], None if weights is None else weights[::-1, ::-1]
     return triangle_polynomials.lower_half((points, weights))
 
@@ -200,8 +200,8 @@ def _stack_nets(nets: Sequence[Net]) -> Net:
 
 def _split_along(net: Net, axis: int, t: float) -> tuple[Net, Net]:
     """Split a net at the parameter t of one axis: the nets below and above t."""
-    first, last = polynomials.split(move_axis(net, 0, axis), t)
-    return move_axis(first, axis, 0), move_axis(last, axis, 0)
+    low_net, high_net = polynomials.split(move_axis(net, 0, axis), t)
+    return move_axis(low_net, axis, 0), move_axis(high_net, axis, 0)
 
 
 def _restrict_net(net: Net, operation: Restrict) -> Net:

@@ -59,16 +59,16 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
     if degree[0] != degree[1]:
         _check_seams([batch.net[0] for batch in grids])
     pairs: list[tuple[Net, FloatArray]] = []
-    before = [batch.net for batch in grids]
+    old_nets = [batch.net for batch in grids]
     grids = [batch.apply(partial(elevate_nets, degree=degree, first_axis=1)) for batch in grids]
-    pairs += ((net, batch.net[0]) for net, batch in zip(before, grids, strict=True))
+    pairs += ((net, batch.net[0]) for net, batch in zip(old_nets, grids, strict=True))
     if triangles is not None:
         net = triangles.net
         triangles = triangles.apply(partial(elevate_triangle_nets, degree=degree[0]))
         pairs.append((net, triangles.net[0]))
     match_shared_edges(pairs)
-    listed = Batch.join(grids, [members for members, _ in surface.by_degree]) if grids else None
-    return share_vertices(listed, triangles, surface.parts, surface.up, surface.name)
+    all_grids = Batch.join(grids, [members for members, _ in surface.by_degree]) if grids else None
+    return share_vertices(all_grids, triangles, surface.parts, surface.up, surface.name)
 
 
 def elevate_triangle(
@@ -95,7 +95,7 @@ def elevate_triangle_nets(net: Net, degree: int) -> Net:
     return apply_along(net, 1, partial(triangle_polynomials.elevate, degree=degree))
 
 
-def check_triangle_degree(present: int, degree: tuple[int, int]) -> None:
+def check_triangle_degree(old_degree: int, degree: tuple[int, int]) -> None:
     """Refuse a lower degree, and two different degrees, for triangles."""
     if degree[0] != degree[1]:
         raise InvalidRequest(
@@ -107,12 +107,12 @@ def check_triangle_degree(present: int, degree: tuple[int, int]) -> None:
                 "one number, or twice the same",
             )
         )
-    check_degrees((present, present), degree)
+    check_degrees((old_degree, old_degree), degree)
 
 
-def check_degrees(present: tuple[int, int], degree: tuple[int, int]) -> None:
+def check_degrees(old_degrees: tuple[int, int], degree: tuple[int, int]) -> None:
     """Refuse a lower degree, which would change the surface."""
-    for axis, (old, new) in enumerate(zip(present, degree, strict=True)):
+    for axis, (old, new) in enumerate(zip(old_degrees, degree, strict=True)):
         if new < old:
             raise InvalidRequest(
                 Issue(
@@ -131,20 +131,24 @@ def _check_seams(nets: Sequence[FloatArray]) -> None:
     The two patches at this edge would have different control points there, and could have a gap.
     """
     for rows in {points.shape[1] for points in nets} & {points.shape[2] for points in nets}:
-        along_v, along_u = (
+        # Sides 0 and 1 run along v, axis 2 of a net; sides 2 and 3 run along u, axis 1.
+        sides_along_v, sides_along_u = (
             np.concatenate([take_side(n, s) for n in nets if n.shape[axis] == rows for s in sides])
             for axis, sides in ((2, (0, 1)), (1, (2, 3)))
         )
-        _check_sides(along_v, along_u)
+        _check_sides(sides_along_v, sides_along_u)
 
 
-def _check_sides(along_v: FloatArray, along_u: FloatArray) -> None:
+def _check_sides(sides_along_v: FloatArray, sides_along_u: FloatArray) -> None:
     """Refuse a side along v that is also a side along u; both arrays have shape (N, n+1, 3)."""
-    sides = np.concatenate([along_v, along_v[:, ::-1], along_u])
+    sides = np.concatenate([sides_along_v, sides_along_v[:, ::-1], sides_along_u])
     _, number = unique_rows(sides.reshape(len(sides), -1))
     # Without the sides that are a single point: no gap can appear there.
     number[(sides == sides[:, :1]).all(axis=(1, 2))] = -1
-    first_numbers, second_numbers = number[: 2 * len(along_v)], number[2 * len(along_v) :]
+    first_numbers, second_numbers = (
+        number[: 2 * len(sides_along_v)],
+        number[2 * len(sides_along_v) :],
+    )
     if np.isin(second_numbers[second_numbers >= 0], first_numbers).any():
         raise InvalidRequest(
             Issue(

@@ -35,9 +35,9 @@ def convert_each(
     surfaces: list[Single] = []
     for single in surface.surfaces:
         surfaces.append(cast(Single, convert[type(single)](single, operation, allowed)))
-        used = surfaces[-1].size().net_points
-        check_count(used, allowed)
-        allowed = replace(allowed, control_points=allowed.control_points - used)
+        point_count = surfaces[-1].size().net_points
+        check_count(point_count, allowed)
+        allowed = replace(allowed, control_points=allowed.control_points - point_count)
     return replace(surface, surfaces=tuple(surfaces))
 
 
@@ -57,9 +57,9 @@ def bezier_of_multipatch(
             pieces.append(bezier_of_spline(single, operation, allowed))
         else:
             pieces.append(_to_patches(single, degree))
-        used = pieces[-1].indices
-        check_count(used, allowed)
-        allowed = replace(allowed, control_points=allowed.control_points - used)
+        point_count = pieces[-1].index_count
+        check_count(point_count, allowed)
+        allowed = replace(allowed, control_points=allowed.control_points - point_count)
     return _join_pieces(surface, pieces)
 
 
@@ -97,27 +97,28 @@ def _add_batch_axis(net: Net) -> Net:
 
 def _join_pieces(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> PatchSurface:
     """Join surfaces of patches, all with the same channels, to one; `pieces` become its parts."""
-    first = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    first_vertices = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
     grids = [
         grid + start
-        for piece, start in zip(pieces, first, strict=False)
+        for piece, start in zip(pieces, first_vertices, strict=False)
         for _, patches in group_by_degree(piece.patches)
         for grid in patches
     ]
     triangles = [
         piece.triangles + start
-        for piece, start in zip(pieces, first, strict=False)
+        for piece, start in zip(pieces, first_vertices, strict=False)
         if len(piece.triangles)
     ]
     parts: dict[str, tuple[int, ...]] = {}
-    ends = [0, len(grids)]
+    # The next patch number of the grids, and of the triangles, which come after all grids.
+    next_numbers = [0, len(grids)]
     for single, piece in zip(surface.surfaces, pieces, strict=True):
         kind, count = (1, 1) if len(piece.triangles) else (0, len(piece.patches))
         name, number = single.name, 2
         while name in parts:
             name, number = f"{single.name} {number}", number + 1
-        parts[name] = tuple(range(ends[kind], ends[kind] + count))
-        ends[kind] += count
+        parts[name] = tuple(range(next_numbers[kind], next_numbers[kind] + count))
+        next_numbers[kind] += count
     weights = None
     if any(piece.weights is not None for piece in pieces):
         ones = (np.ones(len(p.vertices)) if p.weights is None else p.weights for p in pieces)

@@ -32,12 +32,12 @@ def apply_along(net: Net, axis: int, change: NetChange) -> Net:
     return move_axis(change(move_axis(net, 0, axis)), axis, 0)
 
 
-def move_axis(net: Net, to: int, axis: int) -> Net:
+def move_axis(net: Net, target: int, axis: int) -> Net:
     """The net with one of its axes moved to another position."""
     points, weights = net
     return (
-        np.moveaxis(points, axis, to),
-        None if weights is None else np.moveaxis(weights, axis, to),
+        np.moveaxis(points, axis, target),
+        None if weights is None else np.moveaxis(weights, axis, target),
     )
 
 
@@ -98,23 +98,25 @@ def count_channel_numbers(channels: Channels) -> int:
     return sum(net.shape[-1] for _, _, _, net in channels.each())
 
 
-def check_size(degree: tuple[int, int], patches: int, allowed: SizeLimits, beside: int = 0) -> None:
+def check_size(
+    degree: tuple[int, int], patches: int, allowed: SizeLimits, channel_numbers: int = 0
+) -> None:
     """Refuse grids whose degree or number of control points is above the limits.
 
-    `beside` is the number of numbers that all channels have at each control point.
+    `channel_numbers` is the number of numbers that all channels have at each control point.
     """
     for axis, n in enumerate(degree):
         check_degree(n, allowed, degree_pointer(degree, axis))
-    check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, beside)
+    check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, channel_numbers)
 
 
-def check_count(count: int, allowed: SizeLimits, beside: int = 0) -> None:
+def check_count(count: int, allowed: SizeLimits, channel_numbers: int = 0) -> None:
     """Refuse too many control points.
 
-    `beside` is the number of numbers that all channels have at each control point.
+    `channel_numbers` is the number of numbers that all channels have at each control point.
     """
-    most = min(allowed.control_points, MAX_NUMBERS // (4 + beside))
-    if count > most:
+    max_count = min(allowed.control_points, MAX_NUMBERS // (4 + channel_numbers))
+    if count > max_count:
         raise TooLarge(
             Issue(
                 "too_many_control_points",
@@ -122,7 +124,7 @@ def check_count(count: int, allowed: SizeLimits, beside: int = 0) -> None:
                 "service takes.",
                 "",
                 count_nouns(count, "control points"),
-                f"at most {most}",
+                f"at most {max_count}",
             )
         )
 

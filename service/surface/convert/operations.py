@@ -13,9 +13,9 @@ Interval: TypeAlias = tuple[float, float]
 MAX_OPERATIONS = 20
 """Most operations of one conversion: each may cost as much as a mesh."""
 
-UNIT = 1e-9
-"""The sum of three barycentric coordinates may differ from 1 by at most this, as decimal numbers in
-requests are rounded."""
+MAX_SUM_ERROR = 1e-9
+"""The sum of three barycentric coordinates may differ from 1 by at most this number, because
+decimal numbers in requests are rounded."""
 
 
 def degree_pointer(degree: tuple[int, int], axis: int) -> str:
@@ -67,7 +67,9 @@ class Split:
                     "`u`, `v` or both; or `at` alone",
                 )
             )
-        if self.at is not None and not (min(self.at) > 0 and abs(sum(self.at) - 1) <= UNIT):
+        if self.at is not None and not (
+            min(self.at) > 0 and abs(sum(self.at) - 1) <= MAX_SUM_ERROR
+        ):
             raise InvalidRequest(
                 Issue(
                     "out_of_range",

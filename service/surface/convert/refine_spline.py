@@ -60,41 +60,45 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     The new knot vector of this axis is clamped.
     """
     axis, degree, piece, where = change
-    knots, old = surface.knot_vectors[axis], surface.degree[axis]
-    target = raise_knots(knots, old, degree, *piece)
+    knots, old_degree = surface.knot_vectors[axis], surface.degree[axis]
+    target = raise_knots(knots, old_degree, degree, *piece)
     shortest = float(np.diff(knot.breaks(target, degree)).min())
     check_length(shortest, find_least_span(*find_domain(surface, axis)), where)
     count = len(target) - degree - 1
     counts = surface.control_net.shape[:2]
-    beside = sum(n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == counts)
-    check_count(count * counts[1 - axis], allowed, beside)
+    channel_numbers = sum(
+        n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == counts
+    )
+    check_count(count * counts[1 - axis], allowed, channel_numbers)
     vectors, degrees = list(surface.knot_vectors), list(surface.degree)
     vectors[axis], degrees[axis] = target, degree
     check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
-    _check_work(count * degree * old, where)
-    index, shares = find_refinement(knots, old, target, degree)
-    periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
+    _check_work(count * degree * old_degree, where)
+    index, shares = find_refinement(knots, old_degree, target, degree)
+    is_periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
 
     def refine(net: Net) -> Net:
-        if periodic:
+        if is_periodic:
             points, weights = net
             net = (
-                knot.wrap_points(points, old),
-                None if weights is None else knot.wrap_points(weights, old),
+                knot.wrap_points(points, old_degree),
+                None if weights is None else knot.wrap_points(weights, old_degree),
             )
         return _close_rows(combine(*net, index, shares), net, index, shares)
 
     points, weights = apply_along((surface.control_net, surface.weights), axis, refine)
-    new = list(counts)
-    new[axis] = count
+    new_counts = list(counts)
+    new_counts[axis] = count
     low, high = find_domain(surface, axis)
     ends = tuple((t - low) / (high - low) for t in piece)
 
     def change_channel(net: FloatArray) -> FloatArray:
         if net.shape[:2] == counts:
             return apply_along((net, None), axis, refine)[0]
-        cut = partial(polynomials.restrict, first=ends[0], last=ends[1])
-        return _elevate_ambiguous(apply_along((net, None), axis, cut)[0], (new[0], new[1]))
+        restrict = partial(polynomials.restrict, first=ends[0], last=ends[1])
+        return _elevate_ambiguous(
+            apply_along((net, None), axis, restrict)[0], (new_counts[0], new_counts[1])
+        )
 
     new_vectors: list[Knots] = list(surface.knots)
     new_vectors[axis] = target
@@ -155,15 +159,15 @@ def _check_work(work: int, where: str) -> None:
         )
 
 
-def check_length(shortest: float, least: float, where: str) -> None:
-    """Refuse a piece that is shorter than `least`: rounding could make its parameters equal."""
-    if shortest < least:
+def check_length(shortest: float, min_length: float, where: str) -> None:
+    """Refuse a piece shorter than `min_length`: rounding could make its parameters equal."""
+    if shortest < min_length:
         raise InvalidRequest(
             Issue(
                 "knots_too_close",
                 "The cut is too near to a knot: the piece between them would be too short.",
                 where,
                 f"{shortest:.3g} from the next knot",
-                f"the knot itself, or at least {least:.3g} from it",
+                f"the knot itself, or at least {min_length:.3g} from it",
             )
         )

@@ -17,8 +17,8 @@ from service.bases.unique_rows import unique_rows
 from service.surface.sides import take_side
 
 SAME_WEIGHT = 2.0**-44
-"""Weights of an edge in two patches count as equal up to a factor if they differ by at most this,
-after both are scaled to a largest weight of 1."""
+"""Weights of an edge in two patches count as equal up to a factor if they differ by at most this
+number, after both are scaled to a largest weight of 1."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,7 +31,7 @@ class _Side:
         Points of the side before elevation.
     weights : ndarray of float64, shape (P, m+1)
         Weights of the side before elevation.
-    raised : ndarray of float64
+    elevated : ndarray of float64
         Points after elevation: of the side (P, n+1, 3) for grids, of the whole net for triangles.
     rows : ndarray of int, shape (n+1,), or None
         For triangles, the rows of the net on this side.
@@ -39,20 +39,20 @@ class _Side:
 
     points: FloatArray
     weights: FloatArray
-    raised: FloatArray
+    elevated: FloatArray
     rows: Ints | None = None
 
     @property
     def new_points(self) -> FloatArray:
         """The points of the side after elevation, shape (P, n+1, 3)."""
-        return self.raised if self.rows is None else self.raised[:, self.rows]
+        return self.elevated if self.rows is None else self.elevated[:, self.rows]
 
     def write(self, values: FloatArray) -> None:
         """Replace the points of the side after elevation."""
         if self.rows is None:
-            self.raised[...] = values
+            self.elevated[...] = values
         else:
-            self.raised[:, self.rows] = values
+            self.elevated[:, self.rows] = values
 
 
 def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
@@ -65,45 +65,47 @@ def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
         elevation. The points on shared edges are overwritten.
     """
     groups: dict[tuple[int, int], list[_Side]] = {}
-    for (points, weights), raised in pairs:
+    for (points, weights), elevated in pairs:
         if weights is not None:
             list_sides = _sides_of_grids if points.ndim == 4 else _sides_of_triangles
-            for side in list_sides(points, weights, raised):
+            for side in list_sides(points, weights, elevated):
                 degrees = side.points.shape[1], side.new_points.shape[1]
                 groups.setdefault(degrees, []).append(side)
     for sides in groups.values():
         _match_sides(sides)
 
 
-def _sides_of_grids(points: FloatArray, weights: FloatArray, raised: FloatArray) -> Iterator[_Side]:
+def _sides_of_grids(
+    points: FloatArray, weights: FloatArray, elevated: FloatArray
+) -> Iterator[_Side]:
     for side in range(4):
-        yield _Side(take_side(points, side), take_side(weights, side), take_side(raised, side))
+        yield _Side(take_side(points, side), take_side(weights, side), take_side(elevated, side))
 
 
 def _sides_of_triangles(
-    points: FloatArray, weights: FloatArray, raised: FloatArray
+    points: FloatArray, weights: FloatArray, elevated: FloatArray
 ) -> Iterator[_Side]:
-    old, new = (side_rows(degree_of(net.shape[1])) for net in (points, raised))
+    old, new = (side_rows(degree_of(net.shape[1])) for net in (points, elevated))
     for old_rows, new_rows in zip(old, new, strict=True):
-        yield _Side(points[:, old_rows], weights[:, old_rows], raised, new_rows)
+        yield _Side(points[:, old_rows], weights[:, old_rows], elevated, new_rows)
 
 
 def _match_sides(sides: list[_Side]) -> None:
     """Where sides of one degree had equal points and weights, make their elevated points equal."""
-    before = np.concatenate([side.points for side in sides])
+    old_points = np.concatenate([side.points for side in sides])
     weights = np.concatenate([side.weights for side in sides])
-    after = np.concatenate([side.new_points for side in sides])
+    new_points = np.concatenate([side.new_points for side in sides])
     # An edge may run in opposite directions in two patches: give all sides a common direction.
-    is_reversed = _find_reversed(before)
-    for values in (before, weights, after):
+    is_reversed = _find_reversed(old_points)
+    for values in (old_points, weights, new_points):
         _reverse_rows(values, is_reversed)
-    first = _find_first_equal(before)
+    first_equal = _find_first_equal(old_points)
     weights /= weights.max(axis=1, keepdims=True)
-    is_same = np.abs(weights - weights[first]).max(axis=1) <= SAME_WEIGHT
-    after[is_same] = after[first[is_same]]
-    _reverse_rows(after, is_reversed)
+    is_same = np.abs(weights - weights[first_equal]).max(axis=1) <= SAME_WEIGHT
+    new_points[is_same] = new_points[first_equal[is_same]]
+    _reverse_rows(new_points, is_reversed)
     ends = np.cumsum([len(side.points) for side in sides])
-    for side, values in zip(sides, np.split(after, ends[:-1]), strict=True):
+    for side, values in zip(sides, np.split(new_points, ends[:-1]), strict=True):
         side.write(values)
 
 
@@ -121,8 +123,9 @@ def _find_reversed(sides: FloatArray) -> Bools:
     """
     forwards = sides.reshape(len(sides), -1)
     backwards = sides[:, ::-1].reshape(forwards.shape)
-    at = np.arange(len(sides)), (forwards != backwards).argmax(axis=1)
-    is_reversed: Bools = forwards[at] > backwards[at]
+    # The first number of each side that differs between both directions.
+    positions = np.arange(len(sides)), (forwards != backwards).argmax(axis=1)
+    is_reversed: Bools = forwards[positions] > backwards[positions]
     return is_reversed
 
 

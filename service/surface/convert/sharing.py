@@ -43,16 +43,18 @@ class Batch(NamedTuple):
         """Join batches of one degree; `members` has their patch numbers in the joined batch."""
         if len(batches) == 1:
             return batches[0]
-        place = np.argsort(np.concatenate(members))
+        order = np.argsort(np.concatenate(members))
 
         def join(arrays: Iterable[FloatArray]) -> FloatArray:
-            return np.concatenate(list(arrays))[place]
+            return np.concatenate(list(arrays))[order]
 
-        first = batches[0]
+        first_batch = batches[0]
         nets = [iter(batch.channels.each()) for batch in batches]
-        channels = map_channels(first.channels, lambda _: join(next(each)[3] for each in nets))
+        channels = map_channels(
+            first_batch.channels, lambda _: join(next(channels_left)[3] for channels_left in nets)
+        )
         weights = None
-        if first.net[1] is not None:
+        if first_batch.net[1] is not None:
             weights = join(batch.net[1] for batch in batches if batch.net[1] is not None)
         return Batch((join(batch.net[0] for batch in batches), weights), channels)
 
@@ -82,10 +84,10 @@ def share_vertices(
     """A surface of patches in which equal control points are one vertex.
 
     Control points are equal if their position, weight and channels are equal. Vertices are numbered
-    in the order in which they first occur, those of grids before those of triangles.
+    in the order in which they first occur, vertices of grids before vertices of triangles.
     """
     batches = [batch for batch in (grids, triangles) if batch is not None]
-    columns = [np.concatenate(same) for same in zip(*(b.columns for b in batches), strict=True)]
+    columns = [np.concatenate(arrays) for arrays in zip(*(b.columns for b in batches), strict=True)]
     rows = np.concatenate(columns, axis=1) + 0.0  # −0 becomes 0
     first, indices = find_first_rows(rows)
     vertices = iter([column[first] for column in columns])

@@ -70,8 +70,8 @@ def restrict_spline(
                 snap_to_knot(surface, axis, interval[0]),
                 snap_to_knot(surface, axis, interval[1]),
             )
-            least = find_least_span(*find_domain(surface, axis))
-            check_length(ends[1] - ends[0], least, f"/{'uv'[axis]}")
+            min_length = find_least_span(*find_domain(surface, axis))
+            check_length(ends[1] - ends[0], min_length, f"/{'uv'[axis]}")
         pieces.append(("uv"[axis], ends))
     for axis, (name, piece) in enumerate(pieces):
         if piece is not None:
