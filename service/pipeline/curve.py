@@ -68,7 +68,8 @@ def plan_curve(
     )
     points = pieces.count * options.resolution + 1
     if options.tolerance is not None:
-        # The number of points is not known before: allow as many as fit into a share of the memory.
+        # The number of points is not known before: allow the number that fits into a share of the
+        # memory.
         # The bytes of a point in the file follow from files of 1,001 points and of 1 point.
         point_memory = (
             POINT_BYTES + 2 * (_count_bytes(curve, fmt, 1001) - _count_bytes(curve, fmt, 1)) // 1000

@@ -125,7 +125,7 @@ def plan_sections(
     limits.check_memory(
         fixed_cost.memory + MIN_PIECES * piece_bytes, "The sections", where, instead
     )
-    # The number of pieces is not known before: allow as many as fit into 1/3 of the memory.
+    # The number of pieces is not known before: allow the number that fits into 1/3 of the memory.
     free_memory = (
         max(limits.max_memory // 3, fixed_cost.memory + MIN_PIECES * piece_bytes)
         - fixed_cost.memory

@@ -117,7 +117,9 @@ class Source:
         if not patch_model.domains:
             if triangular_patches(patch_model.batches)[index]:
                 names, ends = TRIANGLE_SIDES, _on_triangle(ends)
-            patch_number = index if patch_model.order is None else int(patch_model.order[index])
+            patch_number = index
+            if patch_model.request_numbers is not None:
+                patch_number = int(patch_model.request_numbers[index])
         (a, b), (c, d) = ends.tolist()
         return SidePlace(surface, patch_number, names[side], ((a, b), (c, d)))
 
