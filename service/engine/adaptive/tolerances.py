@@ -21,7 +21,7 @@ from service.surface.placement import place_bounds
 Box: TypeAlias = tuple[FloatArray, FloatArray]
 """Least and greatest coordinates, shape (3,) each."""
 
-ANYTHING = 4.0
+LARGEST_TOLERANCE = 4.0
 """Tolerance of requests without tolerance, in diagonals of the model: no point of the mesh is
 further from any point of the model."""
 
@@ -32,7 +32,7 @@ the whole picture, and at the eye itself the allowed deviation would be 0."""
 SHARE = 2.0
 """A tolerance must be at least this factor times the rounding of placing and storing."""
 
-ENOUGH = 0.96
+LEAST_REST = 0.96
 """Edges are divided by the full tolerance if rounding leaves at least this share of it."""
 
 LEAST_ANGLE = 2.0**-24
@@ -50,7 +50,7 @@ def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
     by the number of its lines.
     """
     diagonal = model.diagonal
-    tolerance = ANYTHING * diagonal or inf
+    tolerance = LARGEST_TOLERANCE * diagonal or inf
     if accuracy.tolerance is not None:
         tolerance = accuracy.tolerance
     if accuracy.relative_tolerance is not None:
@@ -143,19 +143,19 @@ def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
     the model that contains it.
     """
     less = subtract_rounding(goal, rounding, bounds)
-    tight = less.tolerance < ENOUGH * goal.tolerance
+    tight = less.tolerance < LEAST_REST * goal.tolerance
     if goal.view is not None and less.view is not None:
-        tight |= less.view.rate < ENOUGH * goal.view.rate
+        tight |= less.view.rate < LEAST_REST * goal.view.rate
     return less if tight else goal
 
 
 def limit_tolerance(goal: Goal, diagonal: float, least: float) -> Goal:
-    """The goal with a tolerance of at most `ANYTHING` diagonals; the limit changes no mesh.
+    """The goal with a tolerance of at most `LARGEST_TOLERANCE` diagonals, which changes no mesh.
 
     All edges are nearer to their chords than the limit, so they are divided in the same way. The
     limit is not below `least`, the least tolerance of the surface in its format.
     """
-    limit = max(ANYTHING * diagonal, least) if diagonal else inf
+    limit = max(LARGEST_TOLERANCE * diagonal, least) if diagonal else inf
     return replace(goal, tolerance=min(goal.tolerance, limit))
 
 

@@ -27,7 +27,7 @@ from service.engine.adaptive.borders.curves import (
     halve_nets,
 )
 from service.engine.adaptive.borders.flatness import (
-    CORNERS,
+    MOST_HALVINGS_FOR_ANGLE,
     CutDecision,
     cut_at_knots,
     decide_cuts,
@@ -199,4 +199,4 @@ def _judge_parts(
         return decision, slack
     half, total = turns
     far = (total > find_chord(goal.angle)) & ((depth < ROUGH) | (half <= FALLING * total))
-    return replace(decision, cut=decision.cut | (far & (depth < CORNERS))), slack
+    return replace(decision, cut=decision.cut | (far & (depth < MOST_HALVINGS_FOR_ANGLE))), slack

@@ -18,7 +18,7 @@ from service.engine.adaptive.borders.curve_shapes import (
     measure_shapes,
 )
 from service.engine.adaptive.borders.curves import Curves
-from service.engine.adaptive.cutting.estimate import OF_CURVE
+from service.engine.adaptive.cutting.estimate import CURVE_SHARE
 from service.engine.adaptive.cutting.normal_variation import find_chord
 from service.engine.adaptive.limits import SidePieces
 from service.engine.bounds.chords import project_nets
@@ -26,20 +26,20 @@ from service.engine.bounds.faces import DEPTH
 from service.engine.bounds.goal import Goal
 from service.errors import InvalidRequest, Issue
 
-OF_NET = 0.95
+NET_SHARE = 0.95
 """Share of the tolerance up to which the net of a piece may deviate from its chord. The nets of
 narrow triangles along a side shrink towards this net, so they pass once they are narrow enough."""
 
-SHAPELY = (1 / 16, 1 / 2, 1 / 2)
+DEVIATION_SHARES = (1 / 16, 1 / 2, 1 / 2)
 """Largest deviations of nets, as shares of their chords, for every tolerance: of a chain that was
 not cut, of its halves, and of their halves. So two vertices always show that a curve turns back on
 itself. And two chains between the same two corners, as at the end of a wing, become one segment
 only if both are nearly straight: they turn by at most some twenty degrees."""
 
-RETURNS = 8
+MOST_CUTS_OF_CLOSED = 8
 """Number of cuts after which a piece is no longer cut because it ends where it began."""
 
-CORNERS = 12
+MOST_HALVINGS_FOR_ANGLE = 12
 """Number of halvings of an edge after which it is no longer cut for an angle: at a cusp no number
 of halvings is enough."""
 
@@ -100,17 +100,18 @@ def decide_cuts(
         Bounds of the rounding of nets.
     """
     allowed = goal.find_allowed(_measure_distances_to_eye(shapes, goal, origin))
-    far = (shapes.net > OF_NET * allowed - slack) | (shapes.curve > OF_CURVE * allowed - slack)
-    far |= shapes.apart > OF_NET * allowed - slack
-    hopeless = far & ((OF_CURVE * allowed <= slack) | (halvings == DEPTH))
+    far = shapes.net > NET_SHARE * allowed - slack
+    far |= shapes.curve > CURVE_SHARE * allowed - slack
+    far |= shapes.apart > NET_SHARE * allowed - slack
+    hopeless = far & ((CURVE_SHARE * allowed <= slack) | (halvings == DEPTH))
     real = shapes.net > slack
-    share = np.array(SHAPELY)[np.minimum(cuts, len(SHAPELY) - 1)]
-    bent = real & (shapes.net > share * shapes.chord) & (cuts < len(SHAPELY))
+    share = np.array(DEVIATION_SHARES)[np.minimum(cuts, len(DEVIATION_SHARES) - 1)]
+    bent = real & (shapes.net > share * shapes.chord) & (cuts < len(DEVIATION_SHARES))
     closed = (shapes.chord == 0) | real & (shapes.chord <= NEARLY_CLOSED * shapes.net)
-    closed &= cuts < RETURNS
+    closed &= cuts < MOST_CUTS_OF_CLOSED
     cut = far | bent | closed
     if goal.angle < inf:
-        cut |= (shapes.cosine < cos(goal.angle)) & (halvings < CORNERS)
+        cut |= (shapes.cosine < cos(goal.angle)) & (halvings < MOST_HALVINGS_FOR_ANGLE)
     return CutDecision(cut, closed, hopeless, allowed)
 
 

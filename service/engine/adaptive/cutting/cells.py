@@ -83,6 +83,7 @@ class Leaves(Cells):
 
 
 NO_NUMBERS = np.empty(0, dtype=np.intp)
+"""An empty array, for example of leaves to be cut."""
 
 NO_LEAVES = Leaves(
     NO_NUMBERS,

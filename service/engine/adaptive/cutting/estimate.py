@@ -25,14 +25,15 @@ from service.engine.adaptive.cutting.planes import (
 from service.engine.bounds.goal import Goal
 from service.engine.bounds.vectors import Vectors, dot, length
 
-REST, OF_FAN = 0.5, 0.95
-"""A cell passes as two triangles if its height plus `REST` times its remainder is at most the
-allowed deviation, and as a fan if this sum is at most `OF_FAN` times the allowed deviation. Most of
-these cells pass the certificate, because points of the surface are nearer than control points, and
-because the certificate also uses the neighbours of a triangle. With a smaller `REST` or a larger
-`OF_FAN` meshes have fewer triangles, but more of them fail the certificate."""
+REMAINDER_SHARE, FAN_SHARE = 0.5, 0.95
+"""A cell passes as two triangles if its height plus `REMAINDER_SHARE` times its remainder is at
+most the allowed deviation, and as a fan if this sum is at most `FAN_SHARE` times the allowed
+deviation. Most of these cells pass the certificate, because points of the surface are nearer than
+control points, and because the certificate also uses the neighbours of a triangle. With a smaller
+`REMAINDER_SHARE` or a larger `FAN_SHARE` meshes have fewer triangles, but more of them fail the
+certificate."""
 
-OF_CURVE = 0.7
+CURVE_SHARE = 0.7
 """Share of the tolerance up to which a piece of the border may deviate from its chord; the rest is
 for the surface beside it. If the side of a cell on the border deviates more, the border has
 vertices there, and halving the cell costs no more vertices than a fan."""
@@ -82,19 +83,19 @@ def estimate_cells(
     best = np.where(is_rising, over[0], over[1])
     bends = np.maximum.reduce(np.abs(bends).reshape(3, 2, -1), axis=0)
     fits, sides = best <= allowed, np.abs(signed[:4])
-    may_fan = ~flat & (sides <= np.where(at_border, OF_CURVE, 1.0) * allowed).all(axis=0)
+    may_fan = ~flat & (sides <= np.where(at_border, CURVE_SHARE, 1.0) * allowed).all(axis=0)
     fails, is_fan = np.ones(len(cells), dtype=bool), np.zeros(len(cells), dtype=bool)
     tried = (fits | may_fan).nonzero()[0]
     if len(tried):
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(tried, axis=-1)
         net, bare = project_cells(nets.take(tried, axis=-1)), flat[tried]
         more = measure_remainder(net, at.take(tried, axis=-1), normals, bare, goal.two_sided)
-        more *= REST
+        more *= REMAINDER_SHARE
         passes = best[tried] + more <= allowed[tried]
         rest = (~passes & may_fan[tried]).nonzero()[0]
         if len(rest):
             fan = measure_fans(nine_points.take(tried[rest], axis=-1), goal.two_sided)
-            is_fan[tried[rest]] = fan + more[rest] <= OF_FAN * allowed[tried[rest]]
+            is_fan[tried[rest]] = fan + more[rest] <= FAN_SHARE * allowed[tried[rest]]
         fails[tried] = ~(passes | is_fan[tried])
         above = (fails[tried] & fits[tried]).nonzero()[0]
         if len(above):
