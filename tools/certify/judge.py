@@ -93,8 +93,8 @@ def judge(case: Case, samples: tuple[int, int] = SAMPLES) -> Verdict:
         _compare_bounds(verdict, surface, read_file(case.written_as, content, diagonal=1), samples)
     if case.resolution is not None:
         return verdict
-    _count_faults(verdict, mesh, None if family.lines else _find_flat(verdict, surface, mesh))
-    if family.flat and not case.two_sided and verdict.triangles != 2:
+    _count_faults(verdict, mesh, None if family.has_no_area else _find_flat(verdict, surface, mesh))
+    if family.is_flat and not case.two_sided and verdict.triangles != 2:
         verdict.faults.append(f"{verdict.triangles} triangles where two are enough")
     return verdict
 

@@ -28,18 +28,18 @@ square."""
 class Family:
     """A family of random surfaces, of which `make certify` judges `count`.
 
-    With `lines`, the surfaces have no area, so triangles without area are allowed. With `flat`, two
-    triangles are enough for a mesh by tolerance.
+    If `has_no_area`, triangles without area are allowed. If `is_flat`, two triangles are enough for
+    a mesh by tolerance.
     """
 
-    make: Callable[[Random], Surface]
+    build: Callable[[Random], Surface]
     count: int
-    lines: bool = False
-    flat: bool = False
+    has_no_area: bool = False
+    is_flat: bool = False
 
     def surface(self, seed: int) -> Surface:
         """The surface that the family builds from this seed."""
-        return self.make(np.random.default_rng(seed))
+        return self.build(np.random.default_rng(seed))
 
 
 def scatter_points(
@@ -72,23 +72,23 @@ def _draw_weights(rng: Random, shape: tuple[int, ...], maximum: float) -> Array:
     return maximum ** rng.uniform(-1, 1, shape)
 
 
-def _bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
+def _build_bicubic(rng: Random, spread: float, size: float = 1.0) -> Surface:
     return BezierSurface(size * scatter_points(rng, 4, 4, spread))
 
 
-def _any_degree(rng: Random) -> Surface:
+def _build_any_degree(rng: Random) -> Surface:
     """A Bézier patch of degrees 1 to 8 with control points near a regular grid."""
     p, q = _draw_degrees(rng, 8)
     return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.4 / max(p, q)))
 
 
-def _anywhere(rng: Random) -> Surface:
+def _build_anywhere(rng: Random) -> Surface:
     """A Bézier patch of degrees 1 to 8 with control points anywhere in a cube."""
     p, q = _draw_degrees(rng, 8)
     return BezierSurface(rng.uniform(-1, 1, (p + 1, q + 1, 3)))
 
 
-def _rational(rng: Random) -> Surface:
+def _build_rational(rng: Random) -> Surface:
     """A rational patch with weights from 1/5 to 5."""
     p, q = _draw_degrees(rng, 5)
     return BezierSurface(
@@ -97,7 +97,7 @@ def _rational(rng: Random) -> Surface:
     )
 
 
-def _heavy(rng: Random) -> Surface:
+def _build_heavy_weights(rng: Random) -> Surface:
     """A rational patch with weights from 1/1000 to 1000."""
     p, q = _draw_degrees(rng, 4)
     return BezierSurface(
@@ -105,13 +105,13 @@ def _heavy(rng: Random) -> Surface:
     )
 
 
-def _high(rng: Random) -> Surface:
+def _build_high_degree(rng: Random) -> Surface:
     """A Bézier patch of degree 9, 12 or 15 along u, and 1, 3 or 15 along v."""
     p, q = int(rng.choice([9, 12, 15])), int(rng.choice([1, 3, 15]))
     return BezierSurface(scatter_points(rng, p + 1, q + 1, 0.02, 0.3))
 
 
-def _spline(rng: Random, weights: float = 1.0) -> Surface:
+def _build_spline(rng: Random, weights: float = 1.0) -> Surface:
     p, q = _draw_degrees(rng, 4)
     rows, columns = p + int(rng.integers(1, 6)), q + int(rng.integers(1, 6))
     names: list[Knots] = ["clamped", "uniform"]
@@ -121,29 +121,29 @@ def _spline(rng: Random, weights: float = 1.0) -> Surface:
     return BsplineSurface(net, (p, q), (names[u], names[v]), net_weights)
 
 
-def _creased(rng: Random) -> Surface:
+def _build_creases(rng: Random) -> Surface:
     """A B-spline with knots at random distances, each repeated up to p times."""
     p, q = _draw_degrees(rng, 3)
     knots: list[Knots] = []
     counts: list[int] = []
     for degree in (p, q):
-        inner = np.cumsum(rng.choice([0.01, 0.5, 1.0, 3.0], size=rng.integers(1, 4)))
-        times = rng.integers(1, degree, size=len(inner), endpoint=True)
-        line = np.concatenate(
+        inner_knots = np.cumsum(rng.choice([0.01, 0.5, 1.0, 3.0], size=rng.integers(1, 4)))
+        times = rng.integers(1, degree, size=len(inner_knots), endpoint=True)
+        axis_knots = np.concatenate(
             [
                 np.zeros(degree + 1),
-                np.repeat(inner, times),
-                np.full(degree + 1, inner[-1] + rng.uniform(0.1, 2)),
+                np.repeat(inner_knots, times),
+                np.full(degree + 1, inner_knots[-1] + rng.uniform(0.1, 2)),
             ]
         )
-        knots.append(line)
-        counts.append(len(line) - degree - 1)
+        knots.append(axis_knots)
+        counts.append(len(axis_knots) - degree - 1)
     net = scatter_points(rng, counts[0], counts[1], 0.3 / max(counts), 0.3)
     net_weights = _draw_weights(rng, (counts[0], counts[1]), 3.0) if rng.integers(2) else None
     return BsplineSurface(net, (p, q), (knots[0], knots[1]), net_weights)
 
 
-def _ring(rng: Random) -> Surface:
+def _build_ring(rng: Random) -> Surface:
     """A B-spline that is closed along u, with a random profile; sometimes closed along v too."""
     p, q = _draw_degrees(rng, 3)
     rows, columns = int(rng.integers(max(4, p + 1), 8)), int(rng.integers(max(4, q + 1), 8))
@@ -161,7 +161,7 @@ def _ring(rng: Random) -> Surface:
     )
 
 
-def _spike(rng: Random) -> Surface:
+def _build_spike(rng: Random) -> Surface:
     """A B-spline of 20 × 20 control points, all but one of them in a plane."""
     x, y = np.meshgrid(np.linspace(0, 1, 20), np.linspace(0, 1, 20), indexing="ij")
     net = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -171,7 +171,7 @@ def _spike(rng: Random) -> Surface:
     return BsplineSurface(net, (degree, degree))
 
 
-def _ridges(rng: Random) -> Surface:
+def _build_ridges(rng: Random) -> Surface:
     """Waves in a random direction; the surface is straight in the other direction."""
     rows, columns = int(rng.integers(12, 24)), int(rng.integers(4, 10))
     x, y = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1, columns), indexing="ij")
@@ -185,7 +185,7 @@ def _corner_grid(degree: int) -> Array:
     return np.array([(j, k, 0.0) for _, j, k in triangles.keys(degree)]) / degree
 
 
-def _triangle(rng: Random) -> Surface:
+def _build_triangle(rng: Random) -> Surface:
     """A triangular patch of degrees 1 to 6."""
     n = int(rng.integers(1, 6, endpoint=True))
     net = _corner_grid(n)
@@ -193,7 +193,7 @@ def _triangle(rng: Random) -> Surface:
     return TriangleSurface(net + reach * rng.uniform(-1, 1, net.shape))
 
 
-def _rational_triangle(rng: Random) -> Surface:
+def _build_rational_triangle(rng: Random) -> Surface:
     """A rational triangular patch of degrees 1 to 4, with weights up to 5 or up to 100."""
     n = int(rng.integers(1, 4, endpoint=True))
     net = _corner_grid(n)
@@ -201,7 +201,7 @@ def _rational_triangle(rng: Random) -> Surface:
     return TriangleSurface(points, _draw_weights(rng, (len(net),), float(rng.choice([5.0, 100.0]))))
 
 
-def _poles(rng: Random) -> Surface:
+def _build_poles(rng: Random) -> Surface:
     """A patch with one or two sides that are collapsed to a point."""
     p, q = _draw_degrees(rng, 5)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
@@ -220,7 +220,7 @@ def _collapse(net: Array, side: str, point: Array) -> None:
         net[:, line] = point
 
 
-def _almost(rng: Random) -> Surface:
+def _build_almost_degenerate(rng: Random) -> Surface:
     """A patch with a side that is almost a point, or a patch that is almost a line."""
     p, q = _draw_degrees(rng, 4)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
@@ -233,7 +233,7 @@ def _almost(rng: Random) -> Surface:
     return BezierSurface(net)
 
 
-def _folded(rng: Random) -> Surface:
+def _build_folded(rng: Random) -> Surface:
     """A patch with two equal sides, which are opposite or meet at a corner."""
     p, q = _draw_degrees(rng, 5)
     if rng.integers(2):
@@ -246,7 +246,7 @@ def _folded(rng: Random) -> Surface:
     return BezierSurface(net)
 
 
-def _cusped(rng: Random) -> Surface:
+def _build_cusped(rng: Random) -> Surface:
     """A patch with points where partials vanish, reverse their direction, or are parallel."""
     p, q = max(_draw_degrees(rng, 5)[0], 2), max(_draw_degrees(rng, 5)[1], 2)
     net = scatter_points(rng, p + 1, q + 1, MODERATE)
@@ -262,7 +262,7 @@ def _cusped(rng: Random) -> Surface:
     return BezierSurface(net)
 
 
-def _lines(rng: Random) -> Surface:
+def _build_line(rng: Random) -> Surface:
     """A degenerate patch whose points are all on a line, or on a curve."""
     p, q = _draw_degrees(rng, 4)
     net = scatter_points(rng, p + 1, q + 1, WILD)
@@ -277,7 +277,7 @@ QUARTER = np.array([[1.0, 0], [1, 1], [0, 1]])
 ARC = np.array([1.0, sqrt(0.5), 1.0])
 
 
-def _quadric(rng: Random) -> Surface:
+def _build_quadric(rng: Random) -> Surface:
     """An exact part of a cylinder, cone, sphere or torus, stretched along the axes."""
     small, great = rng.uniform(0.2, 1), rng.uniform(1.2, 3)
     kind = rng.integers(4)
@@ -295,7 +295,7 @@ def _quadric(rng: Random) -> Surface:
     return BezierSurface(net * stretch, ARC[:, np.newaxis] * weights)
 
 
-def _flat(rng: Random) -> Surface:
+def _build_flat_patch(rng: Random) -> Surface:
     """A patch in a plane with four straight sides and random inner control points."""
     p, q = _draw_degrees(rng, 6)
     corners = np.array([[0, 0], [0.2, 1], [1, -0.1], [0.9, 0.8]]) + rng.uniform(-0.1, 0.1, (4, 2))
@@ -309,14 +309,14 @@ def _flat(rng: Random) -> Surface:
     return BezierSurface(flat @ axes)
 
 
-def _level(rng: Random) -> Surface:
+def _build_flat_spline(rng: Random) -> Surface:
     """A flat B-spline of many spans."""
     p = int(rng.integers(1, 4))
     x, y = np.meshgrid(*(np.arange(n) for n in rng.uniform(4, 15, 2)), indexing="ij")
     return BsplineSurface(np.stack([x, y, 0 * x], axis=-1), (p, p))
 
 
-def _far(rng: Random) -> Surface:
+def _build_far_away(rng: Random) -> Surface:
     """A patch or a triangle of size 1, about 10^6 away from the origin."""
     shift = 1e6 * rng.uniform(-1, 1, 3)
     is_triangle = rng.choice([0, 1])
@@ -327,7 +327,7 @@ def _far(rng: Random) -> Surface:
     )
 
 
-def _bent(rng: Random) -> Surface:
+def _build_strip(rng: Random) -> Surface:
     """A narrow strip along a helix."""
     rows = int(rng.integers(10, 18))
     around = np.linspace(0, rng.uniform(3, 9), rows)
@@ -339,34 +339,34 @@ def _bent(rng: Random) -> Surface:
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
-        "bicubic, moderate": Family(lambda rng: _bicubic(rng, MODERATE), 60),
-        "bicubic, wild": Family(lambda rng: _bicubic(rng, WILD), 60),
-        "degrees 1 to 8": Family(_any_degree, 80),
-        "degrees 1 to 8, anywhere": Family(_anywhere, 60),
-        "rational": Family(_rational, 80),
-        "rational, weights to 1000": Family(_heavy, 40),
-        "degree 15": Family(_high, 20),
-        "B-splines": Family(_spline, 80),
-        "NURBS": Family(lambda rng: _spline(rng, 5.0), 60),
-        "creases": Family(_creased, 60),
-        "rings and tori": Family(_ring, 40),
-        "spikes": Family(_spike, 60),
-        "sine ridges": Family(_ridges, 40),
-        "winding strips": Family(_bent, 20),
-        "triangles": Family(_triangle, 60),
-        "rational triangles": Family(_rational_triangle, 40),
-        "poles": Family(_poles, 40),
-        "almost degenerate": Family(_almost, 40),
-        "folded": Family(_folded, 30),
-        "cusped": Family(_cusped, 40),
-        "lines and curves": Family(_lines, 10, lines=True),
-        "quadrics": Family(_quadric, 30),
-        "flat": Family(_flat, 20, flat=True),
-        "flat B-splines": Family(_level, 10, flat=True),
+        "bicubic, moderate": Family(lambda rng: _build_bicubic(rng, MODERATE), 60),
+        "bicubic, wild": Family(lambda rng: _build_bicubic(rng, WILD), 60),
+        "degrees 1 to 8": Family(_build_any_degree, 80),
+        "degrees 1 to 8, anywhere": Family(_build_anywhere, 60),
+        "rational": Family(_build_rational, 80),
+        "rational, weights to 1000": Family(_build_heavy_weights, 40),
+        "degree 15": Family(_build_high_degree, 20),
+        "B-splines": Family(_build_spline, 80),
+        "NURBS": Family(lambda rng: _build_spline(rng, 5.0), 60),
+        "creases": Family(_build_creases, 60),
+        "rings and tori": Family(_build_ring, 40),
+        "spikes": Family(_build_spike, 60),
+        "sine ridges": Family(_build_ridges, 40),
+        "winding strips": Family(_build_strip, 20),
+        "triangles": Family(_build_triangle, 60),
+        "rational triangles": Family(_build_rational_triangle, 40),
+        "poles": Family(_build_poles, 40),
+        "almost degenerate": Family(_build_almost_degenerate, 40),
+        "folded": Family(_build_folded, 30),
+        "cusped": Family(_build_cusped, 40),
+        "lines and curves": Family(_build_line, 10, has_no_area=True),
+        "quadrics": Family(_build_quadric, 30),
+        "flat": Family(_build_flat_patch, 20, is_flat=True),
+        "flat B-splines": Family(_build_flat_spline, 10, is_flat=True),
         "bilinear": Family(lambda rng: BezierSurface(rng.uniform(-1, 1, (2, 2, 3))), 10),
-        "far away": Family(_far, 30),
-        "tiny": Family(lambda rng: _bicubic(rng, MODERATE, 1e-6), 10),
-        "vast": Family(lambda rng: _bicubic(rng, WILD, 1e6), 10),
+        "far away": Family(_build_far_away, 30),
+        "tiny": Family(lambda rng: _build_bicubic(rng, MODERATE, 1e-6), 10),
+        "vast": Family(lambda rng: _build_bicubic(rng, WILD, 1e6), 10),
     }
 )
 """The families by name; together they have somewhat more than 1000 surfaces."""

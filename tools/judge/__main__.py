@@ -75,7 +75,7 @@ def list_cases(share: float = 1.0, names: tuple[str, ...] = ()) -> Iterator[Case
     Families of lines are left out: without areas of triangles, pieces would have to be as small as
     the bound.
     """
-    for number, name in enumerate(name for name, each in FAMILIES.items() if not each.lines):
+    for number, name in enumerate(name for name, each in FAMILIES.items() if not each.has_no_area):
         for k in range(max(1, round(OF_EACH * share)) if not names or name in names else 0):
             options = OPTIONS[(k + number) % len(OPTIONS)]
             yield Case(name, FIRST + k, options, ("glb", "stl")[(k + number) // 2 % 2])
