@@ -107,7 +107,7 @@ def _find_first_patches(model: PatchModel) -> Ints:
         return np.array([domain.first for domain in model.domains])
     if model.request_numbers is None:
         return np.arange(model.patch_count)
-    # `model.order` has, for each patch of the model, its number in the request.
+    # `model.request_numbers` has, for each patch of the model, its number in the request.
     row = np.empty(model.patch_count, dtype=np.intp)
     row[model.request_numbers] = np.arange(model.patch_count)
     return row
