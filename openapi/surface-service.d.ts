@@ -1214,8 +1214,8 @@ export interface components {
             patch?: number[];
             /**
              * Uv
-             * @description For a surface: parameters (u, v), in the domain of the surface if it has one, else in that of
-             *     the patch; for triangles the last two barycentric coordinates, (s, t).
+             * @description For a surface: parameters (u, v), in the domain of the surface if it has one, else in the
+             *     domain of the patch; for triangles the last two barycentric coordinates, (s, t).
              */
             uv?: [
                 number,
@@ -1315,8 +1315,8 @@ export interface components {
             points: number[][];
             /**
              * Tangents
-             * @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, the tangent of the
-             *     following piece.
+             * @description Unit tangents; left out if `tangents` is false. At a corner or a cusp, the tangent where the
+             *     next piece begins.
              */
             tangents?: number[][];
             /**
@@ -1376,14 +1376,14 @@ export interface components {
             closed: boolean;
             /**
              * Deviation Bound
-             * @description Proved, in model units: no point of the curve is further than this from the lines, with the
-             *     coordinates that the file has after rounding.
+             * @description Proved, in model units: no point of the curve is further than this from the lines. The lines
+             *     join the points as they are in the file, after rounding.
              */
             deviation_bound: number;
             bounds: components["schemas"]["CurveBounds"];
             /**
              * Engine
-             * @description Version of the numbers.
+             * @description Version of the engine: equal requests give equal numbers while it is the same.
              */
             engine: number;
         };
@@ -1432,7 +1432,7 @@ export interface components {
             surface?: number;
             /**
              * Patch
-             * @description The index of the patch, in a `multipatch` that of the surface, in the order of the
+             * @description The index of the patch, or in a `multipatch` the index of the surface, in the order of the
              *     request. Left out for a surface with one domain.
              */
             patch?: number;
@@ -1444,8 +1444,8 @@ export interface components {
             side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
             /**
              * Uv
-             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in that
-             *     of the patch; (s, t) for triangles.
+             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in the
+             *     domain of the patch; (s, t) for triangles.
              */
             uv: [
                 number,
@@ -1589,7 +1589,7 @@ export interface components {
             surface?: number;
             /**
              * Patch
-             * @description The index of the patch, in a `multipatch` that of the surface, in the order of the
+             * @description The index of the patch, or in a `multipatch` the index of the surface, in the order of the
              *     request. Left out for a surface with one domain.
              */
             patch?: number;
@@ -1601,8 +1601,8 @@ export interface components {
             side: "u=0" | "u=1" | "v=0" | "v=1" | "s=0" | "r=0" | "t=0";
             /**
              * Uv
-             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in that
-             *     of the patch; (s, t) for triangles.
+             * @description Parameters at both ends: (u, v) in the domain of the surface if it has one, else in the
+             *     domain of the patch; (s, t) for triangles.
              */
             uv: [
                 number,
@@ -2200,7 +2200,7 @@ export interface components {
              * Deviation Bound
              * @description Proved, in model units: no point of the surface is further than this from the faces, with the
              *     coordinates that the file has after rounding. Never above the tolerance of the request. Left out
-             *     if the mesh has no faces, or only those of tubes and ribbons.
+             *     if the mesh has no faces, or only faces of tubes and ribbons.
              */
             deviation_bound?: number;
             /**
@@ -2574,7 +2574,7 @@ export interface components {
         PartReport: {
             /**
              * Name
-             * @description Name of the part; of a group, of the member.
+             * @description Name of the part, or of the member of a group.
              */
             name: string;
             /**
@@ -3083,8 +3083,8 @@ export interface components {
         RayHits: {
             /**
              * Reached
-             * @description For each ray, whether its first hit is listed; with `hits` "all", whether each of its hits
-             *     is. False if the search reached its limit of work, for example because the surface is a line
+             * @description For each ray, whether its first hit is listed; with `hits` "all", whether all its hits are
+             *     listed. False if the search reached its limit of work, for example because the surface is a line
              *     along the ray; or if the ray begins so far away that rounding is larger than the thickness.
              */
             reached: boolean[];
@@ -3127,8 +3127,8 @@ export interface components {
             patch?: number[];
             /**
              * Uv
-             * @description Parameters (u, v), in the domain of the surface if it has one, else in that of the patch; for
-             *     triangles the last two barycentric coordinates, (s, t).
+             * @description Parameters (u, v), in the domain of the surface if it has one, else in the domain of the
+             *     patch; for triangles the last two barycentric coordinates, (s, t).
              */
             uv: [
                 number,
@@ -3501,7 +3501,7 @@ export interface components {
             deviation_bound: number;
             /**
              * Engine
-             * @description Version of the numbers.
+             * @description Version of the engine: equal requests give equal numbers while it is the same.
              */
             engine: number;
         };
@@ -3753,8 +3753,8 @@ export interface components {
             faulty_edges: components["schemas"]["FaultyEdge"][];
             /**
              * Parts
-             * @description The parts in their order, or the members of a group. Their intervals meet the same tolerance
-             *     as those of the whole surface.
+             * @description The parts in their order, or the members of a group. Their intervals meet the tolerance of
+             *     the whole surface.
              */
             parts: components["schemas"]["PartMeasures"][];
             /**

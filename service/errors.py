@@ -17,7 +17,7 @@ class Issue:
     """One error: its place, what the service got, and what it needed.
 
     `pointer` is relative to the checked value. A caller that knows where this value is in the
-    document puts a prefix before it (`SurfaceError.within`).
+    document puts a prefix before the pointer (`SurfaceError.within`).
     """
 
     code: str
@@ -30,8 +30,8 @@ class Issue:
 class SurfaceError(Exception):
     """Base of every error that a client may see.
 
-    `issues` are the first `MAX_ISSUES` of the issues that it is raised with. It may have none: then
-    its class says all.
+    `issues` are the first `MAX_ISSUES` arguments. An error may have no issues: then its class says
+    enough.
     """
 
     def __init__(self, *issues: Issue) -> None:
@@ -110,8 +110,8 @@ def format_number(value: float) -> str:
 
     `0.3` and `1e+10`, but `0.30000000000000004`: a reader can compare it with the limit 0.3.
     """
-    short = f"{value:.6g}"
-    return short if float(short) == value else repr(float(value))
+    six_digits = f"{value:.6g}"
+    return six_digits if float(six_digits) == value else repr(float(value))
 
 
 _SINGULAR = {"axes": "axis", "indices": "index", "patches": "patch", "vertices": "vertex"}

@@ -16,9 +16,9 @@ AddSeconds: TypeAlias = Callable[[str, float], None]
 _current: ContextVar[AddSeconds | None] = ContextVar("seconds", default=None)
 
 
-def report_times(add: AddSeconds) -> None:
-    """Calls `add` with each time measured from now on, in this task and the threads it starts."""
-    _current.set(add)
+def report_times(add_seconds: AddSeconds) -> None:
+    """Makes `Measured` call `add_seconds` from now on, in this task and the threads it starts."""
+    _current.set(add_seconds)
 
 
 class Measured:

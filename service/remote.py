@@ -43,7 +43,7 @@ def remote_mesh(
     Raises
     ------
     InvalidRequest
-        The service reports an error of the request; the issues are those of the response.
+        The service reports an error of the request; the issues are from the response.
     BadAddress, ServiceFailed
     """
     if isinstance(source, str):
@@ -66,7 +66,7 @@ def remote_mesh_of_file(
     Raises
     ------
     InvalidRequest
-        The service reports an error of the request; the issues are those of the response.
+        The service reports an error of the request; the issues are from the response.
     BadAddress, ServiceFailed
     """
     params = {**query, "format": fmt.name}
@@ -82,7 +82,7 @@ def remote_store(url: str, document: dict[str, Any]) -> dict[str, str]:
     Raises
     ------
     InvalidRequest
-        The service reports an error of the request; the issues are those of the response.
+        The service reports an error of the request; the issues are from the response.
     BadAddress, ServiceFailed
     """
     response = orjson.loads(_post(url, "application/json", "/v1/surfaces", document, {}))
@@ -109,7 +109,7 @@ def remote_document(
     Raises
     ------
     InvalidRequest
-        The service reports an error of the request; the issues are those of the response.
+        The service reports an error of the request; the issues are from the response.
     BadAddress, ServiceFailed
     """
     if fmt is None:
@@ -128,7 +128,7 @@ def _post(
     )
 
 
-def _request(url: str, expected: str, method: str, path: str, **request: Any) -> bytes:
+def _request(url: str, expected_type: str, method: str, path: str, **request: Any) -> bytes:
     """Sends a request, again while the service is busy; returns the body of the response.
 
     Raises
@@ -136,7 +136,7 @@ def _request(url: str, expected: str, method: str, path: str, **request: Any) ->
     InvalidRequest
         The service reports an error of the request.
     BadAddress, ServiceFailed
-        The latter also for a response of another media type than `expected`.
+        `ServiceFailed` also if the response has another media type than `expected_type`.
     """
     request["headers"] = {**request.get("headers", {}), **_authorization()}
     try:
@@ -152,7 +152,7 @@ def _request(url: str, expected: str, method: str, path: str, **request: Any) ->
     except httpx.TransportError as error:
         raise ServiceFailed(f"{url} does not answer: {type(error).__name__}") from None
     media_type = response.headers.get("content-type", "").partition(";")[0]
-    if response.is_success and media_type == expected.partition(";")[0]:
+    if response.is_success and media_type == expected_type.partition(";")[0]:
         return response.content
     problem = _problem_document(response) if media_type == "application/problem+json" else {}
     if not problem:

@@ -67,7 +67,7 @@ def list_names() -> set[str]:
 
 def list_metrics() -> Iterator[Metric]:
     """The metrics whose names begin with `surface_`."""
-    registry: CollectorRegistry = create_app(Settings()).state.observed.registry
+    registry: CollectorRegistry = create_app(Settings()).state.counters.registry
     for collector in vars(registry)["_collector_to_names"]:
         for family in collector.collect():
             if family.name.startswith("surface_"):

@@ -63,13 +63,13 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     collect_rarely()
     settings = settings or read_environment()
     limit_plans(settings.memory_bytes)
-    routes: list[Any] = [each for router in _select_routers(settings) for each in router.routes]
+    routes: list[Any] = [route for router in _select_routers(settings) for route in router.routes]
     app = Application(
         routes=routes,  # with `include_router`, FastAPI would search every router twice
         title="Surface Service",
         version=__version__,
         openapi_url=None,  # `routes.pages` serves the document, compressed and with an entity tag
-        # Each path has one spelling: for another, such as a slash more, 404 and no redirect.
+        # Each path has one spelling: with an extra slash the response is 404, not a redirect.
         redirect_slashes=False,
         lifespan=_lifespan,
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},

@@ -39,8 +39,8 @@ from service.settings.runtime import pause_collection
 from service.settings.values import Settings
 
 INLINE_BYTES, INLINE_TEXT, INLINE_OBJECTS = 1 << 18, 1 << 14, 32
-"""Sizes up to which a body is parsed within some 5 ms: bytes of JSON and binary files; bytes of
-other texts; and objects in JSON, each of which may be a surface."""
+"""Sizes up to which the event loop parses a body itself, within some 5 ms: bytes of JSON and binary
+files; bytes of other texts; and objects in JSON, each of which may be a surface."""
 
 
 class BodyRoute(APIRoute):
@@ -50,14 +50,14 @@ class BodyRoute(APIRoute):
     ----------
     formats : sequence of FileFormat
         Formats of the response that `?format=` and `Accept` choose from.
-    accepts_any : bool
-        Whether `Accept` chooses too; otherwise only `?format=` does.
+    reads_accept : bool
+        Whether `Accept` chooses too; otherwise only `?format=` chooses.
     decoders : sequence of Decoder
         Kinds of files that the body may be, besides JSON.
     """
 
     formats: ClassVar[Sequence[FileFormat]] = ()
-    accepts_any: ClassVar[bool] = True
+    reads_accept: ClassVar[bool] = True
     decoders: ClassVar[Sequence[Decoder]] = ()
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
@@ -85,9 +85,8 @@ class BodyRoute(APIRoute):
         )
         parse = partial(_parse_body, model, body, decode, services)
         parsed = await job.parse(parse, is_long=is_long_body(body, decoder))
-        job.shrink_body(
-            4 * len(body)
-        )  # in JSON a number and its comma take at least 2 bytes; in an array a number takes 8
+        # In JSON a number and its comma take at least 2 bytes; in an array a number takes 8.
+        job.shrink_body(4 * len(body))
         response: Response = await self.endpoint(parsed, Context(services, job, request, fmt))
         return response
 
@@ -120,13 +119,13 @@ class BodyRoute(APIRoute):
         return decode
 
     def _choose_format(self, name: str | None, request: Request) -> FileFormat | None:
-        """The response's format: that of this name, or else one that `Accept` chooses.
+        """The format with this name; without a name, the format that `Accept` chooses.
 
         None for a route without formats, whose response is always JSON.
         """
         if name is not None:
             fmt = format_by_name(name, self.formats)
-        elif self.formats and self.accepts_any:
+        elif self.formats and self.reads_accept:
             fmt = format_by_accept(request.headers.get("accept"), self.formats)
         else:
             return None
@@ -176,15 +175,15 @@ async def _read_body(
         message, needed = "The body must not be compressed.", "no encoding, or identity"
         issue = Issue("unsupported_encoding", message, "/Content-Encoding", "an encoding", needed)
         raise UnsupportedMediaType(issue)
-    largest = largest_body(settings, is_json=decoder is None)
-    declared = headers.get(b"content-length", b"")
+    max_bytes = max_body_bytes_of(settings, is_json=decoder is None)
+    declared_length = headers.get(b"content-length", b"")
     # The server has checked that this is a number. Its first 20 digits show whether it is too
     # large: Python refuses to convert thousands of digits.
-    if declared.isdigit() and int(declared[:20]) > largest:
+    if declared_length.isdigit() and int(declared_length[:20]) > max_bytes:
         raise body_too_large(settings, is_json=decoder is None)
     budget = DocumentBudget(services.documents)
     chunks: list[bytes] = []
-    received, is_complete = 0, False
+    received_bytes, is_complete = 0, False
     try:
         with job.timing.step("read"):
             async with timeout(settings.body_timeout):
@@ -194,15 +193,15 @@ async def _read_body(
                         raise ClientDisconnect
                     chunk = event.get("body", b"")
                     is_complete = not event.get("more_body", False)
-                    received += len(chunk)
-                    if received > largest:
+                    received_bytes += len(chunk)
+                    if received_bytes > max_bytes:
                         raise body_too_large(settings, is_json=decoder is None)
                     if decoder is None:
                         budget.take(chunk)
-                    job.hold_body(decoder.memory(received) if decoder else budget.memory)
+                    job.hold_body(decoder.memory(received_bytes) if decoder else budget.memory)
                     chunks.append(chunk)
     except TimeoutError:
-        raise body_too_slow(received, settings) from None
+        raise body_too_slow(received_bytes, settings) from None
     return b"".join(chunks)
 
 
@@ -216,7 +215,7 @@ def decoder_of_body(content_type: str, decoders: Sequence[Decoder] = ()) -> Deco
     """
     if content_type == "application/json":  # most often
         return None
-    media_type, charset = _media_type(content_type)
+    media_type, charset = _parse_content_type(content_type)
     is_utf8 = charset in ("utf-8", "utf8", "us-ascii")
     for decoder in decoders:
         if decoder.media_type == media_type and (is_utf8 or decoder.binary):
@@ -237,34 +236,34 @@ def decoder_of_body(content_type: str, decoders: Sequence[Decoder] = ()) -> Deco
 _PARAMETER = re.compile(r';\s*([^\s=;"]+)=(?:"((?:[^"\\]|\\.)*)"|([^\s;"]*))')
 
 
-def _media_type(content_type: str) -> tuple[str, str]:
-    """Media type and charset of a header, in lower case (RFC 9110, section 8.3.1)."""
-    media_type, semicolon, rest = content_type.partition(";")
-    for name, quoted, plain in _PARAMETER.findall(semicolon + rest):
+def _parse_content_type(content_type: str) -> tuple[str, str]:
+    """Media type and charset of a Content-Type, in lower case (RFC 9110, section 8.3.1)."""
+    media_type, semicolon, parameters = content_type.partition(";")
+    for name, quoted, plain in _PARAMETER.findall(semicolon + parameters):
         if name.lower() == "charset":
             return media_type.strip().lower(), (quoted or plain).lower()
     return media_type.strip().lower(), "utf-8"
 
 
-def largest_body(settings: Settings, *, is_json: bool) -> int:
+def max_body_bytes_of(settings: Settings, *, is_json: bool) -> int:
     """Most bytes of a body that the service reads."""
-    largest = settings.max_body_bytes
-    return min(largest, settings.max_json_bytes) if is_json else largest
+    max_bytes = settings.max_body_bytes
+    return min(max_bytes, settings.max_json_bytes) if is_json else max_bytes
 
 
 def body_too_large(settings: Settings, *, is_json: bool) -> BodyTooLarge:
     """The error of a body with too many bytes."""
-    largest = largest_body(settings, is_json=is_json)
-    needed = f"at most {largest} bytes"
-    if largest < settings.max_body_bytes:
+    max_bytes = max_body_bytes_of(settings, is_json=is_json)
+    needed = f"at most {max_bytes} bytes"
+    if max_bytes < settings.max_body_bytes:
         needed += "; a larger net can be sent as a .npy file"
-    got = f"more than {largest} bytes"
+    got = f"more than {max_bytes} bytes"
     return BodyTooLarge(
         Issue("body_too_large", "The body is longer than this service reads.", "", got, needed)
     )
 
 
-def body_too_slow(received: int, settings: Settings) -> BodyTooSlow:
+def body_too_slow(received_bytes: int, settings: Settings) -> BodyTooSlow:
     """The error of a body that did not arrive completely in time."""
-    got, needed = f"{received} bytes", f"all of it within {settings.body_timeout:g} s"
+    got, needed = f"{received_bytes} bytes", f"all of it within {settings.body_timeout:g} s"
     return BodyTooSlow(Issue("body_too_slow", "The body did not arrive in time.", "", got, needed))

@@ -44,31 +44,35 @@ class Origins:
     """The origins whose pages may read responses."""
 
     def __init__(self, origins: Sequence[str]) -> None:
-        is_any = "*" in origins
-        self._listed = frozenset() if is_any else frozenset(origin.encode() for origin in origins)
-        timing = "*" if is_any else ", ".join(origins)
+        allows_all = "*" in origins
+        self._listed_origins = frozenset(() if allows_all else (o.encode() for o in origins))
+        timing = "*" if allows_all else ", ".join(origins)
         self._read_headers: RawHeaders = (
             (b"access-control-expose-headers", ", ".join(EXPOSED).encode()),
             (b"timing-allow-origin", timing.encode()),
         )
         # Pages that isolate themselves (COEP) load only files with this header from other origins.
-        embedded = b"cross-origin" if is_any else b"same-origin"
-        self._always: RawHeaders = ((b"cross-origin-resource-policy", embedded),)
-        if is_any:
-            self._always += ((b"access-control-allow-origin", b"*"), *self._read_headers)
+        resource_policy = b"cross-origin" if allows_all else b"same-origin"
+        self._common_headers: RawHeaders = ((b"cross-origin-resource-policy", resource_policy),)
+        if allows_all:
+            self._common_headers += ((b"access-control-allow-origin", b"*"), *self._read_headers)
         elif origins:
-            self._always += ((b"vary", b"Origin"),)
-        start = {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
-        self._preflight: Message | None = start if origins else None
+            self._common_headers += ((b"vary", b"Origin"),)
+        head = {"type": "http.response.start", "status": 204, "headers": _PREFLIGHT}
+        self._preflight: Message | None = head if origins else None
 
     def headers(self, scope: Scope) -> RawHeaders:
         """The CORS headers of the response to a request."""
-        if not self._listed:
-            return self._always
+        if not self._listed_origins:
+            return self._common_headers
         origin = dict(scope["headers"]).get(b"origin")
-        if origin not in self._listed:
-            return self._always
-        return (*self._always, (b"access-control-allow-origin", origin), *self._read_headers)
+        if origin not in self._listed_origins:
+            return self._common_headers
+        return (
+            *self._common_headers,
+            (b"access-control-allow-origin", origin),
+            *self._read_headers,
+        )
 
     def preflight(self, scope: Scope) -> Message | None:
         """The head of the response to a preflight request; None for all other requests."""

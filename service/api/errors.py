@@ -16,7 +16,7 @@ class NotAcceptable(SurfaceError):
 
 
 class EngineGone(SurfaceError):
-    """The URL names another version of the numbers (`engine`)."""
+    """The URL names a version of the engine (`engine=…`) that this service does not have."""
 
 
 class BodyTooSlow(SurfaceError):

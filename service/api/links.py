@@ -20,7 +20,11 @@ def mesh_url_path(root: str, surface: str, suffix: str) -> str:
 
 
 def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
-    """The URL of a mesh; without `query`, that of the mesh with default options by this engine."""
+    """The URL of a mesh.
+
+    If `query` is not given, it is `engine=…` alone: the default options, and the present version of
+    the numbers.
+    """
     return f"{mesh_url_path(root, surface, suffix)}?{query}"
 
 

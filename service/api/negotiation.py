@@ -24,7 +24,8 @@ from service.schemas.query import values_from_text
 from service.schemas.scan import shorten
 
 MAX_CACHED = 200
-"""Most characters of an Accept header or a query whose parsed form is cached."""
+"""Most characters of an Accept header or a query whose parsed form is cached: clients cannot fill
+the memory with longer texts."""
 
 AnyFormat = TypeVar("AnyFormat", bound=FileFormat)
 
@@ -54,7 +55,7 @@ def format_by_suffix(suffix: str) -> Format:
     Raises
     ------
     UnknownSuffix
-        If no format has it.
+        If no format has this suffix.
     """
     fmt = BY_SUFFIX.get(suffix)
     if fmt is None:
@@ -67,7 +68,7 @@ def format_by_suffix(suffix: str) -> Format:
 def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format that an Accept header prefers; JSON if it has no preference.
 
-    The quality value of a format is that of the most specific media range that includes it. Among
+    A format has the quality value of the most specific media range that includes the format. Among
     equal quality values, the more specific range wins, then JSON, then the first in `formats`.
 
     Raises
@@ -136,9 +137,9 @@ def refuse_parameters(names: Iterable[str]) -> None:
 
 def _refuse_unknown(names: Iterable[str], needed: str) -> None:
     message, got = "This call has no parameter of this name.", "an unknown parameter"
-    places = [pointer([shorten(name)]) for name in sorted(names)]
-    if places:
-        raise InvalidQuery(*(Issue("unknown_field", message, at, got, needed) for at in places))
+    paths = [pointer([shorten(name)]) for name in sorted(names)]
+    if paths:
+        raise InvalidQuery(*(Issue("unknown_field", message, path, got, needed) for path in paths))
 
 
 def codings_of(request: Request) -> AcceptedCodings:
@@ -147,7 +148,7 @@ def codings_of(request: Request) -> AcceptedCodings:
     Raises
     ------
     NotAcceptable
-        If the service has none of them.
+        If the client accepts no coding of this service.
     """
     return codings_by_header(_header(request, "accept-encoding"))
 
@@ -163,7 +164,7 @@ def codings_by_header(header: bytes | None) -> AcceptedCodings:
     Raises
     ------
     NotAcceptable
-        If it allows none of this service.
+        If the header allows no coding of this service.
     """
     accepted = parse_accepted_codings(header)
     if not accepted.order:

@@ -17,7 +17,7 @@ from service.api.problems import (
     INTERNAL_ERROR,
     METHOD_NOT_ALLOWED,
     NOT_FOUND,
-    Place,
+    LocationKind,
     problem_of,
     problem_response,
 )
@@ -59,17 +59,17 @@ async def _on_surface_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, SurfaceError)
     problem = problem_of(error)
     record_of(request.scope).code = problem.code
-    place: Place | None = None
-    if problem.place == "pointer":
+    location: LocationKind | None = None
+    if problem.location == "pointer":
         # Only a POST has a body for a JSON pointer; otherwise the option is a query parameter.
         if request.method != "POST":
-            place = "parameter"
+            location = "parameter"
         elif getattr(request.state, "posts_file", False):
-            place = "file"
+            location = "file"
     headers = {}
     if isinstance(error, Busy | OutOfTime):
         headers["Retry-After"] = str(request.app.state.services.workers.retry_after())
-    return problem_response(problem, error.issues, place, headers)
+    return problem_response(problem, error.issues, location, headers)
 
 
 async def _on_disconnect(_: Request, error: Exception) -> Response:

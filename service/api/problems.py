@@ -47,9 +47,10 @@ MEDIA_TYPE = "application/problem+json"
 PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
 """Caches must not keep errors: a client may store a surface that is still unknown."""
 
-Place: TypeAlias = Literal["pointer", "parameter", "header", "file"]
-"""Where an issue is, which is also the name of the member that says it. An issue of a posted `file`
-and its query becomes a `pointer` or a `parameter`."""
+LocationKind: TypeAlias = Literal["pointer", "parameter", "header", "file"]
+"""The kind of place that an issue is at: a place in the body, a parameter or a header. The issue's
+document has a member of this name, with the place. An issue of a posted `file` and its query
+becomes a `pointer` or a `parameter`."""
 
 _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
 """Phrases of RFC 9110 for statuses for which older Pythons have the phrases of RFC 7231."""
@@ -59,7 +60,7 @@ _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
 class Problem:
     """The HTTP status and the texts of a class of errors.
 
-    `code` is stable, for programs; `detail` is for people. `place` says where the issues are: in
+    `code` is stable, for programs; `detail` is for people. `location` says where the issues are: in
     the body (a JSON pointer), in the path or query (a parameter), in a header, or in a posted file
     and the query beside it.
     """
@@ -67,7 +68,7 @@ class Problem:
     status: int
     code: str
     detail: str
-    place: Place = "pointer"
+    location: LocationKind = "pointer"
 
     @property
     def title(self) -> str:
@@ -179,30 +180,29 @@ DRAINING = Problem(
 
 
 def problem_document(
-    problem: Problem, issues: tuple[Issue, ...] = (), place: Place | None = None
+    problem: Problem, issues: tuple[Issue, ...] = (), location: LocationKind | None = None
 ) -> dict[str, Any]:
-    """The body of an error response; `place` replaces the place of the problem."""
+    """The body of an error response; `location` replaces the location of the problem."""
     return {
         "type": "about:blank",
         "title": problem.title,
         "status": problem.status,
         "code": problem.code,
         "detail": problem.detail,
-        "errors": [_issue_document(issue, place or problem.place) for issue in issues],
+        "errors": [_issue_document(issue, location or problem.location) for issue in issues],
     }
 
 
-def _issue_document(issue: Issue, place: Place) -> dict[str, str]:
-    where = issue.pointer
-    if place == "file":
-        place, where = _in_file_or_query(where)
-    if place != "pointer":
-        # The first part of the pointer names the parameter or header, which has no further parts.
-        where = first_part(where)
+def _issue_document(issue: Issue, location: LocationKind) -> dict[str, str]:
+    pointer = issue.pointer
+    if location == "file":
+        location, pointer = _locate_in_file_or_query(pointer)
+    # The first part of the pointer names the parameter or header, which has no further parts.
+    value = pointer if location == "pointer" else first_part(pointer)
     texts = {"got": issue.got, "needed": issue.needed}
     return {
         "code": issue.code,
-        place: where,
+        location: value,
         "detail": issue.message,
         **{key: text for key, text in texts.items() if text},
     }
@@ -212,30 +212,31 @@ ARRAYS = ("points", "rays")
 """Fields of a document whose numbers may be sent as a file."""
 
 
-def _in_file_or_query(where: str) -> tuple[Place, str]:
+def _locate_in_file_or_query(pointer: str) -> tuple[LocationKind, str]:
     """Whether an issue of a posted file and its query is in the file or in a parameter.
 
     Returns "pointer" or "parameter", and a JSON pointer into the file or to the parameter.
     """
-    if first_part(where) in ARRAYS:
-        return "pointer", where
-    inside = where.removeprefix("/surface")
-    if inside != where and first_part(inside) not in FIELDS:
-        return "pointer", where
-    return ("parameter", inside) if where else ("pointer", where)
+    if first_part(pointer) in ARRAYS:
+        return "pointer", pointer
+    # In the query, the fields of the surface have no prefix.
+    query_pointer = pointer.removeprefix("/surface")
+    if query_pointer != pointer and first_part(query_pointer) not in FIELDS:
+        return "pointer", pointer
+    return ("parameter", query_pointer) if pointer else ("pointer", pointer)
 
 
 def problem_response(
     problem: Problem,
     issues: tuple[Issue, ...] = (),
-    place: Place | None = None,
+    location: LocationKind | None = None,
     headers: dict[str, str] | None = None,
 ) -> Response:
     """The error response of a problem."""
-    content = problem_document(problem, issues, place)
+    content = problem_document(problem, issues, location)
     return json_response(content, problem.status, PROBLEM_HEADERS | (headers or {}), MEDIA_TYPE)
 
 
 def problem_of(error: SurfaceError) -> Problem:
-    """The problem of an error; a class that is not in `PROBLEMS` has that of its parent class."""
+    """The problem of an error: the entry of its class, or of the nearest parent, in `PROBLEMS`."""
     return next(PROBLEMS[cls] for cls in type(error).__mro__ if cls in PROBLEMS)

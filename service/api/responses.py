@@ -110,8 +110,8 @@ def json_response(
 def bytes_response(content: bytes, job: Job, headers: Mapping[str, str] = HEADERS) -> Response:
     """The response with a JSON document that a job wrote, and with `Server-Timing`."""
     job.finish_work(len(content))
-    timed = {**headers, "Server-Timing": str(job.timing)}
-    return ChunkedResponse(content, 200, timed, "application/json")
+    timed_headers = {**headers, "Server-Timing": str(job.timing)}
+    return ChunkedResponse(content, 200, timed_headers, "application/json")
 
 
 def report_headers(report: MeshReport | None) -> RawHeaders:
@@ -127,7 +127,7 @@ def report_headers(report: MeshReport | None) -> RawHeaders:
 def file_response(
     content: Content, fmt: FileFormat, name: str, job: Job, report: MeshReport | None = None
 ) -> Response:
-    """The response with a job's file; with a file name, unless it is JSON."""
+    """The response with a job's file. Unless the file is JSON, it is sent with a file name."""
     job.finish_work(len(content))
     body_headers = (
         (b"content-length", b"%d" % len(content)),
@@ -154,7 +154,7 @@ def disposition(kind: Literal["inline", "attachment"], name: str, fmt: FileForma
     """
     stem = _UNSAFE.sub("-", name).strip("-.") or "surface"
     value = f'{kind}; filename="{stem}.{fmt.suffix}"'
-    letters = _FORBIDDEN.sub("-", name).strip("-. ")
-    if name.isascii() or not letters:
+    unicode_stem = _FORBIDDEN.sub("-", name).strip("-. ")
+    if name.isascii() or not unicode_stem:
         return value
-    return f"{value}; filename*=UTF-8''{quote(letters, safe='')}.{fmt.suffix}"
+    return f"{value}; filename*=UTF-8''{quote(unicode_stem, safe='')}.{fmt.suffix}"

@@ -49,7 +49,7 @@ class Context(NamedTuple):
 
 
 async def context_of(request: Request) -> Context:
-    """The context of a request: the only dependency, because each takes FastAPI 30 µs."""
+    """The context of a request: the only dependency, because FastAPI takes 30 µs for each."""
     return Context(request.app.state.services, request.scope["state"]["job"], request)
 
 

@@ -27,14 +27,14 @@ class StaticFile:
 
 @dataclass(slots=True)
 class _LoadedFile:
-    """A file in memory: its content, its hash in hexadecimal, and its compressed bodies.
+    """A file in memory: its content, its hash in hexadecimal, and its bodies by coding.
 
     A compressed body is None if it is not much smaller than the content.
     """
 
     content: bytes
     hash: str
-    codings: dict[Coding, bytes | None] = field(default_factory=dict)
+    bodies: dict[Coding, bytes | None] = field(default_factory=dict)
 
 
 class StaticFiles:
@@ -59,17 +59,17 @@ class StaticFiles:
         accepted, condition = codings_of(request), condition_of(request)
         file = await self._load(name)
         coding, body = await self._encode_file(file, accepted.order[0])
-        same = find_match(condition, accepted.order, partial(entity_tag, file.hash))
+        unchanged_coding = find_match(condition, accepted.order, partial(entity_tag, file.hash))
         if condition is not None and matches_all(condition):
-            same = coding
+            unchanged_coding = coding
         headers = {
             **HEADERS,
             **self._files[name].headers,
-            "ETag": entity_tag(file.hash, same or coding).decode(),
+            "ETag": entity_tag(file.hash, unchanged_coding or coding).decode(),
             "Cache-Control": "no-cache",
             "Vary": "Accept-Encoding",
         }
-        if same is not None:
+        if unchanged_coding is not None:
             return Response(status_code=304, headers=headers)
         if coding != "identity":
             headers["Content-Encoding"] = coding
@@ -91,8 +91,8 @@ class StaticFiles:
         """The file in a coding, or unchanged if the coding hardly makes it smaller."""
         if coding == "identity":
             return coding, file.content
-        if coding not in file.codings:
+        if coding not in file.bodies:
             # Two requests at the same time may both compress the file: their bytes are the same.
-            file.codings[coding] = await asyncio.to_thread(compress, coding, file.content)
-        body = file.codings[coding]
+            file.bodies[coding] = await asyncio.to_thread(compress, coding, file.content)
+        body = file.bodies[coding]
         return ("identity", file.content) if body is None else (coding, body)

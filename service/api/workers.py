@@ -37,7 +37,7 @@ INLINE_SECONDS = 0.0075
 threads take turns of 5 ms. The teapot at 16 divisions costs 0.0045; it takes 0.8 ms, without a plan
 2.4 ms."""
 
-MOST_INLINE_SECONDS = 0.1
+MAX_INLINE_SECONDS = 0.1
 """Work on the event loop that takes longer than this, although its cost is small, stops at the next
 checkpoint and begins again in a thread."""
 
@@ -97,7 +97,7 @@ class Workers:
         self.request_timeout = settings.request_timeout
         self.used = self.body_bytes = self.computing = self.refused = 0
         self.seconds_waited = 0.0
-        self.parsing = asyncio.Lock()
+        self.parse_lock = asyncio.Lock()
         self.limiter = CapacityLimiter(2 * self.threads + 2)
         self._max_queue = settings.max_queue
         self._queue: deque[tuple[int, asyncio.Future[float]]] = deque()
@@ -229,8 +229,8 @@ class Job:
         self.cancellation = Cancellation()
         self.on_ready: Callbacks = []
         self.on_end: Callbacks = []
-        """`on_ready` is called when the response is ready, `on_end` when it has been sent or the
-        client has disconnected."""
+        """Callbacks: `on_ready` for the moment when the response is ready, `on_end` for the moment
+        when the response has been sent or the client has disconnected."""
         self.timing = Timing()
         self._receive = receive
         self._deadline = math.inf
@@ -281,9 +281,9 @@ class Job:
                 return call()
         async with self.until_deadline():
             with self.timing.step("wait"):
-                await self.workers.parsing.acquire()
+                await self.workers.parse_lock.acquire()
             with self.timing.step("parse"):
-                return await self._in_thread(call, self.workers.parsing.release)
+                return await self._in_thread(call, self.workers.parse_lock.release)
 
     async def run(self, work: Work[Result], name: str) -> Result:
         """Returns the result of `work`: short work runs on the event loop, other work in a thread.
@@ -305,7 +305,7 @@ class Job:
             if not self._ran_inline:
                 await workers.take_turn()
                 self._ran_inline = True
-            time_limit = Cancellation(time.monotonic() + MOST_INLINE_SECONDS)
+            time_limit = Cancellation(time.monotonic() + MAX_INLINE_SECONDS)
             with self.timing.step(name), suppress(OutOfTime), cancelled_by(time_limit):
                 return work.run()
             self._memory -= cost.memory
@@ -322,12 +322,12 @@ class Job:
         """Gives all memory back except the `size` bytes of the response, which is ready."""
         while self.on_ready:
             self.on_ready.pop()()
-        total, rest = self._body + self._memory, min(size, self._memory)
+        total, response_memory = self._body + self._memory, min(size, self._memory)
         self._peak = max(self._peak, total)
         self.workers.body_bytes -= self._body
-        self._body, self._memory = 0, rest
-        if total > rest:
-            self.workers.hold(rest - total)
+        self._body, self._memory = 0, response_memory
+        if total > response_memory:
+            self.workers.hold(response_memory - total)
 
     def close(self) -> None:
         """Ends the job, and cancels its work in threads."""
@@ -346,9 +346,8 @@ class Job:
         OutOfTime, ClientDisconnect
         """
         receive, self._receive = self._receive, None
-        if (
-            receive is None
-        ):  # a shared computation, or a block inside another `until_deadline` block
+        if receive is None:
+            # A shared computation, or a block inside another `until_deadline` block.
             yield
             return
         if self._deadline == math.inf:

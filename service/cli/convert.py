@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from service.cli.document import parse_request, perform_document
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.nets import add_fields, field_line, read_field_flags
 from service.cli.refusals import issue_line
 from service.cli.source import (
     Commands,
@@ -81,7 +81,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.operations is not None:
         flags, operations = operations_from_text(arguments.operations)
         document = document | {"operations": operations}
-    fields = chosen_fields(arguments)
+    fields = read_field_flags(arguments)
     return perform_document(
         arguments,
         "/v1/convert",
@@ -107,8 +107,9 @@ def _compute(document: Mapping[str, Any]) -> bytes:
 
 def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str]) -> str:
     """An issue as a line that names the flag of the operation that has the error."""
-    _, first, number = (*issue.pointer.split("/"), "", "")[:3]
-    if first == "operations" and number.isdecimal() and int(number) < len(flags):
+    # "/operations/2/…" begins with "", "operations" and "2"; a shorter pointer is filled with "".
+    _, field, number = (*issue.pointer.split("/"), "", "")[:3]
+    if field == "operations" and number.isdecimal() and int(number) < len(flags):
         return issue_line(
             replace(issue, pointer=f"/{flags[int(number)]}"), dict.fromkeys(flags, "")
         )

@@ -10,17 +10,19 @@ from service.cli.source import (
     Commands,
     add_command,
     add_output,
-    chosen_format,
-    chosen_options,
+    choose_format,
+    read_option_flags,
     read_request,
 )
 
 if TYPE_CHECKING:
     from service.encoders.curves.format import CurveFormat
 
-OPTIONS = ("resolution", "tolerance", "tangents", "arc_lengths")
-"""The options of a curve, by name."""
+ACCURACY = ("resolution", "tolerance")
+"""Options that replace each other."""
 
+OPTIONS = (*ACCURACY, "tangents", "arc_lengths")
+"""The options of a curve, by name."""
 
 _CURVE_HELP = (
     "a JSON file (a curve, or a request with a curve and options), or - for standard input"
@@ -54,19 +56,18 @@ def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.curves.registry import CURVE_FORMATS
     from service.schemas.query import values_from_text
 
-    fmt = chosen_format(arguments, CURVE_FORMATS)
+    fmt = choose_format(arguments, CURVE_FORMATS)
     source = read_request(arguments.source, "curve", "no such file")
-    chosen = chosen_options(arguments, OPTIONS)
-    if "resolution" in chosen or "tolerance" in chosen:
-        # Each of these two replaces both in the file.
-        source = {key: value for key, value in source.items() if key not in OPTIONS[:2]}
+    flag_values = read_option_flags(arguments, OPTIONS)
+    if any(name in flag_values for name in ACCURACY):
+        source = {key: value for key, value in source.items() if key not in ACCURACY}
     return perform_document(
         arguments,
         "/v1/curve",
-        source | values_from_text(chosen.items()),
+        source | values_from_text(flag_values.items()),
         lambda document: _compute(document, fmt),
         fmt=fmt,
-        line=lambda issue: issue_line(issue, chosen),
+        line=lambda issue: issue_line(issue, flag_values),
     )
 
 

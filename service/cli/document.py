@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from service.cli.nets import chosen_fields, field_line
+from service.cli.nets import field_line, read_field_flags
 from service.cli.source import perform
 from service.errors import Issue
 
@@ -64,7 +64,7 @@ def perform_document(
     line : callable, optional
         Returns the line of an issue; by default, a line that names the flag which set the field.
     """
-    fields = dict.fromkeys(flags, "") | chosen_fields(arguments)
+    fields = dict.fromkeys(flags, "") | read_field_flags(arguments)
     return perform(
         arguments,
         lambda: compute(document),

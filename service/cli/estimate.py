@@ -13,8 +13,8 @@ from service.cli.source import (
     add_output,
     add_source,
     check_output,
-    chosen_options,
     find_format,
+    read_option_flags,
     surface_document,
     surface_source,
 )
@@ -44,15 +44,15 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.format is not None:
         formats = (find_format(arguments.format, FORMATS),)
     source = surface_document(surface_source(arguments))
-    chosen = chosen_options(arguments, OPTIONS)
-    document = drop_replaced(source, chosen) | values_from_text(chosen.items())
+    flag_values = read_option_flags(arguments, OPTIONS)
+    document = drop_replaced(source, flag_values) | values_from_text(flag_values.items())
     query = {} if arguments.format is None else {"format": str(arguments.format)}
     return perform_document(
         arguments,
         "/v1/estimate",
         document,
         lambda document: _compute(document, formats),
-        flags=chosen,
+        flags=flag_values,
         query=query,
     )
 

@@ -7,7 +7,7 @@ from typing import Any
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
 from service.cli.points import parse_numbers
-from service.cli.project import read_points
+from service.cli.project import read_npy
 from service.cli.refusals import Refused
 from service.cli.source import (
     Commands,
@@ -52,22 +52,24 @@ def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     fields = surface_document(surface_source(arguments))
     document = {key: value for key, value in fields.items() if key in FIELDS}
-    chosen: dict[str, Any] = {}
+    flag_values: dict[str, Any] = {}
     rows: Any = None
     if arguments.ray is not None:
         rows = [parse_numbers(text) for text in arguments.ray]
     elif arguments.rays is not None:
-        rows = read_points(arguments.rays, "--rays").tolist()
+        rows = read_npy(arguments.rays, "--rays").tolist()
     if rows is not None:
         if not all(isinstance(row, list) and len(row) == 6 for row in rows):
             raise Refused("a ray is six numbers: a point and a direction, X,Y,Z,DX,DY,DZ")
         columns = [row[:3] for row in rows], [row[3:] for row in rows]
-        chosen["rays"] = dict(zip(("origins", "directions"), columns, strict=True))
+        flag_values["rays"] = dict(zip(("origins", "directions"), columns, strict=True))
     if arguments.all:
-        chosen["hits"] = "all"
+        flag_values["hits"] = "all"
     if arguments.relative_thickness is not None:
-        (chosen["relative_thickness"],) = parse_numbers(arguments.relative_thickness)
-    return perform_document(arguments, "/v1/intersect", document | chosen, _compute, flags=chosen)
+        (flag_values["relative_thickness"],) = parse_numbers(arguments.relative_thickness)
+    return perform_document(
+        arguments, "/v1/intersect", document | flag_values, _compute, flags=flag_values
+    )
 
 
 def _compute(document: Mapping[str, Any]) -> bytes:

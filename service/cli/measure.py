@@ -38,11 +38,13 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     document = surface_document(surface_source(arguments))
-    chosen: dict[str, Any] = {}
+    flag_values: dict[str, Any] = {}
     for name in ("tolerance", "weld_tolerance"):
         if (text := getattr(arguments, name)) is not None:
-            (chosen[name],) = parse_numbers(text)
-    return perform_document(arguments, "/v1/measure", document | chosen, _compute, flags=chosen)
+            (flag_values[name],) = parse_numbers(text)
+    return perform_document(
+        arguments, "/v1/measure", document | flag_values, _compute, flags=flag_values
+    )
 
 
 def _compute(document: Mapping[str, Any]) -> bytes:

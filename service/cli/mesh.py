@@ -8,16 +8,16 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from service.cli.document import parse_request
-from service.cli.nets import NetFile, add_fields, chosen_fields, field_line
+from service.cli.nets import NetFile, add_fields, field_line, read_field_flags
 from service.cli.source import (
     Commands,
     add_command,
     add_output,
     add_source,
-    chosen_format,
-    chosen_options,
+    choose_format,
     find_stored_id,
     perform,
+    read_option_flags,
     surface_source,
 )
 
@@ -59,34 +59,34 @@ def add_options(mesh: argparse.ArgumentParser) -> None:
             group.add_argument(flag, metavar=option["value"], help=option["text"])
 
 
-def drop_replaced(source: dict[str, Any], chosen: Mapping[str, str]) -> dict[str, Any]:
-    """The request without the options that options of the command line replace.
+def drop_replaced(source: dict[str, Any], flag_values: Mapping[str, str]) -> dict[str, Any]:
+    """The request of a file, without the options that flags of the command line replace.
 
     A resolution and a tolerance replace each other; `tolerance` and `relative_tolerance`, too.
     """
-    replaced: set[str] = set()
-    if "resolution" in chosen:
-        replaced |= {*ACCURACY, *CAMERA_FIELDS}
-    elif any(name in chosen for name in ACCURACY):
-        replaced.add("resolution")
-    if {"tolerance", "relative_tolerance"} & chosen.keys():
-        replaced |= {"tolerance", "relative_tolerance"}
-    return {key: value for key, value in source.items() if key not in replaced}
+    replaced_names: set[str] = set()
+    if "resolution" in flag_values:
+        replaced_names |= {*ACCURACY, *CAMERA_FIELDS}
+    elif any(name in flag_values for name in ACCURACY):
+        replaced_names.add("resolution")
+    if {"tolerance", "relative_tolerance"} & flag_values.keys():
+        replaced_names |= {"tolerance", "relative_tolerance"}
+    return {key: value for key, value in source.items() if key not in replaced_names}
 
 
 def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.registry import FORMATS
 
-    fmt = chosen_format(arguments, FORMATS)
+    fmt = choose_format(arguments, FORMATS)
     source = find_stored_id(arguments) or surface_source(arguments)
-    chosen = chosen_options(arguments, OPTIONS)
+    flag_values = read_option_flags(arguments, OPTIONS)
     if isinstance(source, dict):
-        source = drop_replaced(source, chosen)
+        source = drop_replaced(source, flag_values)
     return perform(
         arguments,
-        lambda: _compute(source, chosen, fmt),
-        lambda remote: _request_mesh(remote, arguments.url, source, chosen, fmt),
-        lambda issue: field_line(issue, chosen | chosen_fields(arguments)),
+        lambda: _compute(source, flag_values, fmt),
+        lambda remote: _request_mesh(remote, arguments.url, source, flag_values, fmt),
+        lambda issue: field_line(issue, flag_values | read_field_flags(arguments)),
     )
 
 
@@ -94,21 +94,21 @@ def _request_mesh(
     remote: ModuleType,
     url: str,
     source: str | dict[str, Any] | NetFile,
-    chosen: Mapping[str, str],
+    flag_values: Mapping[str, str],
     fmt: "Format",
 ) -> bytes:
     """Gets the file from the service at `url`; sends a file of control points unchanged."""
     content: bytes
     if isinstance(source, NetFile):
-        query, media_type = {**source.fields, **chosen}, source.decoder.media_type
+        query, media_type = {**source.fields, **flag_values}, source.decoder.media_type
         content = remote.remote_mesh_of_file(url, source.content, media_type, query, fmt)
     else:
-        content = remote.remote_mesh(url, source, chosen, fmt)
+        content = remote.remote_mesh(url, source, flag_values, fmt)
     return content
 
 
 def _compute(
-    source: str | dict[str, Any] | NetFile, chosen: Mapping[str, str], fmt: "Format"
+    source: str | dict[str, Any] | NetFile, flag_values: Mapping[str, str], fmt: "Format"
 ) -> bytes:
     """Computes the file in this process."""
     from service.pipeline.mesh import encode_options, render
@@ -124,9 +124,9 @@ def _compute(
         pin_blas()
         limits = result_limits(command_settings())
         surface: Surface = find(source).surface()
-        options = options_from_text(chosen.items())
+        options = options_from_text(flag_values.items())
     else:
         source = source.document() if isinstance(source, NetFile) else source
-        request, limits = parse_request(MeshRequest, source | values_from_text(chosen.items()))
+        request, limits = parse_request(MeshRequest, source | values_from_text(flag_values.items()))
         surface, options = request.to_surface(), request
     return render(surface, options.mesh_options(), fmt, encode_options(options), limits)

@@ -47,7 +47,7 @@ def add_fields(command: argparse.ArgumentParser) -> None:
     group.add_argument("--name", metavar="NAME", help="name of the surface")
 
 
-def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
+def read_field_flags(arguments: argparse.Namespace) -> dict[str, str]:
     """The texts of the fields that flags set, by name."""
     return {
         name: str(getattr(arguments, name))
@@ -56,7 +56,7 @@ def chosen_fields(arguments: argparse.Namespace) -> dict[str, str]:
     }
 
 
-def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
+def choose_decoder(arguments: argparse.Namespace) -> "Decoder | None":
     """The decoder of the source, by `--input-format` or by its suffix; None for JSON."""
     from service.decoders.registry import BY_NAME, BY_SUFFIX
 
@@ -70,13 +70,13 @@ def chosen_decoder(arguments: argparse.Namespace) -> "Decoder | None":
 
 def refuse_fields(arguments: argparse.Namespace) -> None:
     """Raises `UsageError` for flags of fields: for JSON and examples, which have these fields."""
-    for name in chosen_fields(arguments):
+    for name in read_field_flags(arguments):
         raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
 
 
-def field_line(issue: Issue, chosen: Mapping[str, str]) -> str:
+def field_line(issue: Issue, flag_values: Mapping[str, str]) -> str:
     """An issue as a line; if a flag set the field with the error, the line names that flag."""
     name = issue.pointer.removeprefix("/surface").partition("/")[2].partition("/")[0]
-    if name in chosen and name in FIELDS:
+    if name in flag_values and name in FIELDS:
         issue = replace(issue, pointer=f"/{name}")
-    return issue_line(issue, chosen)
+    return issue_line(issue, flag_values)

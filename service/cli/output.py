@@ -14,7 +14,7 @@ def write(output: str, content: bytes) -> None:
     Raises
     ------
     OSError
-        With the name `output`, not that of a temporary file.
+        The error names `output`, not the temporary file.
     """
     if output == "-":
         print_bytes(content)
@@ -44,10 +44,10 @@ def print_bytes(content: bytes) -> None:
     """Writes to standard output; raises `Refused`, without a text, if no program reads it now."""
     if sys.stdout is None:
         raise Refused("standard output is closed")
-    rest = memoryview(content)
+    unwritten = memoryview(content)
     try:
-        while rest:  # with PYTHONUNBUFFERED a write may be partial, and only the next write fails
-            rest = rest[sys.stdout.buffer.write(rest) :]
+        while unwritten:  # with PYTHONUNBUFFERED a write may be partial, and only the next fails
+            unwritten = unwritten[sys.stdout.buffer.write(unwritten) :]
         sys.stdout.buffer.flush()
     except OSError as error:
         # At exit Python writes the rest of the buffer: to the null device, so that it succeeds.

@@ -16,7 +16,8 @@ from service.cli.source import (
     surface_source,
 )
 
-FLAGS = ("uv", "barycentric", "patch", "derivatives")
+PLACE_FLAGS = ("uv", "barycentric", "patch")
+FLAGS = (*PLACE_FLAGS, "derivatives")
 
 
 def add(commands: Commands) -> None:
@@ -40,12 +41,12 @@ def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     source = surface_source(arguments)
     flags = {name: getattr(arguments, name) for name in FLAGS}
-    chosen = {name: _parse_value(text) for name, text in flags.items() if text is not None}
-    if {"uv", "barycentric"} & chosen.keys() and isinstance(source, dict):
+    flag_values = {name: _parse_value(text) for name, text in flags.items() if text is not None}
+    if {"uv", "barycentric"} & flag_values.keys() and isinstance(source, dict):
         # Places on the command line replace those in the file.
-        source = {key: value for key, value in source.items() if key not in FLAGS[:3]}
-    document = surface_document(source) | chosen
-    return perform_document(arguments, "/v1/points", document, _compute, flags=chosen)
+        source = {key: value for key, value in source.items() if key not in PLACE_FLAGS}
+    document = surface_document(source) | flag_values
+    return perform_document(arguments, "/v1/points", document, _compute, flags=flag_values)
 
 
 def _parse_value(text: str | list[str]) -> Any:

@@ -50,19 +50,21 @@ def _run(arguments: argparse.Namespace) -> int:
     source = document["surface"]
     if isinstance(source, dict) and "curve" in source and "type" not in source:
         document = source  # a request with a curve instead of a surface
-    chosen: dict[str, Any] = {}
+    flag_values: dict[str, Any] = {}
     if arguments.point is not None:
-        chosen["points"] = [parse_numbers(text) for text in arguments.point]
+        flag_values["points"] = [parse_numbers(text) for text in arguments.point]
     elif arguments.points is not None:
-        chosen["points"] = read_points(arguments.points, "--points")
+        flag_values["points"] = read_npy(arguments.points, "--points")
     if arguments.relative_tolerance is not None:
-        (chosen["relative_tolerance"],) = parse_numbers(arguments.relative_tolerance)
+        (flag_values["relative_tolerance"],) = parse_numbers(arguments.relative_tolerance)
     if arguments.sign:
-        chosen["sign"] = True
-    return perform_document(arguments, "/v1/project", document | chosen, _compute, flags=chosen)
+        flag_values["sign"] = True
+    return perform_document(
+        arguments, "/v1/project", document | flag_values, _compute, flags=flag_values
+    )
 
 
-def read_points(name: str, flag: str) -> Any:
+def read_npy(name: str, flag: str) -> Any:
     """The array in a .npy file; an error names the flag."""
     from service.decoders.npy import read_array
 

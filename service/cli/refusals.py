@@ -7,6 +7,7 @@ from types import MappingProxyType
 from service.errors import Issue, first_part
 
 OK, REFUSED, USAGE, UNREACHABLE = range(4)
+"""Exit codes, described in `EXIT_CODES`."""
 
 EXIT_CODES = """\
 exit codes:
@@ -25,17 +26,16 @@ class UsageError(Exception):
 
 
 class Refused(Exception):
-    """The command failed; the lines say why."""
+    """The command failed; the arguments are lines that say why."""
 
 
-def issue_line(issue: Issue, chosen: Mapping[str, str] = MappingProxyType({})) -> str:
+def issue_line(issue: Issue, flag_values: Mapping[str, str] = MappingProxyType({})) -> str:
     """An issue as a line; if a flag set the value with the error, the line names that flag."""
     name = first_part(issue.pointer)
-    place = f"--{name.replace('_', '-')}" if name in chosen else issue.pointer
-    facts = ", ".join(
-        f"{name} {text}" for name, text in (("got", issue.got), ("needed", issue.needed)) if text
-    )
-    return (f"{place}: " if place else "") + issue.message + (f" ({facts})" if facts else "")
+    location = f"--{name.replace('_', '-')}" if name in flag_values else issue.pointer
+    texts = {"got": issue.got, "needed": issue.needed}
+    facts = ", ".join(f"{key} {text}" for key, text in texts.items() if text)
+    return (f"{location}: " if location else "") + issue.message + (f" ({facts})" if facts else "")
 
 
 def print_error(line: str) -> None:

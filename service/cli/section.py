@@ -12,7 +12,7 @@ from service.cli.source import (
     add_command,
     add_output,
     add_source,
-    chosen_format,
+    choose_format,
     surface_document,
     surface_source,
 )
@@ -54,10 +54,10 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     from service.encoders.sections.registry import SECTION_FORMATS
 
-    fmt = chosen_format(arguments, SECTION_FORMATS)
+    fmt = choose_format(arguments, SECTION_FORMATS)
     fields = surface_document(surface_source(arguments))
     document = {key: value for key, value in fields.items() if key in FIELDS}
-    chosen: dict[str, Any] = {}
+    flag_values: dict[str, Any] = {}
     if arguments.offsets is not None or arguments.point is not None or arguments.normal is not None:
         planes = dict(document.get("planes", {"normals": [[0, 0, 1]]}))
         if arguments.normal is not None:
@@ -69,19 +69,19 @@ def _run(arguments: argparse.Namespace) -> int:
             planes["points"] = [parse_numbers(text) for text in arguments.point]
             if arguments.offsets is None:
                 planes.pop("offsets", None)
-        chosen["planes"] = planes
+        flag_values["planes"] = planes
     for name in TOLERANCES:
         text = getattr(arguments, name)
         if text is not None:
             # Each of the two tolerances replaces both in the file.
             document = {key: value for key, value in document.items() if key not in TOLERANCES}
-            (chosen[name],) = parse_numbers(text)
+            (flag_values[name],) = parse_numbers(text)
     return perform_document(
         arguments,
         "/v1/intersect",
-        document | chosen,
+        document | flag_values,
         lambda document: _compute(document, fmt),
-        flags=chosen,
+        flags=flag_values,
         fmt=fmt,
     )
 

@@ -33,26 +33,26 @@ def _run(arguments: argparse.Namespace) -> int:
     texts = {"host": arguments.host, "port": arguments.port}
     flags = {name: text for name, text in texts.items() if text is not None}
     # Keep log records in memory until the settings say how to write them.
-    early = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
-    logging.getLogger().addHandler(early)
+    memory_handler = MemoryHandler(1000, logging.CRITICAL + 1, logging.lastResort)
+    logging.getLogger().addHandler(memory_handler)
     try:
         settings = apply_flags(read_environment(), flags)
-        requests, others = start_logs(settings)
-        early.setTarget(others)
+        access_log, error_log = start_logs(settings)
+        memory_handler.setTarget(error_log)
     finally:
-        logging.getLogger().removeHandler(early)
-        early.close()
-    others.flush()
-    app = create_app(settings, requests.write)
-    app.state.observed.dropped = lambda: requests.dropped + others.dropped
+        logging.getLogger().removeHandler(memory_handler)
+        memory_handler.close()
+    error_log.flush()
+    app = create_app(settings, access_log.write)
+    app.state.counters.count_dropped_lines = lambda: access_log.dropped + error_log.dropped
     _warn_if_open(settings)
     try:
         serve(app, settings, app.state)
     except SystemExit:
-        others.flush()
+        error_log.flush()
         # uvicorn has logged the reason. Its exit code has another meaning in this program.
-        place = f"{settings.host}, port {settings.port}"
-        raise Refused(f"cannot serve at {place}; the lines above say why") from None
+        address = f"{settings.host}, port {settings.port}"
+        raise Refused(f"cannot serve at {address}; the lines above say why") from None
 
 
 def _warn_if_open(settings: Settings) -> None:

@@ -22,9 +22,9 @@ def add(commands: Commands) -> None:
         metavar="URL",
         help="surface or mesh, without the host: /v1/surfaces/ID/mesh.glb?engine=3",
     )
-    end = sign.add_mutually_exclusive_group(required=True)
-    end.add_argument("--seconds", metavar="N", help="seconds from now until it expires")
-    end.add_argument("--expires", metavar="UNIXTIME", help="when it expires, in Unix time")
+    expiry = sign.add_mutually_exclusive_group(required=True)
+    expiry.add_argument("--seconds", metavar="N", help="seconds from now until it expires")
+    expiry.add_argument("--expires", metavar="UNIXTIME", help="when it expires, in Unix time")
     sign.set_defaults(run=_run)
 
 

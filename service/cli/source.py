@@ -7,7 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from service.cli.nets import NetFile, chosen_decoder, chosen_fields, field_line, refuse_fields
+from service.cli.nets import NetFile, choose_decoder, field_line, read_field_flags, refuse_fields
 from service.cli.output import write
 from service.cli.refusals import EXIT_CODES, OK, Refused, UsageError
 from service.errors import Issue, SurfaceError
@@ -36,9 +36,17 @@ def add_command(commands: Commands, name: str, text: str) -> argparse.ArgumentPa
     return command
 
 
-def add_source(command: argparse.ArgumentParser, others: str, more: str = "") -> None:
-    """Adds the source of the surface; `others`: what a request in a file has beside the surface."""
-    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(others) + more)
+def add_source(command: argparse.ArgumentParser, fields: str, suffix: str = "") -> None:
+    """Adds the source of the surface.
+
+    Parameters
+    ----------
+    fields : str
+        In words, for the help: the fields that a request in a file has beside the surface.
+    suffix : str
+        Text at the end of the help.
+    """
+    command.add_argument("source", metavar="FILE|EXAMPLE", help=_FILE_HELP.format(fields) + suffix)
 
 
 def add_output(command: argparse.ArgumentParser, *, formats: bool = True) -> None:
@@ -89,7 +97,7 @@ def check_output(arguments: argparse.Namespace) -> None:
         raise UsageError("--output: empty; needed a file, or - for standard output")
 
 
-def chosen_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
+def choose_format(arguments: argparse.Namespace, formats: Sequence[AnyFormat]) -> AnyFormat:
     """The format of the output, by `--format` or else by the suffix of the output."""
     by_suffix = {fmt.suffix: fmt for fmt in formats}
     check_output(arguments)
@@ -118,12 +126,12 @@ def surface_source(arguments: argparse.Namespace) -> str | dict[str, Any] | NetF
 
     source = arguments.source
     is_example = source in EXAMPLES and not Path(source).exists()
-    decoder = None if is_example else chosen_decoder(arguments)
-    missing = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
+    decoder = None if is_example else choose_decoder(arguments)
+    missing_text = f"no such file and no such example; examples: {', '.join(EXAMPLES)}"
     if decoder is not None:
-        return NetFile(_read(source, "surface", missing), decoder, chosen_fields(arguments))
+        return NetFile(_read(source, "surface", missing_text), decoder, read_field_flags(arguments))
     refuse_fields(arguments)
-    return source if is_example else read_request(source, "surface", missing)
+    return source if is_example else read_request(source, "surface", missing_text)
 
 
 def find_stored_id(arguments: argparse.Namespace) -> str | None:
@@ -137,34 +145,34 @@ def find_stored_id(arguments: argparse.Namespace) -> str | None:
     return str(source)
 
 
-def read_request(source: str, what: str, missing: str) -> dict[str, Any]:
+def read_request(source: str, field: str, missing_text: str) -> dict[str, Any]:
     """The request in a file; a surface or curve alone becomes a request without options.
 
     Parameters
     ----------
-    what : str
+    field : str
         "surface" or "curve": the field that a request must have.
-    missing : str
+    missing_text : str
         The text of the error if the file does not exist.
     """
     from service.schemas.document import parse_document
 
-    document = parse_document(_read(source, what, missing))
-    if isinstance(document, dict) and what in document:
+    document = parse_document(_read(source, field, missing_text))
+    if isinstance(document, dict) and field in document:
         return document
-    return {what: document}
+    return {field: document}
 
 
-def _read(source: str, what: str, missing: str) -> bytes:
-    """The bytes of a file, or of standard input."""
+def _read(source: str, noun: str, missing_text: str) -> bytes:
+    """The bytes of a file, or of standard input; errors name what the file has (`noun`)."""
     if not source:
-        raise UsageError(f"the name is empty; needed a file with a {what}, or - for standard input")
+        raise UsageError(f"the name is empty; needed a file with a {noun}, or - for standard input")
     if source == "-":
         if sys.stdin is None:
             raise Refused("standard input is closed")
         return sys.stdin.buffer.read()
     if not Path(source).exists():
-        raise UsageError(missing)
+        raise UsageError(missing_text)
     return Path(source).read_bytes()
 
 
@@ -183,15 +191,15 @@ def surface_document(source: str | dict[str, Any] | NetFile) -> dict[str, Any]:
     from service.schemas.surfaces import definition
     from service.surface.examples import find
 
-    # Through JSON, so that it has lists of numbers, as in a file, and not arrays.
+    # By way of JSON, because a document has lists of numbers where a definition has arrays.
     return {"surface": orjson.loads(json_text(definition(find(source).surface())))}
 
 
-def chosen_options(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
+def read_option_flags(arguments: argparse.Namespace, names: Sequence[str]) -> dict[str, str]:
     """The options that flags set, as texts of a query, by name."""
-    chosen: dict[str, str] = {}
+    flag_values: dict[str, str] = {}
     for name in names:
         value = getattr(arguments, name)
         if value is not None:
-            chosen[name] = str(value).lower() if isinstance(value, bool) else value
-    return chosen
+            flag_values[name] = str(value).lower() if isinstance(value, bool) else value
+    return flag_values

@@ -2,7 +2,7 @@
 
 import argparse
 
-from service.cli.nets import add_fields, chosen_fields, field_line
+from service.cli.nets import add_fields, field_line, read_field_flags
 from service.cli.output import print_lines
 from service.cli.refusals import OK, Refused
 from service.cli.source import Commands, add_command, add_source, surface_document, surface_source
@@ -25,7 +25,7 @@ def _run(arguments: argparse.Namespace) -> int:
     try:
         urls = remote_store(arguments.url, document)
     except SurfaceError as error:
-        fields = chosen_fields(arguments)
+        fields = read_field_flags(arguments)
         raise Refused(*(field_line(issue, fields) for issue in error.issues)) from None
     print_lines(f"{name:<5} {url}" for name, url in urls.items())
     return OK

@@ -41,13 +41,13 @@ _UNSAFE = re.compile(
 
 def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
     """Sends `logging` and warnings to standard error; returns the access log and the error log."""
-    requests, others = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
-    others.setFormatter(RecordFormatter(settings.log_format))
+    access_log, error_log = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
+    error_log.setFormatter(RecordFormatter(settings.log_format))
     root = logging.getLogger()
-    root.handlers[:] = [others]
+    root.handlers[:] = [error_log]
     root.setLevel(settings.log_level.upper())
     logging.captureWarnings(capture=True)
-    return requests, others
+    return access_log, error_log
 
 
 class Lines(QueueHandler):
@@ -86,12 +86,12 @@ class Lines(QueueHandler):
             while not self.lines.empty():
                 batch.append(self.lines.get())
             text = "".join(line for line in batch if isinstance(line, str))
-            rest = text.encode("utf-8", "backslashreplace")
+            unwritten = text.encode("utf-8", "backslashreplace")
             try:
-                while rest:
-                    rest = rest[os.write(self._descriptor, rest) :]
+                while unwritten:
+                    unwritten = unwritten[os.write(self._descriptor, unwritten) :]
             except OSError:
-                self.dropped += rest.count(b"\n")
+                self.dropped += unwritten.count(b"\n")
             for event in batch:
                 if isinstance(event, Event):
                     event.set()
@@ -142,7 +142,7 @@ def format_trace(record: logging.LogRecord) -> list[str]:
     )
     while trace is not None:
         text = escape("".join(trace.format_exception_only()).strip(), MAX_TEXT)
-        where = (f"  {frame.filename}:{frame.lineno} in {frame.name}" for frame in trace.stack)
-        lines = [*(escape(line, MAX_MESSAGE) for line in where), text, *lines]
+        frames = (f"  {frame.filename}:{frame.lineno} in {frame.name}" for frame in trace.stack)
+        lines = [*(escape(frame, MAX_MESSAGE) for frame in frames), text, *lines]
         trace = trace.__cause__ or (None if trace.__suppress_context__ else trace.__context__)
     return lines

@@ -21,7 +21,7 @@ MAX_PIPELINED = 16
 
 
 def build_refusal(problem: Problem, settings: Settings) -> Response:
-    """The response with a problem document, after which the server closes the connection."""
+    """The response with a problem document. It tells the client that the connection closes."""
     needed = {
         problems.HEAD_TOO_LARGE.code: f"at most {settings.max_head_bytes} bytes",
         problems.HEAD_TOO_SLOW.code: f"all of it within {settings.head_timeout:g} s",
@@ -193,16 +193,16 @@ class BoundedProtocol(HttpToolsProtocol):
 def check_head(connection: HttpToolsProtocol, max_bytes: int) -> None:
     """Raises `Refused` for a head that is too long or ambiguous but that httptools accepts."""
     method, version = connection.parser.get_method(), connection.parser.get_http_version()
-    size, hosts = len(connection.url), 0
+    size, host_count = len(connection.url), 0
     is_clear = method != b"CONNECT" and version in ("1.0", "1.1")
     for name, value in connection.headers:
         size += len(name) + len(value)
-        hosts += name == b"host"
+        host_count += name == b"host"
         if name == b"transfer-encoding":
             is_clear = is_clear and version == "1.1" and value.lower() == b"chunked"
     if size > max_bytes:
         raise Refused(problems.HEAD_TOO_LARGE)
-    if not is_clear or (hosts != 1 and (hosts or version == "1.1")):
+    if not is_clear or (host_count != 1 and (host_count or version == "1.1")):
         raise Refused(problems.MALFORMED_REQUEST)
 
 

@@ -84,11 +84,13 @@ def notify(state: str) -> None:
             sock.send(state.encode())
 
 
-def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: Any) -> Server:
-    """The server of an application with this state; `other`: further settings of uvicorn."""
+def make_server(
+    app: ASGIApp, settings: Settings, state: Any = None, **uvicorn_options: Any
+) -> Server:
+    """The server of an application with this state; `uvicorn_options` replace or add settings."""
     state = SimpleNamespace(ready=True) if state is None else state
-    observed: RequestCounters | None = getattr(state, "observed", None)
-    state.count_refusal = observed.count_refusal if observed else lambda _: None
+    counters: RequestCounters | None = getattr(state, "counters", None)
+    state.count_refusal = counters.count_refusal if counters else lambda _: None
     options: dict[str, Any] = {
         "host": settings.host,
         "port": settings.port,
@@ -105,7 +107,7 @@ def make_server(app: ASGIApp, settings: Settings, state: Any = None, **other: An
         "proxy_headers": False,
     }
     app = add_failure_response(app, settings, state)
-    server = Server(uvicorn.Config(app, **options | other), settings, state)
+    server = Server(uvicorn.Config(app, **options | uvicorn_options), settings, state)
     state.connections = server.server_state.connections
     return server
 
@@ -122,8 +124,8 @@ def serve(app: ASGIApp, settings: Settings, state: Any) -> NoReturn:
     """
     server = make_server(app, settings, state)
     sock = server.config.bind_socket()
-    # Accepted connections inherit these: the system closes those whose client has vanished or
-    # does not read (Linux; tcp(7)).
+    # Accepted connections inherit these options: the system closes a connection whose client has
+    # vanished or does not read (Linux; tcp(7)).
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     if sys.platform == "linux":
         milliseconds = max(1, round(settings.send_timeout * 1000))
@@ -142,8 +144,8 @@ def raise_file_limit(needed: int) -> None:
     """Raises the limit of open files; warns if the system does not allow it."""
     if sys.platform != "win32":
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-        new = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
-        if soft != resource.RLIM_INFINITY and soft < new:
-            resource.setrlimit(resource.RLIMIT_NOFILE, (new, hard))
-        if new < needed:
-            _log.warning("the service needs %d open files, and the system allows %d", needed, new)
+        limit = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
+        if soft != resource.RLIM_INFINITY and soft < limit:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
+        if limit < needed:
+            _log.warning("the service needs %d open files, and the system allows %d", needed, limit)

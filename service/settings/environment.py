@@ -25,7 +25,8 @@ ALL_MEMORY = 1 << 45
 _log = logging.getLogger(__name__)
 
 _CLIENT_VARIABLES = frozenset({f"{PREFIX}KEY"})
-"""Variables of the command line as a client. They may also be set where the service runs."""
+"""Variables that the command reads when it calls another service. The server ignores them without a
+warning."""
 
 
 class _FromEnvironment(Settings, BaseSettings):
@@ -110,29 +111,32 @@ def describe_values(field: FieldInfo) -> str:
     if field.annotation is bool:
         return "true or false"
     if kind := _NUMBERS.get(ByteSize if ByteSize in field.metadata else field.annotation):
-        least = _bound(field, "ge")
-        # A time may be as short as you like, but not 0.
-        begin = f"from {least}" if least is not None else "above 0"
-        return f"{kind} {begin}{' ' if least is not None else ', '}to {_bound(field, 'le')}"
+        minimum, maximum = _bound(field, "ge"), _bound(field, "le")
+        # A field without a minimum is a time: it may be as short as you like, but not 0.
+        begin = "above 0," if minimum is None else f"from {minimum}"
+        return f"{kind} {begin} to {maximum}"
     if field.annotation is str:
         return "a text" if not field.is_required() and field.default == "" else "a text, not empty"
-    words = re.findall(r"'(\w+)'", str(field.annotation))
+    words = re.findall(r"'(\w+)'", str(field.annotation))  # the texts of a Literal
     return f"one of {', '.join(words)}" if words else "a comma-separated list"
 
 
 def _bound(field: FieldInfo, name: str) -> object:
-    """The least ("ge") or greatest ("le") value of a setting, or None."""
+    """The least ("ge") or greatest ("le") value of a setting; None if it has no such bound."""
     return next((getattr(part, name) for part in field.metadata if hasattr(part, name)), None)
 
 
 def _settings_error(
-    error: ValidationError, texts: Mapping[str, str], places: Mapping[str, str]
+    error: ValidationError, texts: Mapping[str, str], shown_names: Mapping[str, str]
 ) -> InvalidSettings:
-    """The error with one line for each invalid setting; it does not repeat secrets."""
+    """The error with one line for each invalid setting; it does not repeat secrets.
+
+    `texts` has the text of each setting, `shown_names` the variable or flag that the text is from.
+    """
     lines = []
-    for name in dict.fromkeys(str(each["loc"][0]) for each in error.errors()):
+    for name in dict.fromkeys(str(details["loc"][0]) for details in error.errors()):
         field = Settings.model_fields[name]
         is_secret = "SecretStr" in str(field.annotation)
         got = "something else" if is_secret else repr(texts[name]) if texts[name] else "nothing"
-        lines.append(f"{places[name]}: got {got}, needed {describe_values(field)}.")
+        lines.append(f"{shown_names[name]}: got {got}, needed {describe_values(field)}.")
     return InvalidSettings("\n".join(lines))

@@ -59,15 +59,15 @@ class Folder(Bucket):
     async def write(self, key: str, content: bytes) -> None:
         """Stores an object or replaces it; once this returns, a crash does not lose it."""
         name = f"{STAGING}/{uuid.uuid4().hex}"
-        staged, final = self.root / name, self.root / key
+        staged_path, final_path = self.root / name, self.root / key
         try:
             await obstore.put_async(self.objects, name, content, use_multipart=False)
-            await to_thread.run_sync(_sync, staged)
+            await to_thread.run_sync(_sync, staged_path)
             await obstore.rename_async(self.objects, name, key)
         except Exception:
-            await to_thread.run_sync(_remove, staged)
+            await to_thread.run_sync(_remove, staged_path)
             raise
-        await to_thread.run_sync(_sync, final.parent, final.parent.parent)
+        await to_thread.run_sync(_sync, final_path.parent, final_path.parent.parent)
 
     async def sweep(self) -> None:
         """Removes unfinished files of killed processes.
@@ -111,9 +111,9 @@ def _remove(file: Path) -> None:
 
 
 def _sweep(staging: Path) -> None:
-    limit = time.time() - ABANDONED_AFTER
+    oldest_kept = time.time() - ABANDONED_AFTER
     with os.scandir(staging) as entries:
         for entry in entries:
             with suppress(FileNotFoundError):  # another process sweeps too
-                if entry.stat().st_mtime < limit:
+                if entry.stat().st_mtime < oldest_kept:
                     os.unlink(entry)

@@ -151,8 +151,8 @@ def _read_definition(content: bytes) -> Any:
         flat = np.frombuffer(content, _TYPES[name], prod(shape), start)
         arrays.append(flat.reshape(shape))
         start += flat.nbytes
-    unused = iter(arrays)
-    tree = _insert_arrays(header["surface"], unused)
-    if start != len(content) or next(unused, None) is not None:
+    remaining_arrays = iter(arrays)
+    tree = _insert_arrays(header["surface"], remaining_arrays)
+    if start != len(content) or next(remaining_arrays, None) is not None:
         raise ValueError("more numbers than the header names")
     return tree

@@ -67,7 +67,7 @@ class Usage:
         Raises
         ------
         StoreFull
-            Before the block begins: there is no room.
+            The quota has too few free bytes; the block does not begin.
         """
         await self._check_room(growth)
         self._reserved += growth  # since the check for room, no other task has run
@@ -91,15 +91,15 @@ class Usage:
             return
         if self._counted_at is None:
             await self.recount()
-        if growth > self._left and growth <= self._quota and self._age > FRESH_SECONDS:
+        if growth > self._free_bytes and growth <= self._quota and self._age > FRESH_SECONDS:
             await self.recount()
-        if growth > self._left:
-            raise quota_exceeded(self._left, growth)
+        if growth > self._free_bytes:
+            raise quota_exceeded(self._free_bytes, growth)
         if self._age > STALE_SECONDS:
             self._start_count().add_done_callback(_log_failure)
 
     @property
-    def _left(self) -> int:
+    def _free_bytes(self) -> int:
         return self._quota - self._used - self._reserved
 
     @property
@@ -120,10 +120,10 @@ class Usage:
         self._counted_at = start
 
 
-def quota_exceeded(left: int, growth: int) -> StoreFull:
-    """The error for a surface of `growth` bytes if the quota has only `left` free bytes."""
+def quota_exceeded(free_bytes: int, growth: int) -> StoreFull:
+    """The error for a surface of `growth` bytes if the quota has only `free_bytes` bytes left."""
     text = "The surface does not fit into the quota of the store."
-    got, needed = f"{growth} bytes", f"at most {max(0, left)} bytes"
+    got, needed = f"{growth} bytes", f"at most {max(0, free_bytes)} bytes"
     return StoreFull(Issue("store_full", text, got=got, needed=needed))
 
 

@@ -43,8 +43,8 @@ def _reserve_nothing(_size: int) -> None:
 class SurfaceStore:
     """Stores contents under their SHA-256.
 
-    Several processes may share one backend: under the same name they write the same bytes, so
-    their order does not matter.
+    Several processes may share one backend: under the same key they write the same bytes, so the
+    order of their writes does not matter.
     """
 
     def __init__(self, backend: Bucket, quota: int) -> None:
@@ -86,15 +86,15 @@ class SurfaceStore:
             if await _hash(content) != id:
                 raise ValueError("the id is not the hash of the content")
         async with self._lock(id):
-            before = await self._size(key)
-            if before == len(content):
+            old_size = await self._size(key)
+            if old_size == len(content):
                 with suppress(DamagedObject, UnknownSurface):  # another process may delete it
                     await self._get(id, _reserve_nothing)
                     return False
-            elif before is not None:
-                _log.warning("%s is damaged, %d bytes instead of %d", key, before, len(content))
+            elif old_size is not None:
+                _log.warning("%s is damaged, %d bytes instead of %d", key, old_size, len(content))
             # A count may include the damaged object or not; its repair is never refused.
-            growth = len(content) if before is None else 0
+            growth = len(content) if old_size is None else 0
             async with self._usage.reserve(growth), self._limiter:
                 with translate_errors(f"storing {key}"):
                     await self._backend.write(key, content)

@@ -96,7 +96,7 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
 async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "MOST_INLINE_SECONDS", 0.0)
+    monkeypatch.setattr(module, "MAX_INLINE_SECONDS", 0.0)
     callers: list[threading.Thread] = []
 
     def call() -> str:

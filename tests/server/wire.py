@@ -72,8 +72,8 @@ class Server:
     def __init__(self, app: ASGIApp, **settings: Any) -> None:
         self.clock = Clock()
         self.refusals: list[str] = []
-        observed = SimpleNamespace(count_refusal=self.refusals.append)
-        self.app_state = SimpleNamespace(ready=True, observed=observed)
+        counters = SimpleNamespace(count_refusal=self.refusals.append)
+        self.app_state = SimpleNamespace(ready=True, counters=counters)
         self._config = make_server(app, Settings(**settings), self.app_state).config
         self._config.load()
         self.state = ServerState()

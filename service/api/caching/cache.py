@@ -8,12 +8,14 @@ from service.api.caching.cached_response import VARIANT_BYTES, CachedResponse, V
 from service.api.caching.codings import Coding
 
 SHARE = 2
-"""An entry with all its codings may take 1/SHARE of the cache."""
+"""An entry with all its codings may take at most 1/SHARE of the cache: so it never drops all other
+entries."""
 
-ALIASES = 8
-"""Spellings of its URL that each entry has at most: by these the cache finds it without parsing."""
+MAX_ALIASES = 8
+"""Most spellings of its URL that an entry has. By a spelling, the cache finds the entry without
+parsing the URL."""
 
-ALIAS_LETTERS = 1000
+MAX_ALIAS_LETTERS = 1000
 """Most characters of a spelling: longer URLs are parsed each time."""
 
 ALIAS_BYTES = 400
@@ -54,7 +56,7 @@ class ResponseCache:
         before the last call."""
         self._entries: OrderedDict[str, CachedResponse] = OrderedDict()
         self._by_spelling: dict[tuple[str, bytes], tuple[CachedResponse, bool]] = {}
-        self._of_surface: dict[str, set[str]] = {}
+        self._urls_by_surface: dict[str, set[str]] = {}
         self._being_sent: dict[CachedResponse, int] = {}
 
     def __len__(self) -> int:
@@ -62,10 +64,11 @@ class ResponseCache:
 
     def find(self, path: str, query: bytes) -> tuple[CachedResponse, bool] | None:
         """The entry of a URL as the client wrote it, and whether the URL has `engine`; or None."""
-        entry = self._by_spelling.get((path, query))
-        if entry is not None:
-            self._entries.move_to_end(entry[0].subject.url)
-        return entry
+        match = self._by_spelling.get((path, query))
+        if match is not None:
+            entry, _ = match
+            self._entries.move_to_end(entry.subject.url)
+        return match
 
     def get(self, url: str) -> CachedResponse | None:
         """The entry of a canonical URL, or None."""
@@ -80,7 +83,7 @@ class ResponseCache:
 
     def put(self, entry: CachedResponse, generation: int) -> bool:
         """Keeps an entry if it fits and nothing was forgotten since `generation`; else False."""
-        if generation != self.generation or entry.largest > self.max_bytes // SHARE:
+        if generation != self.generation or entry.max_size > self.max_bytes // SHARE:
             return False
         subject = entry.subject
         if subject.url in self._entries:
@@ -88,7 +91,7 @@ class ResponseCache:
         if not self._make_room(entry.size):
             return False
         self._entries[subject.url] = entry
-        self._of_surface.setdefault(subject.surface, set()).add(subject.url)
+        self._urls_by_surface.setdefault(subject.surface, set()).add(subject.url)
         self.bytes += entry.size
         return True
 
@@ -111,9 +114,9 @@ class ResponseCache:
         """Remembers a URL spelling of an entry that the cache keeps."""
         spelling = (path, query)
         letters = len(path) + len(query)
-        if letters > ALIAS_LETTERS or spelling in self._by_spelling or not self.holds(entry):
+        if letters > MAX_ALIAS_LETTERS or spelling in self._by_spelling or not self.holds(entry):
             return
-        if len(entry.aliases) == ALIASES:
+        if len(entry.aliases) == MAX_ALIASES:
             self._drop_alias(entry, 0)
         if not self._make_room(letters + ALIAS_BYTES, entry):
             return
@@ -123,9 +126,9 @@ class ResponseCache:
         self.bytes += letters + ALIAS_BYTES
 
     def forget(self, surface: str) -> None:
-        """Drops all responses made from a surface, and will not keep those now being computed."""
+        """Drops all responses made from a surface; does not keep responses now being computed."""
         self.generation += 1
-        for url in self._of_surface.get(surface, set()).copy():
+        for url in self._urls_by_surface.get(surface, set()).copy():
             self._drop(url)
 
     @property
@@ -145,9 +148,9 @@ class ResponseCache:
 
     def end(self, entry: CachedResponse) -> None:
         """Ends sending an entry to one client."""
-        senders = self._being_sent.pop(entry) - 1
-        if senders:
-            self._being_sent[entry] = senders
+        client_count = self._being_sent.pop(entry) - 1
+        if client_count:
+            self._being_sent[entry] = client_count
         else:
             if self.bytes > self.allowed:
                 self._make_room(0)
@@ -160,17 +163,18 @@ class ResponseCache:
         """
         if size and self.bytes_being_sent + size > self.allowed:
             return False
-        # Entries that are still being sent but no longer in the cache: `self.bytes` lacks them.
-        unlisted = sum(e.size for e in self._being_sent if not self.holds(e))
-        while self.bytes + unlisted + size > self.allowed:
+        # The bytes of entries that are still being sent but no longer in the cache: `self.bytes`
+        # does not include them.
+        unlisted_bytes = sum(e.size for e in self._being_sent if not self.holds(e))
+        while self.bytes + unlisted_bytes + size > self.allowed:
             droppable = (
                 e for e in self._entries.values() if e not in self._being_sent and e is not keep
             )
-            first = next(droppable, None)
-            if first is None:
+            oldest = next(droppable, None)
+            if oldest is None:
                 return False
             self.counts.evictions += 1
-            self._drop(first.subject.url)
+            self._drop(oldest.subject.url)
         return True
 
     def _drop(self, url: str) -> None:
@@ -178,10 +182,10 @@ class ResponseCache:
         while entry.aliases:
             self._drop_alias(entry, -1)
         self.bytes -= entry.size
-        urls = self._of_surface[entry.subject.surface]
+        urls = self._urls_by_surface[entry.subject.surface]
         urls.remove(url)
         if not urls:
-            del self._of_surface[entry.subject.surface]
+            del self._urls_by_surface[entry.subject.surface]
 
     def _drop_alias(self, entry: CachedResponse, index: int) -> None:
         path, query = spelling = entry.aliases.pop(index)

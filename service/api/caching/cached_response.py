@@ -8,6 +8,7 @@ import re
 from base64 import urlsafe_b64encode
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from typing import TypeAlias, TypeVar
 
@@ -47,7 +48,7 @@ def parse_tags(header: bytes) -> frozenset[bytes]:
 def find_match(
     condition: bytes | None, choices: Iterable[Choice], tag: Callable[[Choice], bytes]
 ) -> Choice | None:
-    """The first choice whose entity tag If-None-Match lists, as the client has it already; or None.
+    """The first choice whose entity tag If-None-Match lists: the client has it already; or None.
 
     Parameters
     ----------
@@ -73,6 +74,7 @@ FOR_EVER = "public, max-age=31536000, immutable"
 """For URLs with a hash and the engine's version: they always stand for the same bytes."""
 
 FOR_AN_HOUR = "public, max-age=3600, must-revalidate"
+"""For all other URLs: the surface or the engine may change."""
 
 HIT = b"cache;desc=hit"
 """`Server-Timing` of a cached response."""
@@ -124,15 +126,16 @@ class Subject:
 class Variant:
     """The file in one coding, with the messages that send it (ASGI).
 
-    `whole` sends the body as the only message, `piece` as one of several. `heads_200` and
-    `heads_304` are the heads of these responses: first for URLs without `engine`, then with it.
+    `only_message` sends the body as the only message, `part_message` as one of several messages.
+    `heads_200` and `heads_304` are the heads of these responses: first for URLs without `engine`,
+    then with it.
     """
 
     coding: Coding
     body: bytes
     tag: bytes
-    whole: Message
-    piece: Message
+    only_message: Message
+    part_message: Message
     heads_200: tuple[Message, Message]
     heads_304: tuple[Message, Message]
 
@@ -160,7 +163,9 @@ class CachedResponse:
 
     def headers(self, variant: Variant, *, has_engine: bool, timing: bytes) -> RawHeaders:
         """The headers of a 200 response with this variant."""
-        return self._headers_200(variant.coding, len(variant.body), has_engine, timing)
+        return self._headers_200(
+            variant.coding, len(variant.body), has_engine=has_engine, timing=timing
+        )
 
     def make_variant(self, coding: Coding, body: bytes | None) -> Variant:
         """The file in a coding; the uncompressed file if `body` is None (`codings.compress`)."""
@@ -172,8 +177,8 @@ class CachedResponse:
             self.subject.tag(coding),
             {"type": "http.response.body", "body": body},
             {"type": "http.response.body", "body": body, "more_body": True},
-            _build_heads(200, lambda has: self._headers_200(coding, len(body), has, HIT)),
-            _build_heads(304, lambda has: self.subject.build_304_headers(coding, has_engine=has)),
+            _build_heads(200, partial(self._headers_200, coding, len(body), timing=HIT)),
+            _build_heads(304, partial(self.subject.build_304_headers, coding)),
         )
 
     def add(self, variant: Variant, coding: Coding) -> None:
@@ -186,28 +191,30 @@ class CachedResponse:
         self.variants[coding] = variant
 
     @property
-    def largest(self) -> int:
+    def max_size(self) -> int:
         """Bytes that the response takes at most, once it has all codings."""
         return self.size + (len(CODINGS) - 1) * (len(self.plain) + VARIANT_BYTES)
 
     def _headers_200(
-        self, coding: Coding, length: int, has_engine: bool, timing: bytes
+        self, coding: Coding, length: int, *, has_engine: bool, timing: bytes
     ) -> RawHeaders:
-        coded = () if coding == "identity" else ((b"content-encoding", coding.encode()),)
+        encoding = () if coding == "identity" else ((b"content-encoding", coding.encode()),)
         return (
             *self._common_headers,
-            *coded,
+            *encoding,
             (b"content-length", str(length).encode()),
             *self.subject.build_304_headers(coding, has_engine=has_engine, timing=timing),
         )
 
 
-def _build_heads(
-    status: int, build_headers: Callable[[bool], RawHeaders]
-) -> tuple[Message, Message]:
+def _build_heads(status: int, build_headers: Callable[..., RawHeaders]) -> tuple[Message, Message]:
     """The heads of a response, for URLs without and with `engine`."""
     without, with_engine = (
-        {"type": "http.response.start", "status": status, "headers": build_headers(has_engine)}
+        {
+            "type": "http.response.start",
+            "status": status,
+            "headers": build_headers(has_engine=has_engine),
+        }
         for has_engine in (False, True)
     )
     return without, with_engine

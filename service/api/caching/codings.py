@@ -1,4 +1,4 @@
-"""Content codings: which one a client prefers (RFC 9110, section 12.5.3), and compressing to it.
+"""Content codings: finds the coding that a client prefers (RFC 9110, section 12.5.3); compresses.
 
 The service computes an entity tag before the bytes, so one tag must always mean the same bytes. As
 another version of a compressor may write other bytes, the version is part of the tag.
@@ -51,18 +51,18 @@ ZSTD_LEVEL, GZIP_LEVEL = 6, 4
 of Zstandard stays below the 8 MB that browsers accept (RFC 9659)."""
 
 MIN_BYTES = 1400
-"""Bodies that fit into one packet are not compressed: they would not arrive sooner."""
+"""Shorter bodies fit into one packet; they are not compressed, as they would not arrive sooner."""
 
-WORTH = 0.95
+MAX_RATIO = 0.95
 """A compressed body is used if it has at most this part of the bytes of the uncompressed body."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptedCodings:
-    """Codings that a client accepts, best first; `has_plain`: whether it accepts plain bodies."""
+    """Codings that a client accepts, best first; `accepts_plain`: also uncompressed bodies."""
 
     order: tuple[Coding, ...]
-    has_plain: bool
+    accepts_plain: bool
 
 
 def parse_accepted_codings(header: bytes | None) -> AcceptedCodings:
@@ -78,9 +78,9 @@ def _zstd(content: bytes) -> bytes:
 
 def _gzip(content: bytes) -> bytes:
     """One member of a gzip file (RFC 1952), with a head that depends on no time or system."""
-    packer = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
-    tail = struct.pack("<II", zlib.crc32(content), len(content) & 0xFFFFFFFF)
-    return b"".join((_GZIP_HEAD, packer.compress(content), packer.flush(), tail))
+    compressor = zlib.compressobj(GZIP_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
+    trailer = struct.pack("<II", zlib.crc32(content), len(content) & 0xFFFFFFFF)
+    return b"".join((_GZIP_HEAD, compressor.compress(content), compressor.flush(), trailer))
 
 
 _GZIP_HEAD = b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\xff"
@@ -101,14 +101,14 @@ COMPRESSORS: Mapping[Coding, str] = MappingProxyType(
 
 
 def compress(coding: Coding, content: bytes) -> bytes | None:
-    """The compressed content; None if it is hardly smaller (`WORTH`, `MIN_BYTES`)."""
+    """The compressed content; None if it is hardly smaller (`MAX_RATIO`, `MIN_BYTES`)."""
     if len(content) < MIN_BYTES:
         return None
     body = COMPRESS[coding](content)
-    return body if len(body) <= WORTH * len(content) else None
+    return body if len(body) <= MAX_RATIO * len(content) else None
 
 
-_PLAIN = AcceptedCodings(("identity",), has_plain=True)
+_PLAIN = AcceptedCodings(("identity",), accepts_plain=True)
 _MAX_CACHED = 200
 """Most bytes of a header whose parsed form is cached, so that no client can fill the memory."""
 
@@ -118,15 +118,15 @@ def _parse_codings(header: bytes) -> AcceptedCodings:
     for item, quality in parse_quality_values(header.decode("latin-1")):
         name = item.removeprefix("x-")
         by_name[name] = max(quality, by_name.get(name, 0.0))
-    others = by_name.get("*", 0.0)
-    qualities = {coding: by_name.get(coding, others) for coding in CODINGS}
-    has_plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
+    default_quality = by_name.get("*", 0.0)
+    qualities = {coding: by_name.get(coding, default_quality) for coding in CODINGS}
+    accepts_plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
     # A client that lists codings prefers each of them to an uncompressed body.
-    least = min((quality for quality in qualities.values() if quality > 0), default=1.0)
-    if has_plain and "identity" not in by_name:
-        qualities["identity"] = least
+    min_quality = min((quality for quality in qualities.values() if quality > 0), default=1.0)
+    if accepts_plain and "identity" not in by_name:
+        qualities["identity"] = min_quality
     order = sorted((c for c in CODINGS if qualities[c] > 0), key=lambda c: -qualities[c])
-    return AcceptedCodings(tuple(order), has_plain)
+    return AcceptedCodings(tuple(order), accepts_plain)
 
 
 _parse_cached = lru_cache(maxsize=256)(_parse_codings)

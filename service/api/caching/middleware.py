@@ -35,28 +35,29 @@ class CacheMiddleware:
             cached = self.cache.find(scope["path"], scope["query_string"])
             if cached is not None:
                 entry, has_engine = cached
-                coding = condition = None
+                codings = condition = None
                 for name, value in scope["headers"]:
                     if name == b"accept-encoding":
-                        coding = value if coding is None else coding + b"," + value
+                        codings = value if codings is None else codings + b"," + value
                     elif name == b"if-none-match":
                         condition = value if condition is None else condition + b"," + value
-                chosen = _choose_variant(entry, parse_accepted_codings(coding), condition)
-                if chosen is not None:
+                accepted = parse_accepted_codings(codings)
+                choice = _choose_variant(entry, accepted, condition)
+                if choice is not None:
                     self.cache.counts.hits += 1
                     record_of(scope).cache = "hit"
-                    variant, is_unchanged = chosen
+                    variant, is_unchanged = choice
                     heads = variant.heads_304 if is_unchanged else variant.heads_200
                     await send(heads[has_engine])
                     if is_unchanged or method == "HEAD":
                         await send(_END)
                     elif len(variant.body) <= MAX_BUFFERED:
-                        await send(variant.whole)
+                        await send(variant.only_message)
                     else:
                         await self._send_long(entry, variant, send)
                     return
-        elif method == "OPTIONS" and (start := self.origins.preflight(scope)) is not None:
-            await send(start)
+        elif method == "OPTIONS" and (head := self.origins.preflight(scope)) is not None:
+            await send(head)
             await send(_END)
             return
         await self.app(scope, receive, send)
@@ -66,7 +67,7 @@ class CacheMiddleware:
         self.cache.begin(entry)
         try:
             if len(variant.body) <= CHUNK:
-                await send(variant.piece)
+                await send(variant.part_message)
                 await send(_END)
             else:
                 await send_pieces(variant.body, send)
@@ -81,11 +82,11 @@ def _choose_variant(
     entry: CachedResponse, accepted: AcceptedCodings, condition: bytes | None
 ) -> tuple[Variant, bool] | None:
     """The variant to send, and whether the client has it already; None if it must be made."""
-    if not accepted.has_plain:
+    if not accepted.accepts_plain:
         return None  # the client accepts only compressed bodies, even if they are not smaller
-    same = find_match(condition, _cached_variants(entry, accepted), _TAG)
-    if same is not None:
-        return same, True
+    unchanged = find_match(condition, _cached_variants(entry, accepted), _TAG)
+    if unchanged is not None:
+        return unchanged, True
     variant = entry.variants.get(accepted.order[0])
     return None if variant is None else (variant, condition is not None and matches_all(condition))
 

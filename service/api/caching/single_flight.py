@@ -30,7 +30,7 @@ class SingleFlight:
     cancelled. If it fails, all waiting requests get its error, and the next request starts another.
 
     The result stays in memory until the last request no longer uses it; until then, later requests
-    share it. So flights are never more than requests.
+    share it. So the number of flights is at most the number of requests.
     """
 
     def __init__(self, workers: Workers) -> None:
@@ -43,7 +43,7 @@ class SingleFlight:
     async def join(
         self, key: Hashable, work: Callable[[Job], Awaitable[Result]], on_end: Callbacks
     ) -> Result:
-        """The result of the computation with this key; starts `work` if no such flight exists.
+        """The result of the computation with this key; starts `work` if none is running.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class SingleFlight:
             del flight, task  # the traceback of an error refers to this frame, and so to the result
 
     def _leave(self, flight: _Flight) -> None:
-        """Counts one user less; the last one ends the flight."""
+        """Counts one user less; ends the flight if it was the last user."""
         flight.users -= 1
         if not flight.users:
             self._end(flight)

@@ -202,9 +202,9 @@ def build_signer(settings: Settings) -> Signer | None:
 
 def _build_keys(settings: Settings) -> KnownKeys:
     with _name_setting("SURFACE_API_KEYS"):
-        listed = parse_entries(settings.api_keys)
+        entries = parse_entries(settings.api_keys)
     with _name_setting("SURFACE_API_KEYS_FILE" if settings.api_keys_file else "SURFACE_API_KEYS"):
-        return KnownKeys(listed, settings.api_keys_file)
+        return KnownKeys(entries, settings.api_keys_file)
 
 
 def _build_proxies(settings: Settings) -> Proxies | None:

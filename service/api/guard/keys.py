@@ -23,6 +23,7 @@ PREFIX = "sfk_"
 """The first letters of every key, so that scanners for leaked secrets find it."""
 
 KEY_BYTES = 32
+"""Random bytes of a key: 256 bits."""
 
 MAX_KEYS = 1000
 """The most keys of a service, which compares each key that a client sends with all of them."""
@@ -105,11 +106,11 @@ def find_name(key: bytes, entries: Sequence[KeyEntry]) -> str | None:
     if not _KEY.fullmatch(key):
         return None
     digest = sha256(key).digest()
-    matching = None
+    matching_name = None
     for entry in entries:
         if compare_digest(entry.digest, digest):
-            matching = entry.name
-    return matching
+            matching_name = entry.name
+    return matching_name
 
 
 def parse_bearer(header: bytes | None) -> bytes | None:
@@ -117,8 +118,8 @@ def parse_bearer(header: bytes | None) -> bytes | None:
 
     The service ignores other schemes: they may be for a proxy between the client and the service.
     """
-    scheme, _, rest = (header or b"").partition(b" ")
-    return rest.strip() if scheme.lower() == b"bearer" else None
+    scheme, _, credentials = (header or b"").partition(b" ")
+    return credentials.strip() if scheme.lower() == b"bearer" else None
 
 
 _log = logging.getLogger(__name__)
@@ -143,23 +144,23 @@ class KnownKeys:
     Raises
     ------
     InvalidKeys
-        By the constructor only.
+        Only the constructor raises this.
     """
 
     def __init__(
         self,
-        listed: tuple[KeyEntry, ...] = (),
+        setting_entries: tuple[KeyEntry, ...] = (),
         file: str = "",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._listed = listed
+        self._setting_entries = setting_entries
         self._file = Path(file) if file else None
         self._clock = clock
         self._next_check = clock() + CHECK_INTERVAL
         self._state: _FileState | None = None
-        self._known: tuple[KeyEntry, ...] = ()
+        self._entries: tuple[KeyEntry, ...] = ()
         if self._file is None:
-            self._known = join_entries(self._listed)
+            self._entries = join_entries(self._setting_entries)
         else:
             self._read(self._file)
 
@@ -170,17 +171,17 @@ class KnownKeys:
             try:
                 if _file_state(self._file) != self._state:
                     self._read(self._file)
-                    _log.info("the file of keys was read again: %d keys", len(self._known))
+                    _log.info("the file of keys was read again: %d keys", len(self._entries))
             except InvalidKeys as error:
                 _log.error("the file of keys is not used, the keys known before stay: %s", error)
-        return self._known
+        return self._entries
 
     def _read(self, file: Path) -> None:
         # Remember the state first: an invalid file is logged once, and read again when it changes.
         self._state = _file_state(file)
         try:
-            with file.open("rb") as opened:
-                content = opened.read(MAX_BYTES + 1)
+            with file.open("rb") as stream:
+                content = stream.read(MAX_BYTES + 1)
             if len(content) > MAX_BYTES:
                 raise InvalidKeys(f"it is too long; needed at most {MAX_BYTES} bytes.")
             lines = [line.strip() for line in content.decode("utf-8-sig").splitlines()]
@@ -188,8 +189,8 @@ class KnownKeys:
             raise InvalidKeys(f"it cannot be read: {error.strerror}.") from None
         except UnicodeDecodeError:
             raise InvalidKeys("it is not a text in UTF-8.") from None
-        of_file = [line for line in lines if line and not line.startswith("#")]
-        self._known = join_entries(self._listed, parse_entries(of_file))
+        entry_lines = [line for line in lines if line and not line.startswith("#")]
+        self._entries = join_entries(self._setting_entries, parse_entries(entry_lines))
 
 
 def _file_state(file: Path) -> _FileState | None:

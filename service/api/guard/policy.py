@@ -40,7 +40,7 @@ class Policy:
 
     def __init__(self, settings: Settings) -> None:
         self.has_keys = needs_keys(settings)
-        self._private = not settings.public_reads
+        self._reads_need_access = not settings.public_reads
         self._metrics_need_key = settings.metrics == "key"
 
     def need(self, method: str, path: str) -> Need:
@@ -52,7 +52,7 @@ class Policy:
         # `startswith`, because a route also matches its path with a line feed at the end.
         if path.startswith(METRICS) and self._metrics_need_key:
             return "key"
-        if self._private and path.startswith("/v1/") and path not in _LISTS:
+        if self._reads_need_access and path.startswith("/v1/") and path not in _LISTS:
             return "key or signature"
         return "nothing"
 
@@ -97,6 +97,7 @@ def build_refusal(error: SurfaceError, retry_after: int = 0) -> Response:
 
 
 HOUR = 3600
+"""Seconds for which caches keep a response that may change."""
 
 _REVALIDATED = b"private, no-cache"
 """For requests with a key: a browser caches the response, and revalidates it each time."""
@@ -110,15 +111,15 @@ def private_headers(headers: Iterable[tuple[bytes, bytes]], seconds_left: int | 
     seconds_left : int or None
         Seconds until the URL's signature expires; None if the client sent a key.
     """
-    changed = [
+    private = [
         (name, _make_private(value, seconds_left))
         if name.lower() == b"cache-control"
         else (name, value)
         for name, value in headers
     ]
-    if not any(name.lower() == b"cache-control" for name, _ in changed):
-        changed.append((b"cache-control", _REVALIDATED))
-    return (*changed, (b"vary", b"Authorization"))
+    if not any(name.lower() == b"cache-control" for name, _ in private):
+        private.append((b"cache-control", _REVALIDATED))
+    return (*private, (b"vary", b"Authorization"))
 
 
 def _make_private(public: bytes, seconds_left: int | None) -> bytes:
@@ -126,5 +127,5 @@ def _make_private(public: bytes, seconds_left: int | None) -> bytes:
         return public
     if seconds_left is None:
         return _REVALIDATED
-    age = seconds_left if b"immutable" in public else min(seconds_left, HOUR)
-    return b"private, max-age=%d" % age
+    max_age = seconds_left if b"immutable" in public else min(seconds_left, HOUR)
+    return b"private, max-age=%d" % max_age

@@ -17,7 +17,7 @@ Address: TypeAlias = IPv4Address | IPv6Address
 UNIX = "unix"
 """The item of the setting for clients of a Unix socket, which have no IP address."""
 
-MOST_HOPS = 32
+MAX_HOPS = 32
 """Most proxies in a chain that the service follows."""
 
 MAX_ADDRESS_BYTES = 64
@@ -53,8 +53,8 @@ class Proxies:
         if not self._is_trusted(peer):
             return
         forwarded = [value for name, value in scope["headers"] if name == b"x-forwarded-for"]
-        # Split from the right. Hops beyond MOST_HOPS stay in one item, which is then no address.
-        hops = b",".join(forwarded).rsplit(b",", MOST_HOPS)
+        # Split from the right. Hops beyond MAX_HOPS stay in one item, which is then no address.
+        hops = b",".join(forwarded).rsplit(b",", MAX_HOPS)
         for hop in reversed(hops):
             address = parse_address(hop)
             if address is None:

@@ -24,6 +24,7 @@ MAX_CALLERS = 20_000
 """The most callers that are counted, in 5 MB; beyond it, the least recent ones are forgotten."""
 
 _POLICY = "requests"
+"""The name of the only rate limit, in the headers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class RateDecision:
     reset : int
         Seconds until the caller may make all requests of a minute at once.
     retry_after : int
-        Seconds until the next request is allowed; 0 if this request is.
+        Seconds until the next request is allowed; 0 if this request is allowed.
     """
 
     is_allowed: bool
@@ -60,39 +61,40 @@ class Rates:
         self.limit = limit
         self._interval = WINDOW / limit
         self._clock = clock
-        self._full_at: OrderedDict[str, float] = OrderedDict()
+        self._full_times: OrderedDict[str, float] = OrderedDict()
         self._policy = (b"ratelimit-policy", f'"{_POLICY}";q={limit};w={WINDOW}'.encode())
 
     def __len__(self) -> int:
-        return len(self._full_at)
+        return len(self._full_times)
 
     def count(self, name: str) -> RateDecision:
         """Counts a request of a caller, or refuses it; a refused request does not count."""
         now = self._clock()
-        full = max(self._full_at.get(name, now), now)
-        after = full + self._interval
-        # Rounding: the sum of n intervals may be slightly more than 60 seconds.
-        excess = after - now - WINDOW - self._interval * 1e-3
+        full_time = max(self._full_times.get(name, now), now)
+        next_full_time = full_time + self._interval
+        # Rounding: the sum of n intervals may be slightly more than 60 seconds, so 1/1000 of an
+        # interval more is allowed, here and in `remaining`.
+        excess = next_full_time - now - WINDOW - self._interval * 1e-3
         if excess > 0:
-            self._full_at.move_to_end(name)
-            return RateDecision(False, 0, ceil(full - now), ceil(excess))
-        self._full_at[name] = after
-        self._full_at.move_to_end(name)
-        if len(self._full_at) > MAX_CALLERS:
-            self._full_at.popitem(last=False)
-        remaining = int((WINDOW - (after - now)) / self._interval + 1e-3)
-        return RateDecision(True, remaining, ceil(after - now), 0)
+            self._full_times.move_to_end(name)
+            return RateDecision(False, 0, ceil(full_time - now), ceil(excess))
+        self._full_times[name] = next_full_time
+        self._full_times.move_to_end(name)
+        if len(self._full_times) > MAX_CALLERS:
+            self._full_times.popitem(last=False)
+        remaining = int((WINDOW - (next_full_time - now)) / self._interval + 1e-3)
+        return RateDecision(True, remaining, ceil(next_full_time - now), 0)
 
     def headers(self, decision: RateDecision) -> RawHeaders:
         """The headers of the result (draft-ietf-httpapi-ratelimit-headers, version 10)."""
-        now = f'"{_POLICY}";r={decision.remaining};t={decision.reset}'
-        return (self._policy, (b"ratelimit", now.encode()))
+        state = f'"{_POLICY}";r={decision.remaining};t={decision.reset}'
+        return (self._policy, (b"ratelimit", state.encode()))
 
 
 def caller_name(key: str | None, client: str | None) -> str:
-    """The name under which requests are counted together: that of the key, or else the address.
+    """The name under which a caller's requests are counted: `key` and its name, or the address.
 
-    A client with IPv6 usually has 2⁶⁴ addresses, so these count together, by their /64 network.
+    A client with IPv6 usually has 2⁶⁴ addresses, so all addresses of a /64 network share a name.
     """
     return f"key {key}" if key is not None else _network(client)
 

@@ -17,12 +17,13 @@ from service.errors import InvalidRequest, Issue
 from service.schemas.request import MAX_SECONDS, SignRequest
 
 EXPIRES, SIGNATURE = "expires", "signature"
-"""The parameters that signing adds: a Unix time, and 43 letters."""
+"""The parameters that signing adds: a Unix time, and 32 bytes as 43 letters of Base64."""
 
 MIN_SECRET = 32
 """Fewest letters of a secret: as many bytes as the hash (RFC 2104, section 3)."""
 
 MAX_PARAMETERS = 100
+"""Most parameters of a signed query: no surface or mesh has as many options."""
 
 PATHS = "/v1/surfaces/{id} or /v1/surfaces/{id}/mesh.{suffix}"
 """URLs that can be signed, in words."""
@@ -65,7 +66,7 @@ class Signer:
         Raises
         ------
         ValueError
-            The path is not that of a surface or a mesh, or the query is signed already.
+            The path does not name a surface or a mesh, or the query is signed already.
         """
         pairs = _parse_pairs(query)
         if not is_signable(path) or any(name in (EXPIRES, SIGNATURE) for name, _ in pairs):
@@ -94,10 +95,10 @@ class Signer:
         signatures = [value for name, value in pairs if name == SIGNATURE]
         if len(times) != 1 or len(signatures) != 1 or not is_signable(path):
             raise _build_invalid_error()
-        rest = [(name, value) for name, value in pairs if name != SIGNATURE]
+        signed_pairs = [(name, value) for name, value in pairs if name != SIGNATURE]
         signature = signatures[0].encode()
         matches = [
-            hmac.compare_digest(_signature(secret, path, rest).encode(), signature)
+            hmac.compare_digest(_signature(secret, path, signed_pairs).encode(), signature)
             for secret in self._secrets
         ]
         if not any(matches) or not _TIME.fullmatch(times[0]):
@@ -129,7 +130,7 @@ def _signature(secret: bytes, path: str, pairs: _Pairs) -> str:
 
 
 def _strip_signature(query: str) -> str:
-    """The query without the parameters that signing added; the rest unchanged."""
+    """The query without the parameters that signing added; its other parameters are unchanged."""
     signature_fields = (EXPIRES, SIGNATURE)
     return "&".join(
         part

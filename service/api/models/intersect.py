@@ -15,8 +15,8 @@ class RayHits(ResponseModel):
     """
 
     reached: list[bool]
-    """For each ray, whether its first hit is listed; with `hits` "all", whether each of its hits
-    is. False if the search reached its limit of work, for example because the surface is a line
+    """For each ray, whether its first hit is listed; with `hits` "all", whether all its hits are
+    listed. False if the search reached its limit of work, for example because the surface is a line
     along the ray; or if the ray begins so far away that rounding is larger than the thickness."""
     counts: list[Count]
     """For each ray, the number of its hits in this response."""
@@ -35,8 +35,8 @@ class RayHits(ResponseModel):
     In a group, the Bézier patches of each member follow those of the member before. Left out for
     a surface with one domain."""
     uv: list[Pair]
-    """Parameters (u, v), in the domain of the surface if it has one, else in that of the patch; for
-    triangles the last two barycentric coordinates, (s, t)."""
+    """Parameters (u, v), in the domain of the surface if it has one, else in the domain of the
+    patch; for triangles the last two barycentric coordinates, (s, t)."""
     normals: list[Vector]
     """Unit normals in the direction of du × dv, or their limits at poles."""
     kind: list[Literal["crossing", "touching", "along"]]

@@ -24,13 +24,13 @@ class EdgePlace(ResponseModel):
     surface: Count | Missing = None
     """The index of the group's member. Only for groups."""
     patch: Count | Missing = None
-    """The index of the patch, in a `multipatch` that of the surface, in the order of the
+    """The index of the patch, or in a `multipatch` the index of the surface, in the order of the
     request. Left out for a surface with one domain."""
     side: Literal["u=0", "u=1", "v=0", "v=1", "s=0", "r=0", "t=0"]
     """The side: u or v for rectangular patches, s, r or t for triangles."""
     uv: Annotated[list[Pair], Field(min_length=2, max_length=2)]
-    """Parameters at both ends: (u, v) in the domain of the surface if it has one, else in that
-    of the patch; (s, t) for triangles."""
+    """Parameters at both ends: (u, v) in the domain of the surface if it has one, else in the
+    domain of the patch; (s, t) for triangles."""
 
 
 class FaultyEdge(EdgePlace):
@@ -93,8 +93,8 @@ class SurfaceMeasures(ResponseModel):
     faulty_edges: list[FaultyEdge]
     """The first 100 of the open and the inconsistent sides."""
     parts: list[PartMeasures]
-    """The parts in their order, or the members of a group. Their intervals meet the same tolerance
-    as those of the whole surface."""
+    """The parts in their order, or the members of a group. Their intervals meet the tolerance of
+    the whole surface."""
     reached: bool
     """Whether all intervals of the whole surface are at most `tolerance` wide. They are wider where
     rounding or gaps that were closed (`moved`) require it, and for a quantity for which no allowed

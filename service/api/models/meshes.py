@@ -77,7 +77,7 @@ class PartReport(ResponseModel):
     """Facts about a part."""
 
     name: str
-    """Name of the part; of a group, of the member."""
+    """Name of the part, or of the member of a group."""
     deviation_bound: Length | Missing = None
     """The `deviation_bound` of the part alone; left out for tubes and ribbons."""
 
@@ -113,7 +113,7 @@ class MeshReport(ResponseModel):
     deviation_bound: Length | Missing = None
     """Proved, in model units: no point of the surface is further than this from the faces, with the
     coordinates that the file has after rounding. Never above the tolerance of the request. Left out
-    if the mesh has no faces, or only those of tubes and ribbons."""
+    if the mesh has no faces, or only faces of tubes and ribbons."""
     mesh_deviation_bound: Length | Missing = None
     """With `two_sided`; proved: no point of the faces is further than this from the surface."""
     normal_angle: Length | Missing = None

@@ -68,11 +68,11 @@ class CurveReport(ResponseModel):
     closed: bool
     """Whether the curve ends where it begins; its last point is then equal to the first."""
     deviation_bound: Length
-    """Proved, in model units: no point of the curve is further than this from the lines, with the
-    coordinates that the file has after rounding."""
+    """Proved, in model units: no point of the curve is further than this from the lines. The lines
+    join the points as they are in the file, after rounding."""
     bounds: CurveBounds
     engine: int
-    """Version of the numbers."""
+    """Version of the engine: equal requests give equal numbers while it is the same."""
 
 
 class Curve(ResponseModel):
@@ -81,8 +81,8 @@ class Curve(ResponseModel):
     points: list[Point]
     """Points with as many coordinates as the control points have."""
     tangents: list[Point] | Missing = None
-    """Unit tangents; left out if `tangents` is false. At a corner or a cusp, the tangent of the
-    following piece."""
+    """Unit tangents; left out if `tangents` is false. At a corner or a cusp, the tangent where the
+    next piece begins."""
     parameters: list[float]
     """Parameters in the domain of the curve."""
     arc_lengths: list[float] | Missing = None

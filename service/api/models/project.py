@@ -25,8 +25,8 @@ class ClosestPoints(ResponseModel):
     meet, the first of them. In a group, the Bézier patches of each member follow those of the
     member before. Left out for a surface with one domain."""
     uv: list[Pair] | Missing = None
-    """For a surface: parameters (u, v), in the domain of the surface if it has one, else in that of
-    the patch; for triangles the last two barycentric coordinates, (s, t)."""
+    """For a surface: parameters (u, v), in the domain of the surface if it has one, else in the
+    domain of the patch; for triangles the last two barycentric coordinates, (s, t)."""
     normals: list[Vector] | Missing = None
     """For a surface: unit normals in the direction of du × dv, or their limits at poles."""
     on_boundary: list[bool] | Missing = None

@@ -42,9 +42,9 @@ _log = logging.getLogger(__name__)
 def computes_correctly() -> bool:
     """Whether the engine meshes a known surface correctly.
 
-    The control net is a square of 3 × 3 points, and the point in the middle is 4 above the others.
-    At 2 × 2 divisions all coordinates are binary fractions, so they are exact, and the vertex in
-    the middle is 4 · ½ · ½ = 1 above the others.
+    The control net is a square of 3 × 3 points, and the point in the middle, row 4, is 4 above the
+    others. At 2 × 2 divisions all coordinates are binary fractions, so they are exact. The vertex
+    in the middle is 4 · ½ · ½ = 1 above the others, which are at the other control points.
     """
     net = np.zeros((3, 3, 3))
     net[..., 0], net[..., 1] = np.mgrid[:3, :3]
@@ -72,33 +72,34 @@ class SelfTest:
         self._lock = Lock()
         self._limiter = CapacityLimiter(1)
         self._last_run = self._last_success = -math.inf
-        self.last = True
-        """The result of the last test; true until the first test has ended."""
+        self.has_passed = True
+        """Whether the last test passed; true until the first test has ended."""
 
     async def passes(self) -> bool:
-        """The result of a test that is at most 5 s old."""
+        """Whether the engine passes; the result is from a test that is at most 5 s old."""
         async with self._lock:
             if time.monotonic() - self._last_run > TEST_INTERVAL:
                 self._last_run = time.monotonic()
-                self.last = await self._run()
-            return self.last
+                self.has_passed = await self._run()
+            return self.has_passed
 
     async def _run(self) -> bool:
         work = to_thread.run_sync(self._test, abandon_on_cancel=True, limiter=self._limiter)
         try:
-            passed = await asyncio.wait_for(work, DEADLINE)
+            is_correct = await asyncio.wait_for(work, DEADLINE)
         except TimeoutError:
             _log.warning("the engine has not answered the self-test within %g s", DEADLINE)
             return time.monotonic() - self._last_success <= STUCK_AFTER
         except Exception as error:
             _log.error("the self-test failed with an error", exc_info=error)
             return False
-        self._last_success = time.monotonic() if passed else -math.inf
-        if not passed:
+        self._last_success = time.monotonic() if is_correct else -math.inf
+        if not is_correct:
             _log.error("the self-test failed: the engine computes wrong numbers")
-        return passed
+        return is_correct
 
 
 def is_ready(state: State) -> bool:
     """Whether the service is ready, by the last results of its checks."""
-    return bool(state.ready and state.self_test.last and state.store.seconds_failing <= STORE_GRACE)
+    has_store = state.store.seconds_failing <= STORE_GRACE
+    return bool(state.ready and state.self_test.has_passed and has_store)

@@ -56,14 +56,15 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 class RequestCounters:
     """Counters of one application's requests, in a registry of their own.
 
-    `dropped` returns the number of log lines that could not be written; the log sets this function.
-    `sent` are bytes by format, `refusals` errors by code: only the event loop changes these
+    `count_dropped_lines` returns the number of log lines that could not be written; the process
+    that writes the log sets this function.
+    `sent_bytes` are bytes by format, `refusals` errors by code: only the event loop changes these
     numbers, so they need no lock.
     """
 
     def __init__(self) -> None:
         registry = self.registry = CollectorRegistry()
-        self.dropped: Callable[[], int] = int
+        self.count_dropped_lines: Callable[[], int] = int
         durations = Histogram(
             "surface_http_request_duration_seconds",
             "Time from the head of a request until its response was handed to the server.",
@@ -75,7 +76,7 @@ class RequestCounters:
         self.in_flight = 0
         gauge = Gauge("surface_http_requests_in_flight", "Running requests.", registry=registry)
         gauge.set_function(lambda: self.in_flight)
-        self.sent: dict[str, int] = {}
+        self.sent_bytes: dict[str, int] = {}
         self.refusals: dict[str, int] = {}
         self.vertices = self.triangles = 0
         about = "Time of evaluation, by formulation, without encoding."
@@ -87,7 +88,9 @@ class RequestCounters:
         status = f"{record.status // 100}xx" if record.status else "none"
         self._durations(record.label.route, record.method, status).observe(seconds)
         if record.format and status == "2xx":
-            self.sent[record.format] = self.sent.get(record.format, 0) + record.sent
+            self.sent_bytes[record.format] = (
+                self.sent_bytes.get(record.format, 0) + record.sent_bytes
+            )
         if record.code:
             self.count_refusal(record.code)
 
@@ -118,7 +121,7 @@ def register_state(registry: CollectorRegistry, state: State) -> None:
 async def metrics(request: Request) -> Response:
     """GET /metrics: all metrics, as of now."""
     refuse_parameters(request.query_params)
-    registry: CollectorRegistry = request.app.state.observed.registry
+    registry: CollectorRegistry = request.app.state.counters.registry
     if accepts_open_metrics(request.headers.get("accept", "")):
         generate_latest: Callable[..., bytes] = openmetrics.generate_latest
         body, media_type = generate_latest(registry, version="1.0.0"), OPENMETRICS
@@ -142,49 +145,54 @@ class StateCollector(Collector):
 
     def collect(self) -> Iterator[Metric]:
         """All metric families."""
-        state, cache = self._state, self._state.services.cache
-        counts = cache.counts
-        ready, limit = is_ready(state), state.settings.max_connections
-        requests: RequestCounters = state.observed
-        yield _gauge("ready", "Whether the service was ready at the last check.", ready)
+        state, responses = self._state, self._state.services.cache
+        counts = responses.counts
+        is_service_ready, max_connections = is_ready(state), state.settings.max_connections
+        requests: RequestCounters = state.counters
+        about = "Whether the service was ready at the last check."
+        yield _gauge("ready", about, is_service_ready)
         yield _gauge("connections", "Open connections.", len(state.connections))
-        yield _gauge("connections_limit", "Most connections at the same time.", limit)
+        yield _gauge("connections_limit", "Most connections at the same time.", max_connections)
         yield _counter(
-            "log_lines_dropped", "Log lines that could not be written.", requests.dropped()
+            "log_lines_dropped",
+            "Log lines that could not be written.",
+            requests.count_dropped_lines(),
         )
-        yield _counter("http_response_bytes", "Bytes of response bodies.", requests.sent, "format")
+        yield _counter(
+            "http_response_bytes", "Bytes of response bodies.", requests.sent_bytes, "format"
+        )
         yield _counter("refused", "Error responses.", requests.refusals, "code")
         yield _counter("vertices", "Vertices of computed meshes.", requests.vertices)
         yield _counter("triangles", "Triangles of computed meshes.", requests.triangles)
         yield _counter("cache_hits", "Responses sent from the cache.", counts.hits)
         yield _counter("cache_misses", "Responses computed for the cache.", counts.misses)
         yield _counter("cache_evictions", "Responses removed to free memory.", counts.evictions)
-        yield _gauge("cache_bytes", "Memory of cached responses.", cache.bytes)
-        yield _gauge("cache_limit_bytes", "Most memory of cached responses.", cache.max_bytes)
-        yield _gauge("cache_entries", "Number of cached responses.", len(cache))
+        yield _gauge("cache_bytes", "Memory of cached responses.", responses.bytes)
+        yield _gauge("cache_limit_bytes", "Most memory of cached responses.", responses.max_bytes)
+        yield _gauge("cache_entries", "Number of cached responses.", len(responses))
         yield _counter("plan_hits", "Mesh plans found in the cache.", MESH_PLANS.hits)
         yield _counter("plan_misses", "Mesh plans that were not in the cache.", MESH_PLANS.misses)
         yield _gauge("plan_bytes", "Memory of mesh plans.", MESH_PLANS.nbytes)
-        yield from _workers(state.services.workers)
-        yield from _store(state.store)
+        yield from _collect_workers(state.services.workers)
+        yield from _collect_store(state.store)
 
 
-def _workers(workers: Workers) -> Iterator[Metric]:
-    busy = {"work": workers.computing, "parsing": workers.parsing.locked()}
+def _collect_workers(workers: Workers) -> Iterator[Metric]:
+    busy_threads = {"work": workers.computing, "parsing": workers.parse_lock.locked()}
     threads = {"work": workers.threads, "parsing": 1}
-    held = {"work": workers.used - workers.body_bytes, "bodies": workers.body_bytes}
+    used_bytes = {"work": workers.used - workers.body_bytes, "bodies": workers.body_bytes}
     limits = {"work": workers.capacity - workers.max_body, "bodies": workers.max_body}
     about = "Requests that wait for a thread or for memory."
     yield _gauge("queue_length", about, {"work": workers.waiting}, "lane")
-    yield _gauge("threads_busy", "Threads that compute.", busy, "lane")
+    yield _gauge("threads_busy", "Threads that compute.", busy_threads, "lane")
     yield _gauge("threads", "Threads that may compute at the same time.", threads, "lane")
-    about, waited = "Waiting time of all requests together.", {"work": workers.seconds_waited}
-    yield _counter("queue_wait_seconds", about, waited, "lane")
-    yield _gauge("memory_bytes", "Predicted memory of running requests.", held, "pool")
+    about, seconds = "Waiting time of all requests together.", {"work": workers.seconds_waited}
+    yield _counter("queue_wait_seconds", about, seconds, "lane")
+    yield _gauge("memory_bytes", "Predicted memory of running requests.", used_bytes, "pool")
     yield _gauge("memory_limit_bytes", "Most memory that requests may hold.", limits, "pool")
 
 
-def _store(store: SurfaceStore) -> Iterator[Metric]:
+def _collect_store(store: SurfaceStore) -> Iterator[Metric]:
     about = "Whether the store answered the last check."
     yield _gauge("store_answering", about, not store.seconds_failing)
     operations = SummaryMetricFamily(

@@ -52,11 +52,11 @@ PROBES = frozenset({"/health/live", "/health/ready", "/metrics"})
 
 def timestamp(seconds: float) -> str:
     """A time, given in seconds since 1970, as RFC 3339 writes it: UTC, with milliseconds."""
-    return f"{_to_second(int(seconds))}.{int(seconds % 1 * 1000):03}Z"
+    return f"{_format_second(int(seconds))}.{int(seconds % 1 * 1000):03}Z"
 
 
 @lru_cache(2)
-def _to_second(seconds: int) -> str:
+def _format_second(seconds: int) -> str:
     return time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(seconds))
 
 
@@ -80,13 +80,16 @@ class AccessLog:
 
 
 def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
-    """The line in uvicorn's form, with bytes and time; for an error also its code and the id."""
+    """The line in uvicorn's form, with bytes and time; for an error also its code and request id.
+
+    A text line has no time of day, so `_end` is not used.
+    """
     level = "ERROR:   " if record.status >= SERVER_ERROR else "INFO:    "
     request = f'{record.client} - "{record.method} {record.label.path}" {record.status}'
-    key, id = record.key and f"key {record.key}", record.code and f"id {record.id}"
-    more = ", ".join(filter(None, (record.cache, record.code, key, id)))
-    tail = f" ({more})" if more else ""
-    return f"{level} {request}, {record.sent} bytes, {seconds * 1e3:.1f} ms{tail}\n"
+    key_text, id_text = record.key and f"key {record.key}", record.code and f"id {record.id}"
+    details = ", ".join(filter(None, (record.cache, record.code, key_text, id_text)))
+    suffix = f" ({details})" if details else ""
+    return f"{level} {request}, {record.sent_bytes} bytes, {seconds * 1e3:.1f} ms{suffix}\n"
 
 
 def json_line(record: RequestRecord, end: float, seconds: float) -> str:
@@ -101,7 +104,7 @@ def json_line(record: RequestRecord, end: float, seconds: float) -> str:
         "method": record.method,
         "route": record.label.route,
         "status": record.status,
-        "bytes": record.sent,
+        "bytes": record.sent_bytes,
         "ms": round(seconds * 1e3, 3),
         "client": record.client,
     }
@@ -128,10 +131,10 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         The setting `tracing` needs the extra `telemetry`, which is not installed.
     """
     state = app.state
-    state.observed = RequestCounters()
+    state.counters = RequestCounters()
     state.self_test = SelfTest()
     state.connections = ()  # `service.server.run` replaces this by the server's set
-    register_state(state.observed.registry, state)
+    register_state(state.counters.registry, state)
     state.tracing = None
     if state.settings.tracing:
         try:
@@ -145,7 +148,7 @@ def add_telemetry(app: FastAPI, inner: ASGIApp, write: Write | None) -> "Request
         state.tracing = inner = tracing
     labels = RouteLabels(route.path or "" for route in iter_route_contexts(app.routes))
     log = AccessLog(state.settings, write)
-    return RequestMiddleware(inner, labels, state.observed, log, state.services.origins)
+    return RequestMiddleware(inner, labels, state.counters, log, state.services.origins)
 
 
 @dataclass(eq=False, slots=True)
@@ -165,16 +168,16 @@ class RequestMiddleware:
             return
         start = time.perf_counter()
         record = start_record(scope, self.labels)
-        counters, added = self.counters, self.origins.headers(scope)
+        counters, cors_headers = self.counters, self.origins.headers(scope)
 
         async def send_recorded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 record.status = message["status"]
                 # The cache sends its messages several times: they must not change.
-                headers = [*message.get("headers", ()), *added, (_ID, record.id.encode())]
+                headers = [*message.get("headers", ()), *cors_headers, (_ID, record.id.encode())]
                 message = {**message, "headers": headers}
             elif record.method != "HEAD":  # the server sends only the head
-                record.sent += len(message.get("body", b""))
+                record.sent_bytes += len(message.get("body", b""))
             await send(message)
 
         counters.in_flight += 1

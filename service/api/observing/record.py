@@ -29,8 +29,8 @@ KEY = "surface.record"
 UNMATCHED = "unmatched"
 """The route in the label of paths that no route matches."""
 
-LONGEST_CACHED_PATH = 200
-"""Most characters of a path whose label is cached."""
+MAX_CACHED_PATH_LENGTH = 200
+"""Most characters of a path whose label is cached, so that long paths cannot fill the memory."""
 
 ID_HEADER = "X-Request-Id"
 
@@ -67,7 +67,7 @@ class RouteLabels:
 
     def find(self, path: str) -> RouteLabel:
         """The label of a path."""
-        match = self._match if len(path) > LONGEST_CACHED_PATH else self._match_cached
+        match = self._match if len(path) > MAX_CACHED_PATH_LENGTH else self._match_cached
         return self._fixed.get(path) or match(path)
 
     def _match(self, path: str) -> RouteLabel:
@@ -92,9 +92,10 @@ class RequestRecord:
     """One request and its response. Unknown texts are empty.
 
     `id` is the id that the client sent, or else `trace_id`. `status` is 0 until the response has
-    begun. `sent` is the number of bytes of its body so far. `code` is that of the problem, if the
-    response is one. `cache` is "hit" or "miss" for URLs whose responses the service caches. `steps`
-    has for each step its name, its start by `time.perf_counter`, and its seconds.
+    begun. `sent_bytes` counts the bytes of the body that were sent so far. `code` is the problem's
+    code, if the response is a problem document. `cache` is "hit" or "miss" for URLs whose responses
+    the service caches. `steps` has for each step its name, its start by `time.perf_counter`, and
+    its seconds.
     """
 
     method: str
@@ -106,7 +107,7 @@ class RequestRecord:
     client: str = "-"
     key: str = ""
     status: int = 0
-    sent: int = 0
+    sent_bytes: int = 0
     code: str = ""
     cache: str = ""
     steps: list[tuple[str, float, float]] = field(default_factory=list)
@@ -125,8 +126,8 @@ def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
 def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
     """Makes the record of a request from its head; sets it in the scope and in the context.
 
-    The trace id is that of `traceparent` (W3C Trace Context), or a new one. A repeated header
-    counts as missing.
+    The trace id is from the header `traceparent` (W3C Trace Context), or else random. A repeated
+    header counts as missing.
     """
     ids: list[bytes] = []
     parents: list[bytes] = []
@@ -161,13 +162,13 @@ class Timing:
     ----------
     mark : str
         Text before the steps, such as `cache;desc=miss`; it has no time.
-    before : Timing
-        Earlier steps, which come first.
+    earlier : Timing
+        Its steps come first.
     """
 
-    def __init__(self, mark: str = "", before: "Timing | None" = None) -> None:
+    def __init__(self, mark: str = "", earlier: "Timing | None" = None) -> None:
         self._mark = mark
-        self._steps: dict[str, float] = {} if before is None else before._steps.copy()
+        self._steps: dict[str, float] = {} if earlier is None else earlier._steps.copy()
         self.step = partial(Step, self._steps)
         """Measures a `with` block; blocks with the same name are added up."""
 

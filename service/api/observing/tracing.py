@@ -102,13 +102,14 @@ class Tracing:
             _describe(span, scope)
         self._add_steps(span, record)
 
-    def _add_steps(self, span: Span, record: RequestRecord) -> None:
+    def _add_steps(self, request_span: Span, record: RequestRecord) -> None:
         """Adds the steps as child spans; converts their times to the clock of spans."""
-        parent = set_span_in_context(span)
-        zero = time.time_ns() - time.perf_counter_ns()
+        parent = set_span_in_context(request_span)
+        clock_offset = time.time_ns() - time.perf_counter_ns()
         for name, start, seconds in record.steps:
-            at = zero + int(start * 1e9)
-            self._tracer.start_span(name, parent, start_time=at).end(at + int(seconds * 1e9))
+            start_ns = clock_offset + int(start * 1e9)
+            span = self._tracer.start_span(name, parent, start_time=start_ns)
+            span.end(start_ns + int(seconds * 1e9))
 
     async def close(self) -> None:
         """Sends the last spans, and waits at most 3 s for the collector."""
@@ -139,4 +140,4 @@ def _describe(span: Span, scope: Scope) -> None:
         "surface.code": record.code,
     }
     span.set_attributes({name: value for name, value in attributes.items() if value})
-    span.set_attribute("http.response.body.size", record.sent)
+    span.set_attribute("http.response.body.size", record.sent_bytes)

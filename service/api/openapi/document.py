@@ -49,13 +49,13 @@ _RATES: Json = {
         "Sent if requests are limited (`SURFACE_RATE_LIMIT`): `q` requests are allowed in `w` "
         "seconds with one key, or from one address (draft-ietf-httpapi-ratelimit-headers).",
         '"requests";q=60;w=60',
-        always=False,
+        is_required=False,
     ),
     "RateLimit": header(
         "Sent with `RateLimit-Policy`: `r`, how many requests may follow at once, and `t`, the "
         "seconds until all `q` may.",
         '"requests";r=57;t=3',
-        always=False,
+        is_required=False,
     ),
 }
 
@@ -73,7 +73,7 @@ _ID: Json = {
 _RATE_REFERENCES: Json = {name: {"$ref": f"#/components/headers/{name}"} for name in _RATES}
 _ID_REFERENCE: Json = {ID_HEADER: {"$ref": "#/components/headers/RequestId"}}
 _LIMITED = frozenset({"Busy", "TooManyRequests"})
-"""Names of the error responses that only operations with a rate limit have."""
+"""Names of the error responses with status 429, which have the headers of the rate limit."""
 
 
 def build_full_settings() -> Settings:
@@ -101,7 +101,7 @@ def describe(app: FastAPI, settings: Settings) -> Json:
     for path, item in document["paths"].items():
         for method, operation in item.items():
             _add_guard(operation, method, path, settings)
-    operations = [each for item in document["paths"].values() for each in item.values()]
+    operations = [operation for item in document["paths"].values() for operation in item.values()]
     ids = {operation["operationId"] for operation in operations}
     for operation in operations:
         for status, response in operation["responses"].items():
@@ -140,7 +140,7 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
 def _finish_response(response: Json, operation: str, operations: Set[str]) -> Json:
     """A response with examples, the id header, and only links to operations that exist."""
     if "$ref" in response:
-        # FastAPI adds a description of its own, which would replace that of the component.
+        # FastAPI adds a description, which would replace the description of the component.
         return {"$ref": response["$ref"]}
     content = response.get("content", {})
     if operation in EXAMPLE_RESPONSES and "application/json" in content:
@@ -153,12 +153,12 @@ def _finish_response(response: Json, operation: str, operations: Set[str]) -> Js
 
 def _error_components(operations: Sequence[Json], settings: Settings) -> Json:
     """The error responses that operations refer to, with the headers of all responses."""
-    described = [each for operation in operations for each in operation["responses"].values()]
-    names = {each["$ref"].rpartition("/")[2] for each in described if "$ref" in each}
-    errors = {name: each for name, each in error_responses(settings).items() if name in names}
-    for name, each in errors.items():
+    responses = [r for operation in operations for r in operation["responses"].values()]
+    names = {r["$ref"].rpartition("/")[2] for r in responses if "$ref" in r}
+    errors = {name: r for name, r in error_responses(settings).items() if name in names}
+    for name, response in errors.items():
         rates = _RATE_REFERENCES if settings.rate_limit and name in _LIMITED else {}
-        each["headers"] = each.get("headers", {}) | rates | _ID_REFERENCE
+        response["headers"] = response.get("headers", {}) | rates | _ID_REFERENCE
     return errors
 
 

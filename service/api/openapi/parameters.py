@@ -61,9 +61,10 @@ Suffix: TypeAlias = Annotated[
 ]
 
 
-def _parameter(place: str, name: str, description: str, schema: Json, **more: Any) -> Json:
-    about = {"name": name, "in": place, "required": False, "description": description}
-    return about | {"schema": schema} | more
+def _parameter(location: str, name: str, description: str, schema: Json, **fields: Any) -> Json:
+    """An optional parameter in the `query` or a `header`; `fields`: its further fields."""
+    parameter = {"name": name, "in": location, "required": False, "description": description}
+    return parameter | {"schema": schema} | fields
 
 
 IF_NONE_MATCH = _parameter(
@@ -133,7 +134,7 @@ def json_body(examples: Json, *parameters: Json) -> Json:
 def array_body(
     examples: Json, model: type[BaseModel], array: str, about: str, *parameters: Json
 ) -> Json:
-    """A body that is a document as JSON, or one array of it, with the other fields in the query.
+    """A body that is a document as JSON, or one of its arrays with the other fields in the query.
 
     Parameters
     ----------
@@ -150,19 +151,19 @@ def array_body(
     extra["requestBody"]["content"]["application/x-npy"] = {"schema": schema}
     text = "With a file: the id of a built-in or a stored surface."
     surface = _parameter("query", "surface", text, {"type": "string", "examples": ["sphere"]})
-    simple = ("number", "boolean", "string")
-    beside = [
+    scalar_types = ("number", "boolean", "string")
+    fields = [
         _file_option(_parameter("query", name, schema.pop("description"), schema))
         for name, schema in model.model_json_schema()["properties"].items()
-        if schema.get("type") in simple
+        if schema.get("type") in scalar_types
     ]
-    return extra | {"parameters": [*parameters, surface, *beside]}
+    return extra | {"parameters": [*parameters, surface, *fields]}
 
 
 def surface_body(examples: Json, *parameters: Json, has_options: bool = True) -> Json:
-    """A body that is a surface as JSON, or a file of it with its other fields in the query.
+    """A body that is a surface as JSON, or a file of its points with other fields in the query.
 
-    In the form of the argument `openapi_extra` of a route.
+    The result is the argument `openapi_extra` of a route.
 
     Parameters
     ----------
@@ -175,10 +176,10 @@ def surface_body(examples: Json, *parameters: Json, has_options: bool = True) ->
     """
     extra = json_body(examples)
     extra["requestBody"]["content"] |= {d.media_type: _file(d) for d in DECODERS}
-    beside = [_file_option(option) for option in option_parameters()] if has_options else []
+    options = [_file_option(option) for option in option_parameters()] if has_options else []
     # `engine` is a parameter too, but only of meshes by URL.
-    beside = [option for option in beside if option["name"] in MeshOptionFields.model_fields]
-    return extra | {"parameters": [*parameters, *_field_parameters(), *beside]}
+    options = [option for option in options if option["name"] in MeshOptionFields.model_fields]
+    return extra | {"parameters": [*parameters, *_field_parameters(), *options]}
 
 
 def _file_option(option: Json) -> Json:
@@ -194,7 +195,8 @@ def _file_option(option: Json) -> Json:
     return option | {"description": text, "schema": schema}
 
 
-def _pair(item: Json, examples: list[Any]) -> Json:
+def _one_or_two(item: Json, examples: list[Any]) -> Json:
+    """The schema of a list with one item for both directions, or with an item for each."""
     return {"type": "array", "items": item, "minItems": 1, "maxItems": 2, "examples": examples}
 
 
@@ -202,8 +204,10 @@ _KINDS = list(dict.fromkeys(kind for decoder in DECODERS for kind in decoder.kin
 _FIELD_SCHEMAS: Mapping[str, Json] = MappingProxyType(
     {
         "type": {"type": "string", "enum": _KINDS, "examples": ["bspline"]},
-        "degree": _pair({"type": "integer", "minimum": 1, "maximum": MAX_DEGREE}, [[3], [3, 2]]),
-        "knots": _pair(
+        "degree": _one_or_two(
+            {"type": "integer", "minimum": 1, "maximum": MAX_DEGREE}, [[3], [3, 2]]
+        ),
+        "knots": _one_or_two(
             {"type": "string", "enum": list(NAMED)}, [["clamped"], ["clamped", "periodic"]]
         ),
         "up": {"type": "string", "enum": ["y", "z"], "examples": ["z"]},

@@ -17,7 +17,7 @@ from service.api.negotiation import (
 )
 from service.api.openapi.parameters import Json
 from service.api.openapi.responses import header
-from service.api.problems import MEDIA_TYPE, Place, Problem, problem_document, problem_of
+from service.api.problems import MEDIA_TYPE, LocationKind, Problem, problem_document, problem_of
 from service.api.routes.meshes_by_url import check_engine
 from service.api.stored import content_id
 from service.api.workers import MAX_RETRY_AFTER
@@ -47,12 +47,13 @@ from service.surface.convert.nets import SizeLimits
 from service.surface.convert.operations import Split
 from service.surface.examples import find
 
-Refuse: TypeAlias = Callable[[], object]
-Example: TypeAlias = Problem | SurfaceError | Refuse
-"""A problem, an error, or a call that raises one."""
+FailingCall: TypeAlias = Callable[[], object]
+Example: TypeAlias = Problem | SurfaceError | FailingCall
+"""A problem, an error, or a call that raises an error."""
 
-_PLACE = PointsQuery(np.array([[0.5, 0.5]]), None, 0)
-_OUTSIDE = PointsQuery(np.array([[0.5, 1.5]]), None, 0)
+_INSIDE = PointsQuery(np.array([[0.5, 0.5]]), patch=None, order=0)
+_OUTSIDE = PointsQuery(np.array([[0.5, 1.5]]), patch=None, order=0)
+"""One parameter pair inside the domain [0, 1]², and one pair outside of it."""
 _RAGGED = (
     b'{"surface": {"control_net": [[[0, 0, 0], [0, 1, 1]], [[1, 0, true]], [[2, 0, 0], [2, 1]]]}}'
 )
@@ -62,7 +63,7 @@ _KNOTS = (
 )
 _FOLDED = BezierSurface(np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]))
 _SMALL_LIMITS = Limits(max_multiplications=100_000_000)
-_MESH, _UNTIL = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
+_MESH, _EXPIRY = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
 def error_responses(settings: Settings) -> dict[str, Json]:
@@ -77,19 +78,19 @@ def error_responses(settings: Settings) -> dict[str, Json]:
 
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
     signer = Signer(["-" * MIN_SECRET])
-    signed = signer.sign(_MESH, "", _UNTIL).encode()
-    limited = {"rate": rate_limited(60, 3)}
+    signed = signer.sign(_MESH, "", _EXPIRY).encode()
+    too_many_requests = {"rate": rate_limited(60, 3)}
     return {
         "MalformedJson": {
-            "truncated": _post(b'{"surface": {'),
+            "truncated": _post_mesh(b'{"surface": {'),
             "file": lambda: teapot.decode(b"1\n1,2,3,4\n3\n", None, 4),
         },
         "KeyNeeded": {"none": key_needed(), "unknown": key_unknown()},
         "SignatureInvalid": {
             "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, 0),
-            "expired": lambda: signer.verify(_MESH, signed, _UNTIL),
+            "expired": lambda: signer.verify(_MESH, signed, _EXPIRY),
         },
-        "TooManyRequests": limited,
+        "TooManyRequests": too_many_requests,
         "NotFound": {"no such path": problems.NOT_FOUND},
         "UnknownSurface": {
             "id": lambda: content_id("teapot"),
@@ -103,14 +104,14 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "BodyTooLarge": {"body": body_too_large(settings, is_json=True)},
         "UnsupportedMediaType": {"form": lambda: decoder_of_body("text/plain", DECODERS)},
         "InvalidRequest": {
-            "net": _post(_RAGGED),
-            "options": _post(b'{"resolution": 0, "faces": null, "colour": 1}'),
+            "net": _post_mesh(_RAGGED),
+            "options": _post_mesh(b'{"resolution": 0, "faces": null, "colour": 1}'),
             "format": lambda: format_by_name("fbx", FORMATS),
             "quads": _render("stl", MeshOptions(faces="quads")),
             "size": _render("glb", MeshOptions((9000, 9000))),
             "points": lambda: plan_points(find("saddle").surface(), _OUTSIDE).run(),
-            "knots": _post(_KNOTS),
-            "parameters": lambda: plan_points(find("trefoil-tube").surface(), _PLACE).run(),
+            "knots": _post_mesh(_KNOTS),
+            "parameters": lambda: plan_points(find("trefoil-tube").surface(), _INSIDE).run(),
             "intervals": lambda: plan_measure(_FOLDED, MeasureQuery(1e-11), _SMALL_LIMITS).run(),
             "conversion": lambda: plan_conversion(
                 find("sphere").surface(), (Split(u=0.5),), SizeLimits()
@@ -121,24 +122,27 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
             "quads": _render("stl", MeshOptions(faces="quads")),
         },
         "DamagedObject": {"hash": DamagedObject(), "ours": problems.INTERNAL_ERROR},
-        "Busy": {"queue": Busy(), **(limited if settings.rate_limit else {})},
+        "Busy": {"queue": Busy(), **(too_many_requests if settings.rate_limit else {})},
         "OutOfTime": {"deadline": OutOfTime()},
         "StoreFailed": {"bucket": StoreFailed()},
         "Unavailable": {"deadline": OutOfTime(), "bucket": StoreFailed()},
-        "StoreFull": {"quota": quota_exceeded(left=3_000, growth=14_000), "disk": disk_full()},
+        "StoreFull": {
+            "quota": quota_exceeded(free_bytes=3_000, growth=14_000),
+            "disk": disk_full(),
+        },
         "InternalError": {"ours": problems.INTERNAL_ERROR},
     }
 
 
-def _post(text: bytes) -> Refuse:
+def _post_mesh(text: bytes) -> FailingCall:
     return lambda: parse_request(MeshRequest, text, DEFAULT_LIMITS).to_surface()
 
 
-def _render(fmt: str, options: MeshOptions) -> Refuse:
+def _render(fmt: str, options: MeshOptions) -> FailingCall:
     return lambda: render(find("saddle").surface(), options, BY_NAME[fmt])
 
 
-def _problem(example: Example, place: Place | None) -> Json:
+def _problem(example: Example, location: LocationKind | None) -> Json:
     """The body of an error response."""
     if isinstance(example, Problem):
         return problem_document(example)
@@ -149,12 +153,12 @@ def _problem(example: Example, place: Place | None) -> Json:
             example = error
         else:
             raise AssertionError("an example of an error did not raise")
-    return problem_document(problem_of(example), example.issues, place)
+    return problem_document(problem_of(example), example.issues, location)
 
 
 def _error_response(name: str, examples: Mapping[str, Example]) -> Json:
-    place: Place | None = "parameter" if name == "InvalidQuery" else None
-    values = {key: _problem(example, place) for key, example in examples.items()}
+    location: LocationKind | None = "parameter" if name == "InvalidQuery" else None
+    values = {key: _problem(example, location) for key, example in examples.items()}
     content = {
         "schema": {"$ref": "#/components/schemas/Problem"},
         "examples": {key: {"value": value} for key, value in values.items()},
@@ -163,10 +167,10 @@ def _error_response(name: str, examples: Mapping[str, Example]) -> Json:
     return {"description": about, "content": {MEDIA_TYPE: content}}
 
 
-def _retry_after(*, always: bool = True) -> Json:
+def _retry_after(*, is_required: bool = True) -> Json:
     text = "Seconds after which to try again."
     schema = {"type": "integer", "minimum": 1, "maximum": MAX_RETRY_AFTER}
-    return {"Retry-After": header(text, 3, always=always, **schema)}
+    return {"Retry-After": header(text, 3, is_required=is_required, **schema)}
 
 
 _HEADERS: Mapping[str, Json] = {
@@ -174,5 +178,5 @@ _HEADERS: Mapping[str, Json] = {
     "TooManyRequests": _retry_after(),
     "Busy": _retry_after(),
     "OutOfTime": _retry_after(),
-    "Unavailable": _retry_after(always=False),
+    "Unavailable": _retry_after(is_required=False),
 }

@@ -29,15 +29,15 @@ POST_ERRORS: dict[int | str, Json] = {
 """Errors that every POST may return."""
 
 
-def header(description: str, example: Any, *, always: bool = True, **schema: Any) -> Json:
+def header(description: str, example: Any, *, is_required: bool = True, **schema: Any) -> Json:
     """A response header."""
-    about = {"description": description, "required": always, "example": example}
+    about = {"description": description, "required": is_required, "example": example}
     return about | {"schema": {"type": "string"} | schema}
 
 
-def _count(what: str, example: int) -> Json:
-    text = f"Number of {what}, as in the report. Not sent with exact patches."
-    return header(text, example, always=False, type="integer", minimum=0)
+def _count(noun: str, example: int) -> Json:
+    text = f"Number of {noun}, as in the report. Not sent with exact patches."
+    return header(text, example, is_required=False, type="integer", minimum=0)
 
 
 TIMED: Json = {
@@ -52,7 +52,7 @@ FILE_HEADERS: Json = TIMED | {
     "Content-Disposition": header(
         "A name to save the file under. Not sent with JSON.",
         'attachment; filename="sail.glb"',
-        always=False,
+        is_required=False,
     )
 }
 MESH_HEADERS: Json = FILE_HEADERS | {
@@ -63,7 +63,7 @@ MESH_HEADERS: Json = FILE_HEADERS | {
         "report; OBJ and PLY have it in a comment too. Not sent with exact patches, or if no "
         "bound is certified.",
         0.0005,
-        always=False,
+        is_required=False,
         type="number",
         minimum=0,
     ),
@@ -86,7 +86,7 @@ URL_HEADERS: Json = (
     | _CACHE_HEADERS
     | {
         "Content-Encoding": header(
-            "The coding. Not sent if the body is not compressed.", "zstd", always=False
+            "The coding. Not sent if the body is not compressed.", "zstd", is_required=False
         ),
         "Content-Disposition": header(
             "A name to save the file under.", 'inline; filename="sail.glb"'
@@ -117,19 +117,19 @@ _LINKS = {
 }
 
 
-def links(where: str, *names: str) -> Json:
-    """Links to operations on a surface; `where`: the OpenAPI runtime expression for its id."""
+def links(id_expression: str, *names: str) -> Json:
+    """Links to operations on a surface, whose id an OpenAPI runtime expression finds."""
     return {
-        name: {"operationId": id, "description": text, "parameters": {"id": where}}
-        for name, (id, text) in _LINKS.items()
+        name: {"operationId": operation, "description": text, "parameters": {"id": id_expression}}
+        for name, (operation, text) in _LINKS.items()
         if name in names
     }
 
 
-def success(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **more: Any) -> Json:
-    """The 200 response with these headers; `formats`: the formats that it may have beside JSON."""
+def success(headers: Json = TIMED, formats: Sequence[FileFormat] = (), **fields: Any) -> Json:
+    """The 200 response, in JSON or one of `formats`; `fields`: further fields such as `links`."""
     content = {f.media_type: {"schema": _file_schema(f)} for f in formats if f.name != "json"}
-    return {"headers": headers, "content": content} | more
+    return {"headers": headers, "content": content} | fields
 
 
 def _file_schema(fmt: FileFormat) -> Json:

@@ -79,7 +79,7 @@ class MeshRoute(BodyRoute):
 class EstimateRoute(MeshRoute):
     """A route with the bodies and formats of `MeshRoute`, whose response is always JSON."""
 
-    accepts_any = False
+    reads_accept = False
 
 
 meshes = APIRouter(route_class=MeshRoute)
@@ -107,7 +107,7 @@ async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     options, encode = body.mesh_options(), encode_options(body)
     work = plan_mesh(body.to_surface(), options, fmt, encode, services.limits)
     mesh_file = await job.run(work, "mesh")
-    request.app.state.observed.count_mesh(mesh_file.report)
+    request.app.state.counters.count_mesh(mesh_file.report)
     return file_response(mesh_file.content, fmt, mesh_file.name, job, mesh_file.report)
 
 

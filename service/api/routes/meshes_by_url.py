@@ -145,7 +145,7 @@ async def get_surface_mesh(
         else:
             cache.counts.misses += 1
             record.cache = "miss"
-            counters: RequestCounters = request.app.state.observed
+            counters: RequestCounters = request.app.state.counters
             compute = partial(_compute, services, counters, MeshTarget(subject, fmt, query))
             computed = await services.flights.join(
                 (subject.url, cache.generation), compute, job.on_end
@@ -206,24 +206,25 @@ async def _choose_variant(
 ) -> Variant:
     """The response in the coding that the client prefers, compressed now if necessary.
 
-    Not compressed, if the client allows it, if the response is not in the cache, or if compression
-    would have to wait for memory: while this request waits, it holds memory that others wait for.
+    If the client accepts plain bodies, the response stays uncompressed in two cases: the cache does
+    not keep it, or compression would have to wait for memory. While this request waited, it would
+    hold memory that other requests wait for.
     """
     cache, workers = services.cache, services.workers
     coding = accepted.order[0]
     variant = entry.variants.get(coding)
-    if variant is not None and (accepted.has_plain or variant.coding == coding):
+    if variant is not None and (accepted.accepts_plain or variant.coding == coding):
         return variant
-    work = Compression(entry.plain, coding, is_forced=not accepted.has_plain)
+    work = Compression(entry.plain, coding, is_forced=not accepted.accepts_plain)
     has_room = cache.holds(entry) and not workers.waiting and workers.has_room(work.cost.memory)
-    if accepted.has_plain and not has_room:
+    if accepted.accepts_plain and not has_room:
         return entry.variants["identity"]
 
-    async def compress(job: Job) -> Variant:
+    async def compress_entry(job: Job) -> Variant:
         body = await job.run(work, "compress")
         job.finish_work(0 if body is None else len(body))
         return cache.add(entry, coding, body)
 
-    key = (entry.subject.url, cache.generation, coding, accepted.has_plain)
+    key = (entry.subject.url, cache.generation, coding, accepted.accepts_plain)
     with timing.step("compress"):
-        return await services.flights.join(key, compress, job.on_end)
+        return await services.flights.join(key, compress_entry, job.on_end)

@@ -129,13 +129,13 @@ async def get_readiness(request: Request) -> Response:
     if not state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
     computes, has_store = await asyncio.gather(state.self_test.passes(), state.store.is_ready())
-    ready = is_ready(state)
+    is_service_ready = is_ready(state)
     content = {
-        "status": "ready" if ready else "unready",
+        "status": "ready" if is_service_ready else "unready",
         "computing": "ready" if computes else "unavailable",
         "store": "ready" if has_store else "unavailable",
     }
-    return json_response(content, 200 if ready else 503, _HEADERS)
+    return json_response(content, 200 if is_service_ready else 503, _HEADERS)
 
 
 _COUNTER = """\

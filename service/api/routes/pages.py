@@ -38,10 +38,11 @@ _MEDIA_TYPES = MappingProxyType(
 )
 
 
-def _headers(extra: str) -> dict[str, str]:
-    """Headers of a page; `extra`: further directives of its content security policy."""
-    always = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    policy = f"default-src 'none'; script-src 'self'; connect-src 'self'; {extra}; {always}"
+def _headers(directives: str) -> dict[str, str]:
+    """Headers of a page; `directives`: its content security policy for styles and images."""
+    origins = "default-src 'none'; script-src 'self'; connect-src 'self'"
+    limits = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    policy = f"{origins}; {directives}; {limits}"
     return HEADERS | PAGE_HEADERS | {"Content-Security-Policy": policy}
 
 
@@ -95,10 +96,10 @@ async def openapi(request: Request, context: ContextDep) -> Response:
     return await context.services.static_files.respond(request, "openapi.json")
 
 
-def _build_missing_page(what: str, rest: str, headers: Mapping[str, str]) -> Response:
-    """A 503 page; it says what is not installed, how to install it, and what works without it."""
+def _build_missing_page(missing: str, working: str, headers: Mapping[str, str]) -> Response:
+    """A 503 page: it says what is missing, how to install that, and what is working without it."""
     text = Template((DOCS / "missing.html").read_text(encoding="utf-8"))
-    return HTMLResponse(text.substitute(what=what, rest=rest), 503, headers)
+    return HTMLResponse(text.substitute(missing=missing, working=working), 503, headers)
 
 
 def files(document: Callable[[], dict[str, Any]]) -> dict[str, StaticFile]:

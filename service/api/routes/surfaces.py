@@ -240,14 +240,15 @@ def _describe_example(example: Example) -> dict[str, Any]:
 
 
 def _degree(model: Model) -> list[int]:
-    """The highest degrees of the patches, along u and v; for a sweep, that of its curve, and 0."""
+    """The highest degrees of the patches along u and v; a sweep has its curve's degree and 0."""
     degrees = [(0, 0)]
     for part in model.models if isinstance(model, GroupModel) else (model,):
         if isinstance(part, SweepModel):
             degrees.append((part.pieces.degree, 0))
             continue
-        sides = [batch.side_degrees for batch in part.batches]
-        degrees += [(side[2], side[0]) for side in sides]
+        for batch in part.batches:
+            along_v, _, along_u, _ = batch.side_degrees  # of the sides u=0, u=1, v=0 and v=1
+            degrees.append((along_u, along_v))
     u, v = zip(*degrees, strict=True)
     return [max(u), max(v)]
 

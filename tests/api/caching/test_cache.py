@@ -7,7 +7,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from service.api.caching.cache import ALIASES, SHARE, ResponseCache
+from service.api.caching.cache import MAX_ALIASES, SHARE, ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.codings import Coding
 
@@ -34,7 +34,7 @@ def test_a_response_in_the_cache_is_returned_and_its_bytes_count() -> None:
 
 
 def test_the_least_recently_used_response_is_dropped_first() -> None:
-    cache = ResponseCache(SHARE * build_entry("0", 1000).largest)
+    cache = ResponseCache(SHARE * build_entry("0", 1000).max_size)
     entries = [build_entry(str(number), 1000) for number in range(100)]
     for each in entries[:3]:
         assert cache.put(each, cache.generation)
@@ -90,11 +90,11 @@ def test_the_number_of_cached_spellings_is_limited() -> None:
     cache = ResponseCache(MAX_BYTES)
     entry = build_entry("a")
     cache.put(entry, cache.generation)
-    for number in range(3 * ALIASES):
+    for number in range(3 * MAX_ALIASES):
         cache.alias(entry, "/a", str(number).encode(), has_engine=number % 2 == 0)
-    entries = [cache.find("/a", str(number).encode()) for number in range(3 * ALIASES)]
-    assert entries[: 2 * ALIASES] == [None] * 2 * ALIASES
-    assert entries[2 * ALIASES :] == [(entry, number % 2 == 0) for number in range(ALIASES)]
+    entries = [cache.find("/a", str(number).encode()) for number in range(3 * MAX_ALIASES)]
+    assert entries[: 2 * MAX_ALIASES] == [None] * 2 * MAX_ALIASES
+    assert entries[2 * MAX_ALIASES :] == [(entry, number % 2 == 0) for number in range(MAX_ALIASES)]
     cache.alias(entry, "/a", b"x" * 10_000, has_engine=False)
     assert cache.find("/a", b"x" * 10_000) is None
     cache.alias(build_entry("b"), "/b", b"", has_engine=False)
@@ -145,7 +145,7 @@ def test_counted_bytes_are_at_least_the_memory_used(size: int) -> None:
             cache.put(entry, cache.generation)
             cache.add(entry, "zstd", bytes(size // 2))
             cache.add(entry, "gzip", bytes(size // 2 + 1))
-            for spelling in range(ALIASES):
+            for spelling in range(MAX_ALIASES):
                 query = f"engine=3&resolution={number}&uvs=false{spelling}".encode()
                 cache.alias(entry, f"/v1/surfaces/{number:064x}/mesh.glb", query, has_engine=True)
         bytes_used = tracemalloc.get_traced_memory()[0] - bytes_before

@@ -52,7 +52,7 @@ def test_codings_are_in_the_order_that_the_client_prefers(
     for _ in range(2):
         accepted_codings = parse_accepted_codings(header)
         assert list(accepted_codings.order) == order
-        assert accepted_codings.has_plain == ("identity" in order)
+        assert accepted_codings.accepts_plain == ("identity" in order)
 
 
 @pytest.mark.parametrize("coding", COMPRESS)
