@@ -97,7 +97,7 @@ async def openapi(request: Request, context: ContextDep) -> Response:
 
 
 def _build_missing_page(missing: str, working: str, headers: Mapping[str, str]) -> Response:
-    """A 503 page: it says what is missing, how to install that, and what is working without it."""
+    """A 503 page with two sentences, what is missing and what works, and the command to install."""
     text = Template((DOCS / "missing.html").read_text(encoding="utf-8"))
     return HTMLResponse(text.substitute(missing=missing, working=working), 503, headers)
 
