@@ -27,13 +27,13 @@ const DIVERGING = [
 ];
 
 /** Share of the area whose curvature is inside the range of colours. */
-const WITHIN = 0.9;
+const SHOWN_SHARE = 0.9;
 
 /** The sRGB colour of a value from -1 to 1. @param {number} share @returns {number[]} */
 export function diverging(share) {
-  const at = (Math.min(1, Math.max(-1, share)) + 1) / 2 * (DIVERGING.length - 1);
-  const low = Math.min(DIVERGING.length - 2, Math.floor(at));
-  return DIVERGING[low].map((c, i) => c + (at - low) * (DIVERGING[low + 1][i] - c));
+  const position = (Math.min(1, Math.max(-1, share)) + 1) / 2 * (DIVERGING.length - 1);
+  const index = Math.min(DIVERGING.length - 2, Math.floor(position));
+  return DIVERGING[index].map((c, i) => c + (position - index) * (DIVERGING[index + 1][i] - c));
 }
 
 /** The linear value of an sRGB component, for the renderer (IEC 61966-2-1). @param {number} c */
@@ -44,17 +44,17 @@ export function linear(c) {
 /**
  * The largest value of the range of colours, on both sides of zero: 9/10 of the area have smaller
  * values. Otherwise the large values at a sharp rim would make the rest of the surface grey.
- * @param {{values: ArrayLike<number>, areas: ArrayLike<number>}[]} all  values and areas of vertices
+ * @param {{values: ArrayLike<number>, areas: ArrayLike<number>}[]} meshes  values and areas of vertices
  */
-export function findRange(all) {
-  const sizes = all.flatMap(({ values, areas }) => (
+export function findRange(meshes) {
+  const sizes = meshes.flatMap(({ values, areas }) => (
     Array.from(values, (value, i) => ({ size: Math.abs(value), area: areas[i] }))
   )).filter(({ size }) => Number.isFinite(size));
   sizes.sort((a, b) => a.size - b.size);
-  let left = WITHIN * sizes.reduce((sum, { area }) => sum + area, 0);
-  const most = sizes.find(({ area }) => { left -= area; return left <= 0; })?.size ?? 0;
-  // Surfaces that are flat up to rounding are shown as flat.
-  return most > 1e-9 ? most : sizes.at(-1)?.size || 1;
+  let remainingArea = SHOWN_SHARE * sizes.reduce((sum, { area }) => sum + area, 0);
+  const limit = sizes.find(({ area }) => { remainingArea -= area; return remainingArea <= 0; })?.size ?? 0;
+  // If 9/10 of the area are flat up to rounding, the range ends at the largest value.
+  return limit > 1e-9 ? limit : sizes.at(-1)?.size || 1;
 }
 
 /**

@@ -24,9 +24,9 @@ export function valueAt(root, path) {
  */
 export function replaceValue(root, path, value) {
   if (path.length === 0) return /** @type {T} */ (value);
-  const [key, ...rest] = path;
+  const [key, ...innerPath] = path;
   const copy = /** @type {any} */ (Array.isArray(root) ? [...root] : { ...root });
-  copy[key] = replaceValue(copy[key], rest, value);
+  copy[key] = replaceValue(copy[key], innerPath, value);
   return copy;
 }
 

@@ -6,7 +6,7 @@ import { announce, button, element, input, write } from './page.js';
 const STORAGE_KEY = 'surface-key';
 
 /** Texts that explain why a key is needed, by the code of the problem. */
-const WHY = new Map([
+const REASONS = new Map([
   ['key_needed', 'To compute and to store, this service needs a key.'],
   ['key_unknown', 'The service does not know this key; it may have been replaced.'],
 ]);
@@ -24,14 +24,14 @@ export const currentKey = () => key;
 export const credentials = () => (key ? { Authorization: `Bearer ${key}` } : {});
 
 /** Whether a problem is about keys. @param {string} code */
-export const isAboutKeys = (code) => WHY.has(code);
+export const isAboutKeys = (code) => REASONS.has(code);
 
 /**
- * Asks for a key; returns whether the present key differs from the key `sent`.
- * @param {string} code  of the problem @param {string} sent
+ * Asks for a key; returns whether the present key differs from the key that was sent.
+ * @param {string} code  of the problem @param {string} sentKey
  */
-export async function requestKey(code, sent) {
-  if (key !== sent) return true;
+export async function requestKey(code, sentKey) {
+  if (key !== sentKey) return true;
   if (isDeclined) return false;
   asking ??= ask(code).finally(() => { asking = null; });
   return asking;
@@ -62,7 +62,7 @@ function ask(code) {
   const dialog = element('access', HTMLDialogElement);
   const field = input('access-key');
   field.value = '';
-  write('access-why', WHY.get(code) ?? 'This tab has a key. A new key replaces it.');
+  write('access-why', REASONS.get(code) ?? 'This tab has a key. A new key replaces it.');
   button('access-forget').hidden = key === '';
   button('api-key').hidden = false;
   dialog.returnValue = '';

@@ -57,7 +57,7 @@ export class Library {
     this.waiting();
     try {
       const [surface] = await Promise.all([surfaceById(id), this.listed]);
-      const example = this.examples.find((known) => known.id === id);
+      const example = this.examples.find((item) => item.id === id);
       this.show(surface, {
         title: example?.title ?? chooseTitle(surface),
         description: plain(example?.description ?? 'A stored surface, opened by its address.'),
@@ -74,16 +74,15 @@ export class Library {
     this.text(area.value, 'pasted');
   }
 
-  /** @param {string} text @param {string} how */
-  text(text, how) {
+  /** Opens a surface as JSON. @param {string} text @param {string} source  in words */
+  text(text, source) {
     try {
       const surface = parseSurface(text);
       this.show(surface, {
-        title: chooseTitle(surface), description: `A surface of yours, ${how}.`, origin: '',
+        title: chooseTitle(surface), description: `A surface of yours, ${source}.`, origin: '',
       });
     } catch (error) {
-      const place = element('paste-problem', HTMLElement);
-      place.hidden = false;
+      element('paste-problem', HTMLElement).hidden = false;
       write('paste-problem', `The text is not the JSON of a surface. ${/** @type {Error} */ (error).message}`);
       if (!this.dialog.open) this.dialog.showModal();
     }

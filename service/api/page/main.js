@@ -21,7 +21,7 @@ import { View } from './view.js';
 
 /** @typedef {import('./service.js').MeshResponse} MeshResponse */
 
-const FIRST = 'utah-teapot';
+const FIRST_SURFACE = 'utah-teapot';
 
 const root = document.documentElement;
 const query = new URLSearchParams(location.search);
@@ -34,7 +34,7 @@ element('loading', HTMLElement).hidden = view === null;
 /** A request for a mesh; a coarse mesh follows the mouse. @typedef {{coarse: boolean}} MeshRequest */
 
 /** The number of patches of the surface, on which the resolution of a coarse mesh depends. */
-let patches = 1;
+let patchCount = 1;
 /** Whether the document that is open has a mesh. */
 let isShown = false;
 /** Whether any document is open. */
@@ -44,13 +44,13 @@ let isOpen = false;
 const requests = new MeshRequests({
   send: ({ coarse }) => mesh({
     surface: state.surface,
-    ...meshOptions(state.settings, state.surface, patches, coarse),
+    ...meshOptions(state.settings, state.surface, patchCount, coarse),
   }),
   answered: async ({ content, serverTime, roundTrip }, { coarse }) => {
     const bytes = content.byteLength;
     const report = readReport(content);
     if (view) await view.showMesh(content, coarse);
-    patches = report.patches;
+    patchCount = report.patches;
     isShown = true;
     hideProblem();
     view?.markError(-1);
@@ -94,7 +94,7 @@ function isTooFine(error) {
 
 /** The settings on which the mesh depends, as a text. */
 const describeMesh = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
-let requested = '';
+let requestedMesh = '';
 
 state.listen((change) => {
   if (change === 'opened') {
@@ -102,10 +102,10 @@ state.listen((change) => {
     requests.forget();
     hideProblem();
     isShown = false;
-    patches = 1;
+    patchCount = 1;
   }
-  if (!isOpen || change === 'chosen' || (change === 'settings' && describeMesh() === requested)) return;
-  requested = describeMesh();
+  if (!isOpen || change === 'chosen' || (change === 'settings' && describeMesh() === requestedMesh)) return;
+  requestedMesh = describeMesh();
   requestMesh(change === 'moving');
 });
 
@@ -113,7 +113,7 @@ watchTheme(() => view?.updateLook());
 const probe = new Probe(state);
 const measures = new Measure(state);
 element('measure', HTMLButtonElement).addEventListener('click', () => { measures.ask().catch(fail); });
-if (view) view.clicked = (point) => { probe.at(point).catch(fail); };
+if (view) view.clicked = (point) => { probe.showPoint(point).catch(fail); };
 watchPanel(state);
 watchPointPanel(state);
 const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { origin, title }) => {
@@ -123,7 +123,7 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
 
 // An error of an export does not change the state of the surface on the page.
 watchShare(state, (error) => showProblem(error, state));
-const begin = () => (isOpen ? requestMesh(false) : void library.byId(query.get('surface') ?? FIRST));
+const begin = () => (isOpen ? requestMesh(false) : void library.byId(query.get('surface') ?? FIRST_SURFACE));
 watchProblems(state, begin);
 watchKey(begin);
 begin();

@@ -33,9 +33,10 @@ export class Measure {
     element('measure', HTMLButtonElement).hidden = true;
     put('area', String(measures.area.value), short(measures.area.value));
     const edges = measures.open_edges + measures.inconsistent_edges;
-    const without = `none: ${edges} open or inconsistent ${edges === 1 ? 'edge' : 'edges'}`;
-    put('volume', String(measures.volume?.value ?? ''), measures.volume ? short(measures.volume.value) : without);
-    announce(`Area ${short(measures.area.value)}; volume ${measures.volume ? short(measures.volume.value) : without}`);
+    const reason = `none: ${edges} open or inconsistent ${edges === 1 ? 'edge' : 'edges'}`;
+    const volume = measures.volume ? short(measures.volume.value) : reason;
+    put('volume', String(measures.volume?.value ?? ''), volume);
+    announce(`Area ${short(measures.area.value)}; volume ${volume}`);
   }
 }
 
@@ -44,7 +45,7 @@ const short = (value) => String(Number(value.toPrecision(6))).replace('-', '−'
 
 /** @param {string} id @param {string} value @param {string} text */
 function put(id, value, text) {
-  const place = element(id, HTMLDataElement);
-  place.value = value;
-  place.textContent = text;
+  const readout = element(id, HTMLDataElement);
+  readout.value = value;
+  readout.textContent = text;
 }

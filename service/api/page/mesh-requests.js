@@ -18,39 +18,40 @@ export class MeshRequests {
   constructor(callbacks) {
     this.callbacks = callbacks;
     /** @type {Item | null} */
-    this.waiting = null;
-    this.inFlight = false;
+    this.nextRequest = null;
+    this.isRunning = false;
     this.generation = 0;
   }
 
   /** Requests a mesh of the present document. @param {Item} request */
   ask(request) {
-    this.waiting = request;
-    if (!this.inFlight) void this.work();
+    this.nextRequest = request;
+    if (!this.isRunning) void this.sendWaiting();
   }
 
   /** Another document was opened: drops all earlier requests. */
   forget() {
     this.generation += 1;
-    this.waiting = null;
+    this.nextRequest = null;
   }
 
-  async work() {
-    this.inFlight = true;
-    while (this.waiting !== null) {
-      const request = this.waiting;
+  /** Sends the waiting request, and then the newest of those that came meanwhile, until none waits. */
+  async sendWaiting() {
+    this.isRunning = true;
+    while (this.nextRequest !== null) {
+      const request = this.nextRequest;
       const { generation } = this;
-      this.waiting = null;
+      this.nextRequest = null;
       try {
         const result = await this.callbacks.send(request);
         if (generation === this.generation) await this.callbacks.answered(result, request);
       } catch (error) {
         // An error is shown only if no newer request waits.
-        const stale = generation !== this.generation || this.waiting !== null;
-        if (!stale) this.callbacks.failed(/** @type {Error} */ (error), request);
+        const isStale = generation !== this.generation || this.nextRequest !== null;
+        if (!isStale) this.callbacks.failed(/** @type {Error} */ (error), request);
       }
     }
-    this.inFlight = false;
+    this.isRunning = false;
     this.callbacks.idle();
   }
 }

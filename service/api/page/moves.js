@@ -9,22 +9,23 @@ import { Matrix4, Plane, Raycaster, Vector2, Vector3 } from './three.js';
 
 const AXES = /** @type {const} */ (['x', 'y', 'z']);
 
-/** The least squared sine of the angle between view and axis: below it, the mouse cannot move a point
- *  along the axis. */
-const EDGE_ON = 1e-3;
+/** The least squared sine of the angle between the mouse's ray and an axis, at which the mouse can move a
+ *  point along the axis. */
+const MIN_SQUARED_SINE = 1e-3;
 
 /**
  * One drag of one point.
  */
 export class Drag {
   /**
-   * @param {Stage} stage @param {number[]} point  where it starts
-   * @param {Matrix4} frame  from the document to the scene @param {Vector2} at  of the mouse, -1 to 1
+   * @param {Stage} stage @param {number[]} point  where the drag starts
+   * @param {Matrix4} frame  from the document to the scene
+   * @param {Vector2} mouse  its position on the canvas, -1 to 1
    */
-  constructor(stage, point, frame, at) {
+  constructor(stage, point, frame, mouse) {
     this.camera = stage.camera;
     this.frame = frame;
-    this.back = frame.clone().invert();
+    this.toDocument = frame.clone().invert();
     this.start = new Vector3(point[0], point[1], point[2] ?? 0);
     this.origin = this.start.clone().applyMatrix4(frame);
     this.plane = new Plane().setFromNormalAndCoplanarPoint(
@@ -32,87 +33,88 @@ export class Drag {
     );
     this.step = chooseStep(stage.radius());
     // The mouse rarely hits the exact point, and the point must not jump to the mouse.
-    this.slip = this.origin.clone().sub(this.onPlane(at) ?? this.origin);
+    this.offset = this.origin.clone().sub(this.onPlane(mouse) ?? this.origin);
   }
 
   /**
    * The present position of the point.
-   * @param {Vector2} at @param {Axis} axis @param {boolean} straight  along the nearest axis
+   * @param {Vector2} mouse @param {Axis} axis @param {boolean} isStraight  along the nearest axis
    * @returns {number[]}
    */
-  to(at, axis, straight) {
-    const free = this.onPlane(at)?.add(this.slip).applyMatrix4(this.back) ?? this.start;
-    let along = axis;
-    if (along === 'free' && straight) {
-      const moved = free.clone().sub(this.start);
-      [along] = [...AXES].sort((a, b) => Math.abs(moved[b]) - Math.abs(moved[a]));
+  to(mouse, axis, isStraight) {
+    const freePoint = this.onPlane(mouse)?.add(this.offset).applyMatrix4(this.toDocument) ?? this.start;
+    let moveAxis = axis;
+    if (moveAxis === 'free' && isStraight) {
+      const move = freePoint.clone().sub(this.start);
+      [moveAxis] = [...AXES].sort((a, b) => Math.abs(move[b]) - Math.abs(move[a]));
     }
-    const point = along === 'free' ? free : this.onAxis(at, along);
+    const point = moveAxis === 'free' ? freePoint : this.onAxis(mouse, moveAxis);
     return [point.x, point.y, point.z].map((value, i) => (
       // A coordinate that does not move keeps all of its digits.
       value === this.start.getComponent(i) ? value : roundToMultiple(value, this.step)
     ));
   }
 
-  /** @param {Vector2} at */
-  ray(at) {
+  /** @param {Vector2} mouse */
+  ray(mouse) {
     const caster = new Raycaster();
-    caster.setFromCamera(at, this.camera);
+    caster.setFromCamera(mouse, this.camera);
     return caster.ray;
   }
 
-  /** @param {Vector2} at */
-  onPlane(at) {
-    return this.ray(at).intersectPlane(this.plane, new Vector3());
+  /** @param {Vector2} mouse */
+  onPlane(mouse) {
+    return this.ray(mouse).intersectPlane(this.plane, new Vector3());
   }
 
   /**
    * The point of the axis nearest to the ray under the mouse. With unit directions a of the axis
-   * and r of the ray, and w from the ray's origin to the point, it is at
-   * t = ((a·r)(r·w) − a·w) / (1 − (a·r)²) along the axis.
-   * @param {Vector2} at @param {'x' | 'y' | 'z'} axis
+   * and r of the ray, and w from the ray's origin to the point that is dragged, the nearest point is
+   * at the distance t = ((a·r)(r·w) − a·w) / (1 − (a·r)²) along the axis.
+   * @param {Vector2} mouse @param {'x' | 'y' | 'z'} axis
    */
-  onAxis(at, axis) {
+  onAxis(mouse, axis) {
     const column = new Vector3().setFromMatrixColumn(this.frame, AXES.indexOf(axis));
     const scale = column.length();
     const a = column.divideScalar(scale);
-    const { origin, direction: r } = this.ray(at);
-    const w = this.origin.clone().sub(this.slip).sub(origin);
+    const { origin, direction: r } = this.ray(mouse);
+    const w = this.origin.clone().sub(this.offset).sub(origin);
     const cosine = a.dot(r);
     const squaredSine = 1 - cosine * cosine;
-    const moved = this.start.clone();
-    if (squaredSine < EDGE_ON) return moved;
-    moved[axis] += (cosine * r.dot(w) - a.dot(w)) / squaredSine / scale;
-    return moved;
+    const point = this.start.clone();
+    if (squaredSine < MIN_SQUARED_SINE) return point;
+    point[axis] += (cosine * r.dot(w) - a.dot(w)) / squaredSine / scale;
+    return point;
   }
 }
 
 /**
  * The vector by which an arrow key moves a point: along the axis of the document that, on the screen,
  * is nearest to right, up or away from the viewer. The three pairs of keys use three different axes.
- * @param {Stage} stage @param {Matrix4} frame @param {string} key @param {boolean} far
+ * @param {Stage} stage @param {Matrix4} frame @param {string} key @param {boolean} isFar
  * @returns {number[] | null}
  */
-export function nudge(stage, frame, key, far) {
-  const ways = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowUp: [1, 1], ArrowDown: [1, -1], PageUp: [2, -1], PageDown: [2, 1] };
-  const way = ways[/** @type {keyof typeof ways} */ (key)];
-  if (way === undefined) return null;
-  const [index, sign] = way;
-  const screen = [0, 1, 2].map((i) => new Vector3().setFromMatrixColumn(stage.camera.matrixWorld, i));
+export function nudge(stage, frame, key, isFar) {
+  // The column of the camera's matrix (0: right, 1: up, 2: towards the viewer), and the sign.
+  const keys = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowUp: [1, 1], ArrowDown: [1, -1], PageUp: [2, -1], PageDown: [2, 1] };
+  const direction = keys[/** @type {keyof typeof keys} */ (key)];
+  if (direction === undefined) return null;
+  const [index, sign] = direction;
+  const screenAxes = [0, 1, 2].map((i) => new Vector3().setFromMatrixColumn(stage.camera.matrixWorld, i));
   const columns = AXES.map((_, i) => new Vector3().setFromMatrixColumn(frame, i).normalize());
   /** @type {number[]} */
-  const taken = [];
-  screen.forEach((direction) => {
-    const free = [0, 1, 2].filter((i) => !taken.includes(i));
-    taken.push(free.sort((a, b) => (
-      Math.abs(columns[b].dot(direction)) - Math.abs(columns[a].dot(direction))
+  const documentAxes = [];
+  screenAxes.forEach((screenAxis) => {
+    const unused = [0, 1, 2].filter((i) => !documentAxes.includes(i));
+    documentAxes.push(unused.sort((a, b) => (
+      Math.abs(columns[b].dot(screenAxis)) - Math.abs(columns[a].dot(screenAxis))
     ))[0]);
   });
-  const axis = taken[index];
-  const towards = Math.sign(columns[axis].dot(screen[index])) || 1;
-  const moved = [0, 0, 0];
-  moved[axis] = sign * towards * (far ? 10 : 1) * 100 * chooseStep(stage.radius());
-  return moved;
+  const axis = documentAxes[index];
+  const orientation = Math.sign(columns[axis].dot(screenAxes[index])) || 1;
+  const move = [0, 0, 0];
+  move[axis] = sign * orientation * (isFar ? 10 : 1) * 100 * chooseStep(stage.radius());
+  return move;
 }
 
 /** A coordinate after a nudge, without rounding errors of binary fractions. @param {number} value @param {Stage} stage */
@@ -120,7 +122,7 @@ export function roundToStep(value, stage) {
   return roundToMultiple(value, chooseStep(stage.radius()));
 }
 
-/** The step to which a drag rounds coordinates: a power of ten, about 1/20 000 of the model. @param {number} radius */
+/** The step to which a drag rounds coordinates: the largest power of ten up to 1/5000 of the radius. @param {number} radius */
 function chooseStep(radius) {
   return 10 ** Math.floor(Math.log10(radius / 5000));
 }

@@ -18,16 +18,17 @@ const REACH = { mouse: 11, touch: 24 };
 /** If points are equally near to the mouse, the front point is selected: a depth of one radius of the
  *  model counts as this many pixels. */
 const DEPTH_PIXELS = 14;
-/** Distance of lines and points from the camera in the depth test, as a share of their true distance. */
-const NEARER = '0.994';
+/** Distance of lines and points from the camera in the depth test, as a share of their true distance:
+ *  so the surface does not hide lines that lie on it. */
+const DEPTH_FACTOR = '0.994';
 
 export class NetView {
   /** @param {Stage} stage */
   constructor(stage) {
     this.stage = stage;
     this.group = new Group();
-    this.places = new BufferAttribute(new Float32Array(0), 3);
-    this.joins = new BufferAttribute(new Uint32Array(0), 1);
+    this.positions = new BufferAttribute(new Float32Array(0), 3);
+    this.edges = new BufferAttribute(new Uint32Array(0), 1);
     const dot = buildDotTexture();
     const lines = { transparent: true };
     const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
@@ -61,10 +62,10 @@ export class NetView {
     this.group.add(object);
   }
 
-  /** Sets how visible the net is behind and inside the surface. @param {boolean} clear */
-  setVisible(clear) {
-    this.lines[0].opacity = clear ? 0.4 : 0.13;
-    this.points[0].opacity = clear ? 0.75 : 0.25;
+  /** Sets how visible the net is behind and inside the surface. @param {boolean} isStrong */
+  setVisible(isStrong) {
+    this.lines[0].opacity = isStrong ? 0.4 : 0.13;
+    this.points[0].opacity = isStrong ? 0.75 : 0.25;
   }
 
   /** Draws the net of a document. @param {Net} net @param {Surface} surface */
@@ -73,51 +74,51 @@ export class NetView {
       .../** @type {[number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number]} */ (frame),
     ));
     const { matrices } = this;
-    const at = new Vector3();
-    const sameCount = this.places.count === net.handles.length;
-    const numbers = sameCount ? this.places.array : new Float32Array(3 * net.handles.length);
+    const position = new Vector3();
+    const hasSameCount = this.positions.count === net.handles.length;
+    const numbers = hasSameCount ? this.positions.array : new Float32Array(3 * net.handles.length);
     net.handles.forEach((handle, i) => {
       const [x, y, z = 0] = pointAt(surface, handle);
-      at.set(x, y, z).applyMatrix4(matrices[handle.frame]).toArray(numbers, 3 * i);
+      position.set(x, y, z).applyMatrix4(matrices[handle.frame]).toArray(numbers, 3 * i);
     });
-    const sameJoins = sameCount && this.joins.count === 2 * net.edges.length;
-    if (!sameCount) this.places = new BufferAttribute(/** @type {Float32Array} */ (numbers), 3);
-    this.places.needsUpdate = true;
-    if (!sameJoins) this.joins = new BufferAttribute(Uint32Array.from(net.edges.flat()), 1);
-    if (!sameJoins || !sameCount) this.rebuild();
+    const hasSameEdges = hasSameCount && this.edges.count === 2 * net.edges.length;
+    if (!hasSameCount) this.positions = new BufferAttribute(/** @type {Float32Array} */ (numbers), 3);
+    this.positions.needsUpdate = true;
+    if (!hasSameEdges) this.edges = new BufferAttribute(Uint32Array.from(net.edges.flat()), 1);
+    if (!hasSameEdges || !hasSameCount) this.rebuild();
     this.stage.draw();
   }
 
   rebuild() {
-    const size = sizeFor(this.places.count);
+    const size = sizeFor(this.positions.count);
     this.points.forEach((material) => { material.size = size; });
     this.mark.size = size + 6;
     this.hovered.size = size + 4;
     [this.geometry, this.wires].forEach((geometry) => {
       geometry.dispose();
-      geometry.setAttribute('position', this.places);
+      geometry.setAttribute('position', this.positions);
     });
-    this.wires.setIndex(this.joins);
+    this.wires.setIndex(this.edges);
   }
 
   /** Marks the chosen point, and the point under the mouse; -1 for none. @param {number} chosen @param {number} hovered */
   highlight(chosen, hovered) {
-    this.single(this.marked, chosen);
-    this.single(this.under, hovered === chosen ? -1 : hovered);
+    this.showSingle(this.marked, chosen);
+    this.showSingle(this.under, hovered === chosen ? -1 : hovered);
     this.stage.draw();
   }
 
   /** @param {Points} points @param {number} index */
-  single(points, index) {
-    points.visible = index >= 0 && index < this.places.count;
+  showSingle(points, index) {
+    points.visible = index >= 0 && index < this.positions.count;
     if (!points.visible) return;
-    const place = this.at(index).toArray();
-    points.geometry.setAttribute('position', new BufferAttribute(new Float32Array(place), 3));
+    const position = this.at(index).toArray();
+    points.geometry.setAttribute('position', new BufferAttribute(new Float32Array(position), 3));
   }
 
   /** The position of a control point in the scene. @param {number} index */
   at(index) {
-    return new Vector3().fromBufferAttribute(this.places, index);
+    return new Vector3().fromBufferAttribute(this.positions, index);
   }
 
   /** The position of a control point on the canvas, in CSS pixels, and its depth. @param {number} index */
@@ -131,31 +132,31 @@ export class NetView {
   pick(x, y, pointer) {
     if (!this.group.visible) return -1;
     const reach = pointer === 'touch' ? REACH.touch : REACH.mouse;
-    let [best, least] = [-1, Infinity];
+    let [bestIndex, minScore] = [-1, Infinity];
     const radius = this.stage.radius();
     const eye = this.stage.camera.position;
-    for (let i = 0; i < this.places.count; i += 1) {
+    for (let i = 0; i < this.positions.count; i += 1) {
       const screen = this.screenPosition(i);
-      const away = Math.hypot(screen.x - x, screen.y - y);
-      if (away > reach || screen.depth > 1) continue;
-      const score = away + DEPTH_PIXELS * this.at(i).distanceTo(eye) / radius;
-      if (score < least) [best, least] = [i, score];
+      const distance = Math.hypot(screen.x - x, screen.y - y);
+      if (distance > reach || screen.depth > 1) continue;
+      const score = distance + DEPTH_PIXELS * this.at(i).distanceTo(eye) / radius;
+      if (score < minScore) [bestIndex, minScore] = [i, score];
     }
-    return best;
+    return bestIndex;
   }
 
-  /** @param {Palette} palette @param {boolean} alarmed  whether an error points to the chosen point */
-  paint(palette, alarmed) {
+  /** @param {Palette} palette @param {boolean} hasError  whether an error points to the chosen point */
+  paint(palette, hasError) {
     this.lines.forEach((material) => material.color.set(palette.net));
     this.points.forEach((material) => material.color.set(palette.point));
-    this.mark.color.set(alarmed ? palette.alarm : palette.chosen);
+    this.mark.color.set(hasError ? palette.alarm : palette.chosen);
     this.hovered.color.set(palette.chosen);
     this.stage.draw();
   }
 
   /** The positions of all points; none if the net is hidden. */
   visiblePoints() {
-    return this.group.visible ? Array.from({ length: this.places.count }, (_, i) => this.at(i)) : [];
+    return this.group.visible ? Array.from({ length: this.positions.count }, (_, i) => this.at(i)) : [];
   }
 }
 
@@ -182,7 +183,7 @@ function drawNearer(material) {
   material.onBeforeCompile = (shader) => {
     const project = '#include <project_vertex>';
     shader.vertexShader = shader.vertexShader
-      .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(${NEARER} * mvPosition.xyz, 1.0);`);
+      .replace(project, `${project}\n  gl_Position = projectionMatrix * vec4(${DEPTH_FACTOR} * mvPosition.xyz, 1.0);`);
   };
   return material;
 }

@@ -41,11 +41,11 @@ export function netOf(surface) {
     return net;
   }
   list(surface.members).forEach((member, index) => {
-    const own = member?.surface ?? {};
-    const turn = findTurn(own.up ?? 'y', surface.up ?? 'y');
+    const part = member?.surface ?? {};
+    const turn = findTurn(part.up ?? 'y', surface.up ?? 'y');
     const matrix = Array.isArray(member?.matrix) ? member.matrix.flat() : IDENTITY;
     if (matrix.length !== 16) return;
-    addSurface(net, own, ['members', index, 'surface'], product(upright, product(matrix, turn)));
+    addSurface(net, part, ['members', index, 'surface'], product(upright, product(matrix, turn)));
   });
   return net;
 }
@@ -107,8 +107,8 @@ function addSurface(net, surface, base, frame) {
   const number = net.frames.push(frame) - 1;
   const add = { net, base, frame: number };
   if (surface.type === 'multipatch') {
-    list(surface.surfaces).forEach((single, index) => (
-      addSurface(net, single, [...base, 'surfaces', index], frame)
+    list(surface.surfaces).forEach((part, index) => (
+      addSurface(net, part, [...base, 'surfaces', index], frame)
     ));
   } else if (surface.type === 'patches') addPatches(add, surface);
   else if (surface.type === 'tube' || surface.type === 'ribbon') addCurve(add, surface.curve ?? {});
@@ -122,7 +122,7 @@ function addSurface(net, surface, base, frame) {
  * @param {Adding} adding @param {Surface} surface
  */
 function addRows({ net, base, frame }, surface) {
-  const triangular = surface.type === 'triangle';
+  const isTriangle = surface.type === 'triangle';
   const [closedU, closedV] = surface.type === 'bspline' ? arePeriodic(surface.knots) : [false, false];
   const rows = list(surface.control_net).map((row, i) => list(row).map((point, j) => (
     addHandle(net, point, {
@@ -133,7 +133,7 @@ function addRows({ net, base, frame }, surface) {
   rows.forEach((row, i) => row.forEach((handle, j) => {
     join(handle, row[j + 1] ?? (closedV ? row[0] : -1));
     join(handle, (rows[i + 1] ?? (closedU ? rows[0] : []))[j]);
-    if (triangular && j > 0) join(handle, rows[i + 1]?.[j - 1]);
+    if (isTriangle && j > 0) join(handle, rows[i + 1]?.[j - 1]);
   }));
 }
 
@@ -145,15 +145,15 @@ function addPatches({ net, base, frame }, surface) {
     })
   ));
   const join = buildJoin(net);
-  const grids = (/** @type {any} */ patches, /** @type {boolean} */ triangular) => (
+  const joinGrids = (/** @type {any} */ patches, /** @type {boolean} */ areTriangles) => (
     list(patches).forEach((grid) => list(grid).forEach((row, i) => list(row).forEach((index, j) => {
       join(vertices[index], vertices[row[j + 1]]);
       join(vertices[index], vertices[grid[i + 1]?.[j]]);
-      if (triangular && j > 0) join(vertices[index], vertices[grid[i + 1]?.[j - 1]]);
+      if (areTriangles && j > 0) join(vertices[index], vertices[grid[i + 1]?.[j - 1]]);
     })))
   );
-  grids(surface.patches, false);
-  grids(surface.triangles, true);
+  joinGrids(surface.patches, false);
+  joinGrids(surface.triangles, true);
 }
 
 /** @param {Adding} adding @param {Surface} curve */
@@ -216,8 +216,8 @@ function findTurn(up, target) {
 
 /** The product of two matrices, row by row. @param {number[]} a @param {number[]} b */
 function product(a, b) {
-  return a.map((_, at) => {
-    const [row, column] = [4 * Math.floor(at / 4), at % 4];
-    return [0, 1, 2, 3].reduce((sum, k) => sum + a[row + k] * b[4 * k + column], 0);
+  return a.map((_, index) => {
+    const [rowStart, column] = [4 * Math.floor(index / 4), index % 4];
+    return [0, 1, 2, 3].reduce((sum, k) => sum + a[rowStart + k] * b[4 * k + column], 0);
   });
 }

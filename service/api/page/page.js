@@ -19,8 +19,8 @@ export const input = (id) => element(id, HTMLInputElement);
 
 /** @param {string} id @param {string} text */
 export function write(id, text) {
-  const place = element(id, HTMLElement);
-  if (place.textContent !== text) place.textContent = text;
+  const node = element(id, HTMLElement);
+  if (node.textContent !== text) node.textContent = text;
 }
 
 /** The radio buttons of one name. @param {string} name */
@@ -29,7 +29,7 @@ export function radios(name) {
 }
 
 /** @param {string} name @param {string} value */
-export function check(name, value) {
+export function checkRadio(name, value) {
   radios(name).forEach((radio) => { radio.checked = radio.value === value; });
 }
 
@@ -40,9 +40,9 @@ export function getChecked(name) {
 
 /** A new element that holds a text. @param {string} tag @param {string} text */
 export function makeElement(tag, text) {
-  const fresh = document.createElement(tag);
-  fresh.textContent = text;
-  return fresh;
+  const node = document.createElement(tag);
+  node.textContent = text;
+  return node;
 }
 
 /** Announces a text to users of screen readers. @param {string} text */

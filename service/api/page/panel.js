@@ -1,13 +1,13 @@
 // The settings in the panel and the buttons of the bar: they show the state, and change it.
 
-import { button, check, input, radios, write, element } from './page.js';
+import { button, checkRadio, input, radios, write, element } from './page.js';
 import { isParametric, chooseLook, RANGES, relativeTolerance } from './settings.js';
 
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
 
 /** The meaning of the colours; `shaded` needs no text. @type {Record<Settings['look'], string>} */
-const EXPLAINED = {
+const EXPLANATIONS = {
   shaded: '',
   normals: 'The colour shows the direction of the normal.',
   gaussian: 'Orange bends like a ball, blue like a saddle; pale is flat or bends in one direction only.',
@@ -34,8 +34,8 @@ export function watchPanel(state) {
   button('help').addEventListener('click', () => element('guide', HTMLDialogElement).showModal());
   addEventListener('keydown', (event) => {
     // In a text field the same keys undo typing.
-    const typing = event.target instanceof HTMLTextAreaElement;
-    if (typing || event.altKey || !(event.ctrlKey || event.metaKey)) return;
+    const isTyping = event.target instanceof HTMLTextAreaElement;
+    if (isTyping || event.altKey || !(event.ctrlKey || event.metaKey)) return;
     const key = event.key.toLowerCase();
     if (key === 'z' && !event.shiftKey) state.undo();
     else if ((key === 'z' && event.shiftKey) || key === 'y') state.redo();
@@ -50,12 +50,12 @@ export function watchPanel(state) {
 /** @param {State} state */
 function show({ settings, history, surface }) {
   const look = chooseLook(settings, surface);
-  check('look', look);
-  write('look-explained', EXPLAINED[look]);
+  checkRadio('look', look);
+  write('look-explained', EXPLANATIONS[look]);
   radios('look').forEach((radio) => {
     radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && !isParametric(surface);
   });
-  check('accuracy', settings.accuracy);
+  checkRadio('accuracy', settings.accuracy);
   input('show-net').checked = settings.net;
   input('show-wires').checked = settings.wires;
   input('resolution').value = String(settings.resolution);

@@ -11,9 +11,9 @@ const COORDINATES = /** @type {const} */ (['x', 'y', 'z']);
 export function watchPointPanel(state) {
   const number = input('point');
   number.addEventListener('change', () => {
-    const wanted = Math.round(Number(number.value));
+    const value = Math.round(Number(number.value));
     const count = state.net.handles.length;
-    state.choose(number.value === '' ? -1 : Math.min(count, Math.max(1, wanted)) - 1);
+    state.choose(number.value === '' ? -1 : Math.min(count, Math.max(1, value)) - 1);
     show(state);
   });
   button('point-previous').addEventListener('click', () => step(state, -1));
@@ -42,17 +42,17 @@ export function watchPointPanel(state) {
 
   state.listen((change) => {
     show(state);
-    if (change === 'chosen' && state.chosen >= 0) announce(spoken(state));
+    if (change === 'chosen' && state.chosen >= 0) announce(describe(state));
   });
   show(state);
 }
 
-/** @param {State} state @param {number} by */
-function step(state, by) {
+/** @param {State} state @param {number} difference */
+function step(state, difference) {
   const count = state.net.handles.length;
   if (count === 0) return;
-  const from = state.chosen < 0 && by < 0 ? 0 : state.chosen;
-  state.choose((from + by + count) % count);
+  const start = state.chosen < 0 && difference < 0 ? 0 : state.chosen;
+  state.choose((start + difference + count) % count);
 }
 
 /** @param {State} state */
@@ -88,7 +88,7 @@ function put(id, value) {
 }
 
 /** @param {State} state */
-function spoken(state) {
-  const place = (state.point() ?? []).map((value) => Number(value.toPrecision(4))).join(', ');
-  return `Control point ${state.chosen + 1} of ${state.net.handles.length}, at ${place}`;
+function describe(state) {
+  const position = (state.point() ?? []).map((value) => Number(value.toPrecision(4))).join(', ');
+  return `Control point ${state.chosen + 1} of ${state.net.handles.length}, at ${position}`;
 }

@@ -14,7 +14,7 @@ import { Drag, nudge, roundToStep } from './moves.js';
  * @property {() => Axis} axis
  * @property {(axis: Axis) => void} setAxis
  * @property {() => void} fit
- * @property {(at: Vector2) => void} click  for a click beside all control points
+ * @property {(mouse: Vector2) => void} click  for a click beside all control points
  */
 
 /** Radians by which an arrow key turns the camera, and the factor of the distance for + and -. */
@@ -27,29 +27,30 @@ export function watchPointer(stage, net, state, controls) {
   const { canvas } = stage;
   /** @type {Drag | null} */
   let drag = null;
-  let moved = false;
+  let hasMoved = false;
   /** Where the mouse went down beside all control points. @type {{x: number, y: number} | null} */
-  let pressed = null;
+  let pressPosition = null;
 
-  const place = (/** @type {PointerEvent} */ event) => {
+  /** The position of an event on the canvas: in pixels, and from -1 to 1. */
+  const locate = (/** @type {PointerEvent} */ event) => {
     const { left, top, width, height } = canvas.getBoundingClientRect();
     const [x, y] = [event.clientX - left, event.clientY - top];
-    return { x, y, at: new Vector2(2 * x / width - 1, 1 - 2 * y / height) };
+    return { x, y, mouse: new Vector2(2 * x / width - 1, 1 - 2 * y / height) };
   };
 
   const hover = (/** @type {PointerEvent} */ event) => {
-    const { x, y } = place(event);
-    const over = event.pointerType === 'mouse' ? net.pick(x, y, 'mouse') : -1;
-    canvas.dataset.cursor = over >= 0 ? 'point' : '';
-    net.highlight(state.chosen, over);
+    const { x, y } = locate(event);
+    const index = event.pointerType === 'mouse' ? net.pick(x, y, 'mouse') : -1;
+    canvas.dataset.cursor = index >= 0 ? 'point' : '';
+    net.highlight(state.chosen, index);
   };
 
   // These listeners come before those of the camera, on the same canvas.
   canvas.addEventListener('pointerdown', (event) => {
     if (event.button !== 0 || drag) return;
-    const { x, y, at } = place(event);
+    const { x, y, mouse } = locate(event);
     const index = net.pick(x, y, event.pointerType);
-    pressed = index < 0 ? { x, y } : null;
+    pressPosition = index < 0 ? { x, y } : null;
     if (index < 0) return;
     event.stopImmediatePropagation();
     canvas.setPointerCapture(event.pointerId);
@@ -57,8 +58,8 @@ export function watchPointer(stage, net, state, controls) {
     state.choose(index);
     const point = state.point();
     if (point === undefined || net.matrices === undefined) return;
-    drag = new Drag(stage, point, net.matrices[state.net.handles[index].frame], at);
-    moved = false;
+    drag = new Drag(stage, point, net.matrices[state.net.handles[index].frame], mouse);
+    hasMoved = false;
     canvas.dataset.cursor = 'drag';
   }, { capture: true });
 
@@ -68,23 +69,24 @@ export function watchPointer(stage, net, state, controls) {
       return;
     }
     event.stopImmediatePropagation();
-    moved = true;
-    state.move(drag.to(place(event).at, controls.axis(), event.shiftKey), false);
+    hasMoved = true;
+    state.move(drag.to(locate(event).mouse, controls.axis(), event.shiftKey), false);
   }, { capture: true });
 
-  const finish = (/** @type {boolean} */ keep) => {
+  const finish = (/** @type {boolean} */ isKept) => {
     if (drag === null) return;
     drag = null;
     canvas.dataset.cursor = '';
-    if (!moved) return;
-    if (keep) state.commit();
+    if (!hasMoved) return;
+    if (isKept) state.commit();
     else state.cancel();
   };
   canvas.addEventListener('pointerup', (event) => {
-    const { x, y, at } = place(event);
-    const isClick = pressed !== null && Math.hypot(x - pressed.x, y - pressed.y) < CLICK_PIXELS;
-    pressed = null;
-    if (drag === null && isClick) controls.click(at);
+    const { x, y, mouse } = locate(event);
+    const isClick = pressPosition !== null
+      && Math.hypot(x - pressPosition.x, y - pressPosition.y) < CLICK_PIXELS;
+    pressPosition = null;
+    if (drag === null && isClick) controls.click(mouse);
     finish(true);
   });
   canvas.addEventListener('pointercancel', () => finish(false));
@@ -132,9 +134,9 @@ export function watchPointer(stage, net, state, controls) {
       if (turn) stage.turn(turn[0], turn[1]);
       return turn !== undefined;
     }
-    const way = nudge(stage, net.matrices[handle.frame], key, shiftKey);
-    if (way === null) return false;
-    state.move(point.map((value, i) => (way[i] ? roundToStep(value + way[i], stage) : value)), false);
+    const move = nudge(stage, net.matrices[handle.frame], key, shiftKey);
+    if (move === null) return false;
+    state.move(point.map((value, i) => (move[i] ? roundToStep(value + move[i], stage) : value)), false);
     return true;
   }
 }

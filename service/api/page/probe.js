@@ -12,17 +12,17 @@ export class Probe {
   constructor(state) {
     this.state = state;
     /** @type {number[] | null} */
-    this.before = null;
+    this.previousPoint = null;
     /** Number of clicks: only the result of the last click is shown. */
-    this.clicks = 0;
+    this.clickCount = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
   }
 
   forget() {
-    this.clicks += 1;
-    this.before = null;
+    this.clickCount += 1;
+    this.previousPoint = null;
     ['probe', 'probe-distance'].forEach((id) => show(id, '', ''));
   }
 
@@ -30,23 +30,24 @@ export class Probe {
    * Shows the point of the surface that is closest to a point of its mesh.
    * @param {number[]} point  in the coordinates of the document
    */
-  async at(point) {
+  async showPoint(point) {
     const { surface } = this.state;
     if (!isParametric(surface)) return;
-    this.clicks += 1;
-    const click = this.clicks;
-    const { positions: [place], uv: [uv], patch } = await project(surface, point);
+    this.clickCount += 1;
+    const click = this.clickCount;
+    const { positions: [position], uv: [uv], patch } = await project(surface, point);
     const curvature = await curvatures(surface, uv, patch?.[0]);
-    if (click !== this.clicks) return;
+    if (click !== this.clickCount) return;
     const [u, v] = uv;
     const parts = [`u ${short(u)}`, `v ${short(v)}`];
     if (patch) parts.unshift(`patch ${patch[0]}`);
     if (curvature) parts.push(`K ${short(curvature.gaussian)}`, `H ${short(curvature.mean)}`);
     show('probe', `${u},${v}`, parts.join(', '));
-    const { before } = this;
-    const distance = before && Math.hypot(...place.map((value, axis) => value - before[axis]));
+    const { previousPoint } = this;
+    const distance = previousPoint
+      && Math.hypot(...position.map((value, axis) => value - previousPoint[axis]));
     show('probe-distance', String(distance ?? ''), distance === null ? '' : short(distance));
-    this.before = place;
+    this.previousPoint = position;
     announce(distance === null ? parts.join(', ') : `${parts.join(', ')}; distance ${short(distance)}`);
   }
 }
@@ -56,8 +57,8 @@ const short = (value) => String(Number(value.toPrecision(4))).replace('-', '−'
 
 /** Shows a text in a row of the readouts; hides the row if the text is empty. @param {string} id @param {string} value @param {string} text */
 function show(id, value, text) {
-  const place = element(id, HTMLDataElement);
-  place.value = value;
-  place.textContent = text;
+  const readout = element(id, HTMLDataElement);
+  readout.value = value;
+  readout.textContent = text;
   element(`${id}-row`, HTMLElement).hidden = text === '';
 }

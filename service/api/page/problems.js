@@ -24,22 +24,22 @@ export function watchProblems(state, retry) {
 
 /** Shows an error; returns the number of the control point that it names, or -1. @param {Error} error @param {State} state */
 export function showProblem(error, state) {
-  const refused = error instanceof Refusal;
-  const isLost = refused && error.code === 'unknown_surface';
+  const isRefusal = error instanceof Refusal;
+  const isUnknownSurface = isRefusal && error.code === 'unknown_surface';
   // The error lists all ids of examples; the button shows them with pictures.
-  const issues = refused && !isLost ? error.issues : [];
+  const issues = isRefusal && !isUnknownSurface ? error.issues : [];
   const { title, detail } = describeError(error);
   write('problem-title', title);
   write('problem-detail', issues.length === 1 ? '' : detail);
-  element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(line));
-  const index = issues.map((issue) => findNamedPoint(issue, state.net)).find((at) => at >= 0) ?? -1;
+  element('problem-errors', HTMLElement).replaceChildren(...issues.slice(0, 5).map(buildLine));
+  const index = issues.map((issue) => findNamedPoint(issue, state.net)).find((i) => i >= 0) ?? -1;
   const point = button('problem-point');
   point.hidden = index < 0;
   point.dataset.index = String(index);
   point.textContent = `Show control point ${index + 1}`;
-  button('problem-example').hidden = !isLost;
-  button('problem-undo').hidden = !refused || !state.history.canUndo;
-  button('problem-key').hidden = !(refused && isAboutKeys(error.code));
+  button('problem-example').hidden = !isUnknownSurface;
+  button('problem-undo').hidden = !isRefusal || !state.history.canUndo;
+  button('problem-key').hidden = !(isRefusal && isAboutKeys(error.code));
   button('problem-retry').hidden = !(error instanceof NoResponse);
   element('problem', HTMLElement).hidden = false;
   return index;
@@ -66,13 +66,13 @@ export function hideProblem() {
 }
 
 /** @param {Issue} issue */
-function line(issue) {
+function buildLine(issue) {
   const item = makeElement('li', `${issue.detail} `);
-  const needs = [issue.got && `Got ${issue.got}`, issue.needed && `needed ${issue.needed}`];
-  const values = needs.filter(Boolean).join(', ');
+  const texts = [issue.got && `Got ${issue.got}`, issue.needed && `needed ${issue.needed}`];
+  const values = texts.filter(Boolean).join(', ');
   if (values) item.append(`${values}. `);
-  const where = issue.pointer ?? issue.parameter ?? issue.header;
-  if (where) item.append(makeElement('code', where));
+  const location = issue.pointer ?? issue.parameter ?? issue.header;
+  if (location) item.append(makeElement('code', location));
   return item;
 }
 
@@ -83,8 +83,10 @@ function line(issue) {
 function findNamedPoint(issue, net) {
   const [root, ...path] = parsePointer(issue.pointer ?? '');
   if (root !== 'surface') return -1;
-  const leads = (/** @type {(string | number)[]} */ to) => (
-    to.length <= path.length && to.every((key, i) => String(key) === path[i])
+  const beginsPath = (/** @type {(string | number)[]} */ keys) => (
+    keys.length <= path.length && keys.every((key, i) => String(key) === path[i])
   );
-  return net.handles.findIndex(({ point, weights, place }) => leads(point) || leads([...weights, ...place]));
+  return net.handles.findIndex(({ point, weights, place }) => (
+    beginsPath(point) || beginsPath([...weights, ...place])
+  ));
 }

@@ -4,15 +4,15 @@ import { announce, element } from './page.js';
 
 /** @typedef {import('./report.js').Report} Report */
 
-/** @param {Report} report @param {{bytes: number, serverTime: number | null, roundTrip: number}} taken */
+/** @param {Report} report @param {{bytes: number, serverTime: number | null, roundTrip: number}} response */
 export function showReadouts(report, { bytes, serverTime, roundTrip }) {
   put('triangles', report.triangles, report.triangles.toLocaleString('en'));
   put('vertices', report.vertices, report.vertices.toLocaleString('en'));
   put('bytes', bytes, bytesText(bytes));
   const bound = report.deviation_bound;
   put('deviation', bound, bound === null || bound === undefined ? 'not known' : significant(bound));
-  const open = report.boundary_edges;
-  put('open-edges', open, report.watertight ? 'none' : open.toLocaleString('en'));
+  const openEdges = report.boundary_edges;
+  put('open-edges', openEdges, report.watertight ? 'none' : openEdges.toLocaleString('en'));
   put('server-time', serverTime, serverTime === null ? '–' : milliseconds(serverTime));
   put('round-trip', roundTrip, milliseconds(roundTrip));
 }
@@ -32,17 +32,17 @@ export function speakReadouts(report) {
 
 /** @param {string} id @param {number | null | undefined} value @param {string} text */
 function put(id, value, text) {
-  const place = element(id, HTMLDataElement);
-  place.value = value === null || value === undefined ? '' : String(value);
-  if (place.textContent !== text) place.textContent = text;
+  const readout = element(id, HTMLDataElement);
+  readout.value = value === null || value === undefined ? '' : String(value);
+  if (readout.textContent !== text) readout.textContent = text;
 }
 
 /** Three digits, rounded up, so that a bound stays a bound. @param {number} value */
 function significant(value) {
   if (value === 0) return '0';
   const unit = 10 ** (Math.floor(Math.log10(Math.abs(value))) - 2);
-  const up = Math.ceil(value / unit - 1e-9) * unit;
-  return Number(up.toPrecision(3)).toString().replace('e-', ' × 10^−');
+  const rounded = Math.ceil(value / unit - 1e-9) * unit;
+  return Number(rounded.toPrecision(3)).toString().replace('e-', ' × 10^−');
 }
 
 /** @param {number} value */

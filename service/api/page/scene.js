@@ -7,8 +7,11 @@ import {
 
 /** @typedef {import('./colors.js').Palette} Palette */
 
+/** Vertical, in degrees. */
 const FIELD_OF_VIEW = 26;
-const FROM = new Vector3(0.42, 0.4, 1).normalize();
+/** From the target to the camera, for a new surface: from slightly above. */
+const DEFAULT_DIRECTION = new Vector3(0.42, 0.4, 1).normalize();
+/** The width of the view, divided by the width of the model in it. */
 const MARGIN = 1.09;
 
 /** The WebGL 2 context of a canvas, or null without WebGL 2. @param {HTMLCanvasElement} canvas */
@@ -44,7 +47,7 @@ export class Stage {
     this.controls.dampingFactor = 0.14;
     this.controls.addEventListener('change', () => this.draw());
     this.box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
-    this.pending = false;
+    this.isDrawPending = false;
     /** The width of the canvas in device pixels, for shaders. */
     this.width = { value: 1 };
     /** Whether a mesh was shown: to compile the shaders before would delay the page. */
@@ -73,13 +76,13 @@ export class Stage {
 
   /** Draws with the next frame: once, even after several calls. */
   draw() {
-    if (this.pending || !this.isStarted) return;
-    this.pending = true;
+    if (this.isDrawPending || !this.isStarted) return;
+    this.isDrawPending = true;
     requestAnimationFrame(() => this.drawNow());
   }
 
   drawNow() {
-    this.pending = false;
+    this.isDrawPending = false;
     this.controls.update();
     this.renderer.render(this.scene, this.camera);
     this.onDraw.forEach((listener) => listener());
@@ -92,16 +95,16 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.width.value = this.canvas.width;
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, 0, this.covered() / 2, width, height);
+    this.camera.setViewOffset(width, height, 0, this.coveredHeight() / 2, width, height);
     // A canvas of a new size is empty, so it is drawn at once.
     if (this.isStarted) this.drawNow();
   }
 
   /** The height, at the bottom of the canvas, that other elements cover; the scene is centred above it. */
-  covered() {
-    const over = this.canvas.parentElement?.querySelector('[data-covers]');
-    if (!over || getComputedStyle(over).position !== 'absolute') return 0;
-    return this.canvas.getBoundingClientRect().bottom - over.getBoundingClientRect().top;
+  coveredHeight() {
+    const cover = this.canvas.parentElement?.querySelector('[data-covers]');
+    if (!cover || getComputedStyle(cover).position !== 'absolute') return 0;
+    return this.canvas.getBoundingClientRect().bottom - cover.getBoundingClientRect().top;
   }
 
   /** Places light, shadow and floor for a model with this box. @param {Box3} box */
@@ -110,8 +113,8 @@ export class Stage {
     this.box = box;
     const radius = this.radius();
     const center = box.getCenter(new Vector3());
-    const place = (/** @type {DirectionalLight} */ light, /** @type {Vector3} */ from) => {
-      light.position.copy(center).addScaledVector(from, 2 * radius);
+    const place = (/** @type {DirectionalLight} */ light, /** @type {Vector3} */ direction) => {
+      light.position.copy(center).addScaledVector(direction, 2 * radius);
       light.target.position.copy(center);
       light.target.updateMatrixWorld();
     };
@@ -143,20 +146,22 @@ export class Stage {
     const box = new Box3().setFromPoints(points);
     const radius = Math.max(1e-6, box.getSize(new Vector3()).length() / 2);
     const center = box.getCenter(new Vector3());
-    const away = resets ? FROM.clone() : camera.position.clone().sub(controls.target).normalize();
-    camera.position.copy(center).add(away);
+    const direction = resets
+      ? DEFAULT_DIRECTION.clone()
+      : camera.position.clone().sub(controls.target).normalize();
+    camera.position.copy(center).add(direction);
     camera.lookAt(center);
     camera.updateMatrixWorld();
-    const turn = camera.quaternion.clone().invert();
+    const toCamera = camera.quaternion.clone().invert();
     // Slopes of the sides of the visible pyramid, for the part of the canvas that is not covered.
     const { clientHeight: height } = this.canvas;
-    const wide = camera.aspect * Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
-    const high = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - this.covered() / height);
-    const distance = points.reduce((most, point) => {
-      const { x, y, z } = point.sub(center).applyQuaternion(turn);
-      return Math.max(most, z + MARGIN * Math.max(Math.abs(x) / wide, Math.abs(y) / high));
+    const slopeX = camera.aspect * Math.tan((FIELD_OF_VIEW * Math.PI) / 360);
+    const slopeY = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - this.coveredHeight() / height);
+    const distance = points.reduce((maximum, point) => {
+      const { x, y, z } = point.sub(center).applyQuaternion(toCamera);
+      return Math.max(maximum, z + MARGIN * Math.max(Math.abs(x) / slopeX, Math.abs(y) / slopeY));
     }, 0.2 * radius);
-    camera.position.copy(center).addScaledVector(away, distance);
+    camera.position.copy(center).addScaledVector(direction, distance);
     camera.near = 0.02 * radius;
     camera.far = 80 * radius;
     camera.updateProjectionMatrix();
@@ -167,21 +172,21 @@ export class Stage {
 
   /** Turns the camera about its target. @param {number} right @param {number} up  radians */
   turn(right, up) {
-    const from = this.camera.position.clone().sub(this.controls.target);
-    const length = from.length();
-    const around = Math.atan2(from.x, from.z) + right;
-    const above = Math.asin(from.y / length) + up;
-    const height = Math.min(1.5, Math.max(-1.5, above));
-    from.set(Math.sin(around) * Math.cos(height), Math.sin(height),
-      Math.cos(around) * Math.cos(height)).multiplyScalar(length);
-    this.camera.position.copy(this.controls.target).add(from);
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const distance = offset.length();
+    const azimuth = Math.atan2(offset.x, offset.z) + right;
+    // At ±π/2, directly above or below the target, the camera would lose its upright direction.
+    const elevation = Math.min(1.5, Math.max(-1.5, Math.asin(offset.y / distance) + up));
+    offset.set(Math.sin(azimuth) * Math.cos(elevation), Math.sin(elevation),
+      Math.cos(azimuth) * Math.cos(elevation)).multiplyScalar(distance);
+    this.camera.position.copy(this.controls.target).add(offset);
     this.draw();
   }
 
   /** Moves the camera nearer or further away. @param {number} factor  of the distance */
   zoom(factor) {
-    const from = this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor);
-    this.camera.position.copy(this.controls.target).add(from);
+    const offset = this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor);
+    this.camera.position.copy(this.controls.target).add(offset);
     this.draw();
   }
 

@@ -80,9 +80,9 @@ export async function project(surface, point) {
  */
 export async function curvatures(surface, uv, patch) {
   const [s, t] = uv;
-  const place = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
+  const parameters = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
   try {
-    const point = await post('v1/points', { surface, ...place, patch, derivatives: 2 });
+    const point = await post('v1/points', { surface, ...parameters, patch, derivatives: 2 });
     return { gaussian: point.gaussian_curvature[0], mean: point.mean_curvature[0] };
   } catch (error) {
     if (error instanceof Refusal) return null;
@@ -122,7 +122,7 @@ async function json(path, options) {
 
 /** @param {string} path @param {RequestInit} [options] @returns {Promise<Response>} */
 async function ask(path, options = {}) {
-  const sent = currentKey();
+  const sentKey = currentKey();
   let response;
   try {
     const headers = { ...options.headers, ...credentials() };
@@ -137,7 +137,7 @@ async function ask(path, options = {}) {
   const isProblem = response.headers.get('Content-Type')?.startsWith('application/problem+json');
   if (isProblem) {
     const problem = await response.json();
-    if (isAboutKeys(problem.code) && await requestKey(problem.code, sent)) return ask(path, options);
+    if (isAboutKeys(problem.code) && await requestKey(problem.code, sentKey)) return ask(path, options);
     throw new Refusal(problem);
   }
   if (response.status >= 502) throw new NoResponse('The service does not answer.');
@@ -145,7 +145,7 @@ async function ask(path, options = {}) {
 }
 
 /**
- * Milliseconds of a Server-Timing header: those of `total`, or the sum of all its steps.
+ * Milliseconds in a Server-Timing header: its entry `total`, or the sum of all its steps.
  * @param {string | null} header
  */
 function serverTime(header) {

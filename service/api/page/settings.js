@@ -20,7 +20,7 @@ export const RANGES = { resolution: [1, 64], tolerance: [-5, -1] };
 
 /** The most cells of a mesh that follows a drag, so that each frame can show a new mesh. */
 const COARSE_CELLS = 6000;
-const COARSEST = 2;
+const MIN_COARSE_RESOLUTION = 2;
 
 /** @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
@@ -58,9 +58,10 @@ export function meshOptions(settings, surface, patches, coarse) {
   /** @type {{[name: string]: number | boolean}} */
   const extra = isCurved(chooseLook(settings, surface)) ? { curvatures: true } : {};
   if (coarse) {
-    const few = Math.max(COARSEST, Math.floor(Math.sqrt(COARSE_CELLS / Math.max(1, patches))));
-    const most = settings.accuracy === 'resolution' ? settings.resolution : 16;
-    return { resolution: Math.min(most, few), ...extra };
+    const coarseResolution = Math.max(MIN_COARSE_RESOLUTION, Math.floor(Math.sqrt(COARSE_CELLS / Math.max(1, patches))));
+    const { accuracy, resolution } = settings;
+    const maxResolution = accuracy === 'resolution' ? resolution : DEFAULTS.resolution;
+    return { resolution: Math.min(maxResolution, coarseResolution), ...extra };
   }
   return settings.accuracy === 'resolution'
     ? { resolution: settings.resolution, ...extra }

@@ -9,10 +9,10 @@ import { formats, mesh, readsArePrivate, store, resolveUrl } from './service.js'
 
 /** @param {State} state @param {(error: Error) => void} failed */
 export function watchShare(state, failed) {
-  const copies = { 'copy-link': link, 'copy-curl': curl, 'copy-snippet': snippet };
-  Object.entries(copies).forEach(([id, make]) => button(id).addEventListener('click', async () => {
+  const builders = { 'copy-link': link, 'copy-curl': curl, 'copy-snippet': snippet };
+  Object.entries(builders).forEach(([id, build]) => button(id).addEventListener('click', async () => {
     try {
-      await copy(await make(state), /** @type {HTMLElement} */ (button(id)).textContent ?? '');
+      await copy(await build(state), /** @type {HTMLElement} */ (button(id)).textContent ?? '');
     } catch (error) {
       failed(/** @type {Error} */ (error));
     }
@@ -64,17 +64,17 @@ async function snippet(state) {
   return `<model-viewer ${attributes} alt="${fileName(state)}"></model-viewer>`;
 }
 
-/** @param {string} text @param {string} what */
-async function copy(text, what) {
+/** @param {string} text @param {string} label */
+async function copy(text, label) {
   element('copied-private', HTMLElement).hidden = !readsArePrivate();
   try {
     await navigator.clipboard.writeText(text);
     write('copied', `Copied: ${text}`);
-    announce(`${what}: copied`);
+    announce(`${label}: copied`);
   } catch {
     // Without permission for the clipboard, or without https, the text is shown, and the user can copy it by hand.
     write('copied', text);
-    announce(`${what}: shown, to be copied`);
+    announce(`${label}: shown, to be copied`);
   }
 }
 

@@ -35,7 +35,7 @@ export class SurfaceView {
   }
 
   /**
-   * Shows a mesh in place of the present mesh, and frees the memory of the latter.
+   * Shows a mesh in place of the present mesh, whose memory is freed.
    * @param {ArrayBuffer} content
    */
   async showMesh(content) {
@@ -55,12 +55,12 @@ export class SurfaceView {
     this.stage.scene.add(this.model);
   }
 
-  /** The material of the page that replaces that of a file. @param {any} original */
+  /** The material of the page that replaces a material of a file. @param {any} original */
   findMaterial(original) {
     const { vertexColors, opacity, transparent } = original;
     // The file has no colour for these faces.
-    const plain = original.name === 'surface' && !vertexColors;
-    const name = plain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
+    const isPlain = original.name === 'surface' && !vertexColors;
+    const name = isPlain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
     if (!this.materials.has(name)) {
       const color = original.color.clone();
       this.materials.set(name, buildMaterial({ name, color, vertexColors, opacity, transparent }));
@@ -74,15 +74,15 @@ export class SurfaceView {
    */
   setLook(look, wires, palette, coarse) {
     this.wire.color.set(palette.wires);
-    const curved = look === 'gaussian' || look === 'mean' ? ATTRIBUTES[look] : null;
-    if (curved && !coarse) {
+    const attribute = look === 'gaussian' || look === 'mean' ? ATTRIBUTES[look] : null;
+    if (attribute && !coarse) {
       this.range = findRange(this.meshes.map(({ geometry }) => ({
-        values: geometry.getAttribute(curved)?.array ?? [], areas: computeAreas(geometry),
+        values: geometry.getAttribute(attribute)?.array ?? [], areas: computeAreas(geometry),
       })));
     }
     this.meshes.forEach((mesh) => {
       const { own } = mesh.userData;
-      const values = curved && mesh.geometry.getAttribute(curved);
+      const values = attribute && mesh.geometry.getAttribute(attribute);
       if (values) {
         const colors = curvatureColors(values.array, this.range);
         mesh.geometry.setAttribute('color', new BufferAttribute(colors, 3));
@@ -155,21 +155,21 @@ function computeAreas(geometry) {
 
 /** The edges of triangles, each once, as pairs of vertices in one array. @param {ArrayLike<number>} triangles */
 function findEdges(triangles) {
-  let largest = 0;
-  for (let i = 0; i < triangles.length; i += 1) largest = Math.max(largest, triangles[i]);
+  let vertexCount = 0;
+  for (let i = 0; i < triangles.length; i += 1) vertexCount = Math.max(vertexCount, triangles[i] + 1);
   const edges = new Set();
   for (let i = 0; i < triangles.length; i += 3) {
     for (let k = 0; k < 3; k += 1) {
       const [a, b] = [triangles[i + k], triangles[i + ((k + 1) % 3)]];
-      edges.add(Math.min(a, b) * (largest + 1) + Math.max(a, b));
+      edges.add(Math.min(a, b) * vertexCount + Math.max(a, b)); // one number for each pair
     }
   }
   const pairs = new Uint32Array(2 * edges.size);
-  let at = 0;
+  let offset = 0;
   edges.forEach((edge) => {
-    pairs[at] = Math.floor(edge / (largest + 1));
-    pairs[at + 1] = edge % (largest + 1);
-    at += 2;
+    pairs[offset] = Math.floor(edge / vertexCount);
+    pairs[offset + 1] = edge % vertexCount;
+    offset += 2;
   });
   return pairs;
 }

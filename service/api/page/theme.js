@@ -13,8 +13,8 @@ export function theme() {
 
 /** @param {() => void} changed */
 export function watchTheme(changed) {
-  const remembered = recall();
-  if (remembered) document.documentElement.dataset.theme = remembered;
+  const storedTheme = recall();
+  if (storedTheme) document.documentElement.dataset.theme = storedTheme;
   const toggle = button('theme');
   const show = () => {
     toggle.setAttribute('aria-pressed', String(theme() === 'dark'));

@@ -4,7 +4,7 @@
 import { paintLegend, PALETTES } from './colors.js';
 import { Raycaster } from './three.js';
 import { NetView } from './net-view.js';
-import { check, getChecked, element, write } from './page.js';
+import { checkRadio, getChecked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
 import { Stage } from './scene.js';
 import { isParametric, chooseLook } from './settings.js';
@@ -31,9 +31,9 @@ export class View {
     const fit = () => this.fit(false);
     watchPointer(this.stage, this.net, state, {
       axis: () => /** @type {Axis} */ (getChecked('axis')),
-      setAxis: (axis) => check('axis', axis),
+      setAxis: (axis) => checkRadio('axis', axis),
       fit,
-      click: (at) => this.click(at),
+      click: (mouse) => this.click(mouse),
     });
     /** Called with the place of a click on the mesh. @type {(point: number[]) => void} */
     this.clicked = () => {};
@@ -57,10 +57,10 @@ export class View {
     this.paint();
   }
 
-  /** @param {import('./three.js').Vector2} at */
-  click(at) {
+  /** @param {import('./three.js').Vector2} mouse */
+  click(mouse) {
     const caster = new Raycaster();
-    caster.setFromCamera(at, this.stage.camera);
+    caster.setFromCamera(mouse, this.stage.camera);
     const [hit] = caster.intersectObjects(this.surface.meshes, false);
     if (!hit) return;
     const { x, y, z } = hit.point;
@@ -131,7 +131,7 @@ export class View {
   placeMarker() {
     const marker = element('marker', HTMLElement);
     const { chosen, settings } = this.state;
-    const isShown = chosen >= 0 && chosen < this.net.places.count && settings.net;
+    const isShown = chosen >= 0 && chosen < this.net.positions.count && settings.net;
     marker.hidden = !isShown;
     if (!isShown) return;
     const { x, y } = this.net.screenPosition(chosen);
