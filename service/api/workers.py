@@ -80,13 +80,13 @@ class Workers:
 
     Attributes
     ----------
-    capacity, used, body_bytes : int
+    capacity, used_bytes, body_bytes : int
         Bytes for all requests; bytes that they hold now; bytes of these that bodies hold.
     max_body, max_memory : int
         Most bytes for all bodies together; most bytes in which one request may work.
-    threads, computing : int
+    threads, busy_threads : int
         Threads for long work; the number of them that compute now.
-    refused, seconds_waited : int, float
+    refusal_count, seconds_waited : int, float
         Since the start: the number of refused requests, and the waiting time of all requests.
     """
 
@@ -95,7 +95,7 @@ class Workers:
         self.max_body, self.max_memory = self.capacity // 4, self.capacity * 11 // 16
         self.threads = settings.workers
         self.request_timeout = settings.request_timeout
-        self.used = self.body_bytes = self.computing = self.refused = 0
+        self.used_bytes = self.body_bytes = self.busy_threads = self.refusal_count = 0
         self.seconds_waited = 0.0
         self.parse_lock = asyncio.Lock()
         self.limiter = CapacityLimiter(2 * self.threads + 2)
@@ -109,28 +109,28 @@ class Workers:
         self.hold(0)
 
     @property
-    def waiting(self) -> int:
+    def queue_length(self) -> int:
         """Number of requests that wait for a thread or for memory."""
         return len(self._queue)
 
     def retry_after(self) -> int:
         """Seconds after which a client may try again: 1 for each round of waiting requests."""
-        return min(1 + math.ceil(self.waiting / self.threads), MAX_RETRY_AFTER)
+        return min(1 + math.ceil(self.queue_length / self.threads), MAX_RETRY_AFTER)
 
     def refuse(self) -> Busy:
         """Counts a refused request and returns its error."""
-        self.refused += 1
+        self.refusal_count += 1
         return Busy()
 
     def has_room(self, amount: int, *, is_small: bool = False) -> bool:
         """Whether `amount` bytes are free; only small work may use the last 1/16 of the memory."""
         limit = self.capacity if is_small else self.capacity * 15 // 16
-        return self.used + self._cache.bytes_being_sent + amount <= limit
+        return self.used_bytes + self._cache.bytes_being_sent + amount <= limit
 
     def hold(self, amount: int) -> None:
         """Takes `amount` bytes, or gives -`amount` bytes back; the cache may use the rest."""
-        self.used += amount
-        self._cache.resize(self.capacity - self.used)
+        self.used_bytes += amount
+        self._cache.resize(self.capacity - self.used_bytes)
         if amount < 0 and self._queue:
             self.start_queued()
 
@@ -165,7 +165,7 @@ class Workers:
 
     def release_thread(self, start: float) -> None:
         """Gives back the thread that began at `start`."""
-        self.computing -= 1
+        self.busy_threads -= 1
         if start == self._last_start:
             self._last_start = -math.inf
         self.start_queued()
@@ -202,10 +202,10 @@ class Workers:
         """Takes a thread and the memory if both are free; returns the start time, else None."""
         now = time.monotonic()
         has_just_begun = now < self._last_start + ALONE_SECONDS
-        if has_just_begun or self.computing >= self.threads or not self.has_room(amount):
+        if has_just_begun or self.busy_threads >= self.threads or not self.has_room(amount):
             return None
         self._last_start = now
-        self.computing += 1
+        self.busy_threads += 1
         self.hold(amount)
         asyncio.get_running_loop().call_later(ALONE_SECONDS, self.start_queued)
         return now

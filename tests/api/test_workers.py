@@ -69,7 +69,9 @@ async def lend_workers(**settings: Any) -> AsyncIterator[Workers]:
     workers = build_workers(**settings)
     yield workers
     await run_tasks()
-    assert (workers.used, workers.body_bytes, workers.computing, workers.waiting) == (0,) * 4
+    assert (workers.used_bytes, workers.body_bytes, workers.busy_threads, workers.queue_length) == (
+        0,
+    ) * 4
 
 
 async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> None:
@@ -83,9 +85,9 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
                 is_long=is_long,
             )
             in_thread.append(await job.run(work, "mesh"))
-            assert workers.used == 1000
+            assert workers.used_bytes == 1000
             job.finish_work(10)
-            assert workers.used == 10
+            assert workers.used_bytes == 10
             job.finish_work(0)
         assert in_thread == [False, True]
         assert "mesh;dur=" in str(job.timing)
@@ -161,10 +163,10 @@ async def test_a_full_queue_refuses_requests_and_says_when_to_try_again() -> Non
         start = await workers.acquire(10)
         waiting_tasks = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
         await run_tasks()
-        assert (workers.waiting, workers.retry_after()) == (4, 5)
+        assert (workers.queue_length, workers.retry_after()) == (4, 5)
         with pytest.raises(Busy):
             await workers.acquire(10)
-        assert workers.refused == 1
+        assert workers.refusal_count == 1
         for task in waiting_tasks:
             workers.release_thread(start)
             workers.hold(-10)
@@ -289,15 +291,15 @@ async def test_a_cancelled_thread_keeps_its_memory_until_it_ends(client_leaves: 
 
         job = Job(workers, receive)
         task = asyncio.create_task(job.run(Work(1000, compute), "x"))
-        while not workers.computing:
+        while not workers.busy_threads:
             await asyncio.sleep(0.001)
         if client_leaves:
             has_left.set()
         with pytest.raises(ClientDisconnect if client_leaves else OutOfTime):
             await task
         job.close()
-        while workers.computing:
-            assert workers.used == 1000
+        while workers.busy_threads:
+            assert workers.used_bytes == 1000
             await asyncio.sleep(0.001)
 
 

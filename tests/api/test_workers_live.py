@@ -90,7 +90,7 @@ class Service:
 
     def is_idle(self) -> bool:
         """True if all threads and all memory are released."""
-        return self.workers.used == self.workers.computing == 0
+        return self.workers.used_bytes == self.workers.busy_threads == 0
 
 
 class Client:
@@ -153,9 +153,9 @@ def test_a_client_that_disconnects_is_removed_from_the_queue(slow_meshes: SlowMe
         computing_client = service.post(LONG)
         wait_until(lambda: slow_meshes.started == 1)
         leaving_client, staying_client = service.post(LONG), service.post(LONG)
-        wait_until(lambda: service.workers.waiting == 2)
+        wait_until(lambda: service.workers.queue_length == 2)
         leaving_client.leave()
-        wait_until(lambda: service.workers.waiting == 1)
+        wait_until(lambda: service.workers.queue_length == 1)
         slow_meshes.may_end.set()
         assert [client.read_response()[0] for client in (computing_client, staying_client)] == [
             200,
@@ -171,7 +171,7 @@ def test_the_work_is_cancelled_when_the_last_of_its_clients_disconnects(
     with start_service() as service:
         first_client, second_client = service.get(SADDLE), service.get(SADDLE)
         stl_client = service.get(SADDLE.replace("glb", "stl"))
-        wait_until(lambda: slow_meshes.started == 1 and service.workers.waiting == 1)
+        wait_until(lambda: slow_meshes.started == 1 and service.workers.queue_length == 1)
         first_client.leave()
         wait_until(lambda: service.get("/health/live").read_response()[0] == 200)
         assert slow_meshes.cancelled == 0
@@ -199,7 +199,7 @@ def test_small_requests_do_not_wait_for_large_requests(slow_meshes: SlowMeshes) 
         computing_client = service.post(LONG)
         wait_until(lambda: slow_meshes.started == 1)
         waiting_client = service.post(LONG)
-        wait_until(lambda: service.workers.waiting == 1)
+        wait_until(lambda: service.workers.queue_length == 1)
         assert service.post(SHORT).read_response()[0] == 200
         assert service.post(SHORT, "/v1/estimate").read_response()[0] == 200
         for url in ("/v1/surfaces/saddle/mesh.glb?resolution=4", "/v1/surfaces/saddle"):
@@ -219,8 +219,8 @@ def test_a_client_that_reads_slowly_keeps_only_the_memory_of_its_response() -> N
     with start_service() as service:
         for client_leaves in (False, True):
             client = service.post(request, "/v1/mesh?format=stl")
-            wait_until(lambda: service.workers.computing == 0 < service.workers.used)
-            wait_until(lambda: service.workers.used == length)
+            wait_until(lambda: service.workers.busy_threads == 0 < service.workers.used_bytes)
+            wait_until(lambda: service.workers.used_bytes == length)
             if client_leaves:
                 client.leave()
             else:
@@ -247,7 +247,7 @@ def test_bodies_above_the_memory_budget_are_refused_and_small_ones_accepted() ->
         first_part = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
         first_client, second_client = service.connect(), service.connect()
         first_client.post(first_part, "/v1/mesh", length=10**7)
-        wait_until(lambda: service.workers.used > 10_000_000)
+        wait_until(lambda: service.workers.used_bytes > 10_000_000)
         second_client.post(first_part, "/v1/mesh", length=10**7)
         assert second_client.read_refusal() == (429, "busy", 1)
         assert service.post(SHORT).read_response()[0] == 200

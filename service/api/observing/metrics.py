@@ -178,12 +178,12 @@ class StateCollector(Collector):
 
 
 def _collect_workers(workers: Workers) -> Iterator[Metric]:
-    busy_threads = {"work": workers.computing, "parsing": workers.parse_lock.locked()}
+    busy_threads = {"work": workers.busy_threads, "parsing": workers.parse_lock.locked()}
     threads = {"work": workers.threads, "parsing": 1}
-    used_bytes = {"work": workers.used - workers.body_bytes, "bodies": workers.body_bytes}
+    used_bytes = {"work": workers.used_bytes - workers.body_bytes, "bodies": workers.body_bytes}
     limits = {"work": workers.capacity - workers.max_body, "bodies": workers.max_body}
     about = "Requests that wait for a thread or for memory."
-    yield _gauge("queue_length", about, {"work": workers.waiting}, "lane")
+    yield _gauge("queue_length", about, {"work": workers.queue_length}, "lane")
     yield _gauge("threads_busy", "Threads that compute.", busy_threads, "lane")
     yield _gauge("threads", "Threads that may compute at the same time.", threads, "lane")
     about, seconds = "Waiting time of all requests together.", {"work": workers.seconds_waited}

@@ -216,7 +216,9 @@ async def _choose_variant(
     if variant is not None and (accepted.accepts_plain or variant.coding == coding):
         return variant
     work = Compression(entry.plain, coding, is_forced=not accepted.accepts_plain)
-    has_room = cache.holds(entry) and not workers.waiting and workers.has_room(work.cost.memory)
+    has_room = (
+        cache.holds(entry) and not workers.queue_length and workers.has_room(work.cost.memory)
+    )
     if accepted.accepts_plain and not has_room:
         return entry.variants["identity"]
 

@@ -142,18 +142,18 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
     flights = Flights()
     workers = flights.workers
     tasks = [asyncio.create_task(flights.send_request("key", work)) for _ in range(2)]
-    while not workers.computing:
+    while not workers.busy_threads:
         await asyncio.sleep(0.001)
     for task in tasks:
         task.cancel()
     await asyncio.wait(tasks)
     assert len(flights) == 0
-    assert (workers.used, workers.computing) == (1000, 1)
+    assert (workers.used_bytes, workers.busy_threads) == (1000, 1)
     may_end.set()
-    while workers.used:
+    while workers.used_bytes:
         await asyncio.sleep(0.001)
     assert is_cancelled.is_set()
-    assert workers.computing == 0
+    assert workers.busy_threads == 0
 
 
 async def test_all_waiting_requests_get_the_error_which_is_not_kept() -> None:
