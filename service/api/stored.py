@@ -76,7 +76,7 @@ def content_id(id: str) -> str:
     Raises
     ------
     UnknownSurface
-        The id is neither that of an example nor a hash.
+        The id is neither the name of an example nor a hash.
     """
     if id in EXAMPLES:
         return _hash_of_example(id)

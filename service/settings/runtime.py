@@ -123,7 +123,7 @@ def _limits(root: Path) -> Iterator[int]:
             folder, name = groups / "memory", "memory.limit_in_bytes"
         else:
             continue
-        # Inside a container the path may be that of the host; then the limit is in the top folder.
+        # In a container the path may exist only on the host; the limit is then in the top folder.
         group_path = PurePosixPath(path.lstrip("/"))
         for group in (group_path, *group_path.parents):
             try:

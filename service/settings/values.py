@@ -169,8 +169,8 @@ class Settings(BaseModel):
         default=75,
         gt=0,
         le=3600,
-        description="Time for which a connection may be idle; set a longer time than that of the "
-        "proxy.",
+        description="Time for which a connection may be idle; set a longer time than the proxy "
+        "has for this.",
     )
     drain_delay: float = Field(
         default=0,

@@ -8,7 +8,7 @@ from service.api.caching.cached_response import VARIANT_BYTES, CachedResponse, V
 from service.api.caching.codings import Coding
 
 SHARE = 2
-"""An entry with all its codings may take at most 1/SHARE of the cache: so it never drops all other
+"""An entry with all its codings may take at most 1/SHARE of the cache, which leaves room for other
 entries."""
 
 MAX_ALIASES = 8

@@ -2,7 +2,7 @@
 
 Every client may send `X-Forwarded-For`. Each proxy appends the address of its own client on the
 right. So the service reads the header from the right, and skips addresses of trusted proxies: the
-first other address is that of the client. It ignores the addresses to the left of it.
+first other address is the client's. The service ignores all addresses to the left of this address.
 """
 
 from collections.abc import Sequence

@@ -13,7 +13,7 @@ export class History {
     this.past = [];
     /** @type {Surface[]} */
     this.future = [];
-    /** @type {Surface | null} */
+    /** The surface before the running step, if any. @type {Surface | null} */
     this.before = null;
   }
 
@@ -37,20 +37,20 @@ export class History {
 
   /** Adds one step, from the surface before the running step to `next`. @param {Surface} next */
   keep(next) {
-    const before = this.before ?? this.present;
+    const previous = this.before ?? this.present;
     this.before = null;
     this.present = next;
-    if (next === before) return;
-    this.past = [...this.past, before].slice(-MAX_STEPS);
+    if (next === previous) return;
+    this.past = [...this.past, previous].slice(-MAX_STEPS);
     this.future = [];
   }
 
   undo() {
     this.cancel();
-    const before = this.past.pop();
-    if (before === undefined) return;
+    const previous = this.past.pop();
+    if (previous === undefined) return;
     this.future.push(this.present);
-    this.present = before;
+    this.present = previous;
   }
 
   redo() {

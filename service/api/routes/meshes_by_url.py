@@ -162,7 +162,7 @@ async def get_surface_mesh(
 
 
 def check_engine(engine: int | None) -> None:
-    """Refuses every version of the numbers (`engine`) except that of this service.
+    """Refuses every version of the numbers (`engine`) except the version of this service.
 
     Raises
     ------
