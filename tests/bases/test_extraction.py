@@ -45,11 +45,11 @@ def test_bezier_points_of_every_span_give_the_same_polynomial(
 
 @given(knot_vectors(st.integers(1, 8), discontinuous=True), seeds, st.booleans())
 def test_reversed_curves_have_bezier_points_with_the_same_bits(
-    vector: KnotVector, seed: int, rational: bool
+    vector: KnotVector, seed: int, is_rational: bool
 ) -> None:
     """The reversed curve has knots 3 − U, and its points run from the last to the first."""
     points = random_points(vector.points, seed)
-    weights = random_weights(vector.points, seed) if rational else None
+    weights = random_weights(vector.points, seed) if is_rational else None
     reversed_knots = 3 - vector.knots[::-1]
     lowered, lowered_weights = extract_bezier_points(points, *vector, weights)
     reversed_points, back_weights = extract_bezier_points(
@@ -65,12 +65,12 @@ def test_reversed_curves_have_bezier_points_with_the_same_bits(
 
 @given(knot_vectors(discontinuous=True), seeds, st.booleans())
 def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
-    vector: KnotVector, seed: int, rational: bool
+    vector: KnotVector, seed: int, is_rational: bool
 ) -> None:
     """A knot of multiplicity p is at a control point; at multiplicity p + 1 two points differ."""
     p = vector.degree
     points = random_points(vector.points, seed)
-    weights = random_weights(vector.points, seed) if rational else None
+    weights = random_weights(vector.points, seed) if is_rational else None
     lowered, _ = extract_bezier_points(points, *vector, weights)
     spans = knots.spans(*vector)
     for k, multiplicity in enumerate(np.diff(spans)):
@@ -81,21 +81,21 @@ def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
             np.testing.assert_array_equal(lowered[k + 1, 0], points[spans[k + 1] - p])
 
 
-@pytest.mark.parametrize("rational", [False, True])
-def test_equal_control_points_give_equal_bezier_points(rational: bool) -> None:
+@pytest.mark.parametrize("is_rational", [False, True])
+def test_equal_control_points_give_equal_bezier_points(is_rational: bool) -> None:
     """The points are equal bit for bit, with any weights, so that poles stay poles."""
     vector = np.array([0, 0.1, 0.1, 0.27, 0.5, 0.61, 0.9, 1, 1.3, 1.7])
     points = np.broadcast_to([0.1, -1e6 / 3, 7e30 / 11], (6, 3)).copy()
-    weights = random_weights(6, 3) if rational else None
+    weights = random_weights(6, 3) if is_rational else None
     lowered, _ = extract_bezier_points(points, vector, 3, weights)
     np.testing.assert_array_equal(lowered, np.broadcast_to(points[0], lowered.shape))
 
 
-@pytest.mark.parametrize("rational", [False, True])
-def test_a_curve_that_repeats_its_first_points_at_the_end_closes(rational: bool) -> None:
+@pytest.mark.parametrize("is_rational", [False, True])
+def test_a_curve_that_repeats_its_first_points_at_the_end_closes(is_rational: bool) -> None:
     """The curve closes bit for bit, also over knots k/7, whose differences differ by rounding."""
     points = knots.wrap_points(random_points(7, 1), 3)
-    weights = knots.wrap_points(random_weights(7, 1), 3) if rational else None
+    weights = knots.wrap_points(random_weights(7, 1), 3) if is_rational else None
     vector = knots.periodic_knots(7, 3) / 7
     assert len(set(np.diff(vector))) > 1
     lowered, lowered_weights = extract_bezier_points(points, vector, 3, weights)

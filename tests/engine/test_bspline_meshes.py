@@ -44,30 +44,33 @@ def test_a_knot_of_multiplicity_p_is_a_crease() -> None:
     mesh = build_mesh(surface.lower(), resolution=(2, 3))
     check_sound(mesh)
     repeated, first = pair_normals(mesh)
+    # The line crosses three spans of three divisions each.
     assert len(repeated) == 3 * 3 + 1
     assert (repeated * first).sum(axis=1).max() < np.cos(np.radians(1))
     assert find_topology(mesh).components == 1
 
 
-@pytest.mark.parametrize("rational", [False, True])
-def test_a_knot_of_multiplicity_p_plus_one_separates_the_surface(rational: bool) -> None:
+@pytest.mark.parametrize("is_rational", [False, True])
+def test_a_knot_of_multiplicity_p_plus_one_separates_the_surface(is_rational: bool) -> None:
     """The mesh has two components, and the report counts the edges of both borders."""
     net = build_field(8, 5)
     net[4:, :, 2] += 1
-    weights = random_weights(8, 2, 5) if rational else None
+    weights = random_weights(8, 2, 5) if is_rational else None
     vector = np.array([0, 0, 0, 0, 2, 2, 2, 2, 5, 5, 5, 5.0])
     surface = BsplineSurface(net, (3, 2), (vector, "clamped"), weights)
     mesh = build_mesh(surface.lower(), resolution=(3, 2))
     check_sound(mesh)
     assert find_topology(mesh).components == 2
     assert not mesh.report.watertight
+    # Each of the two parts has 1 × 3 spans of 3 × 2 divisions, and so two sides with 3 edges and
+    # two sides with 3 · 2 edges.
     assert mesh.report.boundary_edges == 2 * 2 * (3 + 3 * 2)
 
 
 @pytest.mark.parametrize("single", [False, True])
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 def test_surfaces_of_two_requests_have_equal_positions_on_a_common_border(
-    rational: bool, single: bool
+    is_rational: bool, single: bool
 ) -> None:
     """Positions are equal bit for bit; the second surface has the border in reverse direction.
 
@@ -77,9 +80,9 @@ def test_surfaces_of_two_requests_have_equal_positions_on_a_common_border(
     left_weights, right_weights = random_weights(7, 1, 6), random_weights(5, 2, 6)
     right[0], right_weights[0] = left[-1, ::-1], left_weights[-1, ::-1]
     vector = np.array([0, 0, 0, 0, 0.3125, 0.75, 1, 1, 1, 1])
-    first = BsplineSurface(left, (2, 3), ("clamped", vector), left_weights if rational else None)
+    first = BsplineSurface(left, (2, 3), ("clamped", vector), left_weights if is_rational else None)
     second = BsplineSurface(
-        right, (4, 3), ("clamped", 1 - vector[::-1]), right_weights if rational else None
+        right, (4, 3), ("clamped", 1 - vector[::-1]), right_weights if is_rational else None
     )
     first_positions = build_mesh(
         first.lower(), resolution=(3, 5), single=single, weld=False
@@ -87,6 +90,7 @@ def test_surfaces_of_two_requests_have_equal_positions_on_a_common_border(
     second_positions = build_mesh(
         second.lower(), resolution=(2, 5), single=single, weld=False
     ).positions
+    # The axes are: patch along u, patch along v, sample along u, sample along v, coordinate.
     first_border = first_positions.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)
     second_border = second_positions.reshape(1, 3, 3, 6, 3)[0, :, 0].reshape(-1, 3)
     assert first_border.tobytes() == second_border[::-1].copy().tobytes()
@@ -117,6 +121,7 @@ def test_on_the_seam_of_a_closed_surface_uvs_have_both_ends_of_the_domain() -> N
     mesh = build_mesh("bspline-ring", resolution=(2, 2), uvs=True)
     assert mesh.uvs is not None
     assert mesh.welds is not None
+    # The surface has 10 × 6 spans of 2 × 2 divisions.
     assert len(np.unique(mesh.welds)) == 10 * 2 * 6 * 2
     assert len(mesh.positions) == (10 * 2 + 1) * (6 * 2 + 1)
     assert (mesh.uvs.min(axis=0) == 0).all()
@@ -130,8 +135,8 @@ def test_the_control_net_overlay_is_the_net_of_the_request() -> None:
     surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), random_weights(5, 3, 6))
     options = MeshOptions(resolution=(2, 2), overlays=("control_net", "boundary"))
     overlay, _ = build_mesh(surface.lower(), resolution=(2, 2), overlays=options.overlays).overlays
-    closed = np.concatenate([net, net[:, :1]], axis=1)
-    np.testing.assert_array_equal(overlay.positions, closed.reshape(-1, 3))
+    closed_net = np.concatenate([net, net[:, :1]], axis=1)
+    np.testing.assert_array_equal(overlay.positions, closed_net.reshape(-1, 3))
     assert len(overlay.segments) == 4 * 7 + 5 * 6
     assert overlay.cells is not None
     assert len(overlay.cells) == 4 * 6

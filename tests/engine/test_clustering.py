@@ -18,11 +18,11 @@ def find_first_rows(names: list[int]) -> np.ndarray:
 
 @given(rows, st.sampled_from([0.0, 1.0, 2.5, 100.0]))
 def test_groups_have_the_documented_members(
-    groups: list[tuple[int, int, int]], reach: float
+    rows_of_places: list[tuple[int, int, int]], reach: float
 ) -> None:
     """Each row is near its leader, and no two leaders at one place are near each other."""
-    place = find_first_rows([name for name, _, _ in groups])
-    values = np.array([[x, y] for _, x, y in groups], dtype=np.float64)
+    place = find_first_rows([name for name, _, _ in rows_of_places])
+    values = np.array([[x, y] for _, x, y in rows_of_places], dtype=np.float64)
     leader = find_leaders(place, values, reach)
     np.testing.assert_array_equal(leader[leader], leader)
     np.testing.assert_array_equal(place[leader], place)

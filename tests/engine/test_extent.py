@@ -8,9 +8,10 @@ from service.engine.extent import FOLD, find_extent
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("count", [1, FOLD, 4 * FOLD - 1, 4 * FOLD, 4 * FOLD + 1, 5 * FOLD + 77])
-def test_bounds_are_equal_to_those_of_numpy(count: int, dtype: type[np.floating]) -> None:
-    """The numbers of points include multiples of `FOLD` and other numbers."""
+def test_bounds_are_the_least_and_largest_coordinates(count: int, dtype: type[np.floating]) -> None:
+    """`FOLD` is the number of points in a row; the last row may have fewer points."""
     points = np.random.default_rng(count).standard_normal((count, 3)).astype(dtype)
+    # The same points, with x and z exchanged, and in reverse order: views with negative strides.
     for view in (points, points[:, ::-1], points[::-1]):
         low, high = find_extent(view)
         assert low.dtype == high.dtype == dtype

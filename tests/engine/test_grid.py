@@ -38,12 +38,12 @@ def test_16_bits_can_number_all_multiples_in_a_box(box: np.ndarray) -> None:
     assert (steps == np.rint(steps)).all()
     assert (steps[1] - steps[0] <= MAX_NUMBER).all()
     # Near the largest float32, a coordinate may have no multiple above it.
-    inside = np.abs(box) < FLOAT32_MAX - step
-    assert np.abs(ends - box)[inside].max(initial=0.0) <= step / 2
+    has_multiples = np.abs(box) < FLOAT32_MAX - step
+    assert np.abs(ends - box)[has_multiples].max(initial=0.0) <= step / 2
 
 
 @pytest.mark.parametrize("extent", [1.0, 0.75, 3.0, 65533 * 2.0**-7, 65533.1, 1e-30, 1e30])
-def test_the_step_is_the_least_power_of_two(extent: float) -> None:
+def test_the_step_is_the_least_power_of_two_with_which_16_bits_suffice(extent: float) -> None:
     step = find_step(np.zeros(3), np.array([extent, 0, extent / 3]))
     assert step / 2 * MAX_STEPS < extent <= step * MAX_STEPS
 

@@ -10,7 +10,7 @@ from service.engine.options import MAX_RESOLUTION, MeshOptions
 from service.errors import InvalidRequest
 
 
-def test_defaults_are_the_documented_ones() -> None:
+def test_options_have_the_documented_defaults() -> None:
     """16 divisions, welded triangles with normals, and creases above 1 degree."""
     options = MeshOptions()
     assert options.resolution == (16, 16)
@@ -25,7 +25,7 @@ def test_defaults_are_the_documented_ones() -> None:
 
 
 def test_options_are_frozen_and_hashable() -> None:
-    """So options can be part of the key of a cache."""
+    """Options must be hashable because they are part of keys of caches."""
     with pytest.raises(FrozenInstanceError):
         setattr(MeshOptions(), "weld", False)  # noqa: B010 - mypy refuses the plain assignment
     assert hash(MeshOptions()) == hash(MeshOptions())

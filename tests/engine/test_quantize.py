@@ -52,14 +52,12 @@ def test_every_example_with_overlays_and_wires_fits_its_grid(example: str) -> No
     model = find(example).surface().lower()
     options = replace(WITH_LINES, isocurves=(0, 0)) if is_swept(example) else WITH_LINES
     if isinstance(model, GroupModel):
-        built: Mesh | Scene = build_scene(model, options, single=True)
-        steps = find_grid_steps(model, options)
+        mesh_or_scene: Mesh | Scene = build_scene(model, options, single=True)
     else:
-        built, steps = build(model, options, single=True), find_grid_steps(model, options)
-    quantized = quantize(built, model, options)
-    for mesh, step in zip(
-        [quantized] if isinstance(quantized, Mesh) else quantized.meshes, steps, strict=True
-    ):
+        mesh_or_scene = build(model, options, single=True)
+    quantized = quantize(mesh_or_scene, model, options)
+    meshes = [quantized] if isinstance(quantized, Mesh) else quantized.meshes
+    for mesh, step in zip(meshes, find_grid_steps(model, options), strict=True):
         assert mesh.step == step
         check_on_grid(mesh)
 
@@ -78,10 +76,10 @@ def test_vertices_move_by_at_most_half_a_cell_diagonal_and_bounds_grow_by_the_mo
         quantized.positions.astype(float) - plain.positions.astype(float), axis=1
     ).max()
     assert 0 < largest_movement <= MAX_ROUNDING * quantized.step <= find_grid_error(model, COARSE)
-    before, after = plain.report.deviation_bound, quantized.report.deviation_bound
-    assert before is not None
-    assert after is not None
-    assert before + largest_movement <= after <= 1.001 * (before + largest_movement)
+    plain_bound, bound = plain.report.deviation_bound, quantized.report.deviation_bound
+    assert plain_bound is not None
+    assert bound is not None
+    assert plain_bound + largest_movement <= bound <= 1.001 * (plain_bound + largest_movement)
     for old, new in zip(plain.parts, quantized.parts, strict=True):
         assert old.deviation_bound is not None
         assert new.deviation_bound is not None
@@ -121,8 +119,8 @@ def test_models_that_meet_have_equal_grid_steps() -> None:
         separate_steps[2],
     )
     # A square inside the large square has no corner in common with it.
-    inside = build_square(20.0)
-    assert find_grid_steps(build_group(inside, large), COARSE) == (
+    inner_square = build_square(20.0)
+    assert find_grid_steps(build_group(inner_square, large), COARSE) == (
         separate_steps[0],
         separate_steps[1],
     )
@@ -133,12 +131,8 @@ def test_models_that_meet_have_equal_grid_steps() -> None:
 
 def test_copies_of_one_model_connect_the_neighbours_of_both_places() -> None:
     """A copy of A meets B, another copy meets C: all three get the largest of their steps."""
-    a, b, c, far_placement = (
-        build_square(),
-        build_square(1.0),
-        build_square(1.0, 300.0),
-        np.diag([1.0, 1, 1, 1]),
-    )
+    a, b, c = build_square(), build_square(1.0), build_square(1.0, 300.0)
+    far_placement = np.eye(4)
     far_placement[0, 3] = 1000.0
     members = (
         Member(a, name="a"),
@@ -167,4 +161,4 @@ def test_neighbours_of_a_group_still_meet_bit_for_bit() -> None:
     rows = [
         {tuple(row) for row in (mesh.positions + mesh.origin).tolist()} for mesh in quantized.meshes
     ]
-    assert len(rows[0] & rows[1]) == 5
+    assert len(rows[0] & rows[1]) == 5  # the vertices of the common edge, which has 4 divisions

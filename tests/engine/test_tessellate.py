@@ -76,7 +76,7 @@ def test_teapot_has_no_cracks_by_position() -> None:
         welded = build_mesh("utah-teapot", resolution=resolution)
         result = count_topology(weld_by_position(welded.positions, welded.triangles))
         assert result == find_topology(welded)
-        # With one division, both halves of the handle have the same faces.
+        # With one division, the two halves of the handle lie on each other, with the same faces.
         assert result.non_manifold == 0 or resolution == (1, 1)
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
 
@@ -101,10 +101,10 @@ def test_the_teapot_keeps_its_parts() -> None:
 
 @given(weighted_nets(height_nets()), resolutions)
 def test_grids_list_the_vertex_of_each_sample(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+    net_and_weights: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
     """Vertex `grids[0][0, i, j]` has the position, normal and parameters of sample (i, j)."""
-    net, weights = weighted
+    net, weights = net_and_weights
     model = build_model([net], None if weights is None else [weights])
     mesh = build_mesh(model, resolution=resolution, uvs=True)
     check_sound(mesh)
@@ -137,6 +137,7 @@ def test_a_single_patch_has_the_documented_order_of_vertices_and_faces(
         np.testing.assert_array_equal(mesh.quads, expected)
         assert len(mesh.triangles) == 0
     else:
+        # Triangles are equal if they have the same corners in the same order, from any corner on.
         result = {tuple(np.roll(t, -int(np.argmin(t)))) for t in mesh.triangles.tolist()}
         halves = [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, d), (b, c, d))]
         assert result == {
@@ -161,12 +162,12 @@ def test_degenerate_nets_make_usable_meshes(
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
 @pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
 def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> None:
-    """A model of extent 1, far from zero: float32 positions are exact relative to its extent."""
+    """A model far from zero: float32 positions are exact relative to its extent."""
     model = lower_patches(example)
     (batch,) = model.batches
-    moved = TensorPatches(batch.points + offset, batch.weights)
-    far = PatchModel("far", (moved,), model.parts)
-    mesh, double = build_mesh(far, single=True), build_mesh(far)
+    far_batch = TensorPatches(batch.points + offset, batch.weights)
+    far_model = PatchModel("far", (far_batch,), model.parts)
+    mesh, double = build_mesh(far_model, single=True), build_mesh(far_model)
     assert np.abs(mesh.origin).min() > 0
     assert double.origin.tolist() == [0, 0, 0]
     extent = np.ptp(double.positions, axis=0).max()

@@ -18,6 +18,7 @@ from tests.oracles.exact import Net
 from tests.oracles.sheets import Array, Sheet
 
 DIRECTIONS = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)], dtype=np.float64)
+"""Steps (9, 2) in u and v from a place to itself and to its eight neighbours."""
 
 
 def find_nearest(
@@ -25,9 +26,9 @@ def find_nearest(
 ) -> Array:
     """Upper bounds (m,), close to the least distances, of `points` (m, 3) to the sheets.
 
-    For each sheet the search begins at the `starts` nearest samples. A sheet is left out if its
-    nearest sample is further away than the nearest of all samples by more than four times the
-    greatest gap between the samples of this sheet.
+    For each sheet the search begins at the `starts` samples nearest to a point. A sheet is skipped
+    if its nearest sample is further away than the nearest sample of all sheets by more than four
+    times the greatest gap between its samples.
     """
     samples_each = max(200, samples // len(sheets))
     result, gaps = [], []
@@ -40,11 +41,11 @@ def find_nearest(
     best = np.min([distance[:, 0] for _, distance, _ in result], axis=0)
     nearest_sample = best.copy()
     for sheet, gap, (places, distance, rows) in zip(sheets, gaps, result, strict=True):
-        near = np.flatnonzero(distance[:, 0] <= nearest_sample + 4 * gap)
-        if len(near):
-            x, begin = points[near] - sheet.origin, places[rows[near]]
-            least = _search_from(sheet, x, begin, sheet.step(samples_each), steps)
-            best[near] = np.minimum(best[near], least)
+        near_points = np.flatnonzero(distance[:, 0] <= nearest_sample + 4 * gap)
+        if len(near_points):
+            x, begin = points[near_points] - sheet.origin, places[rows[near_points]]
+            sheet_distance = _search_from(sheet, x, begin, sheet.step(samples_each), steps)
+            best[near_points] = np.minimum(best[near_points], sheet_distance)
     distances: Array = best
     return distances
 
@@ -66,17 +67,17 @@ def _search_from(sheet: Sheet, x: Array, places: Array, step: Array, steps: int)
                 np.take_along_axis(each, best, axis=1) for each in (distance, lengths)
             )
         around = places[:, :, None] + lengths[..., None, None] * step * DIRECTIONS
-        around = sheet.inside(around.reshape(-1, 2))
+        around = sheet.clip_to_domain(around.reshape(-1, 2))
         offsets = sheet.at(around).reshape(*distance.shape, 9, 3) - x[:, None, None]
-        tried = np.sqrt((offsets * offsets).sum(axis=3))
-        nearest = tried.argmin(axis=2)[..., None]
-        least = np.take_along_axis(tried, nearest, axis=2)[..., 0]
-        is_nearer = least < distance
+        around_distance = np.sqrt((offsets * offsets).sum(axis=3))
+        nearest = around_distance.argmin(axis=2)[..., None]
+        min_distance = np.take_along_axis(around_distance, nearest, axis=2)[..., 0]
+        is_nearer = min_distance < distance
         lengths = np.where(is_nearer, 1.2 * lengths, 0.45 * lengths)
         around = around.reshape(*distance.shape, 9, 2)
         best_around = np.take_along_axis(around, nearest[..., None], axis=2)[:, :, 0]
         places = np.where(is_nearer[..., None], best_around, places)
-        distance = np.minimum(distance, least)
+        distance = np.minimum(distance, min_distance)
     result: Array = distance.min(axis=1)
     return result
 
@@ -90,6 +91,7 @@ def least_distance(
     numbers are exact fractions except square roots, which are widened by 1e-15.
     """
     x = [Fraction(value) for value in point]
+    # Lower bounds of the distances to parts of patches, with numbers that order equal bounds.
     heap: list[tuple[float, int, Net]] = []
     high, number = float("inf"), 0
 
@@ -100,11 +102,13 @@ def least_distance(
         for corner in (net[0][0], net[0][-1], net[-1][0], net[-1][-1]):
             distance = sqrt(sum((a - b) ** 2 for a, b in zip(corner, x, strict=True)))
             high = min(high, distance * (1 + 1e-15))
-        square = Fraction(0)
+        box_distance_squared = Fraction(0)
         for axis in range(3):
             values = [p[axis] for p in flat]
-            square += max(min(values) - x[axis], x[axis] - max(values), Fraction(0)) ** 2
-        heappush(heap, (sqrt(square) * (1 - 1e-15), number, net))
+            box_distance_squared += (
+                max(min(values) - x[axis], x[axis] - max(values), Fraction(0)) ** 2
+            )
+        heappush(heap, (sqrt(box_distance_squared) * (1 - 1e-15), number, net))
 
     for net in nets:
         push(net)
@@ -128,7 +132,7 @@ def _transpose(net: Net) -> Net:
 
 def _halve(net: Net) -> list[Net]:
     """The nets of the two halves along axis 0, by de Casteljau."""
-    low, high, rows = [net[0]], [net[-1]], net
+    low_half, high_half, rows = [net[0]], [net[-1]], net
     while len(rows) > 1:
         rows = [
             [
@@ -137,6 +141,6 @@ def _halve(net: Net) -> list[Net]:
             ]
             for pair in pairwise(rows)
         ]
-        low.append(rows[0])
-        high.append(rows[-1])
-    return [low, high[::-1]]
+        low_half.append(rows[0])
+        high_half.append(rows[-1])
+    return [low_half, high_half[::-1]]

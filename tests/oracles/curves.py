@@ -36,11 +36,12 @@ def bezier_point(points: Any, weights: Any, t: Fraction) -> Vector:
     return project(curve_point(exact_points(points, weights), t), len(points[0]))
 
 
-def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False) -> list[float]:
-    """The limit of the unit tangent at t, from the left if `before`, else from the right.
+def bezier_tangent(points: Any, weights: Any, t: Fraction) -> list[float]:
+    """The limit of the unit tangent at t from the right; at t = 1 from the left.
 
     w(t + h) (C(t + h) − C(t)) is a polynomial in h. Its lowest term that does not vanish has the
-    direction of the tangent, which is reversed from the left if the power of h is even.
+    direction of the tangent from the right. The tangent from the left has the opposite direction if
+    the power of h in this term is even.
     """
     homogeneous = exact_points(points, [1] * len(points) if weights is None else weights)
     point = project(curve_point(homogeneous, t), len(points[0]))
@@ -49,7 +50,7 @@ def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False)
         local = [tuple(b - a for a, b in zip(*pair, strict=True)) for pair in pairwise(local)]
         value = curve_point(local, t)
         if any(value):
-            sign = -1 if (before or t == 1) and t > 0 and order % 2 == 0 else 1
+            sign = -1 if t == 1 and order % 2 == 0 else 1
             with mpmath.workdps(40):
                 parts = [mpmath.mpf(sign * x.numerator) / x.denominator for x in value]
                 length = mpmath.sqrt(mpmath.fsum(x * x for x in parts))
@@ -60,7 +61,7 @@ def bezier_tangent(points: Any, weights: Any, t: Fraction, before: bool = False)
 def bspline_point(
     points: Any, weights: Any, knots: Sequence[float], degree: int, t: Fraction
 ) -> Vector:
-    """C(t) = Σ N_i(t) P_i as fractions, the limit from the right; at the end from the left."""
+    """C(t) = Σ N_i(t) P_i as fractions: the limit from the right, but at the end from the left."""
     homogeneous = exact_points(points, weights)
     return project(spline_point(homogeneous, to_fractions(knots), degree, t), len(points[0]))
 

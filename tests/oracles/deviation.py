@@ -1,8 +1,10 @@
 """Distances of a surface from a mesh, and of a mesh from a surface, measured by sampling.
 
-Except for rounding, a sampled distance is never larger than the true one, so a bound below it is
-wrong. Samples are dense on the whole surface, denser on its borders, and denser still around the
-samples with the largest distances.
+Except for rounding, a sampled distance is never larger than the true largest distance. So an upper
+bound below a sampled distance is wrong.
+
+Samples are dense on the whole surface, denser on its borders, and densest around the samples with
+the largest distances.
 """
 
 from collections.abc import Sequence
@@ -23,7 +25,8 @@ WORST_COUNT = 12
 """Number of samples with the largest distances, around which more samples are taken."""
 
 ROUNDS = 4
-"""How often more samples are taken around the worst; each time within a quarter of the distance."""
+"""How often more samples are taken around the worst samples; each time from a region a quarter as
+wide as before."""
 
 DOUBTFUL_SAMPLES = 1_000_000
 """Number of samples of a sheet from which the search for the nearest point begins in doubtful
@@ -41,14 +44,14 @@ surface."""
 class Deviation:
     """The largest sampled distance, and where it is.
 
-    `sheet` is the number of the sheet, and `place` the parameters (u, v). `noise` is the part of
+    `sheet` is the number of the sheet, and `place` the parameters (u, v). `rounding` is the part of
     the distance that may be an error of rounding.
     """
 
     distance: float
     sheet: int
     place: tuple[float, float]
-    noise: float
+    rounding: float
 
 
 def measure_surface_to_mesh(
@@ -56,7 +59,8 @@ def measure_surface_to_mesh(
 ) -> Deviation:
     """Largest sampled distance from a point of the surface to the triangles (T, 3, 3).
 
-    Each sheet has `count` samples in its domain, and more on its border and around the worst.
+    Each sheet has `count` samples in its domain, and more on its border and around the samples with
+    the largest distances.
     """
     return max(measure_each_sheet(sheets, corners, count), key=lambda deviation: deviation.distance)
 
@@ -76,13 +80,15 @@ def _measure_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Dev
     places = sheet.samples(count)
     points = sheet.at(places)
     distances, largest = soup.farthest(points)
-    noise = ROUNDING * float(np.abs(points).max())
+    rounding = ROUNDING * float(np.abs(points).max())
     rows = np.argsort(-distances, kind="stable")[:WORST_COUNT]
     worst_places, worst_distances = places[rows], distances[rows]
     spread = sheet.step(count)
     offsets = np.stack(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2), axis=-1).reshape(-1, 2)
     for _ in range(ROUNDS):
-        around = sheet.inside((worst_places[:, np.newaxis] + offsets * spread).reshape(-1, 2))
+        around = sheet.clip_to_domain(
+            (worst_places[:, np.newaxis] + offsets * spread).reshape(-1, 2)
+        )
         around_distances = soup.distances(sheet.at(around)).reshape(len(worst_places), -1)
         best = around_distances.argmax(axis=1)
         worst_places = around.reshape(len(worst_places), -1, 2)[np.arange(len(worst_places)), best]
@@ -90,7 +96,7 @@ def _measure_sheet(number: int, sheet: Sheet, corners: Array, count: int) -> Dev
         spread = spread / 4
     worst = int(worst_distances.argmax())
     u, v = worst_places[worst].tolist()
-    return Deviation(max(largest, float(worst_distances[worst])), number, (u, v), noise)
+    return Deviation(max(largest, float(worst_distances[worst])), number, (u, v), rounding)
 
 
 def measure_seen_deviation(
@@ -129,13 +135,13 @@ def measure_mesh_to_surface(
         distances = _descend(sheet, *_sample_sheet(sheet, count), points - sheet.origin, starts=1)
         np.minimum(best, distances, out=best)
     order = np.argsort(-best, kind="stable")
-    many = [(sheet, *_sample_sheet(sheet, 16 * count)) for sheet in sheets]
+    dense_samples = [(sheet, *_sample_sheet(sheet, 16 * count)) for sheet in sheets]
     largest = 0.0
     for start in range(0, len(order), REPEATED_POINTS):
         rows = order[start : start + REPEATED_POINTS]
         if best[rows[0]] <= largest:
             break
-        for sheet, places, tree in many:
+        for sheet, places, tree in dense_samples:
             distances = _descend(sheet, places, tree, points[rows] - sheet.origin, starts=4)
             best[rows] = np.minimum(best[rows], distances)
         largest = max(largest, float(best[rows].max()))
@@ -166,15 +172,15 @@ def _descend(
 
     The method begins at each of the `starts` nearest samples, and the least distance counts.
     Partials are computed from differences of points. The search also tries steps along u, along v
-    and along the third side of a triangle, because the nearest point may be on the border. If no
-    step leads to a nearer point, the next steps are half as long.
+    and along the third side of a triangle, because the nearest point may be on the border. Where
+    the last of these steps does not lead to a nearer point, the next steps are half as long.
     """
     _, rows = tree.query(points, k=list(range(1, starts + 1)))
     current = places[rows.T.ravel()]
     points = np.tile(points, (starts, 1))
     difference = 1e-6 * sheet.step(len(places))
     offset = sheet.at(current) - points
-    best = (offset * offset).sum(axis=1)
+    min_square = (offset * offset).sum(axis=1)  # squares of the least distances so far
     scale = np.ones((len(points), 1))
     for _ in range(steps):
         a, b = (
@@ -182,15 +188,15 @@ def _descend(
             for axis in range(2)
         )
         for step in _solve_steps(a, b, offset):
-            new = sheet.inside(current - scale * step)
-            moved = sheet.at(new) - points
-            square = (moved * moved).sum(axis=1)
-            nearer = square < best
-            best = np.where(nearer, square, best)
-            current = np.where(nearer[:, np.newaxis], new, current)
-            offset = np.where(nearer[:, np.newaxis], moved, offset)
-        scale = np.where(nearer[:, np.newaxis], 1.0, scale / 2)
-    distances: Array = np.sqrt(best).reshape(starts, -1).min(axis=0)
+            new = sheet.clip_to_domain(current - scale * step)
+            new_offset = sheet.at(new) - points
+            new_square = (new_offset * new_offset).sum(axis=1)
+            is_nearer = new_square < min_square
+            min_square = np.where(is_nearer, new_square, min_square)
+            current = np.where(is_nearer[:, np.newaxis], new, current)
+            offset = np.where(is_nearer[:, np.newaxis], new_offset, offset)
+        scale = np.where(is_nearer[:, np.newaxis], 1.0, scale / 2)
+    distances: Array = np.sqrt(min_square).reshape(starts, -1).min(axis=0)
     return distances
 
 
@@ -198,20 +204,21 @@ def _estimate_partial(
     sheet: Sheet, current: Array, point: Array, difference: Array, axis: int
 ) -> Array:
     """The partial derivatives (m, 3) along one parameter, from differences inside the domain."""
-    move = np.where(np.arange(2) == axis, difference, 0.0)
-    moved = sheet.inside(current + move)
+    step = np.where(np.arange(2) == axis, difference, 0.0)
+    new = sheet.clip_to_domain(current + step)
     # At the upper end of the domain the parameter cannot increase, so it is decreased.
-    is_at_end = np.abs(moved - current)[:, axis, np.newaxis] < difference[axis] / 2
-    moved = sheet.inside(np.where(is_at_end, current - move, moved))
-    length = (moved - current)[:, axis, np.newaxis]
-    return (sheet.at(moved) - point) / np.where(length == 0, 1.0, length)
+    is_at_end = np.abs(new - current)[:, axis, np.newaxis] < difference[axis] / 2
+    new = sheet.clip_to_domain(np.where(is_at_end, current - step, new))
+    length = (new - current)[:, axis, np.newaxis]
+    return (sheet.at(new) - point) / np.where(length == 0, 1.0, length)
 
 
 def _solve_steps(a: Array, b: Array, offset: Array) -> list[Array]:
     """Four arrays (m, 2) of steps that minimise the distance to first order.
 
-    The first steps are free; the others run along u, along v, and along the third side of a
-    triangle. `a` and `b` are the partials, `offset` (m, 3) is the vector from the point.
+    The first steps have any direction; the others run along u, along v, and along the third side
+    of a triangle. `a` and `b` (m, 3) are the partials, `offset` (m, 3) are the vectors from points
+    to the surface.
     """
     e, f, g = ((x * y).sum(axis=1) for x, y in ((a, a), (a, b), (b, b)))
     p, q = ((x * offset).sum(axis=1) for x in (a, b))

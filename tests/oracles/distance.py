@@ -92,11 +92,11 @@ class Soup:
     def bound_above(self, points: Array) -> Array:
         """Upper bounds (m,) of the distances of points (m, 3)."""
         _, rows = self.tree.query(points, k=min(NEAR_POINTS, len(self.owner)))
-        near = self.owner[np.asarray(rows).reshape(len(points), -1)]
+        triangles = self.owner[np.asarray(rows).reshape(len(points), -1)]
         distances = measure_distances(
-            np.repeat(points, near.shape[1], axis=0), self.corners[near.ravel()]
+            np.repeat(points, triangles.shape[1], axis=0), self.corners[triangles.ravel()]
         )
-        bounds: Array = distances.reshape(near.shape).min(axis=1)
+        bounds: Array = distances.reshape(triangles.shape).min(axis=1)
         return bounds
 
     def distances(self, points: Array) -> Array:
@@ -110,25 +110,29 @@ class Soup:
         """
         result = self.bound_above(points)
         order = np.argsort(-result, kind="stable")
-        largest, done, block = 0.0, 0, 32
-        while done < len(order) and result[order[done]] > largest:
-            rows = order[done : done + block]
+        # Blocks grow, because usually few points need their true distance.
+        largest, begin, block = 0.0, 0, 32
+        while begin < len(order) and result[order[begin]] > largest:
+            rows = order[begin : begin + block]
             result[rows] = self._measure_exactly(points[rows], result[rows])
             largest = max(largest, float(result[rows].max()))
-            done, block = done + block, 2 * block
+            begin, block = begin + block, 2 * block
         return result, largest
 
     def _measure_exactly(self, points: Array, bounds: Array) -> Array:
-        """True distances (m,): the least to all triangles whose ball is within the upper bound."""
+        """True distances (m,): the least distance to the triangles whose balls are near enough.
+
+        A ball is near enough if its distance from the point is at most the upper bound.
+        """
         result = bounds.copy()
         for tree, triangles, radius in self.balls:
             reach = bounds * (1 + 1e-9) + radius
-            near = tree.query_ball_point(points, reach, return_sorted=False)
-            counts = np.array([len(rows) for rows in near])
+            balls = tree.query_ball_point(points, reach, return_sorted=False)
+            counts = np.array([len(rows) for rows in balls])
             if counts.any():
                 rows = np.repeat(np.arange(len(points)), counts)
-                chosen = triangles[np.concatenate([np.array(r, dtype=np.intp) for r in near])]
-                np.minimum.at(result, rows, measure_distances(points[rows], self.corners[chosen]))
+                near = triangles[np.concatenate([np.array(r, dtype=np.intp) for r in balls])]
+                np.minimum.at(result, rows, measure_distances(points[rows], self.corners[near]))
         return result
 
 

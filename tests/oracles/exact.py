@@ -95,7 +95,10 @@ def surface_point(net: Net, u: Fraction, v: Fraction) -> Vector:
 
 
 def bilinear_point(net: Net, u: Fraction, v: Fraction) -> Vector:
-    """S(u, v) by another order of de Casteljau: u and v together as long as both degrees last."""
+    """S(u, v) by another order of de Casteljau: a step in u and a step in v alternate.
+
+    When one of the degrees is used up, the remaining steps are those of a curve.
+    """
     while len(net) > 1 and len(net[0]) > 1:
         net = [
             [
@@ -131,7 +134,7 @@ def hodograph(net: Net) -> Net:
 
 
 def jets(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> list[list[Jet]]:
-    """Points and first partials on the grid us × vs; those of a homogeneous net are projected."""
+    """Points and first partials on the grid us × vs; a homogeneous net is projected."""
     grids = [
         _grid(net, us, vs),
         _grid(hodograph(net), us, vs),
@@ -153,7 +156,7 @@ def _grid(net: Net, us: Sequence[Fraction], vs: Sequence[Fraction]) -> Net:
 
 
 def project(value: Vector, du: Vector, dv: Vector) -> Jet:
-    """The point and the partials of S = X/w, from those of the homogeneous X.
+    """The point and partials of S = X/w from the point and partials of the homogeneous (X, w).
 
     Quotient rule: S_u = (X_u − w_u S)/w. Values of three coordinates are returned unchanged.
     """
@@ -168,7 +171,7 @@ def project(value: Vector, du: Vector, dv: Vector) -> Jet:
 
 
 def second_jet(net: Net, u: Fraction, v: Fraction) -> list[Vector]:
-    """S, S_u, S_v, S_uu, S_uv, S_vv at (u, v); those of a homogeneous net are projected."""
+    """S, S_u, S_v, S_uu, S_uv, S_vv at (u, v); a homogeneous net is projected."""
     return project_partials(
         [
             _evaluate_partial(net, i, j, u, v)
@@ -223,12 +226,12 @@ def compute_curvatures(jet: Sequence[Vector]) -> tuple[mpmath.mpf, ...]:
     """
     _, du, dv, duu, duv, dvv = jet
     n = cross(du, dv)
-    square = dot(n, n)
+    squared_length = dot(n, n)
     e, f, g = (dot(second, n) for second in (duu, duv, dvv))
-    gauss = (e * g - f * f) / square**2
-    trace = (e * dot(dv, dv) - 2 * f * dot(du, dv) + g * dot(du, du)) / square
+    gauss = (e * g - f * f) / squared_length**2
+    trace = (e * dot(dv, dv) - 2 * f * dot(du, dv) + g * dot(du, du)) / squared_length
     with mpmath.workdps(DIGITS):
-        k, h = _to_mpf(gauss), _to_mpf(trace) / (2 * mpmath.sqrt(_to_mpf(square)))
+        k, h = _to_mpf(gauss), _to_mpf(trace) / (2 * mpmath.sqrt(_to_mpf(squared_length)))
         spread = mpmath.sqrt(max(h * h - k, mpmath.mpf(0)))
         return k, h, h + spread, h - spread
 
@@ -284,10 +287,10 @@ def split(points: Any, t: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
     The parts share their common row bit for bit, because it is computed only once. The computation
     is in floating point; with t = 1/2 and coordinates of few bits it is exact.
     """
-    left, right = [], []
+    below, above = [], []
     rows = np.asarray(points, dtype=float)
     while len(rows):
-        left.append(rows[0])
-        right.append(rows[-1])
+        below.append(rows[0])
+        above.append(rows[-1])
         rows = (1 - t) * rows[:-1] + t * rows[1:]
-    return np.array(left), np.array(right[::-1])
+    return np.array(below), np.array(above[::-1])

@@ -21,27 +21,27 @@ from tests.oracles.exact import (
 
 
 def find_limit_normal(
-    points: Any, weights: Any, place: tuple[Fraction, Fraction], towards: tuple[int, int]
+    points: Any, weights: Any, place: tuple[Fraction, Fraction], direction: tuple[int, int]
 ) -> tuple[float, float, float] | None:
-    """The limit of the unit normal at `place` (u, v), from the direction `towards` in parameters.
+    """The limit of the unit normal at `place` + s `direction`, both (u, v), as s > 0 tends to 0.
 
-    Returns None if du × dv vanishes on the whole line.
+    Returns None if du × dv vanishes on this whole line.
     """
     net = to_exact_net(points, weights)
-    # On the line the degree of S is at most n, and that of a product of two partials at most 2n.
+    # On the line the degree of S is at most n; the product of two partials has at most degree 2n.
     # The numerator of a rational partial is itself a product of two polynomials of degree n.
-    n = (len(net) - 1) * abs(towards[0]) + (len(net[0]) - 1) * abs(towards[1])
+    n = (len(net) - 1) * abs(direction[0]) + (len(net[0]) - 1) * abs(direction[1])
     count = (2 if weights is None else 4) * n + 1
     steps = [Fraction(k, 2 * count) for k in range(1, count + 1)]
     values = [
-        _scaled_normal(net, place[0] + s * towards[0], place[1] + s * towards[1]) for s in steps
+        _scaled_normal(net, place[0] + s * direction[0], place[1] + s * direction[1]) for s in steps
     ]
     if not any(any(value) for value in values):
         return None
     while True:
-        lowest = _extrapolate(steps, values)
-        if any(lowest):
-            return normalize(lowest)
+        value_at_zero = _extrapolate(steps, values)
+        if any(value_at_zero):
+            return normalize(value_at_zero)
         values = [tuple(x / s for x in value) for s, value in zip(steps, values, strict=True)]
 
 
@@ -64,8 +64,8 @@ def _extrapolate(steps: Sequence[Fraction], values: Sequence[Vector]) -> Vector:
     total: list[Fraction] = [Fraction(0)] * len(values[0])
     for i, (s, value) in enumerate(zip(steps, values, strict=True)):
         factor = Fraction(1)
-        for j, other in enumerate(steps):
+        for j, other_step in enumerate(steps):
             if j != i:
-                factor *= other / (other - s)
+                factor *= other_step / (other_step - s)
         total = [t + factor * x for t, x in zip(total, value, strict=True)]
     return tuple(total)

@@ -29,8 +29,8 @@ def romberg(
     rows: list[list[float]] = []
     for level in range(levels):
         row = [measure_inscribed(first * 2**level)]
-        for k, before in enumerate(rows[-1] if rows else [], start=1):
-            row.append(row[-1] + (row[-1] - before) / (4**k - 1))
+        for k, coarser in enumerate(rows[-1] if rows else [], start=1):
+            row.append(row[-1] + (row[-1] - coarser) / (4**k - 1))
         rows.append(row)
     return rows[-1][-1], abs(rows[-1][-1] - rows[-2][-1]) + 1e-14 * abs(rows[-1][-1])
 
@@ -112,7 +112,7 @@ def _norms(vectors: Array) -> Array:
 def exact_flux(nets: Sequence[Net]) -> Fraction:
     """Σ ∫∫ S · (S_u × S_v) of polynomial nets, exactly.
 
-    The integral of a net is the sum over all indices of
+    The integral of a net is the sum over all indices k, m, i, n, r and s of
     det(P_rs, p (P_{k+1,m} − P_km), q (P_{i,n+1} − P_in)) times ∫∫ of the product of the three
     basis functions.
     """
@@ -124,12 +124,12 @@ def _exact_flux(net: Net) -> Fraction:
     p, q = len(net) - 1, len(net[0]) - 1
     total = Fraction(0)
     u_steps = [
-        (k, n, tuple(p * (b - a) for a, b in zip(net[k][n], net[k + 1][n], strict=True)))
-        for k, n in product(range(p), range(q + 1))
+        (k, m, tuple(p * (b - a) for a, b in zip(net[k][m], net[k + 1][m], strict=True)))
+        for k, m in product(range(p), range(q + 1))
     ]
     v_steps = [
-        (k, n, tuple(q * (b - a) for a, b in zip(net[k][n], net[k][n + 1], strict=True)))
-        for k, n in product(range(p + 1), range(q))
+        (i, n, tuple(q * (b - a) for a, b in zip(net[i][n], net[i][n + 1], strict=True)))
+        for i, n in product(range(p + 1), range(q))
     ]
     for (k, m, a), (i, n, b) in product(u_steps, v_steps):
         normal = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

@@ -20,24 +20,27 @@ Ints: TypeAlias = NDArray[np.intp]
 STEP = 1e-6
 """The step of differences, as a share of the domain."""
 
+RAYS_AT_A_TIME = 200
+"""Rays that are compared with all cells at a time, to bound the memory."""
+
 
 def find_crossings(
     sheets: Sequence[Sheet], origins: Array, directions: Array, samples: int = 4000
 ) -> tuple[Ints, Array, Array]:
-    """All hits found: the number of the ray (n,), its parameter t (n,), and the error of t (n,)."""
+    """All hits that the search finds: numbers of rays (n,), parameters t (n,), errors of t (n,)."""
     result: list[tuple[Ints, Array, Array]] = [(np.zeros(0, np.intp), np.zeros(0), np.zeros(0))]
     cells_each = max(100, samples // len(sheets))
     for sheet in sheets:
         cells, low, high = _divide_domain(sheet, cells_each)
         corners = sheet.at(cells.reshape(-1, 2)).reshape(-1, 4, 3)
-        for first in range(0, len(origins), 200):
-            rows = slice(first, first + 200)
+        for begin in range(0, len(origins), RAYS_AT_A_TIME):
+            rows = slice(begin, begin + RAYS_AT_A_TIME)
             ray, cell = _find_near_pairs(corners, origins[rows] - sheet.origin, directions[rows])
             if not len(ray):
                 continue
             o, d = origins[rows][ray] - sheet.origin, directions[rows][ray]
             hit, t, error = _iterate_newton(sheet, cells[cell].mean(axis=1), o, d, (low, high))
-            result.append((ray[hit] + first, t, error))
+            result.append((ray[hit] + begin, t, error))
     ray, t, error = (np.concatenate(each) for each in zip(*result, strict=True))
     return ray, t, error
 
@@ -68,30 +71,32 @@ def _build_frame(d: Array) -> tuple[Array, Array]:
 
 
 def _find_near_pairs(corners: Array, o: Array, d: Array) -> tuple[Ints, Ints]:
-    """Pairs of a ray and a cell: the bounding box of the projected cell, doubled, contains the ray.
+    """The rays and cells of all pairs where the ray may meet the cell: numbers (n,) and (n,).
 
-    Returns the numbers (n,) of the rays and those (n,) of the cells.
+    Each cell is projected along the ray. The pair counts if the bounding box of the projection, at
+    twice its size, contains the ray.
     """
-    inside = np.ones((len(o), len(corners)), bool)
+    is_near = np.ones((len(o), len(corners)), bool)
     for axis in _build_frame(d):
         offsets = corners.reshape(-1, 3) @ axis.T - (o * axis).sum(axis=1)
         offsets = offsets.reshape(len(corners), 4, len(o))
         low, high = offsets.min(axis=1), offsets.max(axis=1)
         margin = 0.5 * (high - low)
-        inside &= ((low - margin <= 0) & (high + margin >= 0)).T
-    ray, cell = np.nonzero(inside)
+        is_near &= ((low - margin <= 0) & (high + margin >= 0)).T
+    ray, cell = np.nonzero(is_near)
     return ray, cell
 
 
 def _iterate_newton(
     sheet: Sheet, places: Array, o: Array, d: Array, domain: tuple[Array, Array]
 ) -> tuple[Ints, Array, Array]:
-    """The starts (n,) from which Newton's method reaches a hit, their t (n,), and its error (n,).
+    """The starts from which Newton's method reaches a hit, t of each hit, and the error of t.
 
     `places` (m, 2) are the starts, `o` and `d` (m, 3) are the origins and directions of their rays.
-    Rounding the parameters moves a point by 2⁻⁵³ times the partials, which grow with the weights.
-    The error of t is this distance plus the distance from the ray, divided by the sine of the angle
-    between ray and surface.
+    The results have the shape (n,); a start is the number of its row in `places`. Rounding the
+    parameters moves a point by 2⁻⁵³ times the partials, which grow with the weights. The error of t
+    is this distance plus the distance from the ray, divided by the sine of the angle between ray
+    and surface.
     """
     low, high = domain
     first, second = _build_frame(d)
@@ -99,25 +104,27 @@ def _iterate_newton(
     for _ in range(12):
         offset = sheet.at(places) - o
         du, dv = (
-            (sheet.at(places + move) - sheet.at(places - move)) / (2 * move.sum())
-            for move in np.diag(step)
+            (sheet.at(places + offset_uv) - sheet.at(places - offset_uv)) / (2 * length)
+            for offset_uv, length in zip(np.diag(step), step, strict=True)
         )
         # f and g are the distances from the ray along the two vectors of the frame.
         f, g = (offset * first).sum(axis=1), (offset * second).sum(axis=1)
         fu, fv, gu, gv = ((p * w).sum(axis=1) for w in (first, second) for p in (du, dv))
         with np.errstate(all="ignore"):
             determinant = fu * gv - fv * gu
-            move = np.stack(
+            newton_step = np.stack(
                 [(fv * g - gv * f) / determinant, (gu * f - fu * g) / determinant], axis=1
             )
-        move = np.where(np.isfinite(move), move, 0.0)
-        places = np.clip(places + move, low - 0.05 * (high - low), high + 0.05 * (high - low))
+        newton_step = np.where(np.isfinite(newton_step), newton_step, 0.0)
+        places = np.clip(
+            places + newton_step, low - 0.05 * (high - low), high + 0.05 * (high - low)
+        )
     points = sheet.at(places)
     scale = np.abs(points).max(axis=1) + np.abs(o).max(axis=1)
     speed = np.linalg.norm(d, axis=1)
     ray_distance = np.linalg.norm(np.cross(points - o, d), axis=1) / speed
     t = ((points - o) * d).sum(axis=1) / (d * d).sum(axis=1)
-    is_inside = (np.abs(sheet.inside(places) - places) <= 0).all(axis=1)
+    is_inside = (np.abs(sheet.clip_to_domain(places) - places) <= 0).all(axis=1)
     point_error = 1e-13 * scale + 2.0**-52 * sum(np.linalg.norm(x, axis=1) for x in (du, dv))
     with np.errstate(all="ignore"):
         normal = np.cross(du, dv)
@@ -134,12 +141,12 @@ def sphere_roots(origin: Sequence[float], direction: Sequence[float]) -> list[fl
         dd, od, oo = (
             sum(a * b for a, b in zip(x, y, strict=True)) for x, y in ((d, d), (o, d), (o, o))
         )
-        square = od**2 - dd * (oo - 1)
-        if square < 0:
+        # The roots of dd t² + 2 od t + oo − 1 = 0.
+        discriminant = od**2 - dd * (oo - 1)
+        if discriminant < 0:
             return []
-        return [
-            float(t) for t in ((-od - mp.sqrt(square)) / dd, (-od + mp.sqrt(square)) / dd) if t >= 0
-        ]
+        root = mp.sqrt(discriminant)
+        return [float(t) for t in ((-od - root) / dd, (-od + root) / dd) if t >= 0]
 
 
 def torus_roots(
@@ -157,14 +164,15 @@ def torus_roots(
             sum(a * b for a, b in zip(x, y, strict=True)) for x, y in ((d, d), (o, d), (o, o))
         )
         k = oo + big**2 - small**2
-        flat = [
+        # The same inner products of the x and y coordinates alone.
+        dd_xy, od_xy, oo_xy = (
             sum(x * y for x, y in zip(a[:2], b[:2], strict=True))
             for a, b in ((d, d), (o, d), (o, o))
-        ]
-        corners_of_cells = 4 * big**2
+        )
+        four_big_squared = 4 * big**2
         quartic = [
-            k**2 - corners_of_cells * flat[2], 4 * od * k - 2 * corners_of_cells * flat[1],
-            4 * od**2 + 2 * dd * k - corners_of_cells * flat[0], 4 * dd * od, dd**2,
+            k**2 - four_big_squared * oo_xy, 4 * od * k - 2 * four_big_squared * od_xy,
+            4 * od**2 + 2 * dd * k - four_big_squared * dd_xy, 4 * dd * od, dd**2,
         ]  # fmt: skip
         roots = mp.polyroots(quartic, maxsteps=500, extraprec=400, asc=True)
         real = [root.real for root in roots if abs(root.imag) < mpf(10) ** -25]

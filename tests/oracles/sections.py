@@ -25,9 +25,10 @@ def find_crossings(sheets: Sequence[Sheet], normal: Array, offset: float, count:
 
 
 def _find_sheet_crossings(sheet: Sheet, normal: Array, offset: float, count: int) -> Array:
-    low, high = sheet.inside(np.array([[-1e9, -1e9], [1e9, 1e9]]))
     if isinstance(sheet, TriangleSheet):
         low, high = np.zeros(2), np.ones(2)
+    else:  # places far outside are moved to the corners of the rectangular domain
+        low, high = sheet.clip_to_domain(np.array([[-1e9, -1e9], [1e9, 1e9]]))
     t = np.linspace(0, 1, count + 1)
     u, v = np.meshgrid(t, t, indexing="ij")
     if isinstance(sheet, TriangleSheet):
@@ -39,18 +40,20 @@ def _find_sheet_crossings(sheet: Sheet, normal: Array, offset: float, count: int
 
     is_above = measure_height(places.reshape(-1, 2)).reshape(u.shape) >= 0
     pairs = []
+    # Neighbours along u, then neighbours along v.
     for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        differ = is_above[first] != is_above[second]
-        begin, end = places[first][differ], places[second][differ]
-        swap = is_above[first][differ]
-        pairs.append((np.where(swap[:, None], end, begin), np.where(swap[:, None], begin, end)))
+        has_crossing = is_above[first] != is_above[second]
+        begin, end = places[first][has_crossing], places[second][has_crossing]
+        begins_above = is_above[first][has_crossing][:, None]
+        pairs.append((np.where(begins_above, end, begin), np.where(begins_above, begin, end)))
     below, above = (np.concatenate(each) for each in zip(*pairs, strict=True))
     if not len(below):
         return np.zeros((0, 3))
     for _ in range(HALVINGS):
         middle = (below + above) / 2
-        is_over = (measure_height(middle) >= 0)[:, np.newaxis]
-        below, above = np.where(is_over, below, middle), np.where(is_over, middle, above)
+        is_middle_above = (measure_height(middle) >= 0)[:, np.newaxis]
+        below = np.where(is_middle_above, below, middle)
+        above = np.where(is_middle_above, middle, above)
     return np.asarray(sheet.at(above) + sheet.origin)
 
 

@@ -2,8 +2,8 @@
 
 A sheet is one tensor-product or triangular surface. Bases are computed by the recursions that
 define them: B_i^n = (1 − t) B_i^{n−1} + t B_{i−1}^{n−1}, the corresponding recursion over
-triangles, and that of Cox and de Boor. Points are relative to an origin near the surface, so that a
-surface far from zero loses no digits.
+triangles, and the recursion of Cox and de Boor. Points are relative to an origin near the surface,
+so that a surface far from zero loses no digits.
 
 A place is a pair of parameters (u, v).
 """
@@ -51,12 +51,12 @@ class Sheet(Protocol):
         """
         ...
 
-    def inside(self, places: Array) -> Array:
+    def clip_to_domain(self, places: Array) -> Array:
         """The places (m, 2); those outside of the domain are moved to its border."""
         ...
 
     def step(self, count: int) -> Array:
-        """Distances (2,) in u and in v of neighbours among `samples(count)`."""
+        """Distances (2,), in u and in v, between neighbours among `samples(count)`."""
         ...
 
 
@@ -97,7 +97,7 @@ class TensorSheet:
         spans = (len(self.breaks[0]) - 1) * (len(self.breaks[1]) - 1)
         return max(4, int(np.sqrt(count / spans)))
 
-    def inside(self, places: Array) -> Array:
+    def clip_to_domain(self, places: Array) -> Array:
         return np.stack(
             [np.clip(places[:, k], b[0], b[-1]) for k, b in enumerate(self.breaks)], axis=1
         )
@@ -131,7 +131,7 @@ class TriangleSheet:
     def _divisions(self, count: int) -> int:
         return max(4, int(np.sqrt(2 * count)))
 
-    def inside(self, places: Array) -> Array:
+    def clip_to_domain(self, places: Array) -> Array:
         places = np.clip(places, 0.0, 1.0)
         total = places.sum(axis=1, keepdims=True)
         return np.where(total > 1, places / np.maximum(total, 1.0), places)
@@ -159,8 +159,8 @@ class PlacedSheet:
     def samples(self, count: int) -> Array:
         return self.sheet.samples(count)
 
-    def inside(self, places: Array) -> Array:
-        return self.sheet.inside(places)
+    def clip_to_domain(self, places: Array) -> Array:
+        return self.sheet.clip_to_domain(places)
 
     def step(self, count: int) -> Array:
         return self.sheet.step(count)
@@ -195,19 +195,19 @@ def _choose_even_places(sheet: Sheet, cells: Array, count: int) -> Array:
     """
     sizes, sides = _measure_cells(sheet, cells)
     while len(cells) < count:
-        large = sizes >= sizes.max() / 2
-        chosen = np.flatnonzero(large)[: count - len(cells)]
-        large[chosen[-1] + 1 :] = False
-        rows, begin = np.arange(len(chosen)), sides[chosen]
+        is_halved = sizes >= sizes.max() / 2
+        large_cells = np.flatnonzero(is_halved)[: count - len(cells)]
+        is_halved[large_cells[-1] + 1 :] = False  # not more than `count` cells
+        rows, begin = np.arange(len(large_cells)), sides[large_cells]
         end = (begin + 1) % 3
-        halves = [cells[chosen], cells[chosen]]
+        halves = [cells[large_cells], cells[large_cells]]
         middle = (halves[0][rows, begin] + halves[0][rows, end]) / 2
         halves[0][rows, end] = halves[1][rows, begin] = middle
-        new = np.concatenate(halves)
-        new_sizes, new_sides = _measure_cells(sheet, new)
-        cells = np.concatenate([cells[~large], new])
-        sizes = np.concatenate([sizes[~large], new_sizes])
-        sides = np.concatenate([sides[~large], new_sides])
+        new_cells = np.concatenate(halves)
+        new_sizes, new_sides = _measure_cells(sheet, new_cells)
+        cells = np.concatenate([cells[~is_halved], new_cells])
+        sizes = np.concatenate([sizes[~is_halved], new_sizes])
+        sides = np.concatenate([sides[~is_halved], new_sides])
     centres: Array = cells.mean(axis=1)
     return centres
 
@@ -215,19 +215,20 @@ def _choose_even_places(sheet: Sheet, cells: Array, count: int) -> Array:
 def _measure_cells(sheet: Sheet, cells: Array) -> tuple[Array, NDArray[np.intp]]:
     """The sizes (T,) in space of triangles of places, and the numbers (T,) of their longest sides.
 
-    The length of a side is that of two chords through its middle, so that bulges count. The size is
-    the length of the longest side, or twice the largest distance from the centre to a middle.
+    The length of a side is the sum of two chords that meet at the middle of the side, so that a
+    bulge makes the side longer. The size is the length of the longest side, or twice the largest
+    distance from the centre to the middle of a side, whichever is larger.
     """
-    following = cells[:, [1, 2, 0]]
-    middles = (cells + following) / 2
+    next_corners = cells[:, [1, 2, 0]]
+    middles = (cells + next_corners) / 2
     places = np.concatenate([cells, middles, cells.mean(axis=1, keepdims=True)], axis=1)
     points = sheet.at(places.reshape(-1, 2)).reshape(-1, 7, 3)
-    corners, between, centre = points[:, :3], points[:, 3:6], points[:, 6:]
-    lengths = _norm(between - corners) + _norm(points[:, [1, 2, 0]] - between)
-    lengths += 1e-9 * _norm(following - cells)  # all corners may be one point
-    return np.maximum(lengths.max(axis=1), 2 * _norm(centre - between).max(axis=1)), (
-        lengths.argmax(axis=1)
-    )
+    corners, middle_points, centre = points[:, :3], points[:, 3:6], points[:, 6:]
+    lengths = _norm(middle_points - corners) + _norm(points[:, [1, 2, 0]] - middle_points)
+    # All corners may be one point. Then the sides are compared by their lengths in parameters.
+    lengths += 1e-9 * _norm(next_corners - cells)
+    sizes = np.maximum(lengths.max(axis=1), 2 * _norm(centre - middle_points).max(axis=1))
+    return sizes, lengths.argmax(axis=1)
 
 
 def _norm(vectors: Array) -> Array:
@@ -270,9 +271,10 @@ def spline_basis(knots: Array, degree: int) -> Basis:
     spans = np.array([s for s in range(degree, last + 1) if knots[s] < knots[s + 1]])
 
     def values(t: Array) -> Array:
-        result = np.searchsorted(knots[spans], t, side="right") - 1
+        # The spans are half open: at a knot the functions are their limits from the right.
+        number = np.searchsorted(knots[spans], t, side="right") - 1
         row = np.zeros((len(t), len(knots) - 1))
-        row[np.arange(len(t)), spans[np.maximum(result, 0)]] = 1.0
+        row[np.arange(len(t)), spans[np.maximum(number, 0)]] = 1.0
         for p in range(1, degree + 1):
             n = row.shape[1] - 1
             low, high = knots[p : p + n] - knots[:n], knots[p + 1 : p + 1 + n] - knots[1 : 1 + n]
@@ -335,7 +337,7 @@ def _build_spline_sheet(surface: BsplineSurface) -> TensorSheet:
 
 
 def _build_knots(knots_or_name: str | Array, count: int, degree: int) -> Array:
-    """The knots; those with a name have spans of length 1 and a domain that begins at 0."""
+    """The knots: as they are, or with spans of length 1 from 0 for "clamped" and "periodic"."""
     if not isinstance(knots_or_name, str):
         return np.asarray(knots_or_name)
     steps = np.arange(-degree, count + 1.0)

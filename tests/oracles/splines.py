@@ -19,8 +19,8 @@ def find_span(knots: Sequence[Fraction], degree: int, t: Fraction) -> int:
     """The s with U_s ≤ t < U_{s+1}; at the end of the domain, the last span that is not
     empty."""
     last = len(knots) - degree - 2
-    inside = [s for s in range(degree, last + 1) if knots[s] < knots[s + 1]]
-    return max((s for s in inside if knots[s] <= t), default=inside[0])
+    spans = [s for s in range(degree, last + 1) if knots[s] < knots[s + 1]]
+    return max((s for s in spans if knots[s] <= t), default=spans[0])
 
 
 def basis_values(knots: Sequence[Fraction], degree: int, t: Fraction) -> list[Fraction]:

@@ -78,8 +78,8 @@ def test_spline_sheets_agree_with_exact_de_boor_and_with_scipy() -> None:
         net = np.concatenate(
             [surface.control_net * weights[..., None], weights[..., None]], axis=-1
         )
-        peer = NdBSpline(surface.knot_vectors, net, surface.degree)(places)
-        assert_close(points, peer[:, :3] / peer[:, 3:])
+        homogeneous = NdBSpline(surface.knot_vectors, net, surface.degree)(places)
+        assert_close(points, homogeneous[:, :3] / homogeneous[:, 3:])
         u, v = places[7].tolist()
         knots = (
             splines.to_fractions(surface.knot_vectors[0]),
@@ -107,14 +107,11 @@ def test_distances_to_triangles_agree_with_trimesh() -> None:
     rng = np.random.default_rng(1)
     corners = random_triangles(rng, 60)
     points = rng.uniform(-2, 2, (200, 3))
-    solid = corners[:-2]  # trimesh divides by the area
-    mesh = trimesh.Trimesh(solid.reshape(-1, 3), np.arange(len(solid) * 3).reshape(-1, 3))
-    assert len(mesh.faces) == len(solid)
-    mesh = trimesh.Trimesh(
-        solid.reshape(-1, 3), np.arange(len(solid) * 3).reshape(-1, 3), process=False
-    )
+    corners = corners[:-2]  # trimesh divides by the area, which is 0 in the last two triangles
+    faces = np.arange(len(corners) * 3).reshape(-1, 3)
+    mesh = trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False)
     _, truth, _ = closest_point_naive(mesh, points)  # type: ignore[no-untyped-call]
-    np.testing.assert_allclose(Soup(solid).distances(points), truth, atol=1e-12)
+    np.testing.assert_allclose(Soup(corners).distances(points), truth, atol=1e-12)
 
 
 def test_deviation_of_a_parabola() -> None:
@@ -153,15 +150,15 @@ def test_deviation_after_a_map_and_relative_to_the_distance_from_an_eye() -> Non
 
 
 def test_deviation_of_a_cylinder_is_the_sagitta() -> None:
-    """The deviation near zero equals that far from zero."""
+    """A cylinder far from zero has the same deviation as the cylinder near zero."""
     arc, weights = np.array([[1.0, 0], [1, 1], [0, 1]]), np.array([1, sqrt(0.5), 1])
     net = np.array([[[x, y, z] for z in (0.0, 1.0)] for x, y in arc])
     for shift in (0.0, 2.0**20):
         sheets = [build_bezier_sheet(net + shift, np.column_stack([weights, weights]))]
         t = np.linspace(0, pi / 2, 5)
         rim = np.stack([np.cos(t), np.sin(t), np.zeros(5)], axis=1) + shift
-        up = np.array([0.0, 0, 1])
-        corners = [[p, q, q + up] for p, q in pairwise(rim)]
-        corners += [[p, q + up, p + up] for p, q in pairwise(rim)]
+        rise = np.array([0.0, 0, 1])
+        corners = [[p, q, q + rise] for p, q in pairwise(rim)]
+        corners += [[p, q + rise, p + rise] for p, q in pairwise(rim)]
         result = measure_surface_to_mesh(sheets, np.array(corners))
         assert result.distance == pytest.approx(1 - cos(pi / 16), abs=1e-8)

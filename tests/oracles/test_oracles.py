@@ -43,12 +43,12 @@ def test_quotient_rule_on_a_quarter_circle() -> None:
 def test_halves_of_a_split_net_are_parts_of_the_surface() -> None:
     """The left half at u equals the whole at u/2, exactly because coordinates have few bits."""
     net = np.arange(36.0).reshape(4, 3, 3) ** 2
-    left, right = exact.split(net)
-    whole, first, second = (exact.to_exact_net(n) for n in (net, left, right))
+    left_net, right_net = exact.split(net)
+    whole, left, right = (exact.to_exact_net(n) for n in (net, left_net, right_net))
     u, v = Fraction(1, 4), Fraction(2, 3)
-    assert exact.surface_point(first, u, v) == exact.surface_point(whole, u / 2, v)
-    assert exact.surface_point(second, u, v) == exact.surface_point(whole, (1 + u) / 2, v)
-    np.testing.assert_array_equal(left[-1], right[0])
+    assert exact.surface_point(left, u, v) == exact.surface_point(whole, u / 2, v)
+    assert exact.surface_point(right, u, v) == exact.surface_point(whole, (1 + u) / 2, v)
+    np.testing.assert_array_equal(left_net[-1], right_net[0])
 
 
 def test_limit_normal_at_the_apex_of_a_plane_patch() -> None:
@@ -95,9 +95,9 @@ def test_topology_of_a_cube_of_squares() -> None:
 
 def test_winding_agreement_is_negative_for_reversed_triangles() -> None:
     """The triangle lies in the plane z = 0; its normals point up."""
-    up = np.array([[0.0, 0, 1]] * 3)
-    assert winding_agreement(CORNERS[:3], up, np.array([[0, 1, 2]]))[0] == pytest.approx(3)
-    assert winding_agreement(CORNERS[:3], up, np.array([[0, 2, 1]]))[0] == pytest.approx(-3)
+    normals = np.array([[0.0, 0, 1]] * 3)
+    assert winding_agreement(CORNERS[:3], normals, np.array([[0, 1, 2]]))[0] == pytest.approx(3)
+    assert winding_agreement(CORNERS[:3], normals, np.array([[0, 2, 1]]))[0] == pytest.approx(-3)
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_quadrics_at_a_point_of_the_surface(
     point: tuple[float, float, float],
     normal: tuple[float, float, float],
 ) -> None:
-    """The residual is zero, and the normal is that computed by hand."""
+    """The residual is zero, and the normal equals the normal computed by hand."""
     residuals, normals = quadric(np.array([point]))
     assert residuals[0] == pytest.approx(0, abs=1e-15)
     assert normals[0] == pytest.approx(normal, abs=1e-15)

@@ -89,8 +89,8 @@ def _number_edges(ends: NDArray[np.int64]) -> NDArray[np.int64]:
 def weld_by_position(positions: np.ndarray, faces: np.ndarray) -> NDArray[np.int64]:
     """The faces with every vertex replaced by the first one whose position has the same bits."""
     # Adding 0.0 makes −0.0 and 0.0 one position.
-    _, first, places = np.unique(positions + 0.0, axis=0, return_index=True, return_inverse=True)
-    welded: NDArray[np.int64] = first[places.ravel()][faces]
+    _, first, number = np.unique(positions + 0.0, axis=0, return_index=True, return_inverse=True)
+    welded: NDArray[np.int64] = first[number.ravel()][faces]
     return welded
 
 
@@ -107,7 +107,7 @@ def volume(positions: np.ndarray, triangles: np.ndarray) -> float:
 def winding_agreement(
     positions: np.ndarray, normals: np.ndarray, triangles: np.ndarray
 ) -> np.ndarray:
-    """Σ n · (vertex normal) over the three corners of each triangle with unit normal n: (T,).
+    """For each triangle, Σ n · (vertex normal) over its corners, n its unit normal; shape (T,).
 
     The value is 3 if all normals agree, and negative if the winding is wrong.
     """

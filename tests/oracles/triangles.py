@@ -61,13 +61,13 @@ def value(net: Triangle, place: Vector) -> Vector:
     return tuple(Fraction(x, scale * place_scale**degree) for x in rows[0, 0, 0])
 
 
-def partial(net: Triangle, towards: int) -> Triangle:
-    """Net of the partial along s (`towards` = 1) or t (2), r = 1 − s − t.
+def partial(net: Triangle, axis: int) -> Triangle:
+    """Net of the partial along s (`axis` = 1) or t (`axis` = 2), where r = 1 − s − t.
 
-    For s it is n (b_{i,j+1,k} − b_{i+1,j,k}), n the degree.
+    For s it is n (b_{i,j+1,k} − b_{i+1,j,k}), where n is the degree.
     """
     n = sum(next(iter(net)))
-    step = (0, 1, 0) if towards == 1 else (0, 0, 1)
+    step = (0, 1, 0) if axis == 1 else (0, 0, 1)
     return {
         (i, j, k): tuple(
             n * (y - x)
@@ -80,18 +80,19 @@ def partial(net: Triangle, towards: int) -> Triangle:
 
 
 def jet(net: Triangle, place: Vector) -> Jet:
-    """Point and partials along s and t; those of a homogeneous net are projected."""
-    return project(value(net, place), *(value(partial(net, n), place) for n in (1, 2)))
+    """Point and partials along s and t; a homogeneous net is projected."""
+    return project(value(net, place), *(value(partial(net, axis), place) for axis in (1, 2)))
 
 
 def second_jet(net: Triangle, place: Vector) -> list[Vector]:
-    """S, S_s, S_t, S_ss, S_st, S_tt at one place; those of a homogeneous net are projected."""
+    """S, S_s, S_t, S_ss, S_st, S_tt at one place; a homogeneous net is projected."""
     zero = (Fraction(0),) * len(value(net, place))
-    first = [partial(net, towards) for towards in (1, 2)]
+    first = [partial(net, axis) for axis in (1, 2)]
     second = [zero] * 3
     if sum(next(iter(net))) > 1:
+        # S_ss, S_st and S_tt: the index of a net in `first`, and the axis of its partial.
         pairs = ((0, 1), (0, 2), (1, 2))
-        second = [value(partial(first[i], towards), place) for i, towards in pairs]
+        second = [value(partial(first[i], axis), place) for i, axis in pairs]
     return project_partials([value(net, place), *(value(d, place) for d in first), *second])
 
 

@@ -79,7 +79,7 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
     sheets = [] if isinstance(surface, GroupSurface) else build_sheets(surface)
     if 0 < len(sheets) <= 8:  # sampling the other examples takes seconds
         result = measure_surface_to_mesh(sheets, corners, 400)
-        assert result.distance <= report.deviation_bound + result.noise
+        assert result.distance <= report.deviation_bound + result.rounding
     low, high = report.bounds_min, report.bounds_max
     np.testing.assert_array_equal([points.min(axis=0), points.max(axis=0)], [low, high])
 

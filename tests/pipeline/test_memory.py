@@ -24,11 +24,11 @@ MAX_RATIO = 3
 """The largest ratio of predicted to used memory for a mesh of some megabytes."""
 
 
-def build_hills(count: int, *, weighted: bool = False) -> BsplineSurface:
+def build_hills(count: int, *, is_rational: bool = False) -> BsplineSurface:
     """A random cubic B-spline of `count` × `count` control points."""
     random = np.random.default_rng(3)
     net = random.normal(size=(count, count, 3))
-    weights = random.uniform(1, 2, (count, count)) if weighted else None
+    weights = random.uniform(1, 2, (count, count)) if is_rational else None
     return BsplineSurface(net, weights=weights)
 
 
@@ -39,7 +39,7 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
     "quantized": (TEAPOT, FINE, EncodeOptions(quantize=True), "glb"),
     "patches": (build_hills(40), MeshOptions(resolution=(1, 1)), EncodeOptions(), "glb"),
     "framed": (
-        build_hills(20, weighted=True), MeshOptions(resolution=(1, 5)), EncodeOptions(), "json",
+        build_hills(20, is_rational=True), MeshOptions(resolution=(1, 5)), EncodeOptions(), "json",
     ),
     "group": (find("tea-service").surface(), MeshOptions((8, 8)), EncodeOptions(), "stl"),
     "curved": (TORUS, MeshOptions((20, 20), curvatures=True), EncodeOptions(), "ply"),
@@ -71,7 +71,7 @@ def test_a_mesh_uses_no_more_memory_than_predicted(name: str) -> None:
         assert work.cost.memory <= MAX_RATIO * used
 
 
-@pytest.mark.parametrize("surface", [build_hills(60), build_hills(40, weighted=True)])
+@pytest.mark.parametrize("surface", [build_hills(60), build_hills(40, is_rational=True)])
 def test_lowering_uses_no_more_memory_than_predicted(surface: BsplineSurface) -> None:
     used = measure_memory(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
     assert used <= lowering_memory(surface.size()) <= MAX_RATIO * used

@@ -27,9 +27,11 @@ def replace_coordinate(value: float, *place: int) -> np.ndarray:
 
 
 @given(weighted_nets())
-def test_a_bezier_surface_is_lowered_to_one_patch(weighted: tuple[Array, Array | None]) -> None:
+def test_a_bezier_surface_is_lowered_to_one_patch(
+    net_and_weights: tuple[Array, Array | None],
+) -> None:
     """The model has one batch of one patch, with the points and weights of the surface."""
-    net, weights = weighted
+    net, weights = net_and_weights
     model = BezierSurface(net, weights, up="z", name="bowl").lower()
     (batch,) = model.batches
     np.testing.assert_array_equal(batch.points, net[None])

@@ -31,10 +31,10 @@ small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
 seeds = st.integers(0, 10**6)
 
 
-def build_surface(u: KnotVector, v: KnotVector, seed: int, rational: bool) -> BsplineSurface:
+def build_surface(u: KnotVector, v: KnotVector, seed: int, is_rational: bool) -> BsplineSurface:
     """A random surface over these knots, with or without weights."""
     net = random_points(u.points, seed, v.points)
-    weights = random_weights(u.points, seed + 1, v.points) if rational else None
+    weights = random_weights(u.points, seed + 1, v.points) if is_rational else None
     return BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
 
 
@@ -47,10 +47,10 @@ def evaluate_model(model: PatchModel, t: Array = LOCAL_PARAMETERS) -> Array:
     if batch.weights is None:
         polynomial: Array = np.einsum("abij,pijd->pabd", grid, batch.points)
         return polynomial
-    weighted = grid * batch.weights[:, None, None]
-    total = weighted.sum(axis=(-2, -1))
-    rational: Array = np.einsum("pabij,pijd->pabd", weighted, batch.points) / total[..., None]
-    return rational
+    weighted_basis = grid * batch.weights[:, None, None]
+    total = weighted_basis.sum(axis=(-2, -1))
+    points: Array = np.einsum("pabij,pijd->pabd", weighted_basis, batch.points) / total[..., None]
+    return points
 
 
 def list_parameters(model: PatchModel, t: Array = LOCAL_PARAMETERS) -> tuple[Array, Array]:
@@ -62,10 +62,10 @@ def list_parameters(model: PatchModel, t: Array = LOCAL_PARAMETERS) -> tuple[Arr
 
 @given(small_knots, small_knots, seeds, st.booleans())
 def test_patches_agree_with_the_recursion_of_cox_and_de_boor(
-    u: KnotVector, v: KnotVector, seed: int, rational: bool
+    u: KnotVector, v: KnotVector, seed: int, is_rational: bool
 ) -> None:
     """Points are compared at local parameters 0 and 0.75 of every patch, in exact arithmetic."""
-    surface = build_surface(u, v, seed, rational)
+    surface = build_surface(u, v, seed, is_rational)
     model = surface.lower()
     net = to_exact_net(surface.control_net, surface.weights)
     exact = to_fractions(u.knots), to_fractions(v.knots)
@@ -90,10 +90,10 @@ def test_a_spline_of_one_span_is_lowered_to_its_own_net() -> None:
 
 @given(knot_vectors(), knot_vectors(), seeds, st.booleans())
 def test_patches_share_their_edges_bit_for_bit(
-    u: KnotVector, v: KnotVector, seed: int, rational: bool
+    u: KnotVector, v: KnotVector, seed: int, is_rational: bool
 ) -> None:
     """Neighbouring patches have equal control points and weights on their common side."""
-    model = build_surface(u, v, seed, rational).lower()
+    model = build_surface(u, v, seed, is_rational).lower()
     (batch,), domain = model.batches, model.domain
     assert domain is not None
     np.testing.assert_array_equal(domain.u, knot.breaks(u.knots, u.degree))
@@ -107,10 +107,10 @@ def test_patches_share_their_edges_bit_for_bit(
 
 @given(knot_vectors(), knot_vectors(), seeds, st.booleans())
 def test_the_reversed_surface_has_reversed_patches(
-    u: KnotVector, v: KnotVector, seed: int, rational: bool
+    u: KnotVector, v: KnotVector, seed: int, is_rational: bool
 ) -> None:
     """u and v are reversed at once; points and weights are equal bit for bit."""
-    forward = build_surface(u, v, seed, rational)
+    forward = build_surface(u, v, seed, is_rational)
     backward = BsplineSurface(
         forward.control_net[::-1, ::-1],
         forward.degree,
@@ -133,11 +133,11 @@ def test_lowering_in_small_blocks_gives_the_same_patches(monkeypatch: pytest.Mon
     np.testing.assert_array_equal(in_blocks.weights, expected.weights)
 
 
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("degree", [(3, 3), (2, 1), (4, 5)])
-def test_periodic_directions_close(degree: tuple[int, int], rational: bool) -> None:
+def test_periodic_directions_close(degree: tuple[int, int], is_rational: bool) -> None:
     """n distinct control points give n spans, and the last patch shares its side with the first."""
-    net, weights = random_points(5, 3, 4), random_weights(5, 4, 4) if rational else None
+    net, weights = random_points(5, 3, 4), random_weights(5, 4, 4) if is_rational else None
     model = BsplineSurface(net, degree, ("periodic", "periodic"), weights).lower()
     assert model.patch_count == 20
     p, q = degree

@@ -136,23 +136,23 @@ small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
 
 
 def build_spline(
-    u: KnotVector, v: KnotVector, channels: Channels, rational: bool
+    u: KnotVector, v: KnotVector, channels: Channels, is_rational: bool
 ) -> BsplineSurface:
     net = random_points(u.points, 7, v.points)
-    weights = random_weights(u.points, 8, v.points) if rational else None
+    weights = random_weights(u.points, 8, v.points) if is_rational else None
     degree, knots = (u.degree, v.degree), (u.knots, v.knots)
     return BsplineSurface(net, degree, knots, weights, channels=channels)
 
 
 @given(small_knots, small_knots, st.booleans())
 def test_a_channel_with_the_shape_of_the_control_net_is_a_spline_without_weights(
-    u: KnotVector, v: KnotVector, rational: bool
+    u: KnotVector, v: KnotVector, is_rational: bool
 ) -> None:
     """The attribute `place` is the control net, so its values are points of the surface."""
     net = random_points(u.points, 7, v.points)
     channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
-    (batch,) = build_spline(u, v, channels, rational).lower().batches
-    (plain,) = build_spline(u, v, Channels(), rational=False).lower().batches
+    (batch,) = build_spline(u, v, channels, is_rational).lower().batches
+    (plain,) = build_spline(u, v, Channels(), is_rational=False).lower().batches
     place, wide = (channel.nets for channel in batch.channels)
     np.testing.assert_array_equal(place, plain.points)
     np.testing.assert_array_equal(wide, np.concatenate([place, place], axis=3))
@@ -167,7 +167,7 @@ def test_a_channel_of_another_shape_is_one_bezier_net_over_the_domain(
     if shape == (u.points, v.points):
         shape = (7, 1)
     net = np.random.default_rng(shape).random((*shape, 2))
-    model = build_spline(u, v, Channels(attributes=(("heat", net),)), rational=True).lower()
+    model = build_spline(u, v, Channels(attributes=(("heat", net),)), is_rational=True).lower()
     assert model.domain is not None
     mesh = tessellate(model, MeshOptions((2, 2), uvs=True))
     ((_, heat),) = mesh.attributes

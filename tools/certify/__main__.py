@@ -19,7 +19,7 @@ from typing import Literal, TypeAlias
 
 from service.settings.runtime import pin_blas
 from tools.certify import groups
-from tools.certify.closing import NEARLY, NearlyClosed, judge_nearly
+from tools.certify.closing import NEARLY_CLOSED, NearlyClosed, judge_nearly
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
@@ -61,9 +61,9 @@ def list_models(share: float, names: list[str]) -> Iterator[tuple[str, int, floa
             continue
         for seed in range(max(1, round(share * count))):
             yield kind, seed, JOINT_TOLERANCES[seed % len(JOINT_TOLERANCES)]
-    for kind, (count, _) in NEARLY.items():
+    for kind, case_family in NEARLY_CLOSED.items():
         if not names or kind in names:
-            for seed in range(max(1, round(share * count))):
+            for seed in range(max(1, round(share * case_family.count))):
                 yield kind, seed, TOLERANCES[seed % 3]
     if not names or "groups" in names:
         for seed in range(max(1, round(share * groups.COUNT))):
@@ -83,7 +83,7 @@ def judge_task(task: Task) -> Finding:
     try:
         if isinstance(task, Case):
             return judge(task)
-        if task[0] in NEARLY:
+        if task[0] in NEARLY_CLOSED:
             return judge_nearly(*task)
         return judge_group(*task[1:]) if task[0] == "groups" else judge_model(*task)
     finally:
@@ -134,7 +134,9 @@ def main(arguments: list[str]) -> int:
 
 def print_report(findings: list[Finding]) -> int:
     """Prints the tables and the complaints; returns 1 if there are complaints."""
-    order = {name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY, "groups"])}
+    order = {
+        name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY_CLOSED, "groups"])
+    }
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
     models = [each for each in findings if isinstance(each, Joint)]
     nearly_closed = [each for each in findings if isinstance(each, NearlyClosed)]

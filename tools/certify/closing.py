@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,21 +44,27 @@ class NearlyClosed(Finding):
         return f"{self.kind} {self.seed}"
 
 
-NEARLY: Mapping[str, tuple[int, Callable[[int], Case]]] = MappingProxyType(
+class CaseFamily(NamedTuple):
+    """A family of `count` surfaces; `build` builds the surface with a seed below `count`."""
+
+    count: int
+    build: Callable[[int], Case]
+
+
+NEARLY_CLOSED: Mapping[str, CaseFamily] = MappingProxyType(
     {
-        "noise": (108, build_noisy),
-        "borders": (120, build_pieces),
-        "mixed degrees": (112, build_mixed),
-        "crowded knots": (112, build_crowded),
+        "noise": CaseFamily(108, build_noisy),
+        "borders": CaseFamily(120, build_pieces),
+        "mixed degrees": CaseFamily(112, build_mixed),
+        "crowded knots": CaseFamily(112, build_crowded),
     }
 )
-"""For each family, the number of its surfaces and the function that builds one from a seed."""
+"""The families of surfaces whose borders are nearly equal."""
 
 
 def judge_nearly(kind: str, seed: int, tolerance: float) -> NearlyClosed:
     """The findings about the meshes of one surface, by resolution and by tolerance."""
-    _, build_case = NEARLY[kind]
-    case = build_case(seed)
+    case = NEARLY_CLOSED[kind].build(seed)
     finding = NearlyClosed(kind=kind, seed=seed)
     start = time.process_time()
     try:
@@ -83,12 +90,12 @@ def _judge_mesh(finding: NearlyClosed, case: Case, options: MeshOptions) -> None
     finding.bound = report["deviation_bound"]
     deviation = measure_surface_to_mesh(build_sheets(case.surface), mesh.corners, 1000)
     finding.deviation = deviation.distance
-    if not deviation.distance <= finding.bound + deviation.noise:
+    if not deviation.distance <= finding.bound + deviation.rounding:
         finding.faults.append(f"deviates by {deviation.distance}, bound {finding.bound}")
     finding.closed = report["watertight"]
     # An opening narrower than the tolerance may be closed: both sides may be the same edge.
     is_narrow_opening = case.is_closed is False and options.accuracy is not None
-    if not is_narrow_opening and case.is_closed not in (None, report["watertight"]):
+    if not is_narrow_opening and not case.accepts(report["watertight"]):
         finding.faults.append(f"watertight is {report['watertight']} at {case.weld_tolerance}")
     # The service splits borders of a multipatch in rounds, and joins points after each round.
     rounds = 4 if isinstance(case.surface, MultipatchSurface) else 1

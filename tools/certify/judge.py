@@ -128,7 +128,7 @@ def _compare_bounds(
     count = int(np.clip(4 * len(mesh.faces), *samples))
     deviation = measure_surface_to_mesh(sheets, mesh.corners, count)
     verdict.deviation = max(verdict.deviation, deviation.distance)
-    if not deviation.distance <= verdict.bound + deviation.noise:
+    if not deviation.distance <= verdict.bound + deviation.rounding:
         verdict.faults.append(
             f"deviation {deviation.distance} above bound {verdict.bound} at {deviation.place}"
         )
@@ -146,7 +146,7 @@ def _compare_bounds(
         )
         if not verdict.mesh_bound <= 2 * verdict.tolerance:
             verdict.faults.append(f"mesh bound {verdict.mesh_bound} above twice the tolerance")
-        if not verdict.mesh_deviation <= verdict.mesh_bound + deviation.noise:
+        if not verdict.mesh_deviation <= verdict.mesh_bound + deviation.rounding:
             verdict.faults.append(
                 f"mesh deviation {verdict.mesh_deviation} above bound {verdict.mesh_bound}"
             )

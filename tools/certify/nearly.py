@@ -34,6 +34,10 @@ class Case:
     weld_tolerance: float
     is_closed: bool | None
 
+    def accepts(self, is_watertight: bool) -> bool:
+        """Whether a mesh that is, or is not, watertight is correct."""
+        return self.is_closed is None or self.is_closed == is_watertight
+
 
 def build_noisy(seed: int) -> Case:
     """A ball or a ring, as a B-spline or as patches, with noise of 1e-17 to 1e-9 of its size.

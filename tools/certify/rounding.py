@@ -29,7 +29,7 @@ def is_flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps:
     steps : ndarray, shape (3, 3)
         Half the distance of neighbouring float32 numbers at each coordinate.
     """
-    points = sheet.at(sheet.inside(places)) + sheet.origin
+    points = sheet.at(sheet.clip_to_domain(places)) + sheet.origin
     if is_flat(points):
         return False
     allowed = steps + NOISE * (np.abs(points) + np.abs(sheet.origin))
@@ -38,11 +38,13 @@ def is_flattened_by_rounding(sheet: Sheet, corners: Array, places: Array, steps:
 
 def _measure_rounding(sheet: Sheet, places: Array) -> Array:
     """Distances (3, 3) by which coordinates may change if their parameters change by rounding."""
-    points = sheet.at(sheet.inside(places))
+    points = sheet.at(sheet.clip_to_domain(places))
     distances = np.zeros_like(points)
     for axis in range(2):
         step = np.zeros_like(places)
         step[:, axis] = np.spacing(np.abs(places[:, axis]).astype(np.float32))
         for neighbours in (places - step, places + step):
-            distances = np.maximum(distances, np.abs(sheet.at(sheet.inside(neighbours)) - points))
+            distances = np.maximum(
+                distances, np.abs(sheet.at(sheet.clip_to_domain(neighbours)) - points)
+            )
     return 2 * distances

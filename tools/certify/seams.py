@@ -203,5 +203,5 @@ def check_deviation(
     for k, each in enumerate(measure_each_sheet(sheets, mesh.corners, count)):
         bound = mesh.part_bounds.get(f"{part} {k}", np.nan)
         joint.deviation = max(joint.deviation, each.distance)
-        if not each.distance <= bound + each.noise or not bound <= joint.bound:
+        if not each.distance <= bound + each.rounding or not bound <= joint.bound:
             joint.faults.append(f"{part} {k} deviates by {each.distance}, bound {bound}")

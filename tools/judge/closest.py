@@ -73,7 +73,7 @@ def _sample_normals(sheet: Sheet) -> tuple[Array, Array]:
     """Points of a sheet, and its approximate unit normals there."""
     places = sheet.samples(500)
     points = sheet.at(places)
-    du, dv = (sheet.at(sheet.inside(places + 1e-6 * axis)) - points for axis in np.eye(2))
+    du, dv = (sheet.at(sheet.clip_to_domain(places + 1e-6 * axis)) - points for axis in np.eye(2))
     normals = np.cross(du, dv)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals /= np.where(lengths > 0, lengths, 1.0)

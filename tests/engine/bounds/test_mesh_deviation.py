@@ -43,7 +43,7 @@ def check_deviation_bound(surface: Any, mesh: Mesh, samples: int = SAMPLES) -> f
         result = measure_surface_to_mesh(
             build_sheets(surface), split_faces(mesh, diagonal), samples
         )
-        assert result.distance <= bound + result.noise
+        assert result.distance <= bound + result.rounding
         share = max(share, result.distance / bound)
     return share
 

@@ -23,36 +23,33 @@ def build_height_net(coefficients: Array) -> Array:
     return np.stack([x, y, power @ coefficients @ power.T], axis=-1)
 
 
-def bound_bends(
-    net: Array, weights: Array | None = None, grid: tuple[int, int] = (1, 1)
-) -> SecondDerivativeBounds:
-    patches = TensorPatches(net[None], None if weights is None else weights[None])
+def bound_partials(net: Array, grid: tuple[int, int]) -> SecondDerivativeBounds:
+    """Bounds of the second partials of one patch, in each block of a grid of blocks."""
     divisions = 2 * grid[0], 2 * grid[1]
-    return bound_second_derivatives(patches, divisions, grid)
+    return bound_second_derivatives(TensorPatches(net[None]), divisions, grid)
 
 
 @pytest.mark.parametrize("grid", GRIDS)
 def test_second_derivatives_that_are_constant(grid: tuple[int, int]) -> None:
     net = build_height_net(np.array([[0.0, 1, 3], [2, -5, 0], [0.5, 0, 0]]))
-    bends = bound_bends(net, grid=grid)
-    for result, expected in ((bends.uu, 1.0), (bends.uv, 5.0), (bends.vv, 6.0)):
+    partials = bound_partials(net, grid)
+    for result, expected in ((partials.uu, 1.0), (partials.uv, 5.0), (partials.vv, 6.0)):
         assert result.shape == (*grid, 1)
         np.testing.assert_allclose(result, expected, rtol=1e-12)
     np.testing.assert_allclose(
-        bends.bound_deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
+        partials.bound_deviations(0.5, 0.25), (1 / 4 + 10 / 8 + 6 / 16) / 8, rtol=1e-12
     )
 
 
-def test_bounds_are_large_only_in_blocks_that_bend() -> None:
+def test_bounds_are_large_only_in_blocks_with_large_second_derivatives() -> None:
     # z = u² v²: z_uu = 2 v², z_uv = 4 u v, z_vv = 2 u².
     coefficients = np.zeros((3, 3))
     coefficients[2, 2] = 1.0
-    bends = bound_bends(build_height_net(coefficients), grid=(4, 4))
-    high = np.arange(1, 5) / 4
-    np.testing.assert_allclose(bends.uv[..., 0], 4 * np.outer(high, high), rtol=1e-12)
-    # Of a quadratic the hull is wider than its values, the less the smaller the block.
-    assert (bends.uu[0, :, 0] >= 2 * high**2 - 1e-12).all()
-    assert (bends.uu[0, :, 0] <= 2 * high**2 + 1e-12).all()
+    partials = bound_partials(build_height_net(coefficients), grid=(4, 4))
+    ends = np.arange(1, 5) / 4  # the upper ends of the blocks, in each direction
+    np.testing.assert_allclose(partials.uv[..., 0], 4 * np.outer(ends, ends), rtol=1e-12)
+    # Over a block a ≤ v ≤ b, 2 v² has the coefficients 2 a², 2 a b and 2 b²: the last is the bound.
+    np.testing.assert_allclose(partials.uu[0, :, 0], 2 * ends**2, atol=1e-12)
 
 
 def test_each_patch_of_a_batch_has_the_bound_that_it_has_alone() -> None:
@@ -73,13 +70,15 @@ def test_each_patch_of_a_batch_has_the_bound_that_it_has_alone() -> None:
             )
 
 
-def test_a_triangle_that_bends_alike_in_all_directions() -> None:
-    # z = x² + y² over an equilateral triangle of side 1: as degree 2, b_011 and so on exact.
+def test_the_bound_is_exact_for_a_paraboloid_over_an_equilateral_triangle() -> None:
+    # z = x² + y² over an equilateral triangle of side 1. A control point of degree 2 belongs to two
+    # corners a and b: it is above their middle, at the height a · b.
     corners = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]])
     pairs = [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)]
     net = np.array([[*(corners[a] + corners[b]) / 2, corners[a] @ corners[b]] for a, b in pairs])
     result = bound_triangle_deviations(TrianglePatches(net[None]), 4)
-    # The circle about a small triangle has the radius 1/(4 √3), and z rises to its square.
+    # The four divisions give triangles of side 1/4. In each of them z differs most from its linear
+    # interpolant at the centre: by the square of the radius 1/(4 √3) of the circle about it.
     np.testing.assert_allclose(result, 1 / 48, rtol=1e-12)
     rational = TrianglePatches(net[None], np.full((1, 6), 2.0))
     np.testing.assert_allclose(bound_triangle_deviations(rational, 4), 1 / 48, rtol=1e-12)
@@ -101,12 +100,17 @@ def test_one_product_and_several_give_the_same_bounds(
     (p, q), (ru, rv) = degree, divisions
     nets = np.random.default_rng(p * q).normal(1e3, 1, size=(6, p + 1, q + 1, 3))
     patches = TensorPatches(nets)
-    bends = bound_second_derivatives(patches, divisions, (count_blocks(ru, p), count_blocks(rv, q)))
+    partials = bound_second_derivatives(
+        patches, divisions, (count_blocks(ru, p), count_blocks(rv, q))
+    )
+    # `is_small` tells whether one product of matrices is faster than several. Up to 16 divisions it
+    # always is; with 40 it may be slower, but must give the same bounds.
     assert is_small(patches, divisions) or max(divisions) > 16
     result = bound_grid_deviations(patches, divisions)
-    bounds = bends.bound_deviations(1 / ru, 1 / rv)
+    bounds = partials.bound_deviations(1 / ru, 1 / rv)
     np.testing.assert_allclose(result, bounds, rtol=1e-4, atol=1e-12)
     assert (result >= bounds * (1 - 1e-12)).all()
+    # Rational patches need several products.
     assert not is_small(TensorPatches(nets.copy(), np.full(nets.shape[:-1], 2.0)), divisions)
 
 

@@ -30,9 +30,9 @@ from tools.certify.surfaces import FAMILIES
 FINE = Accuracy(tolerance=0.02)
 
 
-def build_mesh(model: PatchModel, resolution: tuple[int, int] = (5, 4), **more: object) -> Mesh:
-    """The mesh of a model, with curvatures."""
-    options = MeshOptions(resolution=resolution, curvatures=True, **more)  # type: ignore[arg-type]
+def build_mesh(model: PatchModel, resolution: tuple[int, int] = (5, 4), **fields: object) -> Mesh:
+    """The mesh of a model, with curvatures; `fields` are other options."""
+    options = MeshOptions(resolution=resolution, curvatures=True, **fields)  # type: ignore[arg-type]
     return build(model, options)
 
 
@@ -75,12 +75,12 @@ def test_the_curvatures_at_the_apex_of_a_cone_are_0(accuracy: Accuracy | None) -
     mesh = build_mesh(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
     assert mesh.normals is not None
     rho = np.hypot(*mesh.positions[:, :2].T)
-    side = mesh.normals[:, 2] > 0
-    apex = side & (rho < 1e-12)
-    assert apex.any()
-    curved = side & ~apex
+    is_on_side = mesh.normals[:, 2] > 0  # not on the base, whose normals point down
+    is_apex = is_on_side & (rho < 1e-12)
+    assert is_apex.any()
+    is_curved = is_on_side & ~is_apex
     mean = np.zeros(len(rho))
-    mean[curved] = -1 / np.sqrt(5) / rho[curved]
+    mean[is_curved] = -1 / np.sqrt(5) / rho[is_curved]
     check_curvatures(mesh, np.zeros(len(rho)), mean, 1e-9)
 
 
@@ -132,7 +132,11 @@ def test_meshes_by_tolerance_agree_with_single_parameters(name: str) -> None:
 
 
 def compare_with_single_parameters(model: PatchModel, mesh: Mesh) -> None:
-    """Compares each vertex with the point at its parameters; at knots, with one-sided limits."""
+    """Compares each vertex with the point at its parameters; at knots, with one-sided limits.
+
+    At a knot the curvatures may jump. There a vertex must have the curvatures of one side: at its
+    parameters, or 1e-11 below them.
+    """
     assert mesh.uvs is not None
     result = np.stack(read_curvatures(mesh))
     differences = []
@@ -161,7 +165,8 @@ def compare_with_single_parameters(model: PatchModel, mesh: Mesh) -> None:
 def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> None:
     """The families have cusps, folds, poles, extreme weights, and sizes from 1e-6 to 1e6."""
     model = FAMILIES[name].surface(1).lower()
-    flat = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
+    # Curvatures below a tenth of 1/diagonal are compared as if they were this large.
+    min_scale = 0.1 / float(np.linalg.norm(model.bounds[1] - model.bounds[0]))
     layout = Layout.plan(connect(model).connectivity, (5, 4))
     rows = np.stack([c.values[:, 0] for c in layout_curvatures(model, layout, np.float64)])
     for block in layout.blocks:
@@ -176,7 +181,8 @@ def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> N
         result = rows[:, block.base : block.base + len(patch)]
         is_defined = ~np.isnan(expected.mean)
         assert not result[1][~is_defined].any()
-        scale = np.maximum(np.abs(expected.larger), np.abs(expected.smaller))[is_defined].clip(flat)
+        scale = np.maximum(np.abs(expected.larger), np.abs(expected.smaller))[is_defined]
+        scale = scale.clip(min_scale)
         differences = np.abs(result - np.stack([expected.gaussian, expected.mean]))[:, is_defined]
         assert (differences / np.stack([scale**2, scale])).max(initial=0.0) < 1e-8
 
@@ -192,21 +198,20 @@ def test_samples_of_framed_sides_have_the_curvatures_of_their_patch() -> None:
     )
     mesh = build_mesh(model, (3, 7), weld=False)
     x, y, _ = mesh.positions.T
-    above = np.zeros(len(x), dtype=bool)
-    above[: 4 * 8] = True
-    above[y > 0] = True
     gaussian, mean = read_curvatures(mesh)
-    square = 1 + x * x + y * y
-    inside = y > 1e-9
-    np.testing.assert_allclose(gaussian[inside], -1 / square[inside] ** 2, rtol=1e-12)
-    np.testing.assert_allclose(gaussian[y < -1e-9], 0, atol=1e-14)
-    on_seam = np.abs(y) < 1e-9
-    of_bent = np.abs(gaussian + 1 / square**2) < 1e-12
-    assert on_seam.sum() > 8
-    assert (of_bent | (np.abs(gaussian) < 1e-14))[on_seam].all()
-    assert of_bent[on_seam].any()
-    assert not of_bent[on_seam].all()
-    assert np.abs(mean[y < -1e-9]).max() < 1e-14
+    # The curved patch is z = x y over y ≥ 0, with K = −1/(1 + x² + y²)²; the flat patch is y ≤ 0.
+    expected = -1 / (1 + x * x + y * y) ** 2
+    is_on_curved, is_on_flat = y > 1e-9, y < -1e-9
+    np.testing.assert_allclose(gaussian[is_on_curved], expected[is_on_curved], rtol=1e-12)
+    np.testing.assert_allclose(gaussian[is_on_flat], 0, atol=1e-14)
+    # On the seam, some samples belong to the curved patch and the others to the flat patch.
+    is_on_seam = np.abs(y) < 1e-9
+    has_curvature = np.abs(gaussian - expected) < 1e-12
+    assert is_on_seam.sum() > 8
+    assert (has_curvature | (np.abs(gaussian) < 1e-14))[is_on_seam].all()
+    assert has_curvature[is_on_seam].any()
+    assert not has_curvature[is_on_seam].all()
+    assert np.abs(mean[is_on_flat]).max() < 1e-14
 
 
 def test_a_seam_with_a_jump_of_curvature_stays_closed_and_smooth() -> None:
@@ -223,20 +228,20 @@ def test_a_seam_with_a_jump_of_curvature_stays_closed_and_smooth() -> None:
     places = mesh.positions[mesh.triangles].tobytes()
     assert places == plain.positions[plain.triangles].tobytes()
     gaussian, mean = read_curvatures(mesh)
-    first = mesh.welds
-    differ = np.flatnonzero(first != np.arange(len(first)))
-    assert (np.abs(mean[differ] - mean[first[differ]]) > 1e-6 * np.abs(mean[differ])).mean() > 0.9
+    repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
+    jump = np.abs(mean[repeated] - mean[mesh.welds[repeated]])
+    assert (jump > 1e-6 * np.abs(mean[repeated])).mean() > 0.9
     assert np.isfinite(gaussian).all()
 
 
 def test_curvatures_do_not_change_positions_normals_and_faces() -> None:
-    """They are equal bit for bit to those of a mesh without curvatures."""
+    """Meshes with and without curvatures have equal positions, normals and faces, bit for bit."""
     for name in ("sphere", "torus", "bspline-hills"):
         options = MeshOptions(resolution=(4, 4))
         plain = build(lower_patches(name), options)
-        curved = build_mesh(lower_patches(name), (4, 4))
+        mesh = build_mesh(lower_patches(name), (4, 4))
         for key in ("positions", "normals", "triangles"):
-            assert getattr(plain, key).tobytes() == getattr(curved, key).tobytes()
+            assert getattr(plain, key).tobytes() == getattr(mesh, key).tobytes()
         assert plain.report.curvature is None
 
 
@@ -251,6 +256,7 @@ def test_curvatures_beyond_float32_become_its_largest_number(size: float) -> Non
 
 
 def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The eight patches of a sphere have a pole each: 8 · 7 limits with 6 divisions are allowed."""
     model = quadrics.sphere().lower()
     monkeypatch.setattr(
         limit_curvature,

@@ -55,9 +55,10 @@ def compute_curvatures(points: Array, linear: Array) -> tuple[Array, Array]:
     """
     form = np.linalg.inv(linear @ linear.T)
     g = points @ form
-    square = (g * g).sum(axis=1)
-    gaussian = np.linalg.det(form) / square**2
-    mean = (np.einsum("ni,ij,nj->n", g, form, g) - square * np.trace(form)) / (2 * square**1.5)
+    squared_length = (g * g).sum(axis=1)
+    gaussian = np.linalg.det(form) / squared_length**2
+    numerator = np.einsum("ni,ij,nj->n", g, form, g) - squared_length * np.trace(form)
+    mean = numerator / (2 * squared_length**1.5)
     return gaussian, mean
 
 
@@ -72,13 +73,14 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
     flat = build(group, options)
     node = scene.nodes[1]
     mesh = scene.meshes[node.model]
-    first = len(scene.meshes[scene.nodes[0].model].positions)
+    # In the one mesh, the vertices of the placed copy follow those of the copy without placement.
+    begin = len(scene.meshes[scene.nodes[0].model].positions)
     placed = place_points(mesh.positions, node.matrix)
     expected = compute_curvatures(placed - matrix[:3, 3], matrix[:3, :3])
-    assert len(flat.positions) - first == len(placed)
+    assert len(flat.positions) - begin == len(placed)
     for key, values in zip(NAMES, expected, strict=True):
         limit = 1e-8 * np.abs(values).max()
-        for result in (dict(mesh.attributes)[key], dict(flat.attributes)[key][first:]):
+        for result in (dict(mesh.attributes)[key], dict(flat.attributes)[key][begin:]):
             np.testing.assert_allclose(result[:, 0], values, rtol=1e-8, atol=limit)
 
 
@@ -98,7 +100,7 @@ def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
 
 
 def test_copies_with_equal_curvatures_share_a_model() -> None:
-    """Translated, rotated and mirrored copies share a model; each other scale needs a model."""
+    """Translated, rotated and mirrored copies share a model; each other scale has its own model."""
     half = np.diag([0.5, 0.5, 0.5, 1.0])
     group = build_group(
         None,
@@ -120,4 +122,5 @@ def test_copies_with_equal_curvatures_share_a_model() -> None:
     assert scene.report.curvature is not None
     low, high = scene.report.curvature[0]
     assert low == min(float(dict(m.attributes)[NAMES[0]].min()) for m in scene.meshes)
+    # A sphere of half the size has the Gaussian curvature 4.
     assert high == max(float(dict(m.attributes)[NAMES[0]].max()) for m in scene.meshes) >= 4

@@ -51,8 +51,8 @@ def bspline_curves(draw: st.DrawFn) -> BsplineCurve:
             unique=True,
         )
     )
-    knots: str | FloatArray = draw(st.sampled_from(["uniform", "clamped", "periodic", "given"]))
-    if knots == "given":
+    knots: str | FloatArray = draw(st.sampled_from(["uniform", "clamped", "periodic", "numbers"]))
+    if knots == "numbers":
         length = count + degree + 1
         steps = draw(st.lists(st.integers(0, 3), min_size=length, max_size=length))
         knots = _separate_knots(np.cumsum(steps) / 4, degree)
@@ -75,8 +75,8 @@ def _separate_knots(knots: FloatArray, degree: int) -> FloatArray:
 def trace_samples(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
     """The polyline of a curve with these options."""
     pieces = curve.lower()
-    at = choose_samples(pieces, options, 1_000_000, single=single)
-    return trace_curve(pieces, at, options, single=single)
+    samples = choose_samples(pieces, options, 1_000_000, single=single)
+    return trace_curve(pieces, samples, options, single=single)
 
 
 def measure_length(pieces: CurvePieces, divisions: int) -> float:
@@ -86,10 +86,10 @@ def measure_length(pieces: CurvePieces, divisions: int) -> float:
 
 def measure_distances(points: FloatArray, line: FloatArray) -> FloatArray:
     """Distance of each point (M, d) to a polyline (N, d)."""
-    a, along = line[:-1], np.diff(line, axis=0)
-    squared_lengths = np.maximum((along**2).sum(axis=1), 1e-300)
-    share = np.clip(((points[:, None] - a) * along).sum(axis=2) / squared_lengths, 0, 1)
-    difference = points[:, None] - (a + share[..., None] * along)
+    begin, segment = line[:-1], np.diff(line, axis=0)
+    squared_lengths = np.maximum((segment**2).sum(axis=1), 1e-300)
+    share = np.clip(((points[:, None] - begin) * segment).sum(axis=2) / squared_lengths, 0, 1)
+    difference = points[:, None] - (begin + share[..., None] * segment)
     nearest: FloatArray = np.sqrt((difference**2).sum(axis=2)).min(axis=1)
     return nearest
 
@@ -99,15 +99,19 @@ def test_points_and_tangents_of_bezier_curves_agree_with_exact_arithmetic(
     curve: BezierCurve, divisions: int
 ) -> None:
     pieces = curve.lower()
-    at = CurveSamples.uniform(1, divisions)
-    actual, directions = evaluate_positions(pieces, at), evaluate_tangents(pieces, at)
+    samples = CurveSamples.uniform(1, divisions)
+    actual, directions = evaluate_positions(pieces, samples), evaluate_tangents(pieces, samples)
     size = np.abs(curve.control_points).max()
     for k in range(divisions + 1):
         t = Fraction(k, divisions)
-        exact = bezier_point(curve.control_points, curve.weights, Fraction(float(at.t[k])))
-        assert actual[k] == pytest.approx([float(x) for x in exact], abs=1e-13 * size)
+        exact_point = bezier_point(
+            curve.control_points, curve.weights, Fraction(float(samples.t[k]))
+        )
+        assert actual[k] == pytest.approx([float(x) for x in exact_point], abs=1e-13 * size)
         expected = bezier_tangent(curve.control_points, curve.weights, t)
-        if t.denominator & (t.denominator - 1) == 0:  # exact in floating point, cusps included
+        # If the denominator is a power of two, t is exact in floating point. Only then is the
+        # tangent at a cusp the same.
+        if t.denominator & (t.denominator - 1) == 0:
             assert directions[k] == pytest.approx(expected, abs=1e-9)
     assert np.linalg.norm(directions, axis=1) == pytest.approx(1, abs=1e-15)
 
@@ -117,32 +121,32 @@ def test_points_of_bspline_curves_agree_with_exact_arithmetic(
     curve: BsplineCurve, divisions: int
 ) -> None:
     pieces = curve.lower()
-    at = CurveSamples.uniform(pieces.count, divisions)
-    actual = evaluate_positions(pieces, at)
+    samples = CurveSamples.uniform(pieces.count, divisions)
+    actual = evaluate_positions(pieces, samples)
     points, weights, knots = curve.control_points, curve.weights, curve.knot_vector
     if curve.periodic:
         points = np.resize(points, (len(points) + curve.degree, points.shape[1]))
         weights = None if weights is None else np.resize(weights, len(points))
-    for u, point in zip(at.parameters(pieces.breaks).tolist(), actual, strict=True):
-        exact = bspline_point(points, weights, knots.tolist(), curve.degree, Fraction(u))
-        assert point == pytest.approx([float(x) for x in exact], abs=1e-12 * 4)
+    for u, point in zip(samples.parameters(pieces.breaks).tolist(), actual, strict=True):
+        exact_point = bspline_point(points, weights, knots.tolist(), curve.degree, Fraction(u))
+        assert point == pytest.approx([float(x) for x in exact_point], abs=1e-12 * 4)
     assert pieces.closed or not curve.periodic
 
 
 def test_the_tangent_at_a_cusp_is_the_limit_from_the_chosen_side() -> None:
     pieces = CUSP.lower()
-    at = CurveSamples.uniform(1, 2)
-    assert evaluate_tangents(pieces, at)[1] == pytest.approx([0, -1])
-    assert evaluate_tangents(pieces, at, before=True)[1] == pytest.approx([0, 1])
+    samples = CurveSamples.uniform(1, 2)
+    assert evaluate_tangents(pieces, samples)[1] == pytest.approx([0, -1])
+    assert evaluate_tangents(pieces, samples, before=True)[1] == pytest.approx([0, 1])
 
 
 def test_a_piece_that_is_one_point_has_the_direction_of_the_next_piece() -> None:
     points = np.array([[0.0, 0], [1, 0], [1, 0], [1, 0], [1, 1]])
     pieces = BsplineCurve(points, 1).lower()
-    at = CurveSamples.uniform(4, 1)
-    assert evaluate_tangents(pieces, at).tolist() == [[1, 0], [0, 1], [0, 1], [0, 1], [0, 1]]
-    assert evaluate_tangents(pieces, at, before=True)[2].tolist() == [0, 1]
-    assert arc_lengths(pieces, at).tolist() == [0, 1, 1, 1, 2]
+    samples = CurveSamples.uniform(4, 1)
+    assert evaluate_tangents(pieces, samples).tolist() == [[1, 0], [0, 1], [0, 1], [0, 1], [0, 1]]
+    assert evaluate_tangents(pieces, samples, before=True)[2].tolist() == [0, 1]
+    assert arc_lengths(pieces, samples).tolist() == [0, 1, 1, 1, 2]
 
 
 @pytest.mark.parametrize("divisions", [1, 2, 3, 16, 1000])
@@ -225,14 +229,15 @@ def test_a_tolerance_that_needs_too_many_points_is_refused() -> None:
 
 
 def test_every_accepted_tolerance_is_reached() -> None:
-    """Requests the least accepted tolerance for a curve with the largest ratio of weights."""
+    """Requests 1.1 times the least tolerance that the error names; weights differ most here."""
     points = np.array([[0.0, 0, 0], [1, 3, 0], [2, -3, 1], [3, 0, 0]])
     curve = BezierCurve(points, np.array([1, 1e8, 1, 1e8]))
     with pytest.raises(InvalidRequest) as caught:
         trace_samples(curve, CurveOptions(tolerance=1e-300))
-    least = float(caught.value.issues[0].needed.split()[2])
-    line = trace_samples(curve, CurveOptions(tolerance=1.1 * least))
-    assert line.report.deviation_bound <= 1.1 * least
+    # The third word of the error is the least tolerance.
+    min_tolerance = float(caught.value.issues[0].needed.split()[2])
+    line = trace_samples(curve, CurveOptions(tolerance=1.1 * min_tolerance))
+    assert line.report.deviation_bound <= 1.1 * min_tolerance
 
 
 def test_the_last_point_of_a_closed_curve_repeats_the_first() -> None:
@@ -243,7 +248,8 @@ def test_the_last_point_of_a_closed_curve_repeats_the_first() -> None:
     assert np.array_equal(line.points[0], line.points[-1])
     assert line.tangents is not None
     assert line.tangents[0] == pytest.approx(line.tangents[-1], abs=1e-12)
-    assert (line.report.points, line.report.pieces) == (29, 7)
+    # The seven pieces have four divisions each, and the first point is repeated.
+    assert (line.report.points, line.report.pieces) == (7 * 4 + 1, 7)
 
 
 def test_a_curve_far_from_zero_is_stored_about_a_local_origin() -> None:

@@ -20,17 +20,17 @@ Real: TypeAlias = type[np.float32] | type[np.float64]
 
 FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
 DEGREES = [(1, 30), (2, 5), (3, 3), (6, 25), (12, 19), (16, 15), (24, 7), (30, 1)]
-WEIGHTED = [False, True]
+IS_RATIONAL = [False, True]
 
 
-def build_smooth_patch(degree: Degree, weighted: bool, seed: int = 0) -> TensorPatches:
+def build_smooth_patch(degree: Degree, is_rational: bool, seed: int = 0) -> TensorPatches:
     """A random patch without folds: points of a regular grid, moved by at most 1/5 of a cell."""
-    rng = np.random.default_rng([seed, *degree, weighted])
+    rng = np.random.default_rng([seed, *degree, is_rational])
     p, q = degree
     x, y = np.meshgrid(np.linspace(-1, 1, p + 1), np.linspace(-1, 1, q + 1), indexing="ij")
     net = np.stack([x, y, np.zeros_like(x)], axis=-1)
     net += rng.uniform(-0.2, 0.2, net.shape) * (1 / p, 1 / q, 1)
-    weights = rng.uniform(0.2, 5, (1, p + 1, q + 1)) if weighted else None
+    weights = rng.uniform(0.2, 5, (1, p + 1, q + 1)) if is_rational else None
     return TensorPatches(net[None], weights)
 
 
@@ -51,11 +51,11 @@ def list_formulations(patches: TensorPatches, normals: bool = True) -> list[Form
     return [f for f in FORMULATIONS if f != "normal_polynomial"]
 
 
-@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("is_rational", IS_RATIONAL)
 @pytest.mark.parametrize("degree", DEGREES, ids=str)
-def test_all_formulations_agree_with_exact_arithmetic(degree: Degree, weighted: bool) -> None:
+def test_all_formulations_agree_with_exact_arithmetic(degree: Degree, is_rational: bool) -> None:
     """Positions agree to 1e-12, normals to 1e-9."""
-    patches = build_smooth_patch(degree, weighted)
+    patches = build_smooth_patch(degree, is_rational)
     net, weights = patches.points[0], None if patches.weights is None else patches.weights[0]
     resolution = (3, 2)
     positions = exact.positions(net, weights, resolution)
@@ -69,10 +69,10 @@ def test_all_formulations_agree_with_exact_arithmetic(degree: Degree, weighted: 
 
 @given(weighted_nets(), resolutions)
 def test_positions_of_any_net_agree_with_exact_arithmetic(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+    net_and_weights: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
     """The nets may have folds, where normals would be imprecise, but not positions."""
-    net, weights = weighted
+    net, weights = net_and_weights
     size = max(1.0, float(np.abs(net).max()))
     error = np.abs(
         evaluate_points(net, weights, resolution) - exact.positions(net, weights, resolution)
@@ -81,12 +81,12 @@ def test_positions_of_any_net_agree_with_exact_arithmetic(
 
 
 @pytest.mark.parametrize("normals", [True, False])
-@pytest.mark.parametrize("weighted", WEIGHTED)
-def test_the_chosen_formulation_suits_the_patch(normals: bool, weighted: bool) -> None:
+@pytest.mark.parametrize("is_rational", IS_RATIONAL)
+def test_the_chosen_formulation_suits_the_patch(normals: bool, is_rational: bool) -> None:
     """The normal polynomial is chosen only for polynomial patches with normals."""
     for degree in ((1, 1), (3, 3), (4, 4), (15, 15), (30, 1)):
         for resolution in ((1, 1), (16, 16), (512, 512), (1, 4000)):
-            patches = build_smooth_patch(degree, weighted)
+            patches = build_smooth_patch(degree, is_rational)
             assert choose_formulation(patches, resolution, normals) in list_formulations(
                 patches, normals
             )
@@ -106,7 +106,7 @@ def test_every_formulation_is_chosen_in_some_case() -> None:
     bilinear = TensorPatches(net, 1 + net[..., 0])
     assert choose_formulation(bilinear, (200, 200), True) == "kronecker"
     assert choose_formulation(bilinear, (400, 400), True) == "separable"
-    # A single patch alone bears the fixed costs of a chunk.
+    # The fixed costs of a chunk of patches are larger in comparison for a single patch.
     assert choose_formulation(teapot, (24, 24), True) == "kronecker"
     assert choose_formulation(teapot.take(np.array([0])), (24, 24), True) == "separable"
 
@@ -128,19 +128,21 @@ def test_steep_patches_get_their_normals_in_double_precision() -> None:
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_chunks_of_a_large_grid_have_no_effect(formulation: Formulation) -> None:
     """Compares a grid of several chunks with a smaller grid at the same parameters."""
-    patches = build_smooth_patch((3, 2), weighted=False)
+    patches = build_smooth_patch((3, 2), is_rational=False)
     large = evaluate(patches, (600, 60), formulation=formulation)
     small = evaluate(patches, (60, 6), formulation=formulation)
     for a, b in ((large.positions, small.positions), (large.normals, small.normals)):
         assert a is not None
         assert b is not None
-        assert np.abs(a[:, ::10, ::10] - b).max() < 1e-14
+        assert np.abs(a[:, ::10, ::10] - b).max() < 1e-14  # each tenth sample in both directions
 
 
 def test_chunks_of_many_patches_have_no_effect() -> None:
     """Compares some of 1000 patches with their evaluation alone."""
     rng = np.random.default_rng(3)
-    points = build_smooth_patch((2, 2), weighted=False).points + rng.uniform(-1, 1, (1000, 1, 1, 3))
+    points = build_smooth_patch((2, 2), is_rational=False).points + rng.uniform(
+        -1, 1, (1000, 1, 1, 3)
+    )
     all_patches = evaluate(TensorPatches(points), (6, 6))
     assert all_patches.normals is not None
     for k in (0, 1, 333, 999):
@@ -152,10 +154,11 @@ def test_chunks_of_many_patches_have_no_effect() -> None:
 
 @given(weighted_nets(), resolutions)
 def test_corners_are_interpolated(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+    net_and_weights: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
-    """Corners of polynomial patches are exact, those of rational patches up to rounding."""
-    net, weights = weighted
+    """Corners of polynomial patches are exact; corners of rational patches up to rounding."""
+    net, weights = net_and_weights
+    # Steps as long as the arrays select the first and last rows and columns.
     corners = evaluate_points(net, weights, resolution)[:: resolution[0], :: resolution[1]]
     expected = net[:: len(net) - 1, :: len(net[0]) - 1]
     if weights is None:
@@ -170,23 +173,22 @@ def _get_normals(samples: PatchSamples) -> Array:
     return np.asarray(samples.normals)
 
 
-def test_normals_can_be_left_out() -> None:
-    """The positions stay equal bit for bit."""
-    patches = build_smooth_patch((3, 3), weighted=True)
-    without = evaluate(patches, (5, 4), normals=False)
-    assert without.normals is None
-    np.testing.assert_array_equal(without.positions, evaluate(patches, (5, 4)).positions)
+def test_positions_have_the_same_bits_without_normals() -> None:
+    patches = build_smooth_patch((3, 3), is_rational=True)
+    result = evaluate(patches, (5, 4), normals=False)
+    assert result.normals is None
+    np.testing.assert_array_equal(result.positions, evaluate(patches, (5, 4)).positions)
 
 
 def test_origin_is_subtracted_before_rounding() -> None:
     """A float32 patch of extent 1, a million from zero, keeps its seven digits."""
-    far = np.array([1e6, -3e6, 5e6])
-    for weighted in WEIGHTED:
-        near = build_smooth_patch((3, 3), weighted)
-        moved = TensorPatches(near.points + far, near.weights)
-        # The reference includes the rounding errors of adding `far`.
-        expected = TensorPatches(moved.points - far, near.weights)
-        result = evaluate(moved, (8, 8), dtype=np.float32, origin=far)
+    origin = np.array([1e6, -3e6, 5e6])
+    for is_rational in IS_RATIONAL:
+        patch = build_smooth_patch((3, 3), is_rational)
+        far_patch = TensorPatches(patch.points + origin, patch.weights)
+        # The reference includes the rounding errors of adding the origin.
+        expected = TensorPatches(far_patch.points - origin, patch.weights)
+        result = evaluate(far_patch, (8, 8), dtype=np.float32, origin=origin)
         assert result.positions.dtype == np.float32
         assert np.abs(result.positions - evaluate(expected, (8, 8)).positions).max() < 1e-6
 
@@ -196,18 +198,20 @@ def _defer_example(name: str) -> Callable[[], TensorPatches]:
     return lambda: lower_example(name)
 
 
-def _defer_smooth_patch(degree: Degree, weighted: bool) -> Callable[[], TensorPatches]:
+def _defer_smooth_patch(degree: Degree, is_rational: bool) -> Callable[[], TensorPatches]:
     """A function that builds the patch of `build_smooth_patch`."""
-    return lambda: build_smooth_patch(degree, weighted)
+    return lambda: build_smooth_patch(degree, is_rational)
 
 
 PATCHES: dict[str, Callable[[], TensorPatches]] = {
     name: _defer_example(name)
     for name in ("utah-teapot", "bourke-1111", "tveit", "sphere", "torus", "cone", "cylinder")
 } | {
-    f"{'rational' if weighted else 'polynomial'} {degree}": _defer_smooth_patch(degree, weighted)
+    f"{'rational' if is_rational else 'polynomial'} {degree}": _defer_smooth_patch(
+        degree, is_rational
+    )
     for degree in ((3, 3), (2, 7), (15, 15), (30, 4))
-    for weighted in WEIGHTED
+    for is_rational in IS_RATIONAL
 }
 
 
@@ -216,25 +220,25 @@ PATCHES: dict[str, Callable[[], TensorPatches]] = {
 def test_normals_in_float32_are_right_to_1e_6(
     build: Callable[[], TensorPatches], offset: float
 ) -> None:
-    """Compares them with normals in float64, at the origin and a million units away."""
+    """Compares normals in float32 and in float64, at the origin and a million units away."""
     patches = build()
     points = patches.points + offset
     for formulation in list_formulations(patches):
-        moved = TensorPatches(points, patches.weights)
-        double = evaluate(moved, (13, 9), formulation=formulation)
-        single = evaluate(moved, (13, 9), dtype=np.float32, formulation=formulation)
+        far_patches = TensorPatches(points, patches.weights)
+        double = evaluate(far_patches, (13, 9), formulation=formulation)
+        single = evaluate(far_patches, (13, 9), dtype=np.float32, formulation=formulation)
         assert _get_normals(single).dtype == np.float32
         assert np.abs(_get_normals(single) - _get_normals(double)).max() < 1e-6
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("is_rational", IS_RATIONAL)
 @pytest.mark.parametrize("power", [-1000, -200, -100, -50, 50, 100, 120])
 def test_normals_do_not_depend_on_the_unit_of_length(
-    power: int, weighted: bool, dtype: Real
+    power: int, is_rational: bool, dtype: Real
 ) -> None:
     """Scaling by a power of two is exact, so the bits of normals do not change."""
-    patches = build_smooth_patch((3, 2), weighted)
+    patches = build_smooth_patch((3, 2), is_rational)
     scaled = TensorPatches(patches.points * 2.0**power, patches.weights)
     for formulation in list_formulations(patches):
         plain = evaluate(patches, (5, 6), dtype=dtype, formulation=formulation)
@@ -245,25 +249,25 @@ def test_normals_do_not_depend_on_the_unit_of_length(
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("is_rational", IS_RATIONAL)
 @pytest.mark.parametrize("ratio", [1e-4, 1e-8, 1e-11, 1e-13])
 def test_a_small_patch_beside_a_large_one_keeps_its_normals(
-    ratio: float, weighted: bool, dtype: Real
+    ratio: float, is_rational: bool, dtype: Real
 ) -> None:
     """Both patches have the same shape, so their normals must agree."""
-    large = build_smooth_patch((2, 2), weighted)
+    large = build_smooth_patch((2, 2), is_rational)
     small = large.points * ratio
     weights = None if large.weights is None else np.repeat(large.weights, 2, axis=0)
     both_patches = TensorPatches(np.concatenate([large.points, small]), weights)
     for formulation in list_formulations(both_patches):
         normals = _get_normals(evaluate(both_patches, (6, 5), dtype=dtype, formulation=formulation))
-        allowed = 1e-6 if dtype == np.float32 else 1e-9
-        assert np.abs(normals[1] - normals[0]).max() < allowed
+        max_difference = 1e-6 if dtype == np.float32 else 1e-9
+        assert np.abs(normals[1] - normals[0]).max() < max_difference
 
 
 def test_inputs_stay_unchanged_and_results_share_no_memory() -> None:
     """Two calls return different arrays."""
-    patches = build_smooth_patch((3, 3), weighted=True)
+    patches = build_smooth_patch((3, 3), is_rational=True)
     before = patches.points.copy()
     result, second_result = (evaluate(patches, (20, 20)) for _ in range(2))
     np.testing.assert_array_equal(patches.points, before)
@@ -275,7 +279,9 @@ def test_inputs_stay_unchanged_and_results_share_no_memory() -> None:
 def test_results_have_equal_bits_in_all_threads() -> None:
     """Threads do not overwrite the work arrays of other threads."""
     batches = [
-        build_smooth_patch((p, 3), weighted, seed=p) for p in (2, 3, 9) for weighted in WEIGHTED
+        build_smooth_patch((p, 3), is_rational, seed=p)
+        for p in (2, 3, 9)
+        for is_rational in IS_RATIONAL
     ]
 
     def compute_bytes(patches: TensorPatches) -> bytes:
@@ -288,13 +294,13 @@ def test_results_have_equal_bits_in_all_threads() -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("weighted", WEIGHTED)
+@pytest.mark.parametrize("is_rational", IS_RATIONAL)
 @pytest.mark.parametrize("extent", [5e-324, 1e-310, 3e38])
 def test_the_smallest_and_largest_extents_give_unit_normals(
-    extent: float, weighted: bool, dtype: Real
+    extent: float, is_rational: bool, dtype: Real
 ) -> None:
     """With the smallest extents, coordinates have too few digits for a shape."""
-    patches = build_smooth_patch((2, 2), weighted)
+    patches = build_smooth_patch((2, 2), is_rational)
     points = np.clip(patches.points, -1, 1) * extent
     for formulation in list_formulations(patches):
         result = evaluate(
@@ -312,14 +318,16 @@ def test_errors_of_normals_grow_with_the_ratio_of_weights(ratio: float, dtype: R
     The difference of two weighted control points of small weight has a rounding error of 1e-16 of
     the points of large weight. No other error may affect the normals.
     """
-    allowed = max(1e-5 if dtype == np.float32 else 1e-9, 1e-15 * ratio)
+    max_error = max(1e-5 if dtype == np.float32 else 1e-9, 1e-15 * ratio)
     slack = 8 * float(np.finfo(dtype).eps)
     for seed in range(8):
-        net = build_smooth_patch((3, 3), weighted=False, seed=seed).points[0]
+        net = build_smooth_patch((3, 3), is_rational=False, seed=seed).points[0]
         logarithms = np.random.default_rng(seed).uniform(-0.5, 0.5, net.shape[:2])
         weights = ratio**logarithms
         result = evaluate(build_batch(net, weights), (3, 4), dtype=dtype)
         assert (result.positions >= net.min(axis=(0, 1)) - slack).all()
         assert (result.positions <= net.max(axis=(0, 1)) + slack).all()
         np.testing.assert_allclose(np.linalg.norm(_get_normals(result), axis=-1), 1, atol=slack)
-        assert np.abs(_get_normals(result)[0] - exact.normals(net, weights, (3, 4))).max() < allowed
+        assert (
+            np.abs(_get_normals(result)[0] - exact.normals(net, weights, (3, 4))).max() < max_error
+        )

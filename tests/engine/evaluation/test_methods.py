@@ -121,7 +121,7 @@ def test_normals_at_poles_are_limits_with_every_method(
 
 @each_method
 def test_patches_far_from_the_origin_keep_their_digits(method: Method) -> None:
-    """float32 with a local origin is as exact as near the origin; so is float64 without one."""
+    """float32 with a local origin, and float64 without one, are as exact as near the origin."""
     net = np.random.default_rng(3).standard_normal((4, 4, 3))
     origin = np.array([2.0**20, -(2.0**18), 0])
     near, far = build_batch(net), build_batch(translate(net, *origin))
@@ -131,8 +131,8 @@ def test_patches_far_from_the_origin_keep_their_digits(method: Method) -> None:
     assert result.normals is not None
     assert expected.normals is not None
     np.testing.assert_allclose(result.normals, expected.normals, rtol=0, atol=1e-5)
-    plain = evaluate(far, (9, 9), method=method).positions - origin
-    np.testing.assert_allclose(plain, expected.positions, rtol=0, atol=1e-6)
+    double_positions = evaluate(far, (9, 9), method=method).positions - origin
+    np.testing.assert_allclose(double_positions, expected.positions, rtol=0, atol=1e-6)
 
 
 @given(st.tuples(degenerate_nets(), st.sampled_from([1.0, 1e-30, 4e37]), resolutions, st.data()))
@@ -155,7 +155,7 @@ def test_degenerate_nets_have_unit_normals(
 def test_the_method_does_not_change_faces_and_welds(
     method: Method, single: bool, name: str
 ) -> None:
-    """Faces and shared vertices are those of `matrix`, so closed meshes stay closed."""
+    """Faces and shared vertices are the same as with `matrix`, so closed meshes stay closed."""
     source: Any = name
     if name == "cube":
         source = build_cube((0, 3, 5, 6, 0, 3))
@@ -212,8 +212,10 @@ def test_starting_differences_are_exact(net: Array, divisions: int) -> None:
     points = [tuple(Fraction(x) for x in row[0]) for row in curve.tolist()]
     values = [exact.curve_point(points, Fraction(k, divisions)) for k in range(len(points))]
     for k in range(len(points)):
+        # Rounding errors grow with the order of the difference. If the curve has more points than
+        # divisions, they also grow with the parameters beyond the end of the domain.
         scale = 2.0 ** (2 * k) * 16 * max(1, len(points) / divisions) ** (2 * len(points))
-        expected = np.array([float(x) for x in values[0]])
+        expected = np.array([float(x) for x in values[0]])  # Δ^k at 0
         np.testing.assert_allclose(result[k, :, 0], expected, rtol=0, atol=1e-14 * scale)
         values = [tuple(b - a for a, b in zip(x, y, strict=True)) for x, y in pairwise(values)]
 
@@ -249,7 +251,10 @@ def test_effort_counts_the_multiplications(p: int, q: int) -> None:
         count += 2 * points
     patches = TensorPatches(np.zeros((2, p + 1, q + 1, 3)))
     assert de_casteljau.count_multiplications(patches) == 3 * count
+    # Two patches have 5 × 7 samples each.
     model = build_model(list(patches.points))
     assert de_casteljau.estimate_effort(model, (4, 6)) == 2 * 5 * 7 * 3 * count
+    # A rational cubic triangle: 6, 3 and 1 points are interpolated, each from three points with
+    # four homogeneous coordinates.
     cubic = TrianglePatches(np.zeros((1, 10, 3)), np.ones((1, 10)))
     assert de_casteljau.count_multiplications(cubic) == 4 * 3 * (6 + 3 + 1)

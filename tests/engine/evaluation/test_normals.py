@@ -58,8 +58,8 @@ def list_inward_directions(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]
 
 def find_limit(net: Array, weights: Array | None, u: Fraction, v: Fraction) -> Array | None:
     """The exact limit along the first direction that has a limit; None if no direction has."""
-    for into in list_inward_directions(u, v):
-        result = find_limit_normal(net, weights, (u, v), into)
+    for direction in list_inward_directions(u, v):
+        result = find_limit_normal(net, weights, (u, v), direction)
         if result is not None:
             return np.array(result)
     return None
@@ -75,45 +75,45 @@ def has_opposite_limits(net: Array, u: Fraction, v: Fraction) -> bool:
 
 
 def are_unit(normals: Array) -> bool:
-    """Whether all normals have length 1 up to rounding; a normal with NaN has not."""
+    """Whether all normals have length 1 up to rounding; False if a normal is NaN."""
     return bool(np.abs(np.linalg.norm(normals, axis=-1) - 1).max() < 4e-16)
 
 
 @given(weighted_nets(nets(limit=2)))
 def test_normals_are_right_where_du_and_dv_span_a_plane(
-    weighted: tuple[Array, Array | None],
+    net_and_weights: tuple[Array, Array | None],
 ) -> None:
-    """Random nets with folds and self-intersections; computed singly, and all samples at once."""
-    net, weights = weighted
+    """Random nets may have folds. Normals are computed one by one, and all samples at once."""
+    net, weights = net_and_weights
     expected = exact.normals(net, weights, (4, 3))
     has_normal = ~np.isnan(expected).any(axis=-1)
     assume(has_normal.any())
     places = [(u, v) for u in exact.list_parameters(4) for v in exact.list_parameters(3)]
-    computed_singly, _ = evaluate_normals(net, weights, places)
-    computed_at_once = evaluate(build_batch(net, weights), (4, 3)).normals
-    assert computed_at_once is not None
-    for result in (computed_singly.reshape(expected.shape), computed_at_once[0]):
+    single_normals, _ = evaluate_normals(net, weights, places)
+    normals_of_grid = evaluate(build_batch(net, weights), (4, 3)).normals
+    assert normals_of_grid is not None
+    for result in (single_normals.reshape(expected.shape), normals_of_grid[0]):
         assert are_unit(result)
         assert np.abs(result - expected)[has_normal].max() < 1e-9
 
 
 @given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
 def test_a_collapsed_edge_has_the_limit_along_every_ruling(
-    weighted: tuple[Array, Array | None], symmetry: int
+    net_and_weights: tuple[Array, Array | None], symmetry: int
 ) -> None:
-    """Compares normals along any edge, with its corners, with the exact Taylor expansion."""
-    net, weights = weighted[0].copy(), weighted[1]
+    """The normals along the edge and at its ends are compared with exact limits."""
+    net, weights = net_and_weights[0].copy(), net_and_weights[1]
     net[0] = net[0, 0]
     net = apply_symmetry(net, symmetry)
     weights = None if weights is None else apply_symmetry(weights, symmetry)
-    third = exact.list_parameters(3)
+    thirds = exact.list_parameters(3)
     edge = next(
         places
         for places, points in (
-            ([(ZERO, t) for t in third], net[0]),
-            ([(ONE, t) for t in third], net[-1]),
-            ([(t, ZERO) for t in third], net[:, 0]),
-            ([(t, ONE) for t in third], net[:, -1]),
+            ([(ZERO, t) for t in thirds], net[0]),
+            ([(ONE, t) for t in thirds], net[-1]),
+            ([(t, ZERO) for t in thirds], net[:, 0]),
+            ([(t, ONE) for t in thirds], net[:, -1]),
         )
         if (points == points[0]).all()
     )
@@ -127,9 +127,11 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
 
 
 @given(degenerate_nets(), st.booleans(), st.data())
-def test_degenerate_nets_have_unit_normals(net: Array, weighted: bool, data: st.DataObject) -> None:
+def test_degenerate_nets_have_unit_normals(
+    net: Array, is_rational: bool, data: st.DataObject
+) -> None:
     """The nets have collapsed or repeated points, or are flat, straight or single points."""
-    patches = build_batch(net, data.draw(weights_like(net)) if weighted else None)
+    patches = build_batch(net, data.draw(weights_like(net)) if is_rational else None)
     for dtype, slack in ((np.float64, 4e-16), (np.float32, 3e-7)):
         result = evaluate(patches, (4, 3), dtype=dtype)
         assert result.normals is not None
@@ -191,13 +193,13 @@ def test_degenerate_shapes_have_unit_normals(shape: str) -> None:
     """No normal is zero or NaN, and NumPy gives no warning (tests treat warnings as errors)."""
     dtypes: list[type[np.float32] | type[np.float64]] = [np.float64, np.float32]
     places = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), dtypes)
-    for weighted, offset, scale, dtype in places:
+    for is_rational, offset, scale, dtype in places:
         net = (DEGENERATE[shape]() + offset) * scale
-        weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if weighted else None
+        weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if is_rational else None
         result = evaluate(build_batch(net, weights), (5, 4), dtype=dtype)
         assert result.normals is not None
         lengths = np.linalg.norm(result.normals.astype(float), axis=-1)
-        assert np.abs(lengths - 1).max() < 3e-7, (weighted, offset, scale, dtype)
+        assert np.abs(lengths - 1).max() < 3e-7, (is_rational, offset, scale, dtype)
 
 
 def test_normals_of_a_line_are_perpendicular_to_it() -> None:
@@ -219,13 +221,13 @@ def test_normals_at_the_poles_of_the_teapot_are_vertical(
     (batch,) = model.batches
     result = evaluate(batch, resolution, dtype=dtype)
     assert result.normals is not None
-    runs = {part.name: part for part in model.parts}
+    parts = {part.name: part for part in model.parts}
     for name, height, z in (("lid", 3.15, 1.0), ("bottom", 0.0, -1.0)):
-        part = slice(runs[name].first, runs[name].last)
-        positions, normals = result.positions[part], result.normals[part]
-        tip = (np.abs(positions - (0, 0, height)) < 1e-6).all(axis=-1)
-        assert tip.sum() == 4 * (resolution[0] + 1)
-        np.testing.assert_array_equal(normals[tip], np.full((tip.sum(), 3), (0, 0, z)))
+        patches = slice(parts[name].first, parts[name].last)
+        positions, normals = result.positions[patches], result.normals[patches]
+        is_pole = (np.abs(positions - (0, 0, height)) < 1e-6).all(axis=-1)
+        assert is_pole.sum() == 4 * (resolution[0] + 1)
+        np.testing.assert_array_equal(normals[is_pole], np.full((is_pole.sum(), 3), (0, 0, z)))
     assert result.poles == 8 * (resolution[0] + 1)
 
 
@@ -235,11 +237,11 @@ def test_normals_near_a_pole_are_right() -> None:
     assert batch.weights is not None
     t = 2.0 ** -np.arange(1.0, 20)
     for k in range(batch.count):
-        pole = 1 - t if k >= 4 else t
-        u = np.linspace(0, 1, len(t))
+        # The pole of patches 0 to 3 is the side v = 0, the pole of patches 4 to 7 is v = 1.
+        u, v = np.linspace(0, 1, len(t)), 1 - t if k >= 4 else t
         index = np.full(len(t), k, dtype=np.intp)
-        result, _ = unit_normals(batch, index, u, pole)
-        for normal, a, b in zip(result, u.tolist(), pole.tolist(), strict=True):
+        result, _ = unit_normals(batch, index, u, v)
+        for normal, a, b in zip(result, u.tolist(), v.tolist(), strict=True):
             net = exact.to_exact_net(batch.points[k], batch.weights[k])
             jet = exact.jets(net, [Fraction(a)], [Fraction(b)])[0][0]
             assert normal == pytest.approx(exact.normalize(exact.cross(jet.du, jet.dv)), abs=1e-9)

@@ -31,13 +31,13 @@ def weighted_nets(draw: st.DrawFn, base: st.SearchStrategy[Array]) -> tuple[Arra
     return net, draw(st.none() | weights_like(net))
 
 
-def build_hills(degree: int, count: int = 1, rational: bool = False) -> TrianglePatches:
+def build_hills(degree: int, count: int = 1, is_rational: bool = False) -> TrianglePatches:
     """`count` random graphs with small heights over the same triangle."""
     rng = np.random.default_rng(degree)
     places = triangle.barycentric(degree)[:, 1:]
     heights = rng.uniform(-0.2, 0.2, (count, len(places), 1))
     points = np.concatenate([np.broadcast_to(places, (count, *places.shape)), heights], axis=-1)
-    weights = rng.uniform(0.5, 2, points.shape[:2]) if rational else None
+    weights = rng.uniform(0.5, 2, points.shape[:2]) if is_rational else None
     return TrianglePatches(points, weights)
 
 
@@ -64,17 +64,17 @@ def test_normals_agree_with_exact_arithmetic(
     expected = triangles.normals(triangles.jets(net, weights, divisions))
     result = evaluate(build_batch(net, weights), (divisions, divisions))
     assert result.normals is not None
-    zero = np.isnan(expected[:, 0])
-    assert result.poles == zero.sum()
-    assert np.abs(result.normals[0] - expected)[~zero].max(initial=0) < 1e-9
+    is_pole = np.isnan(expected[:, 0])
+    assert result.poles == is_pole.sum()
+    assert np.abs(result.normals[0] - expected)[~is_pole].max(initial=0) < 1e-9
     np.testing.assert_allclose(np.linalg.norm(result.normals[0], axis=1), 1.0, rtol=1e-14)
 
 
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 12])
-def test_float32_keeps_its_digits_far_from_zero(degree: int, rational: bool) -> None:
+def test_float32_keeps_its_digits_far_from_zero(degree: int, is_rational: bool) -> None:
     """Positions are relative to a local origin."""
-    near = build_hills(degree, 5, rational)
+    near = build_hills(degree, 5, is_rational)
     origin = np.array([3e5, -1e5, 2e6])
     # The reference includes the rounding errors of adding the origin.
     far = TrianglePatches(near.points + origin, near.weights)
@@ -89,13 +89,13 @@ def test_float32_keeps_its_digits_far_from_zero(degree: int, rational: bool) -> 
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("degree", [1, 3, 6])
 def test_chunks_have_no_effect(
-    degree: int, rational: bool, dtype: Real, monkeypatch: pytest.MonkeyPatch
+    degree: int, is_rational: bool, dtype: Real, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Evaluates many patches together, then few samples at a time, then without cached bases."""
-    patches = build_hills(degree, 40, rational)
+    patches = build_hills(degree, 40, is_rational)
     in_one_chunk = evaluate(patches, (11, 11), dtype=dtype)
     monkeypatch.setattr(triangle_evaluation, "CHUNK_SAMPLES", 50)
     in_small_chunks = evaluate(patches, (11, 11), dtype=dtype)
@@ -117,15 +117,15 @@ def build_degenerate_nets() -> dict[str, Any]:
     lines = triangle.side_rows(3)
     cases = {}
     for number in range(3):
-        collapsed = net.copy()
-        collapsed[lines[number]] = net[lines[number][0]]
-        cases[f"side {number}"] = collapsed
-        blunt = net.copy()
-        blunt[lines[number][1]] = net[lines[number][0]]
-        cases[f"repeated point {number}"] = blunt
-    two = net.copy()
-    two[np.unique(lines[:2])] = net[0]
-    cases["two sides"] = two
+        side_net = net.copy()
+        side_net[lines[number]] = net[lines[number][0]]
+        cases[f"side {number}"] = side_net
+        repeated_net = net.copy()
+        repeated_net[lines[number][1]] = net[lines[number][0]]
+        cases[f"repeated point {number}"] = repeated_net
+    two_sides_net = net.copy()
+    two_sides_net[np.unique(lines[:2])] = net[0]
+    cases["two sides"] = two_sides_net
     cases["line"] = net * (1.0, 0.0, 0.0)
     cases["point"] = np.ones_like(net)
     cases["all sides"] = np.where(np.isin(np.arange(10), np.unique(lines))[:, None], 0.0, net)
@@ -133,27 +133,27 @@ def build_degenerate_nets() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize(
     "net", build_degenerate_nets().values(), ids=build_degenerate_nets().keys()
 )
-def test_degenerate_triangles_have_unit_normals(net: Array, rational: bool, dtype: Real) -> None:
+def test_degenerate_triangles_have_unit_normals(net: Array, is_rational: bool, dtype: Real) -> None:
     """Where du × dv does not vanish, normals also agree with exact arithmetic."""
-    weights = build_hills(3, rational=True).weights if rational else None
+    weights = build_hills(3, is_rational=True).weights if is_rational else None
     expected = triangles.normals(triangles.jets(net, None if weights is None else weights[0], 4))
     result = evaluate(TrianglePatches(net[None].copy(), weights), (4, 4), dtype=dtype)
     assert result.normals is not None
     lengths = np.linalg.norm(result.normals[0].astype(float), axis=1)
     assert np.abs(lengths - 1).max() < 4 * np.finfo(dtype).eps
-    zero = np.isnan(expected[:, 0])
-    assert result.poles == zero.sum()
-    assert np.abs(result.normals[0] - expected)[~zero].max(initial=0) < 1e-5
+    is_pole = np.isnan(expected[:, 0])
+    assert result.poles == is_pole.sum()
+    assert np.abs(result.normals[0] - expected)[~is_pole].max(initial=0) < 1e-5
 
 
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("symmetry", range(6))
 def test_normals_along_a_collapsed_side_are_those_of_the_cone(
-    symmetry: int, rational: bool
+    symmetry: int, is_rational: bool
 ) -> None:
     """Near the collapsed side, the triangle is to first order the cone over C, its next row.
 
@@ -163,7 +163,7 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     net = np.array([[j, k, 0] for _, j, k in triangles.keys(4)]) + rng.uniform(-0.2, 0.2, (15, 3))
     is_on_side = [key[1] == 0 for key in triangles.keys(4)]
     net[is_on_side] = net[0]
-    weights = rng.uniform(0.5, 2, 15) if rational else np.ones(15)
+    weights = rng.uniform(0.5, 2, 15) if is_rational else np.ones(15)
     is_next_row = [key[1] == 1 for key in triangles.keys(4)]
     cone = exact.to_exact_net([(net[is_next_row] - net[0]) * weights[is_next_row, None]])[0]
     slope = [tuple(y - x for x, y in zip(a, b, strict=True)) for a, b in pairwise(cone)]
@@ -174,7 +174,7 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     transformed = build_batch(
         triangles.apply_symmetry(net, symmetry), triangles.apply_symmetry(weights, symmetry)
     )
-    result = evaluate(transformed if rational else TrianglePatches(transformed.points), (6, 6))
+    result = evaluate(transformed if is_rational else TrianglePatches(transformed.points), (6, 6))
     assert result.normals is not None
     assert result.poles == 7
     is_collapsed = triangles.apply_symmetry(

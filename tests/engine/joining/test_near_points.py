@@ -78,7 +78,7 @@ def test_groups_are_the_components_that_are_not_wide(
         assert result.tolist() == expected
     # The groups of larger crowds may be smaller than expected. The order has no effect.
     assert all(
-        f == k or expected[f] == e for k, (f, e) in enumerate(zip(result, expected, strict=True))
+        leader == k or expected[leader] == expected[k] for k, leader in enumerate(result.tolist())
     )
     order = rng.permutation(len(points))
     reordered = group_near_points(points[order], 1.0)
@@ -100,25 +100,20 @@ def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
 def test_the_points_of_a_short_line_are_not_a_group() -> None:
     """They are a chain wider than `reach`; points that differ by rounding join their neighbours."""
     line = np.linspace(0, 1.5, 4)[:, None] * [1.0, 0, 0]
-    reordered = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
-    assert group_near_points(np.concatenate([line, reordered]), 1.0).tolist() == [
-        0,
-        1,
-        2,
-        3,
-        3,
-        2,
-        1,
-        0,
-    ]
+    reverse_line = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
+    groups = group_near_points(np.concatenate([line, reverse_line]), 1.0)
+    assert groups.tolist() == [0, 1, 2, 3, 3, 2, 1, 0]
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e6]))
-def test_near_points_are_always_found(seed: int, far: float) -> None:
+def test_near_points_are_always_found(seed: int, offset: float) -> None:
     """Equal points alone do not count as near points."""
     rng = np.random.default_rng(seed)
-    points = rng.uniform(-1, 1, (20, 3)) + far
-    equal = np.concatenate([points, points[:5]])
-    assert not has_near_points(equal, 1e-12)
-    near = np.concatenate([equal, np.nextafter(points[:1], np.inf)])
-    assert has_near_points(near[rng.permutation(len(near))], 1e-12 + 2.0**-49 * far)
+    points = rng.uniform(-1, 1, (20, 3)) + offset
+    repeated_points = np.concatenate([points, points[:5]])
+    assert not has_near_points(repeated_points, 1e-12)
+    # The new point differs from the first in the last bit of each coordinate: far from zero these
+    # bits are larger than 1e-12.
+    near_points = np.concatenate([repeated_points, np.nextafter(points[:1], np.inf)])
+    order = rng.permutation(len(near_points))
+    assert has_near_points(near_points[order], 1e-12 + 2.0**-49 * offset)

@@ -31,7 +31,7 @@ def test_nodes_and_weights_are_rounded_once(count: int) -> None:
             assert abs(1 / ((1 - x**2) * slope**2) / weight - 1) <= 2 * UNIT
     assert weights_at_nodes(count).sum() == pytest.approx(1, abs=1e-15)
     basis = basis_at_nodes(5, count)
-    if count > 2:  # exact up to degree 2 m − 1
+    if count > 2:  # a rule of m nodes is exact up to degree 2 m − 1
         np.testing.assert_allclose(weights_at_nodes(count) @ basis, 1 / 6, rtol=1e-14)
 
 
@@ -39,8 +39,8 @@ def test_nodes_and_weights_are_rounded_once(count: int) -> None:
 def test_chebyshev_coefficients_give_the_bernstein_basis(degree: int) -> None:
     matrix = chebyshev(degree)
     t = np.linspace(0, 1, 31)
-    shares = np.cos(np.arange(degree + 1)[:, np.newaxis] * np.arccos(2 * t - 1))
-    np.testing.assert_allclose(matrix.T @ shares, bernstein(degree)(t).T, atol=1e-14)
+    chebyshev_values = np.cos(np.arange(degree + 1)[:, np.newaxis] * np.arccos(2 * t - 1))
+    np.testing.assert_allclose(matrix.T @ chebyshev_values, bernstein(degree)(t).T, atol=1e-14)
     assert np.abs(matrix).sum(axis=1).max() <= 2 + 1e-13
     angle = np.linspace(0, 2 * np.pi, 60)
     for radius, bounds in zip(RADII, ellipse_bounds(degree), strict=True):
@@ -49,20 +49,20 @@ def test_chebyshev_coefficients_give_the_bernstein_basis(degree: int) -> None:
             assert np.abs((z**k + z**-k) / 2).max() <= bound * (1 + 1e-9)
 
 
-def random_cells(seed: int, rational: bool, degree: tuple[int, int]) -> Cells:
+def random_cells(seed: int, is_rational: bool, degree: tuple[int, int]) -> Cells:
     """40 random cells that are nearly flat."""
     rng = np.random.default_rng(seed)
     p, q = degree
     x, y = np.meshgrid(np.linspace(-0.4, 0.4, p + 1), np.linspace(-0.4, 0.4, q + 1), indexing="ij")
     nets = np.stack([x, y, 0 * x], axis=-1) + rng.uniform(-0.04, 0.04, (40, p + 1, q + 1, 3))
-    if rational:
+    if is_rational:
         weights = rng.uniform(0.9, 1, (40, p + 1, q + 1, 1))
         nets = np.concatenate([nets * weights, weights], axis=-1)
     return cells_of(nets, np.arange(40), 0.0)
 
 
 @pytest.mark.parametrize(
-    ("kind", "rational", "degree"),
+    ("kind", "is_rational", "degree"),
     [
         ("size", False, (3, 3)),
         ("size", False, (3, 0)),
@@ -73,9 +73,9 @@ def random_cells(seed: int, rational: bool, degree: tuple[int, int]) -> Cells:
     ],
 )
 def test_errors_of_coarse_rules_are_within_the_bounds_of_remainders(
-    kind: Kind, rational: bool, degree: tuple[int, int]
+    kind: Kind, is_rational: bool, degree: tuple[int, int]
 ) -> None:
-    cells = random_cells(sum(degree), rational, degree)
+    cells = random_cells(sum(degree), is_rational, degree)
     nets = CellNets(cells)
     fine_sums, fine_rounding = apply_rule(nets, kind, 24)
     ratios = []

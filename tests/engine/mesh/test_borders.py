@@ -26,6 +26,7 @@ def test_border_edges_are_counted(
 ) -> None:
     if has_reversed_copies:
         triangles, quads = (rows + [row[::-1] for row in rows] for rows in (triangles, quads))
+    # `welds` of a mesh is the first vertex at each position, so it is never larger than the vertex.
     lowest = list(range(VERTICES)) if welds is None else [min(k, w) for k, w in enumerate(welds)]
     uses = Counter(
         tuple(sorted((lowest[a], lowest[b])))
@@ -36,8 +37,8 @@ def test_border_edges_are_counted(
         np.array(triangles, dtype=np.uint32).reshape(-1, 3),
         np.array(quads, dtype=np.uint32).reshape(-1, 4),
     )
-    boundary, watertight = count_borders(
+    boundary_edges, is_watertight = count_borders(
         faces, None if welds is None else np.array(lowest, dtype=np.uint32)
     )
-    assert boundary == sum(count == 1 for count in uses.values())
-    assert watertight == all(count == 2 for count in uses.values())
+    assert boundary_edges == sum(count == 1 for count in uses.values())
+    assert is_watertight == all(count == 2 for count in uses.values())

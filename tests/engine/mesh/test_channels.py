@@ -24,6 +24,7 @@ from tests.oracles import exact
 from tests.oracles.triangles import places as triangle_places
 from tests.oracles.triangles import to_exact_triangle, value
 from tests.strategies import (
+    ROTATIONS,
     Array,
     apply_symmetry,
     build_model,
@@ -108,12 +109,15 @@ def build_attribute_model(pieces: list[Array], values_of_patches: list[Array]) -
 def test_framed_patches_have_the_values_of_their_neighbours(
     data: st.DataObject, resolution: tuple[int, int]
 ) -> None:
-    """Quarters of a surface with different parametrizations, some of them framed, weld."""
+    """Quarters of a surface with different parametrizations weld.
+
+    Some of them are framed: strips connect their inner grid to sides with more divisions.
+    """
     net, channel_net = np.empty((3, 3, 3)), np.empty((4, 4, 2))
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(3.0), np.arange(3.0), indexing="ij")
     net[..., 2] = data.draw(arrays.arrays(np.float64, (3, 3), elements=st.integers(-4, 4)))
     channel_net[:] = data.draw(arrays.arrays(np.float64, (4, 4, 2), elements=st.integers(-64, 64)))
-    symmetries = data.draw(st.lists(st.sampled_from((0, 3, 5, 6)), min_size=4, max_size=4))
+    symmetries = data.draw(st.lists(st.sampled_from(ROTATIONS), min_size=4, max_size=4))
     patches = [
         apply_symmetry(piece, s) for piece, s in zip(split_quarters(net), symmetries, strict=True)
     ]
@@ -141,24 +145,25 @@ def build_strip(left: Array, right: Array) -> PatchModel:
 
 @pytest.mark.parametrize("normals", [True, False])
 def test_samples_weld_only_if_their_values_are_equal(normals: bool) -> None:
-    """On the seam, the values of both patches agree at one of five samples."""
+    """Of the five samples of each patch on the seam, one has the value of the other patch."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
     right = np.array([[[5.0], [9]], [[0], [0]]])
     mesh = build_mesh(build_strip(left, right), resolution=(4, 4), normals=normals)
     # The values agree at v = 0 only.
     assert len(mesh.positions) == 2 * 25 - 1
     assert mesh.report.vertices == 2 * 25 - 5
-    same = build_mesh(build_strip(left, left[::-1]), resolution=(4, 4), normals=normals)
-    assert (same.welds, len(same.positions)) == (None, 45)
+    # With equal values on the seam, its five samples are common vertices.
+    mesh = build_mesh(build_strip(left, left[::-1]), resolution=(4, 4), normals=normals)
+    assert (mesh.welds, len(mesh.positions)) == (None, 2 * 25 - 5)
 
 
-@pytest.mark.parametrize(("off", "welded"), [(2.0**-18, True), (2.0**-14, False)])
-def test_values_that_differ_by_rounding_weld(off: float, welded: bool) -> None:
+@pytest.mark.parametrize(("difference", "is_welded"), [(2.0**-18, True), (2.0**-14, False)])
+def test_values_that_differ_by_rounding_weld(difference: float, is_welded: bool) -> None:
     """The largest difference for welding is a share of the range of the values."""
     left = np.array([[[0.0], [0]], [[1], [1]]])
-    right = np.array([[[1.0 + off], [1.0 + off]], [[0], [0]]])
+    right = np.array([[[1.0 + difference], [1.0 + difference]], [[0], [0]]])
     mesh = build_mesh(build_strip(left, right), resolution=(1, 1))
-    assert len(mesh.positions) == (6 if welded else 8)
+    assert len(mesh.positions) == (6 if is_welded else 8)
 
 
 def test_samples_at_a_crease_have_equal_values_bit_for_bit() -> None:
@@ -193,15 +198,16 @@ def test_channels_do_not_change_positions_and_report() -> None:
 
 
 def test_a_pole_has_as_many_vertices_as_values() -> None:
-    """At the first pole, all samples have one value; at the second pole, values differ."""
+    """In the first mesh all samples at the pole have one value; in the second, values differ."""
     roof = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [0, 0, 1]]])
     ramp = np.array([[[0.0], [0]], [[8], [8]]])
-    one = build_mesh(build_attribute_model([roof], [ramp * 0]), resolution=(8, 1))
-    many = build_mesh(build_attribute_model([roof], [ramp]), resolution=(8, 1))
-    assert len(one.positions) == 10
-    assert len(many.positions) == 17
-    assert one.report == many.report
-    check_sound(many)
+    mesh_of_zeros = build_mesh(build_attribute_model([roof], [ramp * 0]), resolution=(8, 1))
+    mesh_of_ramp = build_mesh(build_attribute_model([roof], [ramp]), resolution=(8, 1))
+    # The base has 9 vertices. The pole has one vertex, or one for each of the 8 triangles.
+    assert len(mesh_of_zeros.positions) == 10
+    assert len(mesh_of_ramp.positions) == 17
+    assert mesh_of_zeros.report == mesh_of_ramp.report
+    check_sound(mesh_of_ramp)
 
 
 def test_channels_of_indexed_patches_are_polynomials() -> None:
@@ -236,13 +242,13 @@ def test_colors_stay_within_0_and_1() -> None:
 
 @given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
 def test_triangles_have_channels_of_their_own_degree(
-    degree: int, other: int, divisions: int, single: bool
+    degree: int, channel_degree: int, divisions: int, single: bool
 ) -> None:
-    """Compares values with exact ones from de Casteljau's algorithm, in the order of samples."""
-    random = np.random.default_rng((degree, other, divisions))
+    """Compares values with exact values from de Casteljau's algorithm, in the order of samples."""
+    random = np.random.default_rng((degree, channel_degree, divisions))
     points = random.random((triangle.count_points(degree), 3))
     colors, flow = (
-        random.random((triangle.count_points(other), 3)),
+        random.random((triangle.count_points(channel_degree), 3)),
         random.random((triangle.count_points(3), 2)),
     )
     surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
@@ -263,6 +269,6 @@ def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:
     channels = Channels(uvs=vertices[:, :2])
     surface = PatchSurface(vertices, squares, channels=channels, triangles=triangles)
     mesh = build_mesh(surface.lower(), resolution=(4, 4))
-    assert len(mesh.positions) == 25 + 15 - 5
+    assert len(mesh.positions) == 25 + 15 - 5  # the common edge has 5 vertices
     assert mesh.uvs is not None
     np.testing.assert_allclose(mesh.uvs, mesh.positions[:, :2], atol=1e-15)

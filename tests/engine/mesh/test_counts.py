@@ -61,8 +61,11 @@ def test_normals_and_creases_do_not_change_counts() -> None:
 
 
 @given(split_models(), resolutions)
-def test_counts_of_patches_that_meet_are_right(model: Any, resolution: tuple[int, int]) -> None:
-    check_counts(build_model(model[1]), resolution)
+def test_counts_of_patches_that_meet_are_right(
+    net_and_pieces: Any, resolution: tuple[int, int]
+) -> None:
+    _, pieces = net_and_pieces
+    check_counts(build_model(pieces), resolution)
 
 
 @given(st.lists(degenerate_nets(), min_size=1, max_size=3), resolutions)
@@ -91,6 +94,7 @@ def build_patch(*places: int) -> Any:
     return points[list(places)].reshape(2, 2, 3)
 
 
+# Each 43rd of the 256 choices of four corners.
 @pytest.mark.parametrize("places", list(product(range(4), repeat=4))[::43])
 def test_counts_of_patches_with_repeated_corners_are_right(places: tuple[int, ...]) -> None:
     for resolution in ((1, 1), (1, 2), (2, 2), (3, 4)):
@@ -108,9 +112,9 @@ def test_the_faces_of_the_rim_and_of_inner_cells_are_all_faces(kind: Any) -> Non
     ]
     for shape in shapes:
         ru, rv = shape.resolution
-        inside = (ru - 2) * (rv - 2)
+        inner_cells = (ru - 2) * (rv - 2)
         triangles, quads = build_rim(shape, kind)
-        inner_faces = (2 * inside, 0) if kind == "triangles" else (0, inside)
+        inner_faces = (2 * inner_cells, 0) if kind == "triangles" else (0, inner_cells)
         result = len(triangles) + inner_faces[0], len(quads) + inner_faces[1]
         assert result == tuple(map(len, build_faces(shape, kind)))
 
@@ -121,4 +125,8 @@ def test_a_patch_of_60_000_divisions_is_counted_without_samples() -> None:
     model = PatchModel("one", (TensorPatches(net[np.newaxis]),), (Part("one", 0, 1),))
     expected = Counts(60_001**2, 2 * 60_000**2, 0)
     assert count_mesh(model, MeshOptions((60_000, 60_000))) == expected
+
+
+def test_inner_samples_of_a_triangle_are_counted() -> None:
+    """With 4 divisions, 3 of the 15 samples are not on a side."""
     assert TriangleShape(4).inner == 3

@@ -24,11 +24,12 @@ def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle
     place, normals = sample_normals(seed, count)
     places = Averages.from_leaders(place)
     expected = find_leaders(place, normals, chord_length(angle))
-    sharing = find_creases(normals, places, angle)
+    creases = find_creases(normals, places, angle)
     result = place.copy()
-    if sharing is not None:
-        result[places.members] = sharing.leaders
-        assert getattr(find_creases(-normals, places, angle), "key", None) == sharing.key
+    if creases is not None:
+        result[places.members] = creases.leaders
+        # Opposite normals have the same creases, and so the same key in the cache of plans.
+        assert getattr(find_creases(-normals, places, angle), "key", None) == creases.key
     assert result.tolist() == expected.tolist()
     averages = Averages.from_leaders(expected)
     assert sorted([*averages.members, *np.unique(expected)]) == list(range(count))

@@ -37,32 +37,31 @@ def build_strip(*columns: float) -> list[Array]:
     ]
 
 
-def divide_into_parts(model: PatchModel, parts: tuple[int, ...]) -> PatchModel:
-    """The model divided into parts that begin at these patches."""
-    ends = (*parts, model.patch_count)
+def divide_into_parts(model: PatchModel, first_patches: tuple[int, ...]) -> PatchModel:
+    """The model divided into parts that begin at the patches with these numbers."""
+    ends = pairwise((*first_patches, model.patch_count))
     return replace(
-        model,
-        parts=tuple(Part(str(k), ends[k], ends[k + 1]) for k in range(len(parts))),
+        model, parts=tuple(Part(str(k), begin, end) for k, (begin, end) in enumerate(ends))
     )
 
 
 @pytest.mark.parametrize("options", OPTIONS)
-@pytest.mark.parametrize("turned", [False, True])
-def test_curves_between_patches_are_omitted(options: dict[str, Any], turned: bool) -> None:
-    without, with_curves = (
-        build_model([net.swapaxes(0, 1) if turned else net for net in build_strip(*columns)])
+@pytest.mark.parametrize("is_transposed", [False, True])
+def test_curves_between_patches_are_omitted(options: dict[str, Any], is_transposed: bool) -> None:
+    without_curves, with_curves = (
+        build_model([net.swapaxes(0, 1) if is_transposed else net for net in build_strip(*columns)])
         for columns in ((0, 1, 2), (0, 1, 1, 1, 2))
     )
-    mesh, mesh_without = build_mesh(with_curves, **options), build_mesh(without, **options)
+    mesh, expected = build_mesh(with_curves, **options), build_mesh(without_curves, **options)
     check_sound(mesh)
     for name in ("positions", "normals", "triangles", "quads"):
-        np.testing.assert_array_equal(getattr(mesh, name), getattr(mesh_without, name))
+        np.testing.assert_array_equal(getattr(mesh, name), getattr(expected, name))
     if "accuracy" not in options:
         counts = count_mesh(with_curves, MeshOptions(**options))
+        report = mesh.report
         assert (counts.vertices, counts.triangles, counts.quads) == (
-            *(mesh.report.vertices, mesh.report.triangles),
-            mesh.report.quads,
-        )
+            report.vertices, report.triangles, report.quads,
+        )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -83,7 +82,8 @@ def test_curves_are_omitted_if_a_patch_of_their_part_has_them(
         mesh = build_mesh(divide_into_parts(build_model(build_strip(*columns)), parts), **options)
         assert (mesh.report.patches, len(mesh.parts)) == (patch_count, len(parts))
         for part in mesh.parts:
-            has_faces = any(first < last for first, last in (part.triangles, part.quads))
+            has_faces = any(begin < end for begin, end in (part.triangles, part.quads))
+            # If all columns are equal, every patch is a curve, whose faces all have no area.
             assert (part.deviation_bound is not None) == has_faces or max(columns) == 1
 
 

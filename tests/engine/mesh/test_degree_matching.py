@@ -36,18 +36,20 @@ def elevate_exactly(curve: Curve, degree: int) -> Curve:
     return points, np.array([float(r[3]) for r in row])
 
 
-def build_curves(count: int, degree: int, seed: int, rational: bool) -> list[Curve]:
+def build_curves(count: int, degree: int, seed: int, is_rational: bool) -> list[Curve]:
     """Random curves side by side: x is the number of the curve, y its parameter."""
     rng = np.random.default_rng(seed)
     points = rng.uniform(-0.3, 0.3, (count, degree + 1, 3))
     points[..., 0] += np.arange(count)[:, None]
     points[..., 1] += np.linspace(0, 1, degree + 1)
-    weights = rng.uniform(0.3, 3, (count, degree + 1)) if rational else np.ones((count, degree + 1))
+    weights = (
+        rng.uniform(0.3, 3, (count, degree + 1)) if is_rational else np.ones((count, degree + 1))
+    )
     return list(zip(points, weights, strict=True))
 
 
 def build_ribbons(
-    lines: list[Curve], degrees: list[int], turns: list[int], rational: bool = False
+    lines: list[Curve], degrees: list[int], turns: list[int], is_rational: bool = False
 ) -> PatchModel:
     """Ruled patches: patch k is between curves k and k + 1, raised to degree `degrees[k]`.
 
@@ -59,18 +61,18 @@ def build_ribbons(
         nets.append(apply_symmetry(np.stack([points for points, _ in sides]), turns[k]))
         # A common factor of weights does not change the surface.
         weights.append(apply_symmetry(np.stack([(1 + k) * ws for _, ws in sides]), turns[k]))
-    return build_model(nets, weights if rational else None)
+    return build_model(nets, weights if is_rational else None)
 
 
 def list_edges(seams: Seams) -> list[tuple[int, int]]:
     """(degree, number of sides) of each edge that is not a point, sorted."""
-    used = np.unique(seams.edge[~seams.collapsed])
+    edges = np.unique(seams.edge[~seams.collapsed])
     result = []
     for group in seams.curves:
         result += [
             (group.points.shape[1] - 1, int(seams.users[edge]))
             for edge in group.ids
-            if edge in used
+            if edge in edges
         ]
     return sorted(result)
 
@@ -83,13 +85,15 @@ def list_edges(seams: Seams) -> list[tuple[int, int]]:
     st.data(),
 )
 def test_neighbours_of_any_degrees_share_their_edge(
-    base: int, more: list[int], seed: int, rational: bool, data: st.DataObject
+    base: int, degree_steps: list[int], seed: int, is_rational: bool, data: st.DataObject
 ) -> None:
     """The edge has the lower of both degrees, for all orders and parametrizations of patches."""
-    degrees = [base + k for k in more]
+    degrees = [base + k for k in degree_steps]
     count = len(degrees)
     turns = data.draw(st.lists(symmetries, min_size=count, max_size=count))
-    model = build_ribbons(build_curves(count + 1, base, seed, rational), degrees, turns, rational)
+    model = build_ribbons(
+        build_curves(count + 1, base, seed, is_rational), degrees, turns, is_rational
+    )
     seams = find_seams(model.batches)
     inner = [(min(a, b), 2) for a, b in pairwise(degrees)]
     outer = [(degrees[0], 1), (degrees[-1], 1)] + [(1, 1)] * (2 * count)
@@ -100,16 +104,17 @@ def test_neighbours_of_any_degrees_share_their_edge(
 
 
 @pytest.mark.parametrize("degree", [2, 3, 5])
-@pytest.mark.parametrize("first", [True, False])
-def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> None:
+@pytest.mark.parametrize("is_triangle_first", [True, False])
+def test_a_triangle_meets_a_grid_of_another_degree(degree: int, is_triangle_first: bool) -> None:
     """A quadratic triangle and a patch share an edge; they are in two batches."""
     rng = np.random.default_rng(degree)
     net = np.array([(j, k, 0.0) for _, j, k in triangles.keys(2)]) + rng.uniform(-0.2, 0.2, (6, 3))
     triangle = TrianglePatches(net[None])
     side = triangle.side(2)[0][0]
-    shared = elevate_exactly((side, np.ones(3)), degree)[0] if degree > 2 else side
-    patch = TensorPatches(np.stack([shared[::-1], shared[::-1] - (0, 2, 1)])[None])
-    batches: tuple[Patches, ...] = (triangle, patch) if first else (patch, triangle)
+    edge = elevate_exactly((side, np.ones(3)), degree)[0] if degree > 2 else side
+    # In the patch the edge has the opposite direction, so that both normals point up.
+    patch = TensorPatches(np.stack([edge[::-1], edge[::-1] - (0, 2, 1)])[None])
+    batches: tuple[Patches, ...] = (triangle, patch) if is_triangle_first else (patch, triangle)
     model = PatchModel("pair", batches, (Part("pair", 0, 2),))
     assert list_edges(find_seams(batches)).count((2, 2)) == 1
     for resolution in ((2, 2), (3, 5)):
@@ -118,12 +123,12 @@ def test_a_triangle_meets_a_grid_of_another_degree(degree: int, first: bool) -> 
         assert (find_topology(mesh).components, find_topology(mesh).euler) == (1, 1)
 
 
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("is_symmetric", [False, True])
-def test_closed_edges_meet_in_either_direction(rational: bool, is_symmetric: bool) -> None:
+def test_closed_edges_meet_in_either_direction(is_rational: bool, is_symmetric: bool) -> None:
     """A closed curve and the same curve in a higher degree, in equal or opposite direction."""
     points = np.array([[1.0, 0, 0], [1, 1.7, 0], [-2.3, 0.9, 0.2], [-1, -1.1, 0], [1, 0, 0]])
-    weights = np.array([1.0, 0.7, 1.9, 0.8, 1.0]) if rational else np.ones(5)
+    weights = np.array([1.0, 0.7, 1.9, 0.8, 1.0]) if is_rational else np.ones(5)
     if is_symmetric:
         points[3], weights[3] = points[1] * (1, -1, 1), weights[1]
         points[2, 1:] = 0
@@ -137,7 +142,7 @@ def test_closed_edges_meet_in_either_direction(rational: bool, is_symmetric: boo
             for (net, ws), height, order in ((loop, -1, 1), (raised_loop, 1, direction))
         ]
         model = build_model(
-            [net for net, _ in rings], [ws for _, ws in rings] if rational else None
+            [net for net, _ in rings], [ws for _, ws in rings] if is_rational else None
         )
         seams = find_seams(model.batches)
         assert (4, 2) in list_edges(seams)
@@ -148,9 +153,9 @@ def test_closed_edges_meet_in_either_direction(rational: bool, is_symmetric: boo
 
 def test_nearly_equal_edges_are_not_joined() -> None:
     """A change of a point by 1e-9, or of a weight by 1e-9 of itself, makes a different edge."""
-    (line,) = build_curves(1, 2, 3, rational=True)
+    (line,) = build_curves(1, 2, 3, is_rational=True)
     cubic, weights = elevate_exactly(line, 3)
-    for shift, factor, shared in ((0.0, 1.0, True), (1e-9, 1.0, False), (0.0, 1 + 1e-9, False)):
+    for shift, factor, is_shared in ((0.0, 1.0, True), (1e-9, 1.0, False), (0.0, 1 + 1e-9, False)):
         points, ws = cubic.copy(), weights.copy()
         points[1, 2] += shift
         ws[1] *= factor
@@ -161,21 +166,21 @@ def test_nearly_equal_edges_are_not_joined() -> None:
             ],
             [np.stack([line[1]] * 2), np.stack([ws] * 2)],
         )
-        assert ((2, 2) in list_edges(find_seams(model.batches))) == shared
+        assert ((2, 2) in list_edges(find_seams(model.batches))) == is_shared
 
 
 def test_joined_edges_are_within_the_stated_distance() -> None:
     """Compares samples of a rational edge, far from the origin, before and after raising."""
     largest_gap = 0.0
     for seed in range(20):
-        (line,) = build_curves(1, 3, seed, rational=True)
+        (line,) = build_curves(1, 3, seed, is_rational=True)
         points = line[0] + 1000
-        higher = elevate_exactly((points, line[1]), 7)
+        raised_line = elevate_exactly((points, line[1]), 7)
         meshes = [
             build_mesh(
                 build_model([np.stack([p, p - (1, 0, 0)])], [np.stack([w, w])]), resolution=(1, 9)
             )
-            for p, w in ((points, line[1]), higher)
+            for p, w in ((points, line[1]), raised_line)
         ]
         gap = meshes[0].positions[:10] - meshes[1].positions[:10]
         largest_gap = max(largest_gap, float(np.abs(gap).max()) / 1000)
@@ -185,14 +190,14 @@ def test_joined_edges_are_within_the_stated_distance() -> None:
 def test_curves_of_different_sizes_are_not_joined() -> None:
     """A closed curve and a larger copy from the same point; two arches and a very high arch."""
     loop = np.array([[0.0, 0, 0], [1, 2, 0], [-1, 2, 1], [0, 0, 0]])
-    larger = elevate_exactly((2 * loop, np.ones(4)), 4)[0]
-    model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger)])
+    larger_loop = elevate_exactly((2 * loop, np.ones(4)), 4)[0]
+    model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger_loop)])
     assert (3, 2) not in list_edges(find_seams(model.batches))
     arch = np.array([[0.0, 0, 0], [1, 1, 0], [2, 0, 0]])
     near_arch = elevate_exactly((arch * (1, 1 + 1e-9, 1), np.ones(3)), 3)[0]
-    huge = elevate_exactly((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
+    high_arch = elevate_exactly((arch * (1, 1e15, 1), np.ones(3)), 4)[0]
     model = build_model(
-        [np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, near_arch, huge)]
+        [np.stack([net, translate(net, 0, 0, 9)]) for net in (arch, near_arch, high_arch)]
     )
     assert [line for line in list_edges(find_seams(model.batches)) if line[0] > 1] == [
         (2, 1), (2, 1), (3, 1), (3, 1), (4, 1), (4, 1),

@@ -24,19 +24,20 @@ half of the side u = 0 returns along its first half."""
 
 
 @pytest.mark.parametrize(
-    ("corner", "passages", "closed"),
+    ("shift", "passages", "is_closed"),
     [([0, 0, 0], [0, 0, 1, -1], True), ([0.5, 0, 0], [-1, 0, 1, -1], False)],
 )
 def test_a_side_that_returns_along_itself_does_not_count(
-    corner: list[float], passages: list[int], closed: bool
+    shift: list[float], passages: list[int], is_closed: bool
 ) -> None:
+    """If a point of the side u = 0 is shifted, its halves differ, and the bag is open there."""
     net = BAG.copy()
-    net[0, 1] += corner
+    net[0, 1] += shift
     model = PatchModel("bag", (TensorPatches(net[np.newaxis]),), (Part("bag", 0, 1),))
     oriented = orient_sides(connect(model))
     assert oriented.passage.tolist() == [passages]
-    assert oriented.is_closed == oriented.find_closed_parts(np.zeros(1, int), 1)[0] == closed
-    assert oriented.find_unbalanced_sides().tolist() == [[not closed, False, False, False]]
-    assert (measure(model, MeasureQuery(1e-2)).volume is not None) == closed
+    assert oriented.is_closed == oriented.find_closed_parts(np.zeros(1, int), 1)[0] == is_closed
+    assert oriented.find_unbalanced_sides().tolist() == [[not is_closed, False, False, False]]
+    assert (measure(model, MeasureQuery(1e-2)).volume is not None) == is_closed
     query_inside = ProjectQuery(np.array([[1.5, 0, 2.0]]), sign=True)
-    assert (project_on_surface(model, query_inside)["signs"] == -1).all() == closed
+    assert (project_on_surface(model, query_inside)["signs"] == -1).all() == is_closed

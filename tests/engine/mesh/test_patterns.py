@@ -22,7 +22,10 @@ def list_places(shape: Shape) -> list[Place]:
     grid = [(Fraction(i, ru), Fraction(j, rv)) for i in range(ru + 1) for j in range(rv + 1)]
     zero, one = Fraction(0), Fraction(1)
     for side, count in enumerate(shape.sides):
-        for k in range(1, 0 if count == shape.grid_divisions[side] else count):
+        if count == shape.grid_divisions[side]:
+            continue  # all samples of the side are in the grid
+        for k in range(1, count):
+            # The sides 0 to 3 are u = 0, u = 1, v = 0 and v = 1.
             t, end = Fraction(k, count), one if side % 2 else zero
             grid.append((end, t) if side < 2 else (t, end))
     return grid
@@ -44,8 +47,8 @@ def check_tiling(shape: Shape, kind: Faces) -> None:
     assert sum(areas) == 2
     # Indices at one place are merged, because extra samples may be at places of grid samples.
     first: dict[Place, int] = {}
-    merged = [first.setdefault(place, k) for k, place in enumerate(places)]
-    topology = count_topology([[merged[i] for i in loop] for loop in loops])
+    first_index = [first.setdefault(place, k) for k, place in enumerate(places)]
+    topology = count_topology([[first_index[i] for i in loop] for loop in loops])
     assert (topology.euler, topology.components, topology.boundary) == (1, 1, sum(shape.sides))
     assert (topology.non_manifold, topology.misoriented, topology.degenerate) == (0, 0, 0)
 
@@ -64,7 +67,7 @@ def test_a_plain_grid_tiles_the_square(ru: int, rv: int, kind: Faces) -> None:
     divisions, divisions, st.tuples(*[st.booleans()] * 4), st.sampled_from(["triangles", "quads"])
 )
 def test_strips_join_sides_with_more_divisions_to_the_grid(
-    ru: int, rv: int, finer: tuple[bool, bool, bool, bool], kind: Faces
+    ru: int, rv: int, are_finer: tuple[bool, bool, bool, bool], kind: Faces
 ) -> None:
     """Each side may have the larger of the two numbers of divisions.
 
@@ -73,7 +76,7 @@ def test_strips_join_sides_with_more_divisions_to_the_grid(
     """
     sides: Divisions = tuple(  # type: ignore[assignment]
         max(ru, rv) if is_finer else divisions
-        for is_finer, divisions in zip(finer, (rv, rv, ru, ru), strict=True)
+        for is_finer, divisions in zip(are_finer, (rv, rv, ru, ru), strict=True)
     )
     assume(sides != (rv, rv, ru, ru))
     check_tiling(Shape((max(ru, 2), max(rv, 2)), sides), kind)
@@ -84,7 +87,7 @@ def test_strips_join_sides_with_more_divisions_to_the_grid(
 def test_faces_without_area_at_a_collapsed_side_are_omitted(side: int, kind: Faces) -> None:
     """Each cell at the side has one triangle less, or a triangle in place of a quad."""
     ru, rv = 4, 3
-    count = (rv, rv, ru, ru)[side]
+    count = (rv, rv, ru, ru)[side]  # the cells along the sides u = 0, u = 1, v = 0 and v = 1
     collapsed = tuple(k == side for k in range(4))
     shape = Shape((ru, rv), (rv, rv, ru, ru), collapsed)  # type: ignore[arg-type]
     triangles, quads = build_faces(shape, kind)

@@ -25,6 +25,7 @@ from tests.engine.meshing import (
 from tests.oracles import triangles
 from tests.oracles.topology import count_topology, volume, weld_by_position
 from tests.strategies import (
+    ROTATIONS,
     Array,
     apply_symmetry,
     build_mixed_model,
@@ -94,10 +95,10 @@ def test_one_triangle_has_the_documented_order_of_vertices(
     assert mesh.report.poles_repaired == 0
 
 
-def build_neighbours(net: Array, other: Array) -> tuple[Array, Array]:
+def build_neighbours(net: Array, second_net: Array) -> tuple[Array, Array]:
     """Two triangles over the halves of a square that share the side from (n, 0) to (0, n)."""
     n = triangles.find_degree(len(net))
-    second = other.copy()
+    second = second_net.copy()
     second[:, :2] = n - second[:, :2]
     keys = triangles.keys(n)
     row = {key: number for number, key in enumerate(keys)}
@@ -110,18 +111,24 @@ def build_neighbours(net: Array, other: Array) -> tuple[Array, Array]:
 
 @given(st.data(), st.integers(0, 2), st.integers(0, 2), resolutions, st.booleans())
 def test_triangles_weld_along_any_of_their_sides(
-    data: st.DataObject, first: int, second: int, resolution: tuple[int, int], rational: bool
+    data: st.DataObject,
+    first_symmetry: int,
+    second_symmetry: int,
+    resolution: tuple[int, int],
+    is_rational: bool,
 ) -> None:
     """The mesh has one component without cracks, and all faces are counter-clockwise from above."""
+    pair_symmetries = first_symmetry, second_symmetry
     degree = st.just(data.draw(st.integers(1, 4)))
     pair = build_neighbours(
         data.draw(triangle_heights(degree)), data.draw(triangle_heights(degree))
     )
     nets = [
-        triangles.apply_symmetry(net, way) for net, way in zip(pair, (first, second), strict=True)
+        triangles.apply_symmetry(net, symmetry)
+        for net, symmetry in zip(pair, pair_symmetries, strict=True)
     ]
     weights = None
-    if rational:
+    if is_rational:
         pair_weights = [data.draw(weights_like(net)) for net in pair]
         keys = triangles.keys(triangles.find_degree(len(pair[0])))
         row = {key: number for number, key in enumerate(keys)}
@@ -130,8 +137,8 @@ def test_triangles_weld_along_any_of_their_sides(
                 # The weights are equal up to a factor; multiplying changes their last digits.
                 pair_weights[1][row[0, k, j]] = 3 * pair_weights[0][number]
         weights = [
-            triangles.apply_symmetry(w, way)
-            for w, way in zip(pair_weights, (first, second), strict=True)
+            triangles.apply_symmetry(w, symmetry)
+            for w, symmetry in zip(pair_weights, pair_symmetries, strict=True)
         ]
     model = build_mixed_model(nets, weights)
     mesh = tessellate(model, MeshOptions(resolution))
@@ -140,30 +147,43 @@ def test_triangles_weld_along_any_of_their_sides(
     check_prediction(model, mesh, MeshOptions(resolution))
     check_borders_by_positions(mesh)
     count = max(resolution)
+    # The two triangles have together the vertices of a grid over the square.
     assert mesh.report.vertices == (count + 1) ** 2
     assert (find_topology(mesh).boundary, find_topology(mesh).components) == (4 * count, 1)
 
 
 def join_below(grid: Array, triangle: Array) -> Array:
     """A triangle below a grid: its side t = 0 has the points of the grid's side v = 0."""
-    below = triangle.copy()
-    below[:, 1] = -below[:, 1]
+    lower_net = triangle.copy()
+    lower_net[:, 1] = -lower_net[:, 1]
     n = len(grid) - 1
-    # s decreases along x, so that the normal still points up.
-    below = triangles.apply_symmetry(below, 3)
-    below[: n + 1] = grid[::-1, 0]
-    return below
+    # Now s decreases along x, so that the normal still points up. The first n + 1 points are those
+    # with t = 0, so they are the points of the grid's side in reverse order.
+    lower_net = triangles.apply_symmetry(lower_net, 3)
+    lower_net[: n + 1] = grid[::-1, 0]
+    return lower_net
 
 
 @given(st.data(), st.integers(0, 7), st.integers(0, 5), resolutions, kinds)
 def test_any_side_of_a_triangle_welds_to_any_side_of_a_grid(
-    data: st.DataObject, symmetry: int, way: int, resolution: tuple[int, int], kind: Faces
+    data: st.DataObject,
+    grid_symmetry: int,
+    triangle_symmetry: int,
+    resolution: tuple[int, int],
+    kind: Faces,
 ) -> None:
-    """In both directions; if the grid has fewer divisions along the side, it gets a strip."""
+    """The sides may have equal or opposite directions.
+
+    If the grid has fewer divisions along its side than the triangle, a strip of triangles joins
+    them.
+    """
     n = data.draw(st.integers(1, 4))
     grid = data.draw(height_nets(degree=st.just(n)))
-    below = join_below(grid, data.draw(triangle_heights(st.just(n))))
-    nets = [apply_symmetry(grid, symmetry), triangles.apply_symmetry(below, way)]
+    triangle = join_below(grid, data.draw(triangle_heights(st.just(n))))
+    nets = [
+        apply_symmetry(grid, grid_symmetry),
+        triangles.apply_symmetry(triangle, triangle_symmetry),
+    ]
     if data.draw(st.booleans()):
         nets.reverse()
     model, options = build_mixed_model(nets), MeshOptions(resolution, faces=kind)
@@ -172,9 +192,10 @@ def test_any_side_of_a_triangle_welds_to_any_side_of_a_grid(
     check_upright(mesh)
     check_prediction(model, mesh, options)
     check_borders_by_positions(mesh)
+    # Of the seven sides, five are open, and two are one edge.
     seams = find_seams(model.batches)
-    lines = seams.edge[~seams.collapsed]
-    assert sorted(np.bincount(lines)[np.unique(lines)].tolist()) == [1] * 5 + [2]
+    edges = seams.edge[~seams.collapsed]
+    assert sorted(np.bincount(edges)[np.unique(edges)].tolist()) == [1] * 5 + [2]
     assert find_topology(mesh).components == 1
     assert find_topology(mesh).non_manifold == 0
 
@@ -188,10 +209,10 @@ def build_prism(degree: int = 3) -> list[Array]:
     corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]])
     lid = np.array([np.array(key) / degree @ corners for key in triangles.keys(degree)])
     floor = triangles.apply_symmetry(lid, 3)
-    inside = [min(key) > 0 for key in triangles.keys(degree)]
+    is_inner = [min(key) > 0 for key in triangles.keys(degree)]
     lid = translate(lid, 0, 0, 2)
-    lid[inside, 2] += rng.uniform(0.2, 0.5, sum(inside))
-    floor[inside, 2] -= rng.uniform(0.2, 0.5, sum(inside))
+    lid[is_inner, 2] += rng.uniform(0.2, 0.5, sum(is_inner))
+    floor[is_inner, 2] -= rng.uniform(0.2, 0.5, sum(is_inner))
     sides = []
     for k in range(3):
         begin, end = corners[k], corners[(k + 1) % 3]
@@ -204,21 +225,26 @@ def build_prism(degree: int = 3) -> list[Array]:
 
 @settings(deadline=None)
 @given(
-    st.lists(st.integers(0, 3), min_size=3, max_size=3),
+    st.lists(st.sampled_from(ROTATIONS), min_size=3, max_size=3),
     st.lists(st.integers(0, 2), min_size=2, max_size=2),
     resolutions,
     kinds,
     st.booleans(),
 )
 def test_a_prism_of_triangles_and_grids_is_watertight(
-    grids: list[int], ends: list[int], resolution: tuple[int, int], kind: Faces, single: bool
+    side_rotations: list[int],
+    triangle_rotations: list[int],
+    resolution: tuple[int, int],
+    kind: Faces,
+    single: bool,
 ) -> None:
     """Its Euler characteristic is 2 for all parametrizations and resolutions of its patches."""
     lid, *sides, floor = build_prism()
-    rotations = (0, 3, 5, 6)
-    nets = [triangles.apply_symmetry(lid, ends[0])]
-    nets += [apply_symmetry(side, rotations[k]) for side, k in zip(sides, grids, strict=True)]
-    nets += [triangles.apply_symmetry(floor, ends[1])]
+    nets = [triangles.apply_symmetry(lid, triangle_rotations[0])]
+    nets += [
+        apply_symmetry(side, rotation) for side, rotation in zip(sides, side_rotations, strict=True)
+    ]
+    nets += [triangles.apply_symmetry(floor, triangle_rotations[1])]
     model, options = build_mixed_model(nets), MeshOptions(resolution, faces=kind)
     mesh = tessellate(model, options, single=single)
     check_sound(mesh)
@@ -252,11 +278,12 @@ def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
         build_mixed_model(build_tetrahedron()), resolution=(count, count), normals=False
     )
     assert len(without_normals.positions) == shape.vertices
-    unwelded = build_mesh(
+    separate_mesh = build_mesh(
         build_mixed_model(build_tetrahedron()), resolution=(count, count), weld=False
     )
-    check_sound(unwelded)
-    assert (unwelded.report.boundary_edges, find_topology(unwelded).components) == (12 * count, 4)
+    check_sound(separate_mesh)
+    components = find_topology(separate_mesh).components
+    assert (separate_mesh.report.boundary_edges, components) == (12 * count, 4)
 
 
 @given(st.lists(st.sampled_from(range(3)), max_size=3), resolutions, st.booleans(), st.booleans())
@@ -266,6 +293,7 @@ def test_collapsed_sides_leave_no_faces_without_area(
     """No face has two vertices at one position, and the report is right."""
     net = np.array([(j, k, j * k + j) for _, j, k in triangles.keys(4)], dtype=float)
     for side in sides:
+        # Sides 0, 1 and 2 are s = 0, r = 0 and t = 0; keys are (i, j, k), the powers of r, s and t.
         is_on_side = np.array([key[(1, 0, 2)[side]] == 0 for key in triangles.keys(4)])
         net[is_on_side] = net[is_on_side][0]
     mesh = build_mesh(build_mixed_model([net]), resolution=resolution, weld=weld, single=single)
@@ -273,6 +301,7 @@ def test_collapsed_sides_leave_no_faces_without_area(
     if len(set(sides)) < 2:
         check_sound(mesh)
     if len(set(sides)) == 1 and weld:
+        # Along the collapsed side, one triangle of each division has no area and is omitted.
         count = max(resolution)
         assert len(mesh.triangles) == count**2 - count
 
@@ -309,6 +338,7 @@ def test_the_control_net_overlay_of_a_triangle_has_all_segments() -> None:
         a, b, c = row[i + 1, j, k], row[i, j + 1, k], row[i, j, k + 1]
         expected |= {frozenset((a, b)), frozenset((b, c)), frozenset((c, a))}
     result = [frozenset(pair) for pair in net_overlay.segments.tolist()]
+    # The triangle has 30 segments, and the 2 × 3 net of the grid has 7.
     assert len(set(result)) == len(result) == 30 + 7
     assert {pair for pair in result if max(pair) < 15} == expected
     assert net_overlay.cells is None

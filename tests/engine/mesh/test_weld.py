@@ -15,13 +15,14 @@ def weld_samples(
     normals: list[tuple[float, float, float]] | None = None,
     *,
     crease: float = radians(1),
-    used: list[int] | None = None,
+    samples_of_faces: list[int] | None = None,
     merge: bool = True,
 ) -> tuple[Welding, np.ndarray | None]:
     """The welding of samples, and their normals, which welding overwrites."""
-    array = None if normals is None else np.array(normals)
-    result = weld(np.array(place), None if used is None else np.array(used), array, crease, merge)
-    return result, array
+    normal_rows = None if normals is None else np.array(normals)
+    used = None if samples_of_faces is None else np.array(samples_of_faces)
+    result = weld(np.array(place), used, normal_rows, crease, merge)
+    return result, normal_rows
 
 
 def to_lists(welding: Welding) -> tuple[list[int], list[int], list[int]]:
@@ -36,15 +37,15 @@ def test_without_normals_all_samples_at_a_place_are_one_vertex() -> None:
 
 def test_agreeing_normals_are_merged_into_their_mean() -> None:
     """The normals differ by less than the crease angle; their mean has unit length."""
-    near = (np.sin(0.01), 0.0, np.cos(0.01))
-    result, normals = weld_samples([0, 0], [UP, near])
+    tilted = (np.sin(0.01), 0.0, np.cos(0.01))
+    result, normals = weld_samples([0, 0], [UP, tilted])
     assert to_lists(result) == ([0, 0], [0], [0])
     assert normals is not None
     np.testing.assert_allclose(normals[0], (np.sin(0.005), 0, np.cos(0.005)), atol=1e-15)
 
 
 def test_equal_normals_keep_every_bit() -> None:
-    """So the normal at a vertical pole stays exactly vertical."""
+    """For example, the mean of vertical normals at a pole is exactly vertical."""
     _, normals = weld_samples([0, 0, 0], [UP, UP, UP])
     assert normals is not None
     assert normals[0].tolist() == list(UP)
@@ -60,8 +61,8 @@ def test_samples_with_different_normals_stay_separate_vertices() -> None:
 
 def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
     """A crease angle of π merges all normals, also opposite normals."""
-    near = (np.sin(1e-7), 0.0, np.cos(1e-7))
-    assert len(weld_samples([0, 0, 0], [UP, UP, near], crease=0)[0].samples) == 2
+    tilted = (np.sin(1e-7), 0.0, np.cos(1e-7))
+    assert len(weld_samples([0, 0, 0], [UP, UP, tilted], crease=0)[0].samples) == 2
     result, normals = weld_samples([0, 0], [UP, (0.0, 0.0, -1.0)], crease=pi)
     assert len(result.samples) == 1
     assert normals is not None
@@ -70,7 +71,7 @@ def test_a_crease_angle_of_zero_merges_equal_normals_only() -> None:
 
 def test_samples_without_faces_do_not_become_vertices() -> None:
     """Sample 0 has no face, although it is the first sample at the place of sample 2."""
-    result, _ = weld_samples([0, 1, 0], [UP, UP, ASIDE], used=[1, 2])
+    result, _ = weld_samples([0, 1, 0], [UP, UP, ASIDE], samples_of_faces=[1, 2])
     assert result.samples.tolist() == [1, 2]
     assert result.vertex[[1, 2]].tolist() == [0, 1]
     assert result.welds.tolist() == [0, 1]

@@ -69,17 +69,21 @@ def compare_with_scipy(surface: BsplineSurface, uv: Array) -> None:
     knot_vectors(), knot_vectors(), st.integers(0, 10**6), st.booleans(), st.tuples(shares, shares)
 )
 def test_partials_agree_with_scipy(
-    u: KnotVector, v: KnotVector, seed: int, rational: bool, inner_shares: tuple[list[float], ...]
+    u: KnotVector,
+    v: KnotVector,
+    seed: int,
+    is_rational: bool,
+    inner_shares: tuple[list[float], ...],
 ) -> None:
-    """At breaks, the partials are those of the span that begins there."""
-    weights = random_weights(u.points, seed, v.points) if rational else None
+    """At breaks, both libraries give the partials of the span that begins there."""
+    weights = random_weights(u.points, seed, v.points) if is_rational else None
     net = random_points(u.points, seed, v.points)
     surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
     parameter_lines = []
     for vector, parameter_shares in zip((u, v), inner_shares, strict=True):
         low, high = knot.domain(*vector)
-        inside = np.clip(low + (high - low) * np.array(parameter_shares), low, high)
-        parameter_lines.append(np.concatenate([knot.breaks(*vector), inside]))
+        inner_parameters = np.clip(low + (high - low) * np.array(parameter_shares), low, high)
+        parameter_lines.append(np.concatenate([knot.breaks(*vector), inner_parameters]))
     uv = np.stack(np.meshgrid(*parameter_lines, indexing="ij"), axis=-1).reshape(-1, 2)
     compare_with_scipy(surface, uv)
 

@@ -91,15 +91,15 @@ def test_curvatures_are_limits_up_to_poles_of_order_3() -> None:
     """
     arc = np.array([[1.0, 0], [1, 1], [0, 1]])
     for power, has_curvature in ((1, True), (2, True), (3, False)):
-        net = np.zeros((3, 2 * power + 1, 3))
-        radius, square = np.zeros(2 * power + 1), np.zeros(2 * power + 1)
-        # Bernstein coefficients of r = v^power and of r², in degree 2 power.
+        # Bernstein coefficients of r = v^power and of r², in degree n = 2 power.
         n = 2 * power
+        net = np.zeros((3, n + 1, 3))
+        radius, squared_radius = np.zeros(n + 1), np.zeros(n + 1)
         for j in range(n + 1):
             radius[j] = np.prod([(j - i) / (n - i) for i in range(power)])
-        square[-1] = 1
+        squared_radius[-1] = 1
         net[..., :2] = arc[:, None] * radius[:, None]
-        net[..., 2] = square
+        net[..., 2] = squared_radius
         weights = np.outer([1, ROOT_HALF, 1], np.ones(n + 1))
         result = evaluate_curvatures(build_batch(net, weights), 0, [(0.25, 0.0)])
         if has_curvature:
@@ -134,9 +134,9 @@ def nets_with_pole(draw: st.DrawFn) -> tuple[Array, Array | None]:
 
 @given(nets_with_pole(), st.sampled_from([1e-3, 1e-5, 1e-7, 1e-9]), st.integers(0, 8))
 def test_curvatures_near_a_pole_keep_their_digits(
-    surface: tuple[Array, Array | None], distance: float, along: int
+    surface: tuple[Array, Array | None], distance: float, eighths: int
 ) -> None:
-    check_curvatures(*surface, [(along / 8, distance)], 1e-8, principal_limit=1e-5)
+    check_curvatures(*surface, [(eighths / 8, distance)], 1e-8, principal_limit=1e-5)
 
 
 def check_curvatures(
@@ -147,16 +147,15 @@ def check_curvatures(
     *,
     principal_limit: float | None = None,
 ) -> None:
-    """Compares all four curvatures with exact ones, within a relative tolerance `limit`.
+    """Compares all four curvatures with exact curvatures, within a relative tolerance `limit`.
 
     `principal_limit` is the tolerance of k_1 and k_2, which lose digits in a square root.
     """
     result = evaluate_curvatures(build_batch(net, weights), 0, places)
     exact_net = exact.to_exact_net(net, weights)
     for k, (u, v) in enumerate(places):
-        _, du, dv, *_ = jet = exact.second_jet(exact_net, Fraction(u), Fraction(v))
+        _, du, dv, *_ = exact.second_jet(exact_net, Fraction(u), Fraction(v))
         assume(any(exact.cross(du, dv)))
-        assert len(jet) == 6
         expected = np.array(exact.curvatures(exact_net, Fraction(u), Fraction(v)), dtype=float)
         scale = max(np.abs(expected[1:]).max(), 1.0)
         assert result.gaussian[k] == pytest.approx(expected[0], abs=limit * scale**2)

@@ -1,4 +1,4 @@
-"""Points and partials at arbitrary parameters, compared with fractions and geomdl."""
+"""Points and partials at arbitrary parameters, compared with fractions."""
 
 from fractions import Fraction
 
@@ -39,7 +39,7 @@ def measure_size(net: Array) -> float:
 
 
 def check_partials(net: Array, weights: Array | None, places: list[tuple[float, float]]) -> None:
-    """Compares all partials with exact ones, within `LIMITS`."""
+    """Compares all partials with exact partials, within `LIMITS`."""
     result = evaluate_partials(net, weights, places)
     exact_net = exact.to_exact_net(net, weights)
     for k, (u, v) in enumerate(places):
@@ -76,6 +76,7 @@ def test_points_at_corners_and_poles_are_control_points() -> None:
             actual = evaluate_jets(
                 patches, np.array([patch]), np.array([u * 1.0]), np.array([v * 1.0]), 0
             )
+            # The rows and columns −0 and −1 of the net are its first and its last.
             net = patches.points[patch]
             np.testing.assert_array_equal(actual.partials[0, 0], net[-u, -v], err_msg=str(corner))
     south = evaluate_jets(patches, np.zeros(7, dtype=np.intp), np.linspace(0, 1, 7), np.zeros(7), 1)

@@ -96,6 +96,7 @@ def test_invalid_parameters_and_patch_numbers_are_refused() -> None:
     assert list_refusals(cube, [[0, 0], [0, 0]], [0]) == [("wrong_length", "/patch")]
     assert list_refusals(cube, [[0, 0], [0, 0]], [0, 6]) == [("index_out_of_range", "/patch/1")]
     assert list_refusals(cube, [[0, 0], [0, 0]], -1) == [("index_out_of_range", "/patch")]
+    # An error lists at most 20 issues.
     assert len(list_refusals(cube, np.full((50, 2), 2.0), 0)) == 20
 
 
@@ -108,8 +109,9 @@ def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     np.testing.assert_array_equal(evaluate_points(model, result, 0)["positions"][0], [1, 1, 2])
     assert list_refusals(model, places[:1], [0]) == [("wrong_parameters", "/barycentric/0")]
     assert list_refusals(model, [[0, 0], [0, 0]], [0, 1]) == [("wrong_parameters", "/uv/1")]
-    wrong = [[1, 0, 0], [0.5, 0.5, 1e-8], [0.5, 0.5, -1e-12], [0.5, 0.6, 0]]
-    assert list_refusals(model, wrong, 1) == [
+    # The first is valid. The others do not have the sum 1, or have a negative coordinate.
+    barycentric = [[1, 0, 0], [0.5, 0.5, 1e-8], [0.5, 0.5, -1e-12], [0.5, 0.6, 0]]
+    assert list_refusals(model, barycentric, 1) == [
         ("outside_domain", f"/barycentric/{row}") for row in (1, 2, 3)
     ]
     assert list_refusals(build_model([square]), places[:1]) == [

@@ -47,10 +47,11 @@ def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> No
     divisor = [8.0, *(x / 16 for x in b[1:])]
     quotient: list[Fraction] = []
     for k, x in enumerate(difference):
-        known_part = sum(
+        # The term k of divisor · quotient is 8 times the new term, plus products of earlier terms.
+        earlier_products = sum(
             (Fraction(divisor[i]) * quotient[k - i] for i in range(1, k + 1)), Fraction(0)
         )
-        quotient.append((x - known_part) / 8)
+        quotient.append((x - earlier_products) / 8)
     check_errors(result / build_series(divisor), quotient)
     check_errors((result + result).times(3.0), [6 * x for x in difference])
 
@@ -81,6 +82,7 @@ def test_the_series_of_a_polynomial_is_the_polynomial() -> None:
 
 
 def test_the_tail_begins_with_the_term_of_its_order() -> None:
+    """The tail of order 2 at s is 3 + 1 s. A series of four terms has no tail of order 4."""
     result = Series(np.array([[1e-20, 1e-9, 3, 1]] * 3), np.full((3, 4), 1e-6))
     value, error = result.tail(np.array([2.0, 2.0, 4.0]), np.array([0.0, 0.5, 0.0]))
     np.testing.assert_array_equal(value, [3, 3.5, np.nan])

@@ -67,8 +67,9 @@ def test_partials_and_curvatures_agree_with_fractions(
         for actual, expected, limit in zip(partials[:, row], jet, LIMITS, strict=True):
             assert np.abs(actual - np.array(expected, dtype=float)).max() <= limit * size
         normal = exact.cross(jet[1], jet[2])
-        lengths = [float(exact.dot(d, d)) for d in (jet[1], jet[2])]
-        if float(exact.dot(normal, normal)) > 1e-4 * lengths[0] * lengths[1] > 0:
+        # Curvatures are compared where the partials are not nearly parallel.
+        squared_lengths = [float(exact.dot(d, d)) for d in (jet[1], jet[2])]
+        if float(exact.dot(normal, normal)) > 1e-4 * squared_lengths[0] * squared_lengths[1] > 0:
             exact_curvatures = np.array(exact.compute_curvatures(jet), dtype=float)
             scale = max(1.0, np.abs(exact_curvatures).max())
             np.testing.assert_allclose(
@@ -76,19 +77,20 @@ def test_partials_and_curvatures_agree_with_fractions(
             )
 
 
-@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 @pytest.mark.parametrize("axis", range(3))
 def test_curvatures_at_and_near_a_side_that_is_one_point_are_right(
-    axis: int, weighted: bool
+    axis: int, is_rational: bool
 ) -> None:
     """The next row of control points is in a plane with that point, so the limit is finite."""
     keys = triangles.keys(2)
     net = np.zeros((6, 3))
     for row, key in enumerate(keys):
-        along = key[(axis + 1) % 3]
-        net[row] = ([0, 0, 0], [1 - along, along, 0], [1, 1, 2])[key[axis]]
+        # Points of the side, of the row beside the side, and of the opposite corner.
+        k = key[(axis + 1) % 3]
+        net[row] = ([0, 0, 0], [1 - k, k, 0], [1, 1, 2])[key[axis]]
     ratios = np.array([1.0 + 0.5 * key[axis] + 0.25 * key[0] for key in keys])
-    weights = ratios if weighted else None
+    weights = ratios if is_rational else None
     exact_net = triangles.to_exact_triangle(net, weights)
     values = []
     for distance in (0.0, 1e-14, 1e-10, 1e-7, 1e-4, 2.0**-5, 0.25):
@@ -107,7 +109,7 @@ def test_curvatures_at_and_near_a_side_that_is_one_point_are_right(
     assert abs(values[0][1]) > 0.1
 
 
-def test_points_and_normals_at_corners_are_those_of_a_mesh() -> None:
+def test_points_and_normals_at_corners_are_the_same_as_in_a_mesh() -> None:
     """At the first corner two sides are parallel: the normal is a limit."""
     net = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 1], [0.5, 0, 0], [1, 1, 1], [1, 2, 0.3]])
     s, t = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])

@@ -12,6 +12,8 @@ from service.engine.queries.nets import surface_nets
 from tools.certify.surfaces import FAMILIES
 
 SIDE = 7
+"""Samples of a cell along each of its two directions."""
+
 PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
 """S_i, S_j and S_ij among S, S_a, S_b, S_aa, S_ab, S_bb."""
 
@@ -27,21 +29,23 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     a, b = (side.ravel() for side in np.meshgrid(*[np.linspace(-1, 1, SIDE)] * 2))
     cell = np.repeat(selected_cells, SIDE**2)
     a, b = np.tile(a, len(selected_cells)), np.tile(b, len(selected_cells))
-    low, half = cells.place[::2, cell], (cells.place[1::2, cell] - cells.place[::2, cell]) / 2
+    # The rows of `place` are the least and the largest u, then the least and the largest v.
+    low, high = cells.place[::2, cell], cells.place[1::2, cell]
+    half = (high - low) / 2
     partials = net_partials(cells.nets, cells.net[cell], low + half * np.stack([a + 1, b + 1]))
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
     s = partials * scale[:, np.newaxis]
     model = cells.models[:, cell]
-    center, *firsts = (model[k : k + 3] for k in (columns.CENTER, *columns.VECTORS))
-    da, db, daa, dab, dbb, normal = firsts
+    center, *vectors = (model[k : k + 3] for k in (columns.CENTER, *columns.VECTORS))
+    da, db, daa, dab, dbb, normal = vectors
     offset = s[0] - center
     remainder = offset - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
     observed = [(np.linalg.norm(offset, axis=0), columns.RADIUS)]
     observed += [(np.linalg.norm(remainder, axis=0), columns.REST)]
     observed += [(np.abs((remainder * normal).sum(axis=0)), columns.REST_LIFT)]
     for k, (i, j, second) in enumerate(PAIRS):
-        second_difference = s[second] - firsts[second - 1]
-        spread = (s[i] * s[j] + offset * s[second] - firsts[i - 1] * firsts[j - 1]).sum(axis=0)
+        second_difference = s[second] - vectors[second - 1]
+        spread = (s[i] * s[j] + offset * s[second] - vectors[i - 1] * vectors[j - 1]).sum(axis=0)
         observed += [(np.linalg.norm(second_difference, axis=0), columns.BEND_AA + k)]
         observed += [(np.abs((second_difference * normal).sum(axis=0)), columns.LIFT_AA + k)]
         observed += [(np.abs(spread), columns.SPREAD_AA + k)]

@@ -44,10 +44,10 @@ def test_closest_points_with_small_limits_are_right(
     low, high = result["distance_bounds"].T
     assert (low <= reference["distance_bounds"][:, 1]).all()
     assert (high >= reference["distance_bounds"][:, 0]).all()
-    reached = result["reached"]
-    assert reached.all() == (room > 60)
+    is_reached = result["reached"]
+    assert is_reached.all() == (room > 60)
     np.testing.assert_allclose(
-        result["distances"][reached], reference["distances"][reached], rtol=1e-5
+        result["distances"][is_reached], reference["distances"][is_reached], rtol=1e-5
     )
     distances = np.linalg.norm(result["positions"] - POINTS, axis=1)
     np.testing.assert_allclose(distances, result["distances"], rtol=1e-9)
@@ -62,8 +62,8 @@ def test_hits_of_rays_with_small_limits_are_right(
     reference = intersect_rays(CLOUD, query, 1 << 20)
     set_limits(monkeypatch, spheres=spheres, room=room)
     result = intersect_rays(CLOUD, query, 1 << 20)
-    reached = result["reached"]
+    is_reached = result["reached"]
     assert reference["reached"].all()
-    assert reached.all() == (room > 60)
-    np.testing.assert_array_equal(result["counts"], np.where(reached, reference["counts"], 0))
-    np.testing.assert_allclose(result["t"], reference["t"][reached[reference["ray"]]], rtol=1e-9)
+    assert is_reached.all() == (room > 60)
+    np.testing.assert_array_equal(result["counts"], np.where(is_reached, reference["counts"], 0))
+    np.testing.assert_allclose(result["t"], reference["t"][is_reached[reference["ray"]]], rtol=1e-9)

@@ -47,14 +47,14 @@ def project(surface: SurfaceKind, points: Array, tolerance: float = 1e-9) -> Col
 def scatter_points(surface: SurfaceKind, count: int, seed: int = 0) -> Array:
     """Random points near the surface, far from it, and on it."""
     low, high = to_patches(surface.lower()).bounds
-    reach = np.linalg.norm(high - low)
-    near, far = (
-        RNG(seed).uniform(low - by * reach, high + by * reach, (count // 3, 3)) for by in (0.3, 4)
+    diagonal = np.linalg.norm(high - low)
+    near_points, far_points = (
+        RNG(seed).uniform(low - margin, high + margin, (count // 3, 3))
+        for margin in (0.3 * diagonal, 4 * diagonal)
     )
-    on_surface = np.concatenate([s.at(s.samples(100)) + s.origin for s in build_sheets(surface)])
-    return np.concatenate(
-        [near, far, RNG(seed).permutation(on_surface)[: count - len(near) - len(far)]]
-    )
+    samples = np.concatenate([s.at(s.samples(100)) + s.origin for s in build_sheets(surface)])
+    surface_points = RNG(seed).permutation(samples)[: count - len(near_points) - len(far_points)]
+    return np.concatenate([near_points, far_points, surface_points])
 
 
 @pytest.mark.parametrize("name", [n for n in FAMILIES if n != "rational, weights to 1000"])
@@ -73,21 +73,20 @@ def test_an_exhaustive_search_finds_no_point_nearer_than_the_interval(name: str)
 
 
 @pytest.mark.parametrize(
-    ("name", "distance"),
+    ("name", "quadric"),
     [("sphere", quadrics.sphere), ("torus", quadrics.torus)],
 )
 def test_distances_of_quadrics_agree_with_formulas(
-    name: str, distance: Callable[[Array], tuple[Array, Array]]
+    name: str, quadric: Callable[[Array], tuple[Array, Array]]
 ) -> None:
+    """`quadric` computes signed distances from the surface, and normals."""
     points = RNG(1).uniform(-2, 2, (300, 3))
     columns = project(find(name).surface(), points)
-    differences, normals = distance(columns["positions"])
-    np.testing.assert_allclose(differences, 0, atol=1e-14)
-    expected_distance = distance(points)[0]
+    residuals, normals = quadric(columns["positions"])
+    np.testing.assert_allclose(residuals, 0, atol=1e-14)
+    expected_distance = np.abs(quadric(points)[0])
     low, high = columns["distance_bounds"].T
-    assert (
-        (low <= np.abs(expected_distance) + 1e-15) & (np.abs(expected_distance) - 1e-15 <= high)
-    ).all()
+    assert ((low <= expected_distance + 1e-15) & (expected_distance - 1e-15 <= high)).all()
     np.testing.assert_allclose(columns["normals"], normals, atol=1e-7)
     assert not columns["tied"].any()
     assert not columns["on_boundary"].any()
@@ -98,9 +97,11 @@ def test_intervals_overlap_those_from_exact_fractions() -> None:
     assert isinstance(surface, BezierSurface)
     points = RNG(2).uniform(-0.5, 1.5, (4, 3))
     for point, (low, high) in zip(points, project(surface, points)["distance_bounds"], strict=True):
-        least, most = least_distance([to_exact_net(surface.control_net)], point.tolist(), 2e-3)
-        assert low <= most
-        assert least <= high
+        exact_low, exact_high = least_distance(
+            [to_exact_net(surface.control_net)], point.tolist(), 2e-3
+        )
+        assert low <= exact_high
+        assert exact_low <= high
 
 
 def test_all_points_of_a_difficult_net_are_found() -> None:
@@ -139,12 +140,12 @@ def test_intervals_are_wider_but_right_if_the_budget_ends(
     np.testing.assert_array_equal(second_bounds, columns["distance_bounds"])
 
 
-@pytest.mark.parametrize(("away", "tolerance"), [(1e3, 1e-12), (1e9, 1e-9), (1e30, 1e-3)])
+@pytest.mark.parametrize(("point_distance", "tolerance"), [(1e3, 1e-12), (1e9, 1e-9), (1e30, 1e-3)])
 def test_cells_are_not_halved_if_rounding_limits_the_interval(
-    away: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
+    point_distance: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Earlier, cells were halved without effect: 200 points took more than a minute."""
-    points = RNG(4).normal(size=(40, 3)) * away
+    points = RNG(4).normal(size=(40, 3)) * point_distance
     monkeypatch.setattr(closest, "MAX_PAIRS", 100 * len(points))
     low, high = project(find("sphere").surface(), points, tolerance)["distance_bounds"].T
     expected_distance = np.abs(quadrics.sphere(points)[0])
@@ -207,29 +208,32 @@ def test_intervals_for_very_far_points_are_finite() -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("rational", [False, True])
-def test_closest_points_of_curves_agree_with_fine_samples(dimension: int, rational: bool) -> None:
+@pytest.mark.parametrize("is_rational", [False, True])
+def test_closest_points_of_curves_agree_with_fine_samples(
+    dimension: int, is_rational: bool
+) -> None:
     rng = RNG(dimension)
     polygon = rng.uniform(-1, 1, (9, dimension))
-    weights = rng.uniform(0.2, 5, 9) if rational else None
+    weights = rng.uniform(0.2, 5, 9) if is_rational else None
     curve = BsplineCurve(polygon, 3, "clamped", weights).lower()
     points = rng.uniform(-2, 2, (50, dimension))
     columns = project_on_curve(curve, ProjectQuery(points))
     t = np.linspace(0, 1, 5001)
-    shares = bernstein(3)(t)
+    basis = bernstein(3)(t)
     best = np.full(len(points), np.inf)
     for k, net in enumerate(curve.points):
         piece_weights = np.ones(4) if curve.weights is None else curve.weights[k]
-        line = (shares * piece_weights) @ net / (shares @ piece_weights)[:, np.newaxis]
+        line = (basis * piece_weights) @ net / (basis @ piece_weights)[:, np.newaxis]
         distances = np.linalg.norm(points[:, np.newaxis] - line, axis=2)
         best = np.minimum(best, distances.min(axis=1))
     low, high = columns["distance_bounds"].T
     assert columns["reached"].all()
     assert (low <= best).all()
     assert (best <= high + 1e-3).all()
-    inner = (columns["parameters"] > 0) & (columns["parameters"] < 6)
+    # At an inner parameter, the vector to the closest point is perpendicular to the tangent.
+    is_inner = (columns["parameters"] > 0) & (columns["parameters"] < 6)
     tangential_parts = ((points - columns["positions"]) * columns["tangents"]).sum(axis=1)
-    assert np.abs(tangential_parts[inner]).max() < 1e-6
+    assert np.abs(tangential_parts[is_inner]).max() < 1e-6
 
 
 def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -239,21 +243,22 @@ def test_a_budget_of_halvings_makes_intervals_wider(monkeypatch: pytest.MonkeyPa
     columns = project(surface, points)
     assert without_limit["reached"].all()
     assert not columns["reached"].all()
-    (low, high), (least, most) = columns["distance_bounds"].T, without_limit["distance_bounds"].T
-    assert (low <= least).all()
-    assert (most <= high + 1e-12).all()
+    low, high = columns["distance_bounds"].T
+    narrow_low, narrow_high = without_limit["distance_bounds"].T
+    assert (low <= narrow_low).all()
+    assert (narrow_high <= high + 1e-12).all()
 
 
-def test_normals_at_a_collapsed_side_of_a_triangle_are_those_of_a_cone() -> None:
+def test_normals_at_a_collapsed_side_of_a_triangle_are_normals_of_a_cone() -> None:
     """Near this side, the patch is to first order a cone over D(t), with the normal D' × D."""
     top, c = np.array([0.0, 0, 1]), np.array([[1.0, 0, -1], [1, 1, -1], [0, 1, -1]])
     rows = [[2, 2, -1], [2, 0.5, -0.5], top + c[0], top, [0.5, 2, -0.5], top + c[1], top]
     net = np.array([*rows, top + c[2], top, top])
     t = np.array([0.25, 0.5, 0.7])
     local = np.stack([1 - t, t], axis=1)
-    unknown = np.full((3, 3), np.nan), np.zeros(3, bool)
+    no_normals = np.full((3, 3), np.nan), np.zeros(3, bool)
     model = to_patches(TriangleSurface(net).lower())
-    result = surface_columns(model, np.zeros(3, np.intp), local, unknown)["normals"]
+    result = surface_columns(model, np.zeros(3, np.intp), local, no_normals)["normals"]
     basis = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2], axis=1)
     slope = np.stack([2 * t - 2, 2 - 4 * t, 2 * t], axis=1)
     normals = np.cross(slope @ c, basis @ c)

@@ -27,12 +27,12 @@ def find_hits(
 ) -> dict[str, Any]:
     """The columns of all hits, or of the first hit, of rays."""
     o, d = (np.atleast_2d(np.asarray(rows, np.float64)) for rows in (origins, directions))
-    query = RayQuery(o, d, hits == "first", thickness)
+    query = RayQuery(o, d, only_first=hits == "first", relative_thickness=thickness)
     return intersect_rays(to_patches(surface.lower()), query, 10**6)
 
 
 def scatter_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array, Array]:
-    """Rays from points outside and inside of the box to random points in the box."""
+    """Rays from points near and far to random points in the bounding box of the surface."""
     low, high = to_patches(surface.lower()).bounds
     reach = float(np.linalg.norm(high - low))
     rng = RNG(seed)
@@ -40,17 +40,15 @@ def scatter_rays(surface: SurfaceKind, count: int, seed: int = 0) -> tuple[Array
     return origins, rng.uniform(low, high, (count, 3)) - origins
 
 
-def find_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
-    """Whether each true hit is outside all intervals of its ray."""
+def is_missed(hits: dict[str, Any], ray: Ints, t: Array, slack: Array | float) -> Array:
+    """Whether each true hit (`ray`, `t`) is outside all intervals of its ray in `hits`, (n,)."""
     is_included = np.zeros(len(ray), bool)
     low, high = hits["t_bounds"].T
     for k in np.unique(hits["ray"]).tolist():
-        of_ray, t_rows = hits["ray"] == k, np.flatnonzero(ray == k)
-        near = np.broadcast_to(slack, ray.shape)[t_rows][:, np.newaxis]
-        is_inside = (low[of_ray] - near <= t[t_rows][:, np.newaxis]) & (
-            t[t_rows][:, np.newaxis] <= high[of_ray] + near
-        )
-        is_included[t_rows] = is_inside.any(axis=1)
+        is_of_ray, rows = hits["ray"] == k, np.flatnonzero(ray == k)
+        row_t, row_slack = (np.broadcast_to(x, ray.shape)[rows][:, np.newaxis] for x in (t, slack))
+        is_inside = (low[is_of_ray] - row_slack <= row_t) & (row_t <= high[is_of_ray] + row_slack)
+        is_included[rows] = is_inside.any(axis=1)
     return ~is_included
 
 
@@ -64,7 +62,7 @@ def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
     ray, t, error = find_crossings(build_sheets(surface), origins, directions)
     model = to_patches(surface.lower())
     slack = error + 1e-12 * model.diagonal / length[ray]
-    assert not find_missed(result, ray, t, slack).any()
+    assert not is_missed(result, ray, t, slack).any()
     ray = result["ray"]
     ray_points = origins[ray] + result["t"][:, np.newaxis] * directions[ray]
     distances = np.linalg.norm(ray_points - result["positions"], axis=1)
@@ -72,7 +70,7 @@ def test_all_hits_of_an_exhaustive_search_are_found(name: str) -> None:
     low, high = result["t_bounds"].T
     assert ((low <= result["t"]) & (result["t"] <= high)).all()
     first = find_hits(surface, origins, directions, "first")
-    rows = np.flatnonzero(np.diff(ray, prepend=-1))
+    rows = np.flatnonzero(np.diff(ray, prepend=-1))  # the first hit of each ray
     for column in ("ray", "t", "uv", "kind"):
         np.testing.assert_array_equal(np.asarray(result[column])[rows], first[column])
 
@@ -85,7 +83,7 @@ def test_the_numbers_of_hits_agree_with_an_exhaustive_search(name: str) -> None:
     result = find_hits(surface, origins, directions)
     ray, t, error = find_crossings(build_sheets(model), origins, directions, 8_000)
     slack = error + 1e-12 * model.diagonal / np.linalg.norm(directions, axis=1)[ray]
-    assert not find_missed(result, ray, t, slack).any()
+    assert not is_missed(result, ray, t, slack).any()
     counts = [len(np.unique(np.round(t[ray == k], 9))) for k in range(len(origins))]
     assert result["counts"].tolist() == counts
 
@@ -101,14 +99,15 @@ def test_rays_that_graze_a_sphere_have_the_right_hits() -> None:
     result = find_hits(find("sphere").surface(), origins, 2 * d)
     assert result["reached"].all()
     assert result["counts"].tolist() == np.where(depth > 0, 2, 0).tolist()
-    half = np.sqrt(1 - (1 - depth[depth > 0]) ** 2)
-    expected_t = np.stack([(3 - half) / 2, (3 + half) / 2], axis=1).ravel()
+    half_chord = np.sqrt(1 - (1 - depth[depth > 0]) ** 2)
+    # The directions have the length 2.
+    expected_t = np.stack([(3 - half_chord) / 2, (3 + half_chord) / 2], axis=1).ravel()
     assert (np.abs(result["t"] - expected_t) < 1e-8).all()
     assert result["entering"] == [True, False] * 200
     np.testing.assert_allclose(result["normals"], result["positions"], atol=1e-9)
-    exact = find_hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
-    assert set(exact["kind"]) == {"touching"}
-    np.testing.assert_allclose(exact["t"], 3, atol=2e-4)
+    tangents = find_hits(find("sphere").surface(), normals[:20] - 3 * d[:20], d[:20])
+    assert set(tangents["kind"]) == {"touching"}
+    np.testing.assert_allclose(tangents["t"], 3, atol=2e-4)
 
 
 def test_hits_of_a_torus_agree_with_roots_of_50_digits() -> None:
@@ -162,18 +161,22 @@ def test_rays_that_touch_or_follow_a_surface_have_the_right_kinds(
     origins, directions = (
         np.array(rows, np.float64) for rows in list(zip(*cases, strict=True))[:2]
     )
-    result, first = (find_hits(surface, origins, directions, which) for which in ("all", "first"))
+    result, first = (find_hits(surface, origins, directions, hits) for hits in ("all", "first"))
     assert result["reached"].all()
     ray_points = origins[result["ray"]] + result["t"][:, np.newaxis] * directions[result["ray"]]
     np.testing.assert_allclose(ray_points, result["positions"], atol=2e-8)
-    for k, (_, _, kinds) in enumerate(cases):
+    for k, (_, _, expected_hits) in enumerate(cases):
         rows = np.flatnonzero(result["ray"] == k)
-        assert [result["kind"][row] for row in rows] == [kind for kind, _, _ in kinds], cases[k]
-        for (low, high), (kind, begin, end) in zip(result["t_bounds"][rows], kinds, strict=True):
+        kinds = [kind for kind, _, _ in expected_hits]
+        assert [result["kind"][row] for row in rows] == kinds, cases[k]
+        for (low, high), (kind, begin, end) in zip(
+            result["t_bounds"][rows], expected_hits, strict=True
+        ):
             assert low <= begin <= end <= high
+            # Where a ray touches a surface, a wide interval of t is near the surface.
             assert high - low <= end - begin + (1e-7 if kind != "touching" else 0.02)
-        firsts = np.flatnonzero(first["ray"] == k)
-        assert [first["kind"][row] for row in firsts] == [kind for kind, _, _ in kinds[:1]]
+        rows_of_first = np.flatnonzero(first["ray"] == k)
+        assert [first["kind"][row] for row in rows_of_first] == kinds[:1]
 
 
 def test_a_hit_on_a_shared_edge_counts_once() -> None:
@@ -193,10 +196,10 @@ def test_a_hit_on_a_shared_edge_counts_once() -> None:
 def test_hits_do_not_depend_on_other_rays() -> None:
     surface = FAMILIES["NURBS"].surface(5)
     origins, directions = scatter_rays(surface, 40)
-    for which in ("all", "first"):
-        all_hits = find_hits(surface, origins, directions, which)
+    for hits in ("all", "first"):
+        all_hits = find_hits(surface, origins, directions, hits)
         for k in range(5):
-            part = find_hits(surface, origins[k::5], directions[k::5], which)
+            part = find_hits(surface, origins[k::5], directions[k::5], hits)
             rows = all_hits["ray"] % 5 == k
             for column in ("t", "t_bounds", "uv", "kind"):
                 expected = np.asarray(all_hits[column])[rows]
@@ -217,10 +220,11 @@ def test_rays_that_cannot_be_decided_are_not_reached() -> None:
 
 
 def test_the_number_of_pairs_of_a_request_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """20 rays cross the cylinder; two rays run along it and need more pairs than are allowed."""
     monkeypatch.setattr("service.engine.queries.rays.MAX_PAIRS", 1000)
-    easy, hard = [[0.8, 0.6, 3.0], [0.0, 0, -1]], [[0.8, 0.6, -4.0], [0.0, 0, 1]]
-    origins = [[0.1, 2, k / 50] for k in range(20)] + [hard[0], easy[0]]
-    result = find_hits(find("cylinder").surface(), origins, [[0, -1, 0]] * 20 + [hard[1], easy[1]])
+    origins = [[0.1, 2, k / 50] for k in range(20)] + [[0.8, 0.6, -4.0], [0.8, 0.6, 3.0]]
+    directions = [[0, -1, 0]] * 20 + [[0, 0, 1], [0, 0, -1]]
+    result = find_hits(find("cylinder").surface(), origins, directions)
     assert result["reached"].tolist() == [True] * 20 + [False] * 2
     assert result["counts"].tolist()[:20] == [2] * 20
 

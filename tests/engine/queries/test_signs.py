@@ -29,18 +29,18 @@ def project(model: PatchModel, points: Array) -> Columns:
 
 
 @pytest.mark.parametrize(
-    ("name", "distance"), [("sphere", quadrics.sphere), ("torus", quadrics.torus)]
+    ("name", "quadric"), [("sphere", quadrics.sphere), ("torus", quadrics.torus)]
 )
 def test_signs_of_quadrics_are_right_near_and_far_from_them(
-    name: str, distance: Callable[[Array], tuple[Array, Array]]
+    name: str, quadric: Callable[[Array], tuple[Array, Array]]
 ) -> None:
     points = RNG(1).uniform(-1.6, 1.6, (200, 3))
-    distances, normals = distance(points)
+    distances, normals = quadric(points)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     closest_points = points - distances[:, np.newaxis] * normals
-    near = closest_points + normals * RNG(2).choice([-1e-3, 1e-3, -1e-7, 1e-7], (200, 1))
-    columns = project(build_model(name), np.concatenate([points, near, closest_points]))
-    expected = np.sign(distance(np.concatenate([points, near]))[0])
+    near_points = closest_points + normals * RNG(2).choice([-1e-3, 1e-3, -1e-7, 1e-7], (200, 1))
+    columns = project(build_model(name), np.concatenate([points, near_points, closest_points]))
+    expected = np.sign(quadric(np.concatenate([points, near_points]))[0])
     np.testing.assert_array_equal(columns["signs"][:400], expected)
     is_on_surface = columns["distance_bounds"][400:, 0] == 0
     assert is_on_surface.mean() > 0.9
@@ -69,9 +69,9 @@ def turn_inside_out(patches: TensorPatches, factor: float = 1.0) -> TensorPatche
     return TensorPatches(factor * patches.points.swapaxes(1, 2), patches.weights.swapaxes(1, 2))
 
 
-def add_patches(*others: TensorPatches) -> PatchModel:
-    """A model of the sphere and of other patches."""
-    batches = (SPHERE.batches[0], *others)
+def add_patches(*more_batches: TensorPatches) -> PatchModel:
+    """A model of the sphere and of more patches."""
+    batches = (SPHERE.batches[0], *more_batches)
     return PatchModel("patches", batches, (Part("all", 0, sum(b.count for b in batches)),))
 
 
@@ -110,9 +110,10 @@ def test_signs_agree_with_solid_angles_of_a_fine_mesh(name: str) -> None:
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     points = RNG(3).uniform(1.1 * low - 0.1 * high, 1.1 * high - 0.1 * low, (40, 3))
     columns = project(model, points)
-    far = columns["distances"] > 0.02 * np.linalg.norm(high - low)
-    number = np.rint(compute_solid_angles(vertices[mesh.triangles], points[far]))
-    np.testing.assert_array_equal(columns["signs"][far], np.where(number != 0, -1, 1))
+    # Nearer to the surface, a point may be inside the surface and outside the mesh.
+    is_far = columns["distances"] > 0.02 * np.linalg.norm(high - low)
+    number = np.rint(compute_solid_angles(vertices[mesh.triangles], points[is_far]))
+    np.testing.assert_array_equal(columns["signs"][is_far], np.where(number != 0, -1, 1))
     assert set(columns["signs"]) == {-1, 1}
 
 
@@ -175,5 +176,6 @@ def test_signs_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) ->
         patch.setattr(cells, "MAX_BYTES", 1 << 19)  # the cache of cells is too small for all
         np.testing.assert_array_equal(all_signs, project(SPHERE, points)["signs"])
     monkeypatch.setattr(winding, "MAX_PAIRS", 0)
-    outside = np.abs(points).max(axis=1) > 1
-    np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~outside)
+    # Without pairs, only points outside of the bounding box have signs.
+    is_outside = np.abs(points).max(axis=1) > 1
+    np.testing.assert_array_equal(np.isnan(project(SPHERE, points)["signs"]), ~is_outside)

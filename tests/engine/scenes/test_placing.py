@@ -46,10 +46,11 @@ def test_a_computed_copy_is_within_the_bound_of_the_exact_copy(matrix: Array, se
 
 
 @given(st.integers(0, 2**32), st.floats(-4, 6), st.booleans())
-def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> None:
-    points = np.random.default_rng(seed).normal(size=(9, 3)) + 10**far
+def test_rounding_to_float32_is_bounded(seed: int, exponent: float, is_local: bool) -> None:
+    """The points are about 10 to the power `exponent` away from zero."""
+    points = np.random.default_rng(seed).normal(size=(9, 3)) + 10**exponent
     low, high = points.min(axis=0), points.max(axis=0)
-    origin = low.astype(np.float32).astype(np.float64) if local else np.zeros(3)
+    origin = low.astype(np.float32).astype(np.float64) if is_local else np.zeros(3)
     error = bound_single_error(low, high, origin)
     stored = (points - origin).astype(np.float32)
     for point, row in zip(points.tolist(), stored.astype(np.float64).tolist(), strict=True):
@@ -58,7 +59,7 @@ def test_rounding_to_float32_is_bounded(seed: int, far: float, local: bool) -> N
     assert error < 1e-6 * float(np.abs(points - origin).max()) + 1e-12
 
 
-def build_bounded(bound: float | None, mesh_bound: float | None = None) -> Mesh:
+def build_mesh_with_bounds(bound: float | None, mesh_bound: float | None = None) -> Mesh:
     """A mesh of three parts with these deviation bounds: of the surface and of the mesh."""
     mesh = build_silo()
     parts = tuple(
@@ -75,7 +76,7 @@ def build_group(*matrices: Array | None) -> GroupModel:
 
 
 def test_bounds_grow_with_the_largest_scaling() -> None:
-    scene = arrange(build_group(None, TURN, SHEAR), (build_bounded(0.25, 0.5),))
+    scene = arrange(build_group(None, TURN, SHEAR), (build_mesh_with_bounds(0.25, 0.5),))
     stretch = np.linalg.norm(SHEAR[:3, :3], 2)
     assert stretch > 3
     assert scene.report.deviation_bound is not None
@@ -88,12 +89,12 @@ def test_bounds_grow_with_the_largest_scaling() -> None:
     expected = [0.25 * s / (k + 1) for s in (1.0, 2.0, float(stretch)) for k in range(3)]
     np.testing.assert_allclose(np.array(result, dtype=float), expected, rtol=1e-9)
     assert [part.name for part in parts][:4] == ["m0/base", "m0/wall", "m0/roof", "m1/base"]
-    # The first copy has no placement.
+    # The first copy has no placement, so its bound keeps its bits.
     assert result[0] == 0.25
 
 
 def test_flattening_keeps_bounds_and_rounding_to_float32_increases_them() -> None:
-    scene = arrange(build_group(TURN, None), (build_bounded(0.25),))
+    scene = arrange(build_group(TURN, None), (build_mesh_with_bounds(0.25),))
     flat = flatten(scene)
     assert flat.report.deviation_bound == scene.report.deviation_bound
     bounds = [part.deviation_bound for part in flat.parts]
@@ -111,7 +112,7 @@ def test_flattening_keeps_bounds_and_rounding_to_float32_increases_them() -> Non
 
 
 def test_a_scene_has_no_bound_if_a_copy_has_no_bound() -> None:
-    models = (build_bounded(0.25), build_bounded(None))
+    models = (build_mesh_with_bounds(0.25), build_mesh_with_bounds(None))
     members = (PlacedModel("a", 0), PlacedModel("b", 1))
     scene = arrange(GroupModel("group", (), members), models)
     assert scene.report.deviation_bound is None

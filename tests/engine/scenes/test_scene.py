@@ -29,8 +29,9 @@ NET = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 
 
-def build_group(*members: Member, **more: Any) -> GroupModel:
-    return GroupSurface(members, **more).lower()
+def build_group(*members: Member, **fields: Any) -> GroupModel:
+    """The lowered group of members; `fields` are other fields of `GroupSurface`."""
+    return GroupSurface(members, **fields).lower()
 
 
 def compute_area_vectors(mesh: Mesh) -> Array:
@@ -53,7 +54,7 @@ def compute_volume(mesh: Mesh) -> float:
 def test_a_flattened_copy_is_the_placed_mesh(
     example: str, matrix: Array, faces: str, weld: bool
 ) -> None:
-    """Points are L x + t, normals are along L⁻ᵀ n, and faces are reversed if L mirrors."""
+    """Points are L x + t, normals are along L⁻ᵀ n, and faces are reversed if L is a reflection."""
     options = MeshOptions(resolution=(3, 4), faces=faces, weld=weld)  # type: ignore[arg-type]
     surface = find(example).surface()
     mesh = build(build_group(Member(surface, matrix=matrix), up=surface.up), options)
@@ -70,8 +71,8 @@ def test_a_flattened_copy_is_the_placed_mesh(
     areas = compute_area_vectors(unplaced) @ np.linalg.inv(linear) * abs(np.linalg.det(linear))
     np.testing.assert_allclose(compute_area_vectors(mesh), areas, atol=1e-11)
     if unplaced.report.watertight:
-        required = abs(np.linalg.det(linear)) * compute_volume(unplaced)
-        assert compute_volume(mesh) == pytest.approx(required, rel=1e-12)
+        expected_volume = abs(np.linalg.det(linear)) * compute_volume(unplaced)
+        assert compute_volume(mesh) == pytest.approx(expected_volume, rel=1e-12)
 
 
 @pytest.mark.parametrize("faces", ["triangles", "quads"])
@@ -84,8 +85,8 @@ def test_normals_of_a_mirrored_body_point_outwards(faces: str) -> None:
     np.testing.assert_allclose(mesh.normals, mesh.positions, atol=1e-12)
     for grid in mesh.grids[0]:
         corners = mesh.positions[[grid[1, 1], grid[2, 1], grid[1, 2]]]
-        across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
-        assert np.dot(across, corners[0]) > 0
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        assert np.dot(normal, corners[0]) > 0
 
 
 def test_members_become_parts_under_their_names_and_colors() -> None:
@@ -101,7 +102,8 @@ def test_members_become_parts_under_their_names_and_colors() -> None:
     assert names == [*drum, "saddle", "other/side", "other/top", "other/bottom"]
     assert [part.color for part in mesh.parts] == [(*RED, 1.0)] * 3 + [None] * 4
     runs = [part.triangles for part in mesh.parts]
-    assert all(before[1] == after[0] for before, after in pairwise(runs))
+    # Each part has a run of triangles (begin, end), which begins where the previous run ends.
+    assert all(previous[1] == following[0] for previous, following in pairwise(runs))
     assert runs[-1][1] == len(mesh.triangles)
     overlays = [overlay.name for overlay in mesh.overlays]
     assert overlays == ["drum/boundary", "saddle/boundary", "other/boundary"]

@@ -48,8 +48,8 @@ def lower_patches(surface: SurfaceKind) -> PatchModel:
 
 def count_lines(section: Section) -> tuple[int, int, int]:
     """The numbers of closed polylines, of open polylines, and of touching points."""
-    closed = sum(line.closed for line in section.polylines)
-    return closed, len(section.polylines) - closed, len(section.touching)
+    closed_count = sum(line.closed for line in section.polylines)
+    return closed_count, len(section.polylines) - closed_count, len(section.touching)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -75,45 +75,33 @@ def test_sections_include_all_crossings_of_parameter_lines(name: str) -> None:
     assert np.abs(line_points @ normal - offset).max(initial=0) <= 1e-10 * model.diagonal
 
 
-def _measure_distance(points: Array, others: Array) -> Array:
-    """For each of the other points, the distance of the nearest of `points`."""
-    distances = np.linalg.norm(points[:, None] - others, axis=2)
+def _measure_distance(points: Array, crossings: Array) -> Array:
+    """For each crossing, the distance of the nearest of `points`; infinite without points."""
+    distances = np.linalg.norm(points[:, None] - crossings, axis=2)
     return np.asarray(distances.min(axis=0, initial=np.inf))
 
 
 TILT = asin(TUBE_RADIUS)
 """The angle at which a plane through the centre of the torus touches it twice."""
 DIRECTION = cos(0.3), sin(0.3)
+"""A horizontal direction, as (x, y), that is not a border of patches."""
 
 
+# `expected` has the numbers of closed polylines, of open polylines, and of touching points.
 @pytest.mark.parametrize(
     ("normal", "offset", "expected"),
     [
         ((0, 0, 1), 0.1, (2, 0, 0)),  # two circles
         ((1, 0.3, 0), 0, (2, 0, 0)),
-        (
-            (sin(TILT), 0, cos(TILT)),
-            0,
-            (2, 0, 0),
-        ),  # the two Villarceau circles, which cross twice
-        (
-            (
-                sin(TILT) * DIRECTION[0],
-                sin(TILT) * DIRECTION[1],
-                cos(TILT),
-            ),
-            0,
-            (2, 0, 0),
-        ),
+        # The two Villarceau circles, which cross twice.
+        ((sin(TILT), 0, cos(TILT)), 0, (2, 0, 0)),
+        ((sin(TILT) * DIRECTION[0], sin(TILT) * DIRECTION[1], cos(TILT)), 0, (2, 0, 0)),
         ((1, 0, 0), 1 - TUBE_RADIUS, (1, 0, 0)),  # a figure of eight
         ((1, 0.3, 0), 1 - TUBE_RADIUS, (1, 0, 0)),
         ((1, 0.3, 0), 1 - TUBE_RADIUS - 1e-9, (2, 0, 0)),
         ((1, 0.3, 0), 1 - TUBE_RADIUS + 1e-9, (1, 0, 0)),
-        (
-            (0, 0, 1),
-            TUBE_RADIUS,
-            (1, 0, 0),
-        ),  # the plane touches the torus along a circle, on sides of patches
+        # The plane touches the torus along a circle, on sides of patches.
+        ((0, 0, 1), TUBE_RADIUS, (1, 0, 0)),
         ((0, 0, -1), -TUBE_RADIUS, (1, 0, 0)),
         ((1, 0, 0), 1 + TUBE_RADIUS, (0, 0, 1)),
         ((1, 0.3, 0), 1 + TUBE_RADIUS, (0, 0, 1)),
@@ -168,10 +156,10 @@ def test_sections_of_quadrics_have_the_right_topology(
 
 def test_patches_in_the_plane_are_listed_and_their_borders_drawn() -> None:
     model = build_model(build_cube())
-    for offset, coplanar in ((1.0, 1), (0.5, 0), (0.0, 1)):
+    for offset, coplanar_count in ((1.0, 1), (0.5, 0), (0.0, 1)):
         for sign in (1, -1):
             (section,) = cut(model, (0, 0, sign), sign * offset).sections
-            assert len(section.coplanar) == coplanar
+            assert len(section.coplanar) == coplanar_count
             (line,) = section.polylines
             assert line.closed
             corners = {tuple(p) for p in line.points.tolist() if set(p[:2]) <= {0.0, 1.0}}
@@ -179,15 +167,15 @@ def test_patches_in_the_plane_are_listed_and_their_borders_drawn() -> None:
 
 
 def test_bodies_are_on_the_left_of_their_sections() -> None:
-    """So the signed area of a section is positive, seen from the tip of the plane's normal."""
+    """Then the signed area of a section is positive, seen from the tip of the plane's normal."""
     for name in ("sphere", "torus"):
         sections = cut(lower_patches(find(name).surface()), [(0, 0, 1), (1, 2, -3)], [0.1, 0.05])
         for k, section in enumerate(sections.sections):
             x, y = (axis[k] for axis in sections.planes.axes)
             total = 0.0
             for line in section.polylines:
-                flat = np.stack([line.points @ x, line.points @ y])
-                total += float((flat[0, :-1] * flat[1, 1:] - flat[0, 1:] * flat[1, :-1]).sum())
+                a, b = line.points @ x, line.points @ y
+                total += float((a[:-1] * b[1:] - a[1:] * b[:-1]).sum())
             assert total > 0
 
 
@@ -214,9 +202,9 @@ def test_a_section_does_not_depend_on_other_planes() -> None:
     heights = np.linspace(0.1, 3, 9)
     all_sections = cut(model, [(0, 0, 1)] * 9, heights).sections
     for k in (0, 4, 8):
-        (alone,) = cut(model, (0, 0, 1), heights[k]).sections
-        for line, line_alone in zip(all_sections[k].polylines, alone.polylines, strict=True):
-            assert np.array_equal(line.points, line_alone.points)
+        (section,) = cut(model, (0, 0, 1), heights[k]).sections
+        for line, expected in zip(all_sections[k].polylines, section.polylines, strict=True):
+            assert np.array_equal(line.points, expected.points)
 
 
 def test_a_surface_that_is_one_point_is_coplanar_with_a_plane_through_it() -> None:
@@ -229,7 +217,11 @@ def test_a_surface_that_is_one_point_is_coplanar_with_a_plane_through_it() -> No
 
 
 def test_too_many_pieces_are_refused_before_they_are_computed() -> None:
-    """For 40 planes, 1e-9 is refused after few levels of cells, and 1e-4 is accepted."""
+    """40 planes; with the tolerance 1e-9 they are refused, with 1e-4 they are accepted.
+
+    Cells are divided level by level, and the number of pieces is checked before each level. The
+    refusal comes after few levels, when the work so far has less than half of the allowed pieces.
+    """
     model = to_patches(find("utah-teapot").surface().lower())
     low, high = model.bounds
     offsets = np.linspace(low[2], high[2], 42)[1:-1]

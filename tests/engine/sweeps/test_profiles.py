@@ -64,22 +64,24 @@ def test_tubes_are_closed_and_have_unit_normals(
     assert path.points.shape[1] <= bound_station_count(pieces, divisions, 0.02)
 
 
-def test_normals_of_a_conical_tube_are_those_of_a_cone() -> None:
+def test_a_conical_tube_has_the_normals_and_the_volume_of_a_cone() -> None:
     """The radius is 1 at the bottom and 0 at the top; the height is 2."""
     path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
-    side = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
-    assert side[:, 2] == pytest.approx(1 / math.sqrt(5), abs=1e-12)
+    # The normals of the cap at the bottom are (0, 0, −1).
+    side_normals = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
+    assert side_normals[:, 2] == pytest.approx(1 / math.sqrt(5), abs=1e-12)
     assert volume(swept.positions, swept.triangles) == pytest.approx(2 * math.pi / 3, rel=0.002)
     assert is_closed(swept)
 
 
 def test_rings_at_the_seam_of_a_closed_curve_are_equal() -> None:
-    """So the angle between neighbouring rings is small everywhere."""
+    """The last ring equals the first; the angle between neighbouring rings is small everywhere."""
     points, tangents = build_trefoil(96)
     swept = build_tubes(
         Paths.from_smooth_curves(points[None], tangents[None], closed=True), 0.3, 12
     )
+    # A ring has 12 sides and 13 samples, the first and the last at one place.
     rings = swept.normals.reshape(97, 13, 3)
     assert rings[-1] == pytest.approx(rings[0], abs=1e-12)
     angles = np.arccos(np.clip(np.einsum("krd,krd->kr", rings[1:], rings[:-1]), -1, 1))
@@ -114,15 +116,16 @@ def test_tubes_of_several_curves_are_equal_to_single_tubes() -> None:
     both_tubes = build_tubes(two_paths, 0.2, 5)
     for k, (p, t) in enumerate([(points, tangents), rotated]):
         single_tube = build_tubes(Paths.from_smooth_curves(p[None], t[None]), 0.2, 5)
-        run = slice(k * len(single_tube.positions), (k + 1) * len(single_tube.positions))
-        assert np.array_equal(both_tubes.positions[run], single_tube.positions)
-        assert np.array_equal(both_tubes.normals[run], single_tube.normals)
-        faces = slice(k * len(single_tube.triangles), (k + 1) * len(single_tube.triangles))
         first = k * len(single_tube.positions)
+        vertices = slice(first, first + len(single_tube.positions))
+        assert np.array_equal(both_tubes.positions[vertices], single_tube.positions)
+        assert np.array_equal(both_tubes.normals[vertices], single_tube.normals)
+        faces = slice(k * len(single_tube.triangles), (k + 1) * len(single_tube.triangles))
         assert np.array_equal(both_tubes.triangles[faces], single_tube.triangles + np.uint32(first))
 
 
-def test_the_normals_of_a_ribbon_are_as_near_the_given_direction_as_possible() -> None:
+def test_the_normals_of_a_ribbon_are_as_near_to_facing_as_possible() -> None:
+    """`facing` is a direction; the normal is its part perpendicular to the tangent."""
     points, tangents = build_trefoil(64)
     path = Paths.from_smooth_curves(points[None], tangents[None], closed=True)
     facing = np.array([1.0, 2.0, 7.0])
@@ -136,7 +139,8 @@ def test_the_normals_of_a_ribbon_are_as_near_the_given_direction_as_possible() -
     assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_ribbon_along_the_given_direction_has_its_width() -> None:
+def test_a_ribbon_whose_tangent_is_facing_has_its_width() -> None:
+    """Then no normal is nearer to `facing` than the others."""
     swept = build_ribbons(
         build_path(build_curve(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0])
     )
@@ -151,6 +155,7 @@ def test_the_report_of_a_tube_says_whether_it_is_closed(weld: bool, uvs: bool) -
     mesh = build_swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
     assert mesh.report.watertight is weld
     assert (mesh.report.boundary_edges == 0) is weld
+    # 6 divisions of 8 sides, and two caps of 8 triangles about a centre.
     assert mesh.report.triangles == len(mesh.triangles) == 6 * 8 * 2 + 2 * 8
     if weld:
         assert mesh.report.vertices == 7 * 8 + 2

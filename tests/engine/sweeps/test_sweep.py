@@ -63,9 +63,9 @@ def test_a_tube_along_a_trefoil_has_the_right_volume_and_normals(faces: Faces) -
     normals = solid.face_normals[:, None]
     assert (normals * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
     # Each vertex is a point of the curve plus the radius times the normal.
-    middle = mesh.positions - radius * mesh.normals
+    centres = mesh.positions - radius * mesh.normals
     curve_points = build_spline(curve)(np.linspace(0, 24, 24 * 8 + 1))
-    gaps = np.linalg.norm(middle[:, None] - curve_points[None], axis=2).min(axis=1)
+    gaps = np.linalg.norm(centres[:, None] - curve_points[None], axis=2).min(axis=1)
     assert gaps.max() < 1e-9
 
 
@@ -76,18 +76,20 @@ def test_hair_tapers_to_its_point() -> None:
     curve = curl().curve
     tip = curve.control_points[-1]
     assert (mesh.positions == tip).all(axis=1).any()
-    # The tube has a cap at the root, but not at the tip, where its radius is 0.
+    # The tube has a cap at the root, but not at the tip, where its radius is 0. So 63 rings of 8
+    # sides have two triangles each; the last ring and the cap have one for each side.
     assert mesh.report.triangles == 63 * 8 * 2 + 8 + 8
 
 
 def test_normals_of_a_tube_of_varying_radius_are_right() -> None:
-    """About a straight line they are exactly those of a surface of revolution."""
+    """About a straight line they are exactly the normals of a surface of revolution."""
     line = BezierCurve(np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 4]]))
     radii = np.array([0.5, 1.5, 0.25])
     tube = TubeSurface(line, radii, sides=5, caps=False)
     mesh = build(tube.lower(), MeshOptions(resolution=(10, 1)))
     t = np.arange(11) / 10
     z = 2 * t * (1 - t) + 4 * t * t
+    # The derivatives of z and of the radius.
     speed = 2 * (1 - t) + 6 * t
     rate = 2 * ((1 - t) * (radii[1] - radii[0]) + t * (radii[2] - radii[1]))
     (grid,) = mesh.grids
@@ -108,7 +110,7 @@ def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
     t = np.arange(49) / 12
     points = BSpline(curve.knot_vector, curve.control_points, 3)(t)
     assert (left + right) / 2 == pytest.approx(points, abs=1e-12)
-    s = t / 4
+    s = t / 4  # the curve has four spans
     width = sum(
         math.comb(4, i) * s**i * (1 - s) ** (4 - i) * w for i, w in enumerate(ribbon.width.tolist())
     )
@@ -121,11 +123,11 @@ def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
 
 def test_a_tube_along_a_closed_curve_is_open_if_its_end_radii_differ() -> None:
     loop = BezierCurve(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 0]]))
-    closed = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
-    assert load_in_trimesh(closed).euler_number == 0
-    open_ = build(TubeSurface(loop, np.array([0.1, 0.2])).lower(), MeshOptions())
-    assert open_.report.watertight
-    assert load_in_trimesh(open_).euler_number == 2
+    closed_tube = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
+    assert load_in_trimesh(closed_tube).euler_number == 0
+    open_tube = build(TubeSurface(loop, np.array([0.1, 0.2])).lower(), MeshOptions())
+    assert open_tube.report.watertight
+    assert load_in_trimesh(open_tube).euler_number == 2
 
 
 CURVES: dict[str, FloatArray] = {

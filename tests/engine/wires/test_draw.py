@@ -23,7 +23,7 @@ SHAPES = ["utah-teapot", "cone", "tveit", "torus", "octahedral-sphere", "bspline
 """Examples with poles, an apex, a border, closed circles, triangles, and a B-spline."""
 
 
-def draw_wires(source: Any, count: int | tuple[int, int] = 2, **options: Any) -> Mesh:
+def draw_wires(source: Any, count: int | tuple[int, int], **options: Any) -> Mesh:
     """A mesh of the wires alone, without faces of the surface."""
     counts = (count, count) if isinstance(count, int) else count
     return build_mesh(source, isocurves=counts, has_faces=False, **options)
@@ -72,7 +72,7 @@ def test_tubes_are_centred_on_curves_of_the_surface() -> None:
 
 
 def test_ribbons_lie_on_the_surface() -> None:
-    """Their normals are those of the sphere, and their width is tangential to it."""
+    """Ribbons on a sphere have its normals, and their width is tangential to it."""
     mesh = draw_wires("sphere", 3, wires="ribbons", wire_width=0.1, resolution=(8, 8))
     assert mesh.normals is not None
     outwards = np.einsum("vd,vd->v", mesh.normals, mesh.positions)
@@ -89,6 +89,7 @@ def test_a_circle_across_patches_is_one_closed_tube() -> None:
     # rulings.
     assert list_paths(cone, 2) == [(3, 17, True), (4, 9, False), (8, 5, False)]
     mesh = draw_wires("cone", (0, 2), wires="tubes", wire_width=0.02, resolution=(4, 4))
+    # 3 circles of 16 divisions; a tube has 8 sides by default.
     assert len(mesh.positions) == 3 * 16 * 8
 
 
@@ -116,9 +117,10 @@ def test_bends_up_to_a_right_angle_are_mitred() -> None:
 
 
 @given(split_models(oriented=False))
-def test_curves_continue_across_patches(pieces: tuple[Array, list[Array]]) -> None:
-    """Lines continue through the quarters of one patch, for all parametrizations of them."""
-    result = list_paths(build_model(pieces[1]), 2)
+def test_curves_continue_across_patches(net_and_pieces: tuple[Array, list[Array]]) -> None:
+    """Lines continue through the quarters of one patch, for all parametrizations of quarters."""
+    _, pieces = net_and_pieces
+    result = list_paths(build_model(pieces), 2)
     two_patch_lines = sum(count for count, stations, _ in result if stations == 9)
     # In each direction, 3 borders and 2 lines between them run through 2 patches each.
     assert two_patch_lines == 10

@@ -30,36 +30,39 @@ FINE = MeshOptions(accuracy=Accuracy(relative_tolerance=1e-3), isocurves=COUNTS)
 
 def measure_distances(points: Array, a: Array, b: Array) -> Array:
     """Distances of points (n, 3) to the nearest of the segments from a to b (m, 3)."""
-    along, away = b - a, points[:, None] - a
-    square = np.maximum((along * along).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip((away * along).sum(axis=2) / square, 0, 1)
-    nearest: Array = np.linalg.norm(away - share[..., None] * along, axis=2).min(axis=1)
-    return nearest
+    segment, offset = b - a, points[:, None] - a
+    squared_length = np.maximum((segment * segment).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip((offset * segment).sum(axis=2) / squared_length, 0, 1)
+    distances: Array = np.linalg.norm(offset - share[..., None] * segment, axis=2).min(axis=1)
+    return distances
 
 
-def find_furthest(model: PatchModel, goal: Goal) -> float:
-    """The largest distance of points of the curves from their lines."""
+def measure_deviation(model: PatchModel, goal: Goal) -> float:
+    """The largest distance of points of the isoparametric curves from the lines of the mesh.
+
+    Also checks that the predicted numbers of curves and samples are not exceeded.
+    """
     seams = find_seams(model.batches)
     divisions = count_goal_divisions(model, seams, goal)
     lines = sample_divided_isocurves(model, seams, divisions, COUNTS)
     curves, samples = divisions.count_curves(seams, COUNTS)
     assert sum(len(run.points) for run in lines) <= curves
     assert sum(run.points[..., 0].size for run in lines) <= samples
-    dense = [run.points.reshape(-1, 3) for run in sample_isocurves(model, (33, 33), COUNTS)]
-    if not lines:
-        return float(len(dense))
+    dense_points = [run.points.reshape(-1, 3) for run in sample_isocurves(model, (33, 33), COUNTS)]
+    if not lines:  # all curves are points, so there must be no samples
+        return float(len(dense_points))
     a = np.concatenate([run.points[:, :-1].reshape(-1, 3) for run in lines])
     b = np.concatenate([run.points[:, 1:].reshape(-1, 3) for run in lines])
-    return max(float(measure_distances(points, a, b).max()) for points in dense)
+    return max(float(measure_distances(points, a, b).max()) for points in dense_points)
 
 
 @given(weighted_nets(nets(limit=4)))
 def test_lines_are_within_the_tolerance_of_their_curves(
-    weighted: tuple[Array, Array | None],
+    net_and_weights: tuple[Array, Array | None],
 ) -> None:
-    net, weights = weighted
+    net, weights = net_and_weights
     model = build_model([net], None if weights is None else [weights])
-    assert find_furthest(model, Goal(0.02)) <= 0.02
+    assert measure_deviation(model, Goal(0.02)) <= 0.02
 
 
 @settings(max_examples=10)
@@ -67,48 +70,54 @@ def test_lines_are_within_the_tolerance_of_their_curves(
 def test_lines_on_a_triangle_are_within_the_tolerance(net: Array) -> None:
     batch = TrianglePatches(net[np.newaxis])
     model = PatchModel("one", (batch,), (Part("one", 0, 1),))
-    assert find_furthest(model, Goal(0.02)) <= 0.02
+    assert measure_deviation(model, Goal(0.02)) <= 0.02
 
 
 def test_finer_goals_have_more_divisions_and_far_eyes_fewer() -> None:
     model = find("utah-teapot").surface().lower()
     assert isinstance(model, PatchModel)
     seams = find_seams(model.batches)
-    far = View(np.array([0, 0, 1e3]), 1e-3, 1.0)
-    counts = [
-        count_goal_divisions(model, seams, goal).count_curves(seams, COUNTS)[1]
-        for goal in (Goal(1e-3), Goal(1e-2), Goal(1e-3, angle=0.05), Goal(1.0, view=far))
-    ]
-    assert counts[3] < counts[1] < counts[0] < counts[2]
+    far_view = View(np.array([0, 0, 1e3]), rate=1e-3, near=1.0)
+
+    def count_samples(goal: Goal) -> int:
+        _, samples = count_goal_divisions(model, seams, goal).count_curves(seams, COUNTS)
+        return samples
+
+    fine, coarse = count_samples(Goal(1e-3)), count_samples(Goal(1e-2))
+    with_angle = count_samples(Goal(1e-3, angle=0.05))
+    assert count_samples(Goal(1.0, view=far_view)) < coarse < fine < with_angle
 
 
 @pytest.mark.parametrize(
     ("name", "wires"),
     [("torus", "tubes"), ("octahedral-sphere", "ribbons"), ("tea-service", "lines")],
 )
-@pytest.mark.parametrize("surface", [True, False])
-def test_wires_of_every_form_are_built(name: str, wires: Any, surface: bool) -> None:
+@pytest.mark.parametrize("has_faces", [True, False])
+def test_lines_tubes_and_ribbons_are_drawn_with_and_without_faces(
+    name: str, wires: Any, has_faces: bool
+) -> None:
+    """Only a mesh with faces of the surface has a bound of deviation."""
     mesh = build_mesh(
-        name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, has_faces=surface
+        name, accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires, has_faces=has_faces
     )
     if wires == "lines":
         assert len(mesh.overlays[-1].segments) > 50
     else:
         assert len(mesh.triangles) > 1000
-    assert bool(mesh.report.deviation_bound) == surface
+    assert bool(mesh.report.deviation_bound) == has_faces
 
 
 @pytest.mark.parametrize("wires", ["lines", "tubes"])
 def test_wires_lie_on_the_grid_of_a_compact_file(wires: Any) -> None:
     options = MeshOptions(accuracy=FINE.accuracy, isocurves=(2, 2), wires=wires)
     surface = find("torus").surface()
-    work = plan_mesh(surface, options, BY_NAME["glb"], EncodeOptions(quantize=True))
-    mesh = work.build(*work.lower())
+    plan = plan_mesh(surface, options, BY_NAME["glb"], EncodeOptions(quantize=True))
+    mesh = plan.build(*plan.lower())
     assert isinstance(mesh, Mesh)
     assert mesh.step
     rows = np.concatenate([mesh.positions, *(overlay.positions for overlay in mesh.overlays)])
     assert (rows / mesh.step == np.rint(rows / mesh.step)).all()
-    assert len(work.run().content)
+    assert len(plan.run().content)
 
 
 @pytest.mark.parametrize("wires", ["lines", "tubes"])

@@ -52,18 +52,19 @@ def list_parameters(run: IsoCurves, k: int) -> Array:
 
 @given(weighted_nets(nets(limit=4)), resolutions)
 def test_every_sample_is_a_point_of_the_surface(
-    weighted: tuple[Array, Array | None], resolution: tuple[int, int]
+    net_and_weights: tuple[Array, Array | None], resolution: tuple[int, int]
 ) -> None:
     """Each curve has constant u or v; its points agree with exact arithmetic."""
-    net, weights = weighted
+    net, weights = net_and_weights
     model = build_model([net], None if weights is None else [weights])
     exact_net = exact.to_exact_net(net, weights)
     for run in sample_curves(model, (3, 2), resolution):
         for k in range(len(run.points)):
-            constant = run.first[k] == run.last[k]
-            assert constant.sum() == 1
-            value = run.first[k][constant][0]
-            assert value in ((0, 1 / 3, 2 / 3, 1) if constant[0] else (0, 1 / 2, 1))
+            # The ends (u, v) of the curve have one equal parameter: u or v.
+            is_constant = run.first[k] == run.last[k]
+            assert is_constant.sum() == 1
+            value = run.first[k][is_constant][0]
+            assert value in ((0, 1 / 3, 2 / 3, 1) if is_constant[0] else (0, 1 / 2, 1))
             for (u, v), point in zip(list_parameters(run, k), run.points[k], strict=True):
                 expected = exact.surface_point(exact_net, Fraction(u), Fraction(v))
                 x, y, z, w = expected if len(expected) == 4 else (*expected, Fraction(1))
@@ -82,7 +83,8 @@ def test_a_triangle_has_curves_in_three_directions(net: Array) -> None:
                 place = (1 - Fraction(s) - Fraction(t), Fraction(s), Fraction(t))
                 expected = [float(c) for c in triangles.value(exact_net, place)]
                 np.testing.assert_allclose(point, expected, atol=1e-11)
-    if len({tuple(corner) for corner in net.tolist()}) == len(net):
+    if len({tuple(point) for point in net.tolist()}) == len(net):  # no side is one point
+        # 3 sides, and 3 inner lines in each of 3 directions.
         assert count_curves(runs) == 3 + 3 * 3
         # Lines at 1/4, 1/2 and 3/4 end at samples of the mesh, whose sides have 8 divisions.
         assert Counter(run.points.shape[1] - 1 for run in runs) == {8: 1, 6: 3, 4: 3, 2: 3}
@@ -113,30 +115,34 @@ def test_poles_are_not_drawn() -> None:
 
 
 @given(split_models(oriented=False))
-def test_curves_of_neighbours_meet_bit_for_bit(pieces: tuple[Array, list[Array]]) -> None:
+def test_curves_of_neighbours_meet_bit_for_bit(net_and_pieces: tuple[Array, list[Array]]) -> None:
     """Inside the surface, at least two curves end at each end of a curve."""
-    model = build_model(pieces[1])
+    _, pieces = net_and_pieces
+    model = build_model(pieces)
     runs = sample_curves(model, (3, 3), (4, 6))
-    edges = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
+    # The first two runs are the borders of patches, with 4 and with 6 divisions.
+    corners = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
     ends = Counter(tuple(end) for run in runs for c in run.points for end in (c[0], c[-1]))
-    single_ends = [end for end, uses in ends.items() if uses == 1 and end not in edges]
+    single_ends = [end for end, uses in ends.items() if uses == 1 and end not in corners]
     # At each of the 8 edges on the border of the surface, 2 inner curves end.
     assert len(single_ends) == 16
 
 
 @pytest.mark.parametrize("example", ["utah-teapot", "torus", "cone"])
 def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
-    """The number of curves divides the resolution; borders have equal bits, other curves nearly."""
+    """The number of curves divides the resolution, so each point of a curve is a vertex."""
     vertices = build_mesh(example, resolution=(8, 8)).positions
     places_of_vertices = {tuple(vertex) for vertex in vertices.tolist()}
-    first, *rest = sample_curves(lower_patches(example), (4, 4), (8, 8))
-    assert all(tuple(point) in places_of_vertices for point in first.points.reshape(-1, 3).tolist())
-    rounded = {tuple(vertex) for vertex in (vertices.round(9) + 0.0).tolist()}
-    for run in rest:
+    borders, *inner_runs = sample_curves(lower_patches(example), (4, 4), (8, 8))
+    border_points = borders.points.reshape(-1, 3).tolist()
+    assert all(tuple(point) in places_of_vertices for point in border_points)
+    # Inner curves have the bits of the mesh only at their ends; adding 0.0 makes −0.0 equal to 0.0.
+    rounded_places = {tuple(vertex) for vertex in (vertices.round(9) + 0.0).tolist()}
+    for run in inner_runs:
         ends = run.points[:, [0, -1]].reshape(-1, 3).tolist()
         assert all(tuple(end) in places_of_vertices for end in ends)
-        inner = run.points.round(9).reshape(-1, 3) + 0.0
-        assert all(tuple(point) in rounded for point in inner.tolist())
+        rounded_points = run.points.round(9).reshape(-1, 3) + 0.0
+        assert all(tuple(point) in rounded_places for point in rounded_points.tolist())
 
 
 def test_the_curves_of_a_spline_follow_its_knots() -> None:

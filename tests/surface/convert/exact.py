@@ -51,7 +51,7 @@ def build_patch_evaluator(surface: PatchSurface, patch: int) -> Evaluator:
 
 
 def random_bezier(
-    degree: tuple[int, int], seed: int, rational: bool, channels: bool = True
+    degree: tuple[int, int], seed: int, is_rational: bool, channels: bool = True
 ) -> BezierSurface:
     """A random patch with channels whose degrees differ from its own, or without channels."""
     rng = np.random.default_rng(seed)
@@ -63,14 +63,14 @@ def random_bezier(
     )
     return BezierSurface(
         rng.uniform(-4, 4, (*shape, 3)),
-        rng.uniform(0.2, 5, shape) if rational else None,
+        rng.uniform(0.2, 5, shape) if is_rational else None,
         "z",
         "sail",
         random_channels if channels else Channels(),
     )
 
 
-def random_patches(degree: tuple[int, int], seed: int, rational: bool) -> PatchSurface:
+def random_patches(degree: tuple[int, int], seed: int, is_rational: bool) -> PatchSurface:
     """Two random patches that share an edge; every vertex has a value of every channel."""
     rng = np.random.default_rng(seed)
     rows, columns = 2 * degree[0] + 1, degree[1] + 1
@@ -78,7 +78,7 @@ def random_patches(degree: tuple[int, int], seed: int, rational: bool) -> PatchS
     return PatchSurface(
         rng.uniform(-4, 4, (grid.size, 3)),
         np.stack([grid[: degree[0] + 1], grid[degree[0] :]]),
-        rng.uniform(0.2, 5, grid.size) if rational else None,
+        rng.uniform(0.2, 5, grid.size) if is_rational else None,
         (("first", (0,)),),
         "z",
         "sail",

@@ -266,10 +266,10 @@ def test_white_colors_stay_white(shape: tuple[int, int]) -> None:
 @pytest.mark.parametrize(
     "operation", [Elevate((4, 2)), Elevate((5, 4)), Restrict(v=(0.5, 2.25)), Reverse("u")]
 )
-@pytest.mark.parametrize("rational", [False, True])
-def test_closed_surfaces_stay_closed(operation: Operation, rational: bool) -> None:
+@pytest.mark.parametrize("is_rational", [False, True])
+def test_closed_surfaces_stay_closed(operation: Operation, is_rational: bool) -> None:
     rng = np.random.default_rng(3)
-    weights = rng.uniform(0.2, 5, (7, 6)) if rational else None
+    weights = rng.uniform(0.2, 5, (7, 6)) if is_rational else None
     surface = BsplineSurface(
         rng.uniform(-1, 1, (7, 6, 3)), (3, 2), ("periodic", "clamped"), weights
     )

@@ -64,9 +64,9 @@ def read_issue(surface: Surface, *operations: Operation, points: int = 10**6) ->
 @settings(max_examples=6)
 @given(degrees, st.integers(4, 6), seeds, st.booleans())
 def test_elevation_of_patches_keeps_points_and_their_shared_edge(
-    degree: tuple[int, int], new_degree: int, seed: int, rational: bool
+    degree: tuple[int, int], new_degree: int, seed: int, is_rational: bool
 ) -> None:
-    surface = random_patches(degree, seed, rational)
+    surface = random_patches(degree, seed, is_rational)
     higher = convert_to_patches(surface, Elevate((new_degree, new_degree)))
     assert higher.degree == (new_degree, new_degree)
     assert higher.parts == surface.parts
@@ -80,9 +80,9 @@ def test_elevation_of_patches_keeps_points_and_their_shared_edge(
 @settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), cuts)
 def test_parts_of_a_split_patch_have_its_points_and_share_edges(
-    degree: tuple[int, int], seed: int, rational: bool, cuts: tuple[float | None, float | None]
+    degree: tuple[int, int], seed: int, is_rational: bool, cuts: tuple[float | None, float | None]
 ) -> None:
-    surface = random_bezier(degree, seed, rational)
+    surface = random_bezier(degree, seed, is_rational)
     u, v = cuts
     pieces = convert_to_patches(surface, Split(u, v))
     borders = [[Fraction(0), *([] if t is None else [Fraction(t)]), Fraction(1)] for t in (u, v)]
@@ -113,9 +113,9 @@ def _map_into_interval(
 @settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), ends, ends)
 def test_a_restricted_patch_has_the_points_of_the_patch(
-    degree: tuple[int, int], seed: int, rational: bool, u: list[float], v: list[float]
+    degree: tuple[int, int], seed: int, is_rational: bool, u: list[float], v: list[float]
 ) -> None:
-    surface = random_bezier(degree, seed, rational)
+    surface = random_bezier(degree, seed, is_rational)
     piece = convert_to_bezier(surface, Restrict((u[0], u[1]), (v[0], v[1])))
     assert piece.degree == degree
     begins = Fraction(u[0]), Fraction(v[0])
@@ -130,9 +130,9 @@ def test_a_restricted_patch_has_the_points_of_the_patch(
 @settings(max_examples=5)
 @given(degrees, seeds, st.booleans())
 def test_transposed_and_reversed_patches_have_the_same_points(
-    degree: tuple[int, int], seed: int, rational: bool
+    degree: tuple[int, int], seed: int, is_rational: bool
 ) -> None:
-    surface = random_bezier(degree, seed, rational)
+    surface = random_bezier(degree, seed, is_rational)
     expected = build_bezier_evaluator(surface)
     assert_same(
         build_bezier_evaluator(convert_to_bezier(surface, Transpose())),
@@ -149,7 +149,7 @@ def test_transposed_and_reversed_patches_have_the_same_points(
         expected,
         lambda u, v: (u, 1 - v),
     )
-    several = random_patches(degree, seed, rational)
+    several = random_patches(degree, seed, is_rational)
     for patch in (0, 1):
         expected = build_patch_evaluator(several, patch)
         result = build_patch_evaluator(convert_to_patches(several, Transpose()), patch)

@@ -50,13 +50,13 @@ degrees = st.integers(1, 4)
 seeds = st.integers(0, 10**6)
 
 
-def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
+def random_triangle(degree: int, seed: int, is_rational: bool) -> TriangleSurface:
     """A random triangle with channels whose degrees differ from its own."""
     rng = np.random.default_rng(seed)
     count = count_points(degree)
     return TriangleSurface(
         rng.uniform(-4, 4, (count, 3)),
-        rng.uniform(0.2, 5, count) if rational else None,
+        rng.uniform(0.2, 5, count) if is_rational else None,
         "z",
         "sail",
         Channels(
@@ -67,7 +67,7 @@ def random_triangle(degree: int, seed: int, rational: bool) -> TriangleSurface:
     )
 
 
-def build_mixed_patches(seed: int, rational: bool) -> PatchSurface:
+def build_mixed_patches(seed: int, is_rational: bool) -> PatchSurface:
     """A bicubic patch and a cubic triangle that share an edge."""
     rng = np.random.default_rng(seed)
     edge = [3, 7, 11, 15]
@@ -75,7 +75,7 @@ def build_mixed_patches(seed: int, rational: bool) -> PatchSurface:
     return PatchSurface(
         rng.uniform(-4, 4, (22, 3)),
         np.arange(16).reshape(1, 4, 4),
-        rng.uniform(0.2, 5, 22) if rational else None,
+        rng.uniform(0.2, 5, 22) if is_rational else None,
         (("fin", (1,)),),
         "z",
         "sail",
@@ -122,9 +122,9 @@ convert_to_patches = partial(convert_to, PatchSurface)
 @settings(max_examples=6)
 @given(degrees, st.integers(0, 4), seeds, st.booleans())
 def test_elevation_of_a_triangle_keeps_its_points(
-    degree: int, more: int, seed: int, rational: bool
+    degree: int, more: int, seed: int, is_rational: bool
 ) -> None:
-    surface = random_triangle(degree, seed, rational)
+    surface = random_triangle(degree, seed, is_rational)
     result = convert_to_triangle(surface, Elevate((degree + more, degree + more)))
     assert result.degree == degree + more
     for place in PLACES:
@@ -134,9 +134,9 @@ def test_elevation_of_a_triangle_keeps_its_points(
 @settings(max_examples=6)
 @given(degrees, seeds, st.booleans(), st.tuples(*[st.integers(1, 9)] * 3))
 def test_parts_of_a_split_triangle_have_its_points_and_share_edges(
-    degree: int, seed: int, rational: bool, shares: tuple[int, int, int]
+    degree: int, seed: int, is_rational: bool, shares: tuple[int, int, int]
 ) -> None:
-    surface = random_triangle(degree, seed, rational)
+    surface = random_triangle(degree, seed, is_rational)
     r, s, t = (Fraction(x, sum(shares)) for x in shares)
     result = convert_to_patches(surface, Split(at=(float(r), float(s), float(t))))
     assert len(result.triangles) == 3
@@ -178,9 +178,9 @@ def test_transposed_and_reversed_triangles_have_the_same_points(
 @settings(max_examples=6)
 @given(st.tuples(degrees, degrees), seeds, st.booleans(), st.sampled_from(["lower", "upper"]))
 def test_half_of_a_patch_has_its_points(
-    degree: tuple[int, int], seed: int, rational: bool, half: Half
+    degree: tuple[int, int], seed: int, is_rational: bool, half: Half
 ) -> None:
-    surface = random_bezier(degree, seed, rational)
+    surface = random_bezier(degree, seed, is_rational)
     result = convert_to_triangle(surface, ToTriangle(half))
     assert result.degree == sum(degree)
     evaluate = build_bezier_evaluator(surface)
@@ -189,11 +189,11 @@ def test_half_of_a_patch_has_its_points(
         assert_near(evaluate_triangle(result, (r, s, t)), evaluate(u, v))
 
 
-@pytest.mark.parametrize("rational", [False, True])
+@pytest.mark.parametrize("is_rational", [False, True])
 def test_operations_on_patches_and_triangles_keep_points_and_the_shared_edge(
-    rational: bool,
+    is_rational: bool,
 ) -> None:
-    surface = build_mixed_patches(1, rational)
+    surface = build_mixed_patches(1, is_rational)
     before = build_mesh(surface.lower(), resolution=(3, 3)).report
     for operation in (Elevate((5, 5)), Transpose(), Reverse("u"), Reverse("v"), ToBezier()):
         result = convert_to_patches(surface, operation)
