@@ -260,8 +260,8 @@ def test_no_point_of_a_reference_triangle_is_beyond_the_bound_of_the_mesh(
 def test_the_bound_of_the_mesh_is_0_for_reference_triangles_of_other_parts() -> None:
     """The reference triangle of a part is the triangle of the mesh that it is measured against.
 
-    Usually it is the image of the part itself (`is_own`). Here a third of them are treated as images
-    of other parts: their points are bounded with those parts.
+    Usually it is the image of the part itself (`is_own`). Here a third of them are treated as
+    images of other parts: their points are bounded with those parts.
     """
     rng = np.random.default_rng(23)
     patch_nets, faces = (
