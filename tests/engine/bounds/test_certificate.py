@@ -115,7 +115,7 @@ def test_most_patches_inside_a_part_are_bounded_by_the_hulls_of_their_nets(
     bounds, _ = check_bounds(patch_nets, faces, parts, positions)
     count_with_hulls = sum(piece_counts)
     piece_counts.clear()
-    monkeypatch.setattr(certificate, "COVERED", 10**9)  # no part covers so many patches: no hulls
+    monkeypatch.setattr(certificate, "COVERED", 10**9)  # more patches than exist: no hulls
     bounds_without_hulls = certify(patch_nets, faces, parts, positions, GOAL)
     assert bounds_without_hulls.deviation.tolist() == bounds.deviation.tolist()
     assert count_with_hulls < 0.5 * sum(piece_counts)

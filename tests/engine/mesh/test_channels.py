@@ -145,7 +145,7 @@ def build_strip(left: Array, right: Array) -> PatchModel:
 
 @pytest.mark.parametrize("normals", [True, False])
 def test_samples_weld_only_if_their_values_are_equal(normals: bool) -> None:
-    """Of the five samples of each patch on the seam, one has the value of the other patch."""
+    """One of the five samples of each patch on the seam has the value of the other patch."""
     left = np.array([[[0.0], [0]], [[5], [5]]])
     right = np.array([[[5.0], [9]], [[0], [0]]])
     mesh = build_mesh(build_strip(left, right), resolution=(4, 4), normals=normals)
