@@ -38,8 +38,8 @@ def test_every_value_is_right_to_about_n_units_in_its_last_place(degree: int) ->
     for row, parameter in zip(basis.tolist(), t.tolist(), strict=True):
         for value, truth in zip(row, compute_exact_basis(degree, parameter), strict=True):
             # Subnormal floats have fewer digits, which is not an error of the recurrence.
-            allowed = truth * Fraction((degree + 1) * ULP) + Fraction(degree * 2.0**-1074)
-            assert abs(Fraction(value) - truth) <= allowed
+            max_error = truth * Fraction((degree + 1) * ULP) + Fraction(degree * 2.0**-1074)
+            assert abs(Fraction(value) - truth) <= max_error
 
 
 @given(st.integers(0, 64), st.lists(st.floats(0, 1), min_size=1, max_size=9))
@@ -97,7 +97,7 @@ def test_grid_basis_is_the_product_of_the_bases_along_u_and_v() -> None:
 def test_product_of_polynomials_is_the_product_of_their_values(first: Array, second: Array) -> None:
     """The product agrees with exact values of both factors, coordinate by coordinate.
 
-    Coordinates are at most 2, so those of the product are at most 4.
+    Coordinates of the factors are at most 2, so coordinates of the product are at most 4.
     """
     product = multiply(np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0))
     net = exact.to_exact_net(np.moveaxis(product, 0, -1))

@@ -52,12 +52,12 @@ def test_reversed_curves_have_bezier_points_with_the_same_bits(
     weights = random_weights(vector.points, seed) if is_rational else None
     reversed_knots = 3 - vector.knots[::-1]
     lowered, lowered_weights = extract_bezier_points(points, *vector, weights)
-    reversed_points, back_weights = extract_bezier_points(
+    reversed_points, reversed_weights = extract_bezier_points(
         points[::-1], reversed_knots, vector.degree, None if weights is None else weights[::-1]
     )
     np.testing.assert_array_equal(reversed_points[::-1, ::-1], lowered)
-    if lowered_weights is not None and back_weights is not None:
-        np.testing.assert_array_equal(back_weights[::-1, ::-1], lowered_weights)
+    if lowered_weights is not None and reversed_weights is not None:
+        np.testing.assert_array_equal(reversed_weights[::-1, ::-1], lowered_weights)
     np.testing.assert_array_equal(
         build_operators(reversed_knots, vector.degree)[::-1, ::-1, ::-1], build_operators(*vector)
     )
@@ -73,6 +73,7 @@ def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
     weights = random_weights(vector.points, seed) if is_rational else None
     lowered, _ = extract_bezier_points(points, *vector, weights)
     spans = knots.spans(*vector)
+    # The multiplicity of a knot is the distance of the spans before and after it.
     for k, multiplicity in enumerate(np.diff(spans)):
         if multiplicity <= p:
             np.testing.assert_array_equal(lowered[k, -1], lowered[k + 1, 0])

@@ -15,8 +15,8 @@ shares_of_the_domain = st.floats(0, 1)
 def choose_parameters(vector: KnotVector, shares: list[float]) -> np.ndarray:
     """All breaks, and the parameters at these shares of the domain."""
     low, high = knot.domain(*vector)
-    inside = low + (high - low) * np.array(shares)
-    return np.concatenate([knot.breaks(*vector), np.clip(inside, low, high)])
+    inner_parameters = low + (high - low) * np.array(shares)
+    return np.concatenate([knot.breaks(*vector), np.clip(inner_parameters, low, high)])
 
 
 def test_uniform_clamped_and_periodic_knots() -> None:
@@ -30,7 +30,7 @@ def test_uniform_clamped_and_periodic_knots() -> None:
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 7, 64])
 def test_knots_of_each_name_have_length_n_plus_p_plus_1(degree: int) -> None:
-    """Uniform and clamped knots have one span of length 1 for each control point beyond p.
+    """n control points over uniform or clamped knots have n − p spans of length 1.
 
     The first p of n control points are repeated at the end of a periodic curve, which has n spans.
     """
@@ -53,7 +53,7 @@ def test_spans_are_right_continuous() -> None:
 
 
 @given(knot_vectors(discontinuous=True), st.lists(shares_of_the_domain, max_size=4))
-def test_basis_values_are_those_of_the_recursion_of_cox_and_de_boor(
+def test_basis_values_agree_with_the_recursion_of_cox_and_de_boor(
     vector: KnotVector, shares: list[float]
 ) -> None:
     """The service returns p + 1 values at each parameter; all other basis functions are 0 there."""

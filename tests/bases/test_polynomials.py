@@ -43,7 +43,7 @@ def evaluate_exactly(net: Net, t: Fraction) -> Vector:
 
 
 def assert_near(point: Vector, expected: Vector) -> None:
-    """The points differ by less than 1e-12 times the largest coordinate of the nets, 8."""
+    """Checks that points differ by less than 1e-12 times 8, the largest coordinate of the nets."""
     assert max(abs(a - b) for a, b in zip(point, expected, strict=True)) < 1e-12 * 8
 
 
@@ -60,17 +60,17 @@ def reverse_net(net: Net) -> Net:
 
 
 @given(curves(), st.integers(0, 6))
-def test_elevation_keeps_the_curve(net: Net, more: int) -> None:
-    higher = elevate(net, len(net[0]) - 1 + more)
-    assert len(higher[0]) == len(net[0]) + more
+def test_elevation_keeps_the_curve(net: Net, degree_steps: int) -> None:
+    elevated = elevate(net, len(net[0]) - 1 + degree_steps)
+    assert len(elevated[0]) == len(net[0]) + degree_steps
     for t in PARAMETERS:
-        assert_near(evaluate_exactly(higher, t), evaluate_exactly(net, t))
-    np.testing.assert_array_equal(higher[0][[0, -1]], net[0][[0, -1]])
+        assert_near(evaluate_exactly(elevated, t), evaluate_exactly(net, t))
+    np.testing.assert_array_equal(elevated[0][[0, -1]], net[0][[0, -1]])
 
 
 @given(curves(), st.integers(1, 6))
-def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) -> None:
-    degree = len(net[0]) - 1 + more
+def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, degree_steps: int) -> None:
+    degree = len(net[0]) - 1 + degree_steps
     assert read_bits(reverse_net(elevate(reverse_net(net), degree))) == read_bits(
         elevate(net, degree)
     )
@@ -79,29 +79,30 @@ def test_elevation_of_the_reversed_net_has_the_same_bits(net: Net, more: int) ->
 def test_elevation_to_the_highest_degree_keeps_the_curve() -> None:
     points = np.random.default_rng(3).uniform(-1, 1, (4, 3))
     weights = np.random.default_rng(4).uniform(0.2, 5, 4)
-    higher = elevate((points, weights), 64)
+    elevated = elevate((points, weights), 64)
     for t in PARAMETERS:
-        assert_near(evaluate_exactly(higher, t), evaluate_exactly((points, weights), t))
+        assert_near(evaluate_exactly(elevated, t), evaluate_exactly((points, weights), t))
 
 
 @given(curves(), inner_parameters)
 def test_split_keeps_the_curve_on_both_sides(net: Net, t: float) -> None:
     left, right = split(net, t)
-    cut = Fraction(t)
+    exact_t = Fraction(t)
     for s in PARAMETERS:
-        assert_near(evaluate_exactly(left, s), evaluate_exactly(net, s * cut))
-        assert_near(evaluate_exactly(right, s), evaluate_exactly(net, cut + s * (1 - cut)))
-    np.testing.assert_array_equal(left[0][0], net[0][0])
-    np.testing.assert_array_equal(right[0][-1], net[0][-1])
-    np.testing.assert_array_equal(left[0][-1], right[0][0])
+        assert_near(evaluate_exactly(left, s), evaluate_exactly(net, s * exact_t))
+        assert_near(evaluate_exactly(right, s), evaluate_exactly(net, exact_t + s * (1 - exact_t)))
+    (points, _), (left_points, _), (right_points, _) = net, left, right
+    np.testing.assert_array_equal(left_points[0], points[0])
+    np.testing.assert_array_equal(right_points[-1], points[-1])
+    np.testing.assert_array_equal(left_points[-1], right_points[0])
 
 
 @given(curves(), st.lists(st.floats(0, 1), min_size=2, max_size=2, unique=True).map(sorted))
 def test_restrict_keeps_the_curve(net: Net, ends: list[float]) -> None:
-    first, last = ends
-    piece = restrict(net, first, last)
+    begin, end = ends
+    piece = restrict(net, begin, end)
     for s in PARAMETERS:
-        t = Fraction(first) + s * (Fraction(last) - Fraction(first))
+        t = Fraction(begin) + s * (Fraction(end) - Fraction(begin))
         assert_near(evaluate_exactly(piece, s), evaluate_exactly(net, t))
 
 
@@ -119,12 +120,12 @@ def test_equal_points_stay_equal(count: int, x: float, weight: float, t: float) 
 def test_many_curves_are_elevated_at_once() -> None:
     rng = np.random.default_rng(5)
     points, weights = rng.uniform(-1, 1, (4, 5, 2, 3)), rng.uniform(1, 2, (4, 5, 2))
-    together = elevate((points, weights), 6)
-    single = elevate((points[:, 3, 1], weights[:, 3, 1]), 6)
-    assert together[1] is not None
-    assert single[1] is not None
-    np.testing.assert_array_equal(together[0][:, 3, 1], single[0])
-    np.testing.assert_array_equal(together[1][:, 3, 1], single[1])
+    all_points, all_weights = elevate((points, weights), 6)
+    single_points, single_weights = elevate((points[:, 3, 1], weights[:, 3, 1]), 6)
+    assert all_weights is not None
+    assert single_weights is not None
+    np.testing.assert_array_equal(all_points[:, 3, 1], single_points)
+    np.testing.assert_array_equal(all_weights[:, 3, 1], single_weights)
 
 
 def test_points_with_weight_0_in_a_mean_have_no_effect() -> None:

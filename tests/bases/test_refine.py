@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from service.bases.affine_combination import combine
@@ -38,21 +38,20 @@ def evaluate_exactly(
 
 @given(knot_vectors(discontinuous=True), seeds, st.integers(0, 3), intervals, st.booleans())
 def test_refined_knots_give_the_same_curve(
-    vector: KnotVector, seed: int, more: int, ends: list[float], is_whole_domain: bool
+    vector: KnotVector, seed: int, degree_steps: int, ends: list[float], is_whole_domain: bool
 ) -> None:
     """The new knots raise the degree, clamp the ends and restrict the domain at once.
 
-    Shares are not negative, and those of each new control point add up to 1.
+    The shares of each new control point are not negative and add up to 1.
     """
     (knots, degree), count = vector, vector.points
     low, high = domain(knots, degree)
-    first, last = (low, high) if is_whole_domain else ((1 - s) * low + s * high for s in ends)
-    if not first < last:
-        return
-    raised = degree + more
-    target = raise_knots(knots, degree, raised, first, last)
-    index, shares = find_refinement(knots, degree, target, raised)
-    assert index.shape[1] == len(target) - raised - 1
+    begin, end = (low, high) if is_whole_domain else ((1 - s) * low + s * high for s in ends)
+    assume(begin < end)
+    new_degree = degree + degree_steps
+    target = raise_knots(knots, degree, new_degree, begin, end)
+    index, shares = find_refinement(knots, degree, target, new_degree)
+    assert index.shape[1] == len(target) - new_degree - 1
     assert index.min() >= 0
     assert index.max() < count
     assert shares.min() >= 0
@@ -60,10 +59,10 @@ def test_refined_knots_give_the_same_curve(
     points, weights = random_points(count, seed), random_weights(count, seed)
     new_points, new_weights = combine(points, weights, index, shares)
     assert new_weights is not None
-    for a, b in pairwise(to_fractions(breaks(target, raised))):
+    for a, b in pairwise(to_fractions(breaks(target, new_degree))):
         for t in (a, a + (b - a) * Fraction(3, 8)):
             np.testing.assert_allclose(
-                evaluate_exactly(new_points, new_weights, target, raised, t),
+                evaluate_exactly(new_points, new_weights, target, new_degree, t),
                 evaluate_exactly(points, weights, knots, degree, t),
                 atol=4e-12,
             )
@@ -76,11 +75,11 @@ def test_a_clamped_spline_over_its_own_knots_keeps_its_control_points(
     """Points and weights keep their bits, with knots of any multiplicity."""
     knots, degree = vector
     low, high = domain(knots, degree)
-    raised = raise_knots(knots, degree, degree, low, high)
-    count = len(raised) - degree - 1
+    clamped_knots = raise_knots(knots, degree, degree, low, high)
+    count = len(clamped_knots) - degree - 1
     points, weights = random_points(count, seed), random_weights(count, seed)
     new_points, new_weights = combine(
-        points, weights, *find_refinement(raised, degree, raised, degree)
+        points, weights, *find_refinement(clamped_knots, degree, clamped_knots, degree)
     )
     np.testing.assert_array_equal(new_points, points)
     np.testing.assert_array_equal(new_weights, weights)
@@ -88,14 +87,16 @@ def test_a_clamped_spline_over_its_own_knots_keeps_its_control_points(
 
 @given(knot_vectors(), seeds, st.integers(1, 4))
 def test_elevation_keeps_the_bits_of_the_first_and_last_point(
-    vector: KnotVector, seed: int, more: int
+    vector: KnotVector, seed: int, degree_steps: int
 ) -> None:
     knots, degree = vector
     low, high = domain(knots, degree)
-    raised = raise_knots(knots, degree, degree, low, high)
-    points = random_points(len(raised) - degree - 1, seed)
-    target = raise_knots(raised, degree, degree + more, low, high)
-    new_points, _ = combine(points, None, *find_refinement(raised, degree, target, degree + more))
+    clamped_knots = raise_knots(knots, degree, degree, low, high)
+    points = random_points(len(clamped_knots) - degree - 1, seed)
+    target = raise_knots(clamped_knots, degree, degree + degree_steps, low, high)
+    new_points, _ = combine(
+        points, None, *find_refinement(clamped_knots, degree, target, degree + degree_steps)
+    )
     np.testing.assert_array_equal(new_points[[0, -1]], points[[0, -1]])
 
 

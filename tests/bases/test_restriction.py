@@ -31,11 +31,11 @@ def evaluate_blossom(
 def test_rows_of_restriction_matrices_are_blossoms(degree: int, breaks: np.ndarray) -> None:
     rows = restriction_matrices(degree, breaks)
     unit = [tuple(Fraction(int(i == k)) for k in range(degree + 1)) for i in range(degree + 1)]
-    first, last = Fraction(breaks[0]), Fraction(breaks[-1])
-    t = [(Fraction(b) - first) / (last - first) for b in breaks]
-    for k, (s, e) in enumerate(pairwise(t)):
+    low, high = Fraction(breaks[0]), Fraction(breaks[-1])
+    t = [(Fraction(b) - low) / (high - low) for b in breaks]
+    for k, (begin, end) in enumerate(pairwise(t)):
         for j in range(degree + 1):
-            exact = [float(x) for x in evaluate_blossom(unit, [s] * (degree - j) + [e] * j)]
+            exact = [float(x) for x in evaluate_blossom(unit, [begin] * (degree - j) + [end] * j)]
             np.testing.assert_allclose(rows[k, j], exact, rtol=1e-13, atol=1e-16)
 
 
@@ -57,6 +57,7 @@ def test_cells_are_in_order_and_have_the_values_of_the_whole_net() -> None:
     half = Fraction(1, 2)
     for number, cell in enumerate(cells):
         k, column = divmod(number, 3)
+        # The middle of the cell as a share of the domain [0, 4] × [1, 3].
         middle = (u[k] + u[k + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
         expected = surface_point(exact_net, Fraction(middle[0]), Fraction(middle[1]))
         result = surface_point(to_exact_net(cell), half, half)

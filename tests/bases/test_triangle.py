@@ -35,17 +35,19 @@ def test_degree_and_number_of_points_determine_each_other() -> None:
 def test_points_are_stored_row_by_row(degree: int) -> None:
     """k is constant in a row, in which j rises.
 
-    `side_rows` returns the points of the sides s = 0 and r = 0, k rising, and t = 0, j rising.
+    `side_rows` returns the numbers of the points of the sides s = 0, r = 0 and t = 0. k rises along
+    the first two sides, and j along the third.
     """
     keys = triangles.keys(degree)
     starts = triangle.row_starts(degree)
     assert [keys[first][1:] for first in starts[:-1]] == [(0, k) for k in range(degree + 1)]
     assert starts[-1] == triangle.count_points(degree)
-    for row, (zero, rising) in zip(
+    # For each side: which of i, j and k is 0, and which of them rises.
+    for row, (zero_index, rising_index) in zip(
         triangle.side_rows(degree), ((1, 2), (0, 2), (2, 1)), strict=True
     ):
         assert [keys[k] for k in row] == sorted(
-            (key for key in keys if key[zero] == 0), key=lambda key: key[rising]
+            (key for key in keys if key[zero_index] == 0), key=lambda key: key[rising_index]
         )
 
 
@@ -83,9 +85,9 @@ def test_basis_is_a_partition_of_unity(degree: int) -> None:
 
 
 def test_basis_at_corners_is_exact_and_on_a_side_univariate() -> None:
-    """At a corner one value is exactly 1 and the others 0.
+    """At a corner one value is exactly 1, and the others are 0.
 
-    On the side t = 0 the values are those of the univariate basis.
+    On the side t = 0 the values are the values of the univariate basis.
     """
     corners = triangle_basis.triangle_bernstein(5, np.eye(3))
     assert (corners == 1).sum() == 3
@@ -143,7 +145,7 @@ def test_the_tensor_net_of_a_triangle_is_the_same_polynomial(degree: int, i: int
     net = np.random.default_rng(degree).uniform(-1, 1, (1, triangle.count_points(degree), 2))
     u, v = i / 5, j / 5
     place = np.array([[(1 - u) * (1 - v), u * (1 - v), v]])
-    square = triangle_polynomials.tensor_net(net)[0]
-    result = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ square)
+    tensor_net = triangle_polynomials.tensor_net(net)[0]
+    result = bernstein(degree, [u])[0] @ (bernstein(degree, [v])[0] @ tensor_net)
     truth = triangle_basis.triangle_bernstein(degree, place)[:, 0] @ net[0]
     np.testing.assert_allclose(result, truth, atol=1e-15)

@@ -20,21 +20,22 @@ def build_net(degree: int, seed: int) -> Net:
 
 
 @given(small_degrees, st.integers(1, 4), seeds)
-def test_sides_are_elevated_like_curves(degree: int, more: int, seed: int) -> None:
-    """Side points of the elevated net equal those of the side elevated as a curve, bit for bit.
+def test_sides_are_elevated_like_curves(degree: int, degree_steps: int, seed: int) -> None:
+    """The sides of the elevated net have the bits of the sides that are elevated as curves.
 
-    This holds in both directions, so two patches that share an edge share it after elevation.
+    This holds in both directions, so that two patches with a common edge still share it.
     """
     points, weights = build_net(degree, seed)
     assert weights is not None
-    new_degree = degree + more
-    higher = elevate((points, weights), new_degree)
+    new_degree = degree + degree_steps
+    elevated_points, elevated_weights = elevate((points, weights), new_degree)
+    assert elevated_weights is not None
     for old_side, new_side in zip(_list_sides(degree), _list_sides(new_degree), strict=True):
         for step in (1, -1):
             old, new = old_side[::step], new_side[::step]
-            side = polynomials.elevate((points[old], weights[old]), new_degree)
-            np.testing.assert_array_equal(side[0], higher[0][new])
-            np.testing.assert_array_equal(side[1], higher[1][new])  # type: ignore[index]
+            side_points, side_weights = polynomials.elevate((points[old], weights[old]), new_degree)
+            np.testing.assert_array_equal(side_points, elevated_points[new])
+            np.testing.assert_array_equal(side_weights, elevated_weights[new])
 
 
 def _list_sides(degree: int) -> list[np.ndarray]:

@@ -58,7 +58,7 @@ def arrays(draw: st.DrawFn) -> NDArray[Any]:
 
 
 def join_weights(document: Mapping[str, Any]) -> NDArray[Any]:
-    """The control points (…, 3) of a decoded surface, with weights (…, 4): the file's array."""
+    """The array of the file: the control points (…, 3) of a surface, or with weights (…, 4)."""
     if document["type"] == "patches":
         points, weights = document["vertices"][document["patches"]], document.get("weights")
         weights = None if weights is None else weights[document["patches"]]
@@ -90,7 +90,7 @@ def test_a_net_is_a_view_of_the_bytes_and_not_a_copy(
     np.testing.assert_array_equal(net, NET)
 
 
-REPLACED = [
+REPLACEMENTS = [
     (b"False", b"True "),
     (b"<f8", b">f8"),
     (b"(2, 2, 3)", b"(1, 4, 3)"),
@@ -108,7 +108,7 @@ REPLACED = [
 def damaged_files(draw: st.DrawFn) -> bytes:
     """A `.npy` file with some bytes changed, inserted, removed, or cut off at the end."""
     content = FILE
-    for old, new in draw(st.lists(st.sampled_from(REPLACED), max_size=3)):
+    for old, new in draw(st.lists(st.sampled_from(REPLACEMENTS), max_size=3)):
         content = content.replace(old, new)
     for _ in range(draw(st.integers(0, 3))):
         position = draw(st.integers(0, len(content)))

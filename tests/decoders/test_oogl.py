@@ -116,7 +116,7 @@ def test_patches_of_several_degrees_become_a_group_of_all_patches() -> None:
 
 
 FLAT = b"0 0 0  1 0 0  0 1 0  1 1 0"
-FORMS = [
+SPELLINGS = [
     b"BEZ113 " + FLAT,
     b"BEZ 1 1 3\r\n" + FLAT + b"\r\n",
     b"{BEZ113\n" + FLAT + b"}",
@@ -137,27 +137,27 @@ FORMS = [
 """Files with the same patch, each written in another way that the format allows."""
 
 ONLY_THIS_DECODER = (b"\r", b"+0", b"LIST BEZ", b"appearance { +edge m", b"define")
-"""Parts of FORMS that this decoder reads, but Geomview refuses or draws differently."""
+"""Parts of SPELLINGS that this decoder reads, but Geomview refuses or draws differently."""
 
 
-@pytest.mark.parametrize("text", FORMS)
-def test_every_form_is_read(text: bytes) -> None:
+@pytest.mark.parametrize("text", SPELLINGS)
+def test_every_spelling_is_read(text: bytes) -> None:
     points, weights = read_batch(text)
     assert weights is None
     np.testing.assert_array_equal(points, [[[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]])
 
 
 @pytest.mark.parametrize(
-    "text", [text for text in FORMS if not any(part in text for part in ONLY_THIS_DECODER)]
+    "text", [text for text in SPELLINGS if not any(part in text for part in ONLY_THIS_DECODER)]
 )
-def test_geomview_reads_these_forms_too(text: bytes, tmp_path: Path) -> None:
+def test_geomview_reads_these_spellings_too(text: bytes, tmp_path: Path) -> None:
     mesh = read_oogl(text, tmp_path)
     assert len(mesh.vertices) >= 4
     assert (mesh.vertices.min(), mesh.vertices.max()) == (0, 1)
 
 
 @pytest.mark.parametrize("name", ["teapot.bez", "octant.bez", "pieces/linkA.bez"])
-def test_points_of_geomviews_example_files_are_those_that_geomview_computes(name: str) -> None:
+def test_points_of_geomviews_example_files_agree_with_geomview(name: str) -> None:
     file = GEOMVIEW / name
     if not file.exists():
         pytest.skip("Geomview's examples are not installed")

@@ -22,25 +22,25 @@ def build_teapot() -> PatchSurface:
     return surface
 
 
-def write_text(surface: PatchSurface, comma: str = ",", rows: bool = False) -> str:
-    """The text of a surface, with one line for each patch, or for each row of a patch."""
+def write_text(surface: PatchSurface, comma: str = ",", has_row_lines: bool = False) -> str:
+    """The text of a surface: a line for each patch, or for each row of a patch."""
     lines = [str(len(surface.patches))]
     for patch in np.asarray(surface.patches) + 1:
-        nets = patch if rows else patch.reshape(1, -1)
-        lines += [comma.join(map(str, row)) for row in nets.tolist()]
+        rows = patch if has_row_lines else patch.reshape(1, -1)
+        lines += [comma.join(map(str, row)) for row in rows.tolist()]
     lines.append(str(len(surface.vertices)))
     lines += [comma.join(map(repr, vertex)) for vertex in surface.vertices.tolist()]
     return "\n".join(lines) + "\n"
 
 
 @pytest.mark.parametrize("comma", [",", " ", ", ", "\t", " ,\t"])
-@pytest.mark.parametrize("rows", [False, True])
+@pytest.mark.parametrize("has_row_lines", [False, True])
 @pytest.mark.parametrize("end", ["\n", "\r\n", " \n\n"])
 def test_the_text_of_the_teapot_is_decoded_to_equal_arrays(
-    comma: str, rows: bool, end: str
+    comma: str, has_row_lines: bool, end: str
 ) -> None:
     surface = build_teapot()
-    content = write_text(surface, comma, rows).replace("\n", end).encode()
+    content = write_text(surface, comma, has_row_lines).replace("\n", end).encode()
     document = decode(content, None, MAX_POINTS)
     np.testing.assert_array_equal(document["vertices"], surface.vertices)
     np.testing.assert_array_equal(document["patches"], surface.patches)
@@ -50,15 +50,16 @@ def test_the_text_of_the_teapot_is_decoded_to_equal_arrays(
 def surfaces(draw: st.DrawFn) -> PatchSurface:
     """Patches of any degree. Coordinates are whole numbers, so vertices look like indices."""
     side, count = draw(st.integers(2, 5)), draw(st.integers(1, 4))
-    vertices = draw(st.integers(1, 40))
+    vertex_count = draw(st.integers(1, 40))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    points = rng.integers(0, 60, (vertices, 3)).astype(float)
-    return PatchSurface(points, rng.integers(0, vertices, (count, side, side)))
+    points = rng.integers(0, 60, (vertex_count, 3)).astype(float)
+    return PatchSurface(points, rng.integers(0, vertex_count, (count, side, side)))
 
 
 @given(surfaces(), st.booleans())
-def test_any_layout_is_decoded_to_equal_arrays(surface: PatchSurface, rows: bool) -> None:
-    document = decode(write_text(surface, rows=rows).encode(), None, MAX_POINTS)
+def test_any_layout_is_decoded_to_equal_arrays(surface: PatchSurface, has_row_lines: bool) -> None:
+    content = write_text(surface, has_row_lines=has_row_lines).encode()
+    document = decode(content, None, MAX_POINTS)
     np.testing.assert_array_equal(document["patches"], surface.patches)
     np.testing.assert_array_equal(document["vertices"], surface.vertices)
 

@@ -35,7 +35,7 @@ from tests.meshes import (
 
 MAX_FLOAT32 = float(np.finfo(np.float32).max)
 FORMS: list[OoglForm | None] = [None, "cquad", "mesh", "off"]
-COMPACT: list[dict[str, Any]] = [
+COMPACT_OPTIONS: list[dict[str, Any]] = [
     {"quantize": quantize, "compression": compression}
     for quantize in (False, True)
     for compression in ("none", "meshopt")
@@ -50,16 +50,16 @@ each_format = pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 
 
 def measure_forms(
-    fmt: Format, mesh: Mesh, compact: Sequence[dict[str, Any]] = COMPACT
+    fmt: Format, mesh: Mesh, compact_options: Sequence[dict[str, Any]] = COMPACT_OPTIONS
 ) -> list[tuple[int, int]]:
-    """Lengths in bytes of the file and their bounds, in each form of a format for the mesh.
+    """The length in bytes of the file, and the bound of this length, in each form of a format.
 
-    Formats that can quantize or compress are also tested with each of the options in `compact`.
-    Forms that cannot store the mesh are left out.
+    Only OOGL has several forms. Formats that can quantize or compress are also tested with each of
+    the `compact_options`. Forms that cannot store the mesh are skipped.
     """
     sizes = []
     all_options = [EncodeOptions(form) for form in (FORMS if fmt.name == "oogl" else [None])]
-    all_options += [replace(all_options[0], **choice) for choice in compact if fmt.compact]
+    all_options += [replace(all_options[0], **choice) for choice in compact_options if fmt.compact]
     for options in all_options:
         try:
             length = len(fmt.encode(move_to_grid(mesh) if options.quantize else mesh, options))
@@ -97,11 +97,11 @@ def test_files_with_any_positions_are_not_longer_than_the_bound(
 
 
 @each_format
-@pytest.mark.parametrize("patches", ["one", "many"])
+@pytest.mark.parametrize("has_one_patch", [True, False])
 def test_files_with_the_longest_numbers_are_not_longer_than_the_bound(
-    fmt: Format, patches: str
+    fmt: Format, has_one_patch: bool
 ) -> None:
-    mesh = build_sheet(20) if patches == "one" else build_silo(3, 1)
+    mesh = build_sheet(20) if has_one_patch else build_silo(3, 1)
     positions = np.full_like(mesh.positions, LONGEST_FLOAT64)
     normals = np.full(mesh.positions.shape, LONGEST_FLOAT32)
     overlay = build_control_net()
@@ -142,13 +142,13 @@ def test_the_bound_is_not_far_above_the_size(fmt: Format, faces: Faces) -> None:
     # A rotation gives the numbers of the silo, which are short, all their digits.
     rotation = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     mesh = replace(mesh, positions=mesh.positions @ rotation, normals=mesh.normals @ rotation)
-    with_attributes = add_attributes(mesh)
-    with_attributes = replace(
-        with_attributes,
-        colors=with_attributes.colors if "colors" in fmt.carries else None,
-        attributes=with_attributes.attributes if "attribute" in fmt.carries else (),
+    mesh_with_channels = add_attributes(mesh)
+    mesh_with_channels = replace(
+        mesh_with_channels,
+        colors=mesh_with_channels.colors if "colors" in fmt.carries else None,
+        attributes=mesh_with_channels.attributes if "attribute" in fmt.carries else (),
     )
-    for each in (mesh, with_attributes):
+    for each in (mesh, mesh_with_channels):
         for length, bound in measure_forms(fmt, to_single(each) if fmt.single else each, ()):
             assert length <= bound <= 3 * length
 
@@ -166,7 +166,7 @@ def test_files_of_patches_are_not_longer_than_the_bound(degree: int) -> None:
 
 def test_no_text_of_a_number_is_longer_than_the_constant() -> None:
     bits = np.random.default_rng(1).integers(0, 2**64, 200_000, dtype=np.uint64)
-    for dtype, longest in ((np.float64, FLOAT64_CHARS), (np.float32, FLOAT32_CHARS)):
+    for dtype, max_length in ((np.float64, FLOAT64_CHARS), (np.float32, FLOAT32_CHARS)):
         values = bits.view(dtype)
         values = values[np.isfinite(values)]
         # More numbers from 1e-9 to 1e19, where texts change to the notation with an exponent.
@@ -174,4 +174,4 @@ def test_no_text_of_a_number_is_longer_than_the_constant() -> None:
         scaled = [small * dtype(10.0**k) for k in range(-9, 20)]
         normal = np.random.default_rng(2).standard_normal((2000, 1)) * 10.0 ** np.arange(-9, 20)
         numbers = np.concatenate([values, *scaled, normal.astype(dtype).ravel()])
-        assert max(map(len, json_array(numbers)[1:-1].split(b","))) <= longest
+        assert max(map(len, json_array(numbers)[1:-1].split(b","))) <= max_length

@@ -29,8 +29,8 @@ def test_black_and_white_are_exact_and_light_increases_between_them() -> None:
     assert (light[-1] == 1).all()
     assert (np.diff(light, axis=0) > 0).all()
     # The two branches of the formula in the standard differ by 1e-8 at 0.04045.
-    below, above = to_linear(np.array([[0.04045] * 3, [np.nextafter(0.04045, 1)] * 3]))
-    np.testing.assert_allclose(below, above, rtol=2e-5)
+    end, begin = to_linear(np.array([[0.04045] * 3, [np.nextafter(0.04045, 1)] * 3]))
+    np.testing.assert_allclose(end, begin, rtol=2e-5)
 
 
 def test_opacity_stays_unchanged() -> None:

@@ -34,9 +34,9 @@ def test_normals_and_uvs_are_float32() -> None:
     for key, values in (("normals", mesh.normals), ("uvs", mesh.uvs)):
         rows = np.array(document[key], dtype=np.float32)
         np.testing.assert_array_equal(rows, values.astype(np.float32))
-    longest = max(len(repr(number)) for row in document["normals"] for number in row)
+    max_length = max(len(repr(number)) for row in document["normals"] for number in row)
     # A float64 such as 1/3 would have more digits.
-    assert longest < len(repr(1 / 3))
+    assert max_length < len(repr(1 / 3))
 
 
 def test_a_mesh_with_attributes_and_creases_has_attribute_faces() -> None:
@@ -66,8 +66,9 @@ def test_missing_channels_have_no_keys() -> None:
 
 def test_the_local_origin_is_added_to_positions() -> None:
     origin = (5e5, 4.6e6, 0.125)
-    moved = decode(to_single(add_overlays(build_silo()), origin))
+    document = decode(to_single(add_overlays(build_silo()), origin))
     expected = build_silo().positions + np.array(origin)
-    first = [find_rows(build_silo()).index(k) for k in range(len(moved["vertices"]))]
-    np.testing.assert_array_equal(moved["vertices"], expected[first])
-    np.testing.assert_array_equal(moved["lines"][1]["vertices"][0], origin)
+    # For each row of the document, the first vertex of the mesh with its position.
+    first = [find_rows(build_silo()).index(k) for k in range(len(document["vertices"]))]
+    np.testing.assert_array_equal(document["vertices"], expected[first])
+    np.testing.assert_array_equal(document["lines"][1]["vertices"][0], origin)

@@ -47,18 +47,20 @@ def test_a_position_with_two_colors_has_two_lines() -> None:
 
 
 @pytest.mark.parametrize(
-    ("uvs", "normals", "corner"),
+    ("has_uvs", "has_normals", "corner"),
     [(True, True, "1/1/1"), (False, True, "1//1"), (True, False, "1/1"), (False, False, "1")],
 )
-def test_corners_refer_only_to_elements_of_the_file(uvs: bool, normals: bool, corner: str) -> None:
+def test_corners_refer_only_to_elements_of_the_file(
+    has_uvs: bool, has_normals: bool, corner: str
+) -> None:
     mesh = build_silo()
-    mesh = mesh if uvs else replace(mesh, uvs=None)
-    mesh = mesh if normals else replace(mesh, normals=None)
+    mesh = mesh if has_uvs else replace(mesh, uvs=None)
+    mesh = mesh if has_normals else replace(mesh, normals=None)
     records = read_records(mesh)
     first_face = next(words for words in records if words[0] == "f")
     assert first_face[1] == corner
     keywords = {words[0] for words in records}
-    assert ("vt" in keywords, "vn" in keywords) == (uvs, normals)
+    assert ("vt" in keywords, "vn" in keywords) == (has_uvs, has_normals)
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ def test_positions_are_written_with_all_digits(form: OoglForm, tmp_path: Path) -
     positions = rng.standard_normal((16, 3)) * 10.0 ** rng.integers(-30, 30, (16, 1))
     mesh = replace(build_sheet(3), positions=positions)
     content = encode(mesh, form)
+    # MESH lists the samples of a grid with u fastest, OFF lists the vertices.
     order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
     rows = [[float(x) for x in line.split()[:3]] for line in read_lines(content)[2:18]]
     assert rows == positions[order].tolist()
@@ -64,11 +65,11 @@ def test_a_line_has_position_normal_color_and_texture_coordinates(
     assert len(read_oogl(content, tmp_path).faces) == (9 if form == "mesh" else 18)
 
 
-def test_the_default_form_is_cquad_for_meshes_with_grids_and_else_off() -> None:
+def test_the_default_form_is_cquad_for_meshes_with_grids_and_off_for_others() -> None:
     mesh = add_overlays(build_silo())
     assert encode(mesh) == encode(mesh, "cquad")
-    without_grids = replace(mesh, grids=())
-    assert encode(without_grids) == encode(without_grids, "off")
+    mesh_without_grids = replace(mesh, grids=())
+    assert encode(mesh_without_grids) == encode(mesh_without_grids, "off")
 
 
 @pytest.mark.parametrize(

@@ -63,12 +63,12 @@ def test_channels_are_written_by_the_formats_that_have_them(fmt: Format, kind: C
     # Of all forms of OOGL, "off" can store most channels.
     options = EncodeOptions("off")
     mesh = add_attributes(build_silo())
-    without = {
+    meshes_without_kind = {
         "colors": replace(mesh, colors=None),
         "uvs": replace(mesh, uvs=None),
         "attribute": replace(mesh, attributes=()),
     }
-    is_written = fmt.encode(mesh, options) != fmt.encode(without[kind], options)
+    is_written = fmt.encode(mesh, options) != fmt.encode(meshes_without_kind[kind], options)
     assert is_written == (kind in fmt.carries)
 
 
@@ -78,7 +78,8 @@ def test_strided_arrays_are_accepted(fmt: Format) -> None:
     assert mesh.normals is not None
     assert mesh.uvs is not None
     assert mesh.welds is not None
-    strided = replace(
+    # Every second row of arrays in which each row is repeated: the values are those of the mesh.
+    strided_mesh = replace(
         mesh,
         positions=mesh.positions.repeat(2, axis=0)[::2],
         normals=mesh.normals.repeat(2, axis=0)[::2],
@@ -86,7 +87,7 @@ def test_strided_arrays_are_accepted(fmt: Format) -> None:
         triangles=mesh.triangles.repeat(2, axis=0)[::2],
         welds=mesh.welds.repeat(2)[::2],
     )
-    assert fmt.encode(strided, EncodeOptions()) == fmt.encode(mesh, EncodeOptions())
+    assert fmt.encode(strided_mesh, EncodeOptions()) == fmt.encode(mesh, EncodeOptions())
 
 
 # OOGL refuses a mesh without faces; test_oogl.py tests that.

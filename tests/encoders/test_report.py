@@ -20,12 +20,12 @@ BOUND = 0.0012345678901234567
 
 def add_bounds(mesh: Mesh) -> Mesh:
     """The mesh with bounds for the whole mesh and for all parts except the last."""
-    *parts, last = mesh.parts
+    *parts, last_part = mesh.parts
     report = replace(
         mesh.report, deviation_bound=BOUND, mesh_deviation_bound=2 * BOUND, normal_angle=0.25
     )
-    with_bounds = (replace(part, deviation_bound=BOUND / 2) for part in parts)
-    return replace(mesh, report=report, parts=(*with_bounds, last))
+    parts_with_bounds = (replace(part, deviation_bound=BOUND / 2) for part in parts)
+    return replace(mesh, report=report, parts=(*parts_with_bounds, last_part))
 
 
 def read_reports(mesh: Mesh) -> list[dict[str, Any]]:
@@ -43,9 +43,9 @@ def test_reports_have_the_bounds_of_the_mesh_and_of_its_parts() -> None:
         assert report["mesh_deviation_bound"] == 2 * BOUND
         assert report["normal_angle"] == 0.25
         assert [part["name"] for part in report["parts"]] == [part.name for part in mesh.parts]
-        *with_bounds, last = report["parts"]
-        assert all(part["deviation_bound"] == BOUND / 2 for part in with_bounds)
-        assert "deviation_bound" not in last
+        *parts_with_bounds, last_part = report["parts"]
+        assert all(part["deviation_bound"] == BOUND / 2 for part in parts_with_bounds)
+        assert "deviation_bound" not in last_part
 
 
 def test_reports_of_meshes_without_bounds_have_no_bounds() -> None:
@@ -63,7 +63,8 @@ def test_the_comment_has_the_bound_and_trimesh_ignores_it(name: str, line: str) 
     content = bytes(fmt.encode(add_bounds(mesh), DEFAULTS))
     assert line.encode() in content.splitlines()[:3]
     assert line.split()[1].encode() not in bytes(fmt.encode(mesh, DEFAULTS))
-    without_uvs = replace(add_bounds(mesh), uvs=None)
-    content = bytes(fmt.encode(without_uvs, DEFAULTS))
+    # trimesh needs Pillow to read texture coordinates.
+    mesh_without_uvs = replace(add_bounds(mesh), uvs=None)
+    content = bytes(fmt.encode(mesh_without_uvs, DEFAULTS))
     scene = trimesh.load_scene(io.BytesIO(content), file_type=name)
     assert sum(len(loaded.faces) for loaded in scene.geometry.values()) == len(mesh.triangles)

@@ -47,8 +47,8 @@ def test_json_has_the_exact_points_and_repeats_the_first_of_closed_polylines(
     teapot: Sections,
 ) -> None:
     document = json.loads(encode_sections(teapot, "json"))
-    for written, section in zip(document["sections"], teapot.sections, strict=True):
-        for line, polyline in zip(written["polylines"], section.polylines, strict=True):
+    for json_section, section in zip(document["sections"], teapot.sections, strict=True):
+        for line, polyline in zip(json_section["polylines"], section.polylines, strict=True):
             assert line["closed"] == polyline.closed
             assert np.array_equal(line["points"], polyline.points)
             assert (line["points"][0] == line["points"][-1]) == polyline.closed
@@ -74,8 +74,9 @@ def test_svg_has_a_path_for_each_polyline_in_the_plane(teapot: Sections) -> None
             lengths.append(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     assert lengths == pytest.approx(measure_lengths(teapot), rel=1e-12)
     # The axes of the plane z = 1 are x and y of space; y of SVG points downwards.
-    first = np.array(groups[0].findall(f"{SVG}path")[0].attrib["d"].strip("MZ").split()[:2], float)
-    assert (first == teapot.sections[0].polylines[0].points[0, :2] * (1, -1)).all()
+    commands = groups[0].findall(f"{SVG}path")[0].attrib["d"]
+    first_point = np.array(commands.strip("MZ").split()[:2], float)
+    assert (first_point == teapot.sections[0].polylines[0].points[0, :2] * (1, -1)).all()
 
 
 def test_svg_does_not_contain_the_name_of_the_surface(teapot: Sections) -> None:
@@ -115,9 +116,11 @@ def test_the_validator_finds_no_issue(teapot: Sections, name: str, tmp_path: Pat
 def test_oogl_has_the_numbers_of_points_negative_for_closed_polylines(teapot: Sections) -> None:
     lines = encode_sections(teapot, "oogl").decode().split("\n")
     polylines, points, colors = map(int, lines[1].split())
+    # The head is followed by a number of points and a number of colours for each polyline, then by
+    # the points; the last lines are the colour and an empty line.
     counts, rows = list(map(int, lines[2 : 2 + polylines])), lines[2 + 2 * polylines : -2]
     assert lines[0] == "VECT"
     assert colors == 1
     assert sum(map(abs, counts)) == points == len(rows)
-    closed = [line.closed for section in teapot.sections for line in section.polylines]
-    assert [count < 0 for count in counts] == closed
+    is_closed = [line.closed for section in teapot.sections for line in section.polylines]
+    assert [count < 0 for count in counts] == is_closed

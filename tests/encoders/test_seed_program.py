@@ -24,16 +24,17 @@ Point = tuple[float, float, float]
 def evaluate_basis(k: int, t: float, n: int) -> float:
     """The Bernstein polynomial B_k^n at the parameter `t`, factor by factor."""
     value = 1.0
-    factor, divisor, other_divisor = n, k, n - k
+    # n! is divided by the factors of k! and of (n − k)!.
+    factor, first_divisor, second_divisor = n, k, n - k
     while factor >= 1:
         value *= factor
         factor -= 1
-        if divisor > 1:
-            value /= divisor
-            divisor -= 1
-        if other_divisor > 1:
-            value /= other_divisor
-            other_divisor -= 1
+        if first_divisor > 1:
+            value /= first_divisor
+            first_divisor -= 1
+        if second_divisor > 1:
+            value /= second_divisor
+            second_divisor -= 1
     if k > 0:
         value *= t**k
     if n - k > 0:
@@ -82,9 +83,10 @@ def render_surface() -> bytes:
     return render(surface, options, BY_NAME["oogl"])
 
 
-def test_every_line_is_equal_to_that_of_the_program() -> None:
+def test_every_line_is_equal_to_a_line_of_the_program() -> None:
     net = json.loads(NET.read_text(encoding="utf-8"))["control_net"]
     expected = [line.rstrip() for line in run_program(net)]
     assert render_surface().decode("ascii").splitlines() == expected
-    assert sum(line.endswith("1 1 1 1") for line in expected) == 4 * 1911
-    assert sum(line.startswith("{ = SKEL") for line in expected) == 20
+    # 49 × 39 cells of the surface, and 5 × 4 cells of the control net.
+    assert sum(line.endswith("1 1 1 1") for line in expected) == 4 * 49 * 39
+    assert sum(line.startswith("{ = SKEL") for line in expected) == 5 * 4

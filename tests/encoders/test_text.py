@@ -26,7 +26,7 @@ NUMBERS = np.concatenate(
 NUMBERS = NUMBERS[: len(NUMBERS) // 3 * 3].reshape(-1, 3)
 
 
-def test_six_digits_are_those_of_the_format_g_of_c() -> None:
+def test_six_digits_are_the_same_as_in_the_format_g_of_c() -> None:
     expected = [b"%g %g %g" % tuple(row) for row in NUMBERS.tolist()]
     assert general_lines(NUMBERS) == expected
 
@@ -55,12 +55,12 @@ def test_cached_faces_change_no_byte(name: str) -> None:
     """The text of faces is cached with the plan; other meshes with the same plan use it too."""
     fmt, options = BY_NAME[name], EncodeOptions("off" if name == "oogl" else None)
     mesh = build_mesh(find("utah-teapot").surface().lower(), MeshOptions(resolution=(4, 4)), fmt)
-    moved = replace(mesh, positions=mesh.positions + mesh.positions.dtype.type(1))
+    moved_mesh = replace(mesh, positions=mesh.positions + mesh.positions.dtype.type(1))
     MESH_PLANS.clear()
     without_cache, with_cache, moved_with_cache = (
-        fmt.encode(each, options) for each in (mesh, mesh, moved)
+        fmt.encode(each, options) for each in (mesh, mesh, moved_mesh)
     )
     MESH_PLANS.clear()
-    moved_without_cache = fmt.encode(moved, options)
+    moved_without_cache = fmt.encode(moved_mesh, options)
     assert without_cache == with_cache
     assert moved_without_cache == moved_with_cache != without_cache

@@ -18,10 +18,10 @@ from tests.oracles import triangles
 
 def test_points_of_geomview_are_on_the_sphere(tmp_path: Path) -> None:
     """In OOGL a triangular patch is a tensor-product patch with a pole: the same surface."""
-    work = plan_mesh(
+    plan = plan_mesh(
         find("octahedral-sphere").surface(), MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez")
     )
-    mesh = read_oogl(bytes(work.run().content), tmp_path)
+    mesh = read_oogl(bytes(plan.run().content), tmp_path)
     # Geomview computes 10 × 10 points for each of the eight patches, in single precision.
     assert len(mesh.vertices) == 800
     assert np.abs(np.linalg.norm(mesh.vertices, axis=1) - 1).max() < 1e-6
@@ -31,10 +31,10 @@ def test_points_of_geomview_are_on_the_sphere(tmp_path: Path) -> None:
 def test_degrees_above_12_are_refused(degree: int, is_refused: bool, tmp_path: Path) -> None:
     net = np.array([(j, k, j * k) for _, j, k in triangles.keys(degree)], dtype=float)
     surface = TriangleSurface(net)
-    work = plan_mesh(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
+    plan = plan_mesh(surface, MeshOptions(), BY_NAME["oogl"], EncodeOptions("bez"))
     if not is_refused:
-        assert len(read_oogl(bytes(work.run().content), tmp_path).vertices) == 100
+        assert len(read_oogl(bytes(plan.run().content), tmp_path).vertices) == 100
         return
     with pytest.raises(UnsupportedByFormat) as error:
-        work.run()
+        plan.run()
     assert error.value.issues[0].got == "degree 13"

@@ -39,8 +39,8 @@ def test_wireframes_are_not_longer_than_their_bound_or_are_refused(
             continue
         size = mesh_size(TEAPOT.size(), options, fmt)
         bound = fmt.byte_bound(size, EncodeOptions())
-        work = plan_mesh(TEAPOT, options, fmt, limits=Limits(max_bytes=bound))
-        assert len(work.run().content) <= bound
+        plan = plan_mesh(TEAPOT, options, fmt, limits=Limits(max_bytes=bound))
+        assert len(plan.run().content) <= bound
 
 
 def test_the_wires_of_gltf_have_a_colour() -> None:
@@ -52,13 +52,13 @@ def test_the_wires_of_gltf_have_a_colour() -> None:
 
 
 def test_oogl_with_patches_has_lines_but_refuses_tubes_and_missing_faces() -> None:
-    oogl, with_patches = BY_NAME["oogl"], EncodeOptions("bez")
-    lines = render(TEAPOT, build_options("lines", has_faces=True), oogl, with_patches)
-    assert b"BEZ" in lines
-    assert b"SKEL" in lines
+    oogl, encode_options = BY_NAME["oogl"], EncodeOptions("bez")
+    content = render(TEAPOT, build_options("lines", has_faces=True), oogl, encode_options)
+    assert b"BEZ" in content
+    assert b"SKEL" in content
     for options in (build_options("tubes", has_faces=True), build_options("lines")):
         with pytest.raises(UnsupportedByFormat) as error:
-            render(TEAPOT, options, oogl, with_patches)
+            render(TEAPOT, options, oogl, encode_options)
         assert error.value.issues[0].pointer == "/oogl"
 
 

@@ -46,9 +46,9 @@ def test_a_mesh_by_a_smaller_tolerance_needs_more_triangles_than_the_budget() ->
     budget = 400
     bound = get_deviation_bound(render_within("saddle", Accuracy(max_triangles=budget)))
     for factor in (0.98, 0.9, 0.7):
-        finer = render_within("saddle", Accuracy(tolerance=bound * factor))
-        assert finer.report is not None
-        assert finer.report.triangles > budget
+        finer_file = render_within("saddle", Accuracy(tolerance=bound * factor))
+        assert finer_file.report is not None
+        assert finer_file.report.triangles > budget
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "obj", "json"])
@@ -124,9 +124,9 @@ def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
     """With a very large budget, the result is the best mesh before the limit of work is reached."""
     fmt, accuracy = FORMAT["json"], Accuracy(max_triangles=1_000_000)
     effort = Effort(limit=1e8)
-    work = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
-    build = AdaptiveMesher(work, *work.lower(), effort).build
-    best, _ = search_budget(build, work.encode_mesh, accuracy, 1e-12, effort)
+    plan = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
+    build = AdaptiveMesher(plan, *plan.lower(), effort).build
+    best, _ = search_budget(build, plan.encode_mesh, accuracy, 1e-12, effort)
     assert 300 < best.report.triangles < 5000
     # The search completes a mesh that it began before the limit, and begins no mesh after it.
     assert 3e7 < effort.spent < 1.2e8

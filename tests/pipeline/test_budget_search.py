@@ -14,25 +14,29 @@ from service.pipeline.budget_search import (
     search_tolerances,
 )
 
-LEAST = 1e-300
+MIN_TOLERANCE = 1e-300
 
 
 class Staircase:
-    """Meshes of ⌈a / τ^e⌉ triangles; with `has_costs`, costs beyond the budget are reported."""
+    """Meshes of ⌈a / τ^e⌉ triangles for a tolerance τ; a cost is a share of the budget.
 
-    def __init__(self, a: float, e: float, most: int, *, has_costs: bool = True) -> None:
-        self.a, self.e, self.most, self.has_costs = a, e, most, has_costs
-        self.asked: list[float] = []
+    `tolerances` lists those of all meshes that the search requests. Without `has_costs`, a mesh
+    beyond the budget is None, so that its cost stays unknown.
+    """
+
+    def __init__(self, a: float, e: float, budget: int, *, has_costs: bool = True) -> None:
+        self.a, self.e, self.budget, self.has_costs = a, e, budget, has_costs
+        self.tolerances: list[float] = []
 
     def cost(self, tolerance: float) -> float:
-        return max(2, math.ceil(self.a * math.pow(tolerance, -self.e))) / self.most
+        return max(2, math.ceil(self.a * math.pow(tolerance, -self.e))) / self.budget
 
     def coarsest(self) -> Attempt[float]:
         tolerance = math.pow(self.a / 2, 1 / self.e)
-        return Attempt(2 / self.most, tolerance, tolerance)
+        return Attempt(2 / self.budget, tolerance, tolerance)
 
     def __call__(self, tolerance: float) -> Attempt[float] | None:
-        self.asked.append(tolerance)
+        self.tolerances.append(tolerance)
         cost = self.cost(tolerance)
         return Attempt(cost, 0.9 * tolerance, tolerance) if self.has_costs or cost <= 1 else None
 
@@ -40,35 +44,35 @@ class Staircase:
 @given(
     a=st.floats(1e-6, 1e6),
     e=st.floats(0.4, 1.5),
-    most=st.integers(2, 10**7),
+    budget=st.integers(2, 10**7),
     has_costs=st.booleans(),
 )
-def test_the_result_fits_and_nothing_much_finer_does(
-    a: float, e: float, most: int, has_costs: bool
+def test_the_result_is_within_the_budget_and_much_finer_meshes_are_not(
+    a: float, e: float, budget: int, has_costs: bool
 ) -> None:
-    meshes = Staircase(a, e, most, has_costs=has_costs)
-    result = search_tolerances(meshes, meshes.coarsest(), LEAST)
+    meshes = Staircase(a, e, budget, has_costs=has_costs)
+    result = search_tolerances(meshes, meshes.coarsest(), MIN_TOLERANCE)
     assert result.cost <= 1
-    assert len(meshes.asked) <= MAX_ATTEMPTS
+    assert len(meshes.tolerances) <= MAX_ATTEMPTS
     assert result.cost >= MIN_COST or meshes.cost(result.result / CLOSE_FACTOR**1.01) > 1
 
 
 def test_a_mesh_without_deviation_is_not_searched_for() -> None:
     def attempt(_: float) -> Attempt[str]:
-        pytest.fail("there is nothing finer")
+        pytest.fail("no mesh is finer")
 
-    first = Attempt(0.1, LEAST, "exact")
-    assert search_tolerances(attempt, first, LEAST) is first
+    first = Attempt(0.1, MIN_TOLERANCE, "exact")
+    assert search_tolerances(attempt, first, MIN_TOLERANCE) is first
 
 
 def test_no_tolerance_below_the_least_is_tried() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
     result = search_tolerances(meshes, meshes.coarsest(), 1e-3)
-    assert min(meshes.asked) == 1e-3
+    assert min(meshes.tolerances) == 1e-3
     assert result.result == 1e-3
 
 
-def test_the_smaller_bound_of_two_that_fit_is_taken() -> None:
+def test_of_two_meshes_within_the_budget_the_search_takes_the_smaller_bound() -> None:
     """The mesh for a finer tolerance may have a larger bound."""
 
     def attempt(tolerance: float) -> Attempt[float] | None:
@@ -76,11 +80,11 @@ def test_the_smaller_bound_of_two_that_fit_is_taken() -> None:
             return None
         return Attempt(0.8, 0.19 if tolerance > 0.19 else 0.195, tolerance)
 
-    result = search_tolerances(attempt, Attempt(0.2, 1.0, 1.0), LEAST)
+    result = search_tolerances(attempt, Attempt(0.2, 1.0, 1.0), MIN_TOLERANCE)
     assert result.bound == 0.19
 
 
 def test_the_search_is_short_if_triangles_follow_the_power_law() -> None:
     meshes = Staircase(1.0, 1.0, 100_000)
-    search_tolerances(meshes, meshes.coarsest(), LEAST)
-    assert len(meshes.asked) <= 6
+    search_tolerances(meshes, meshes.coarsest(), MIN_TOLERANCE)
+    assert len(meshes.tolerances) <= 6

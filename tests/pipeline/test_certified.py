@@ -106,13 +106,13 @@ def measure_deviation(surface: Surface, corners: Array) -> float:
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off", "json"])
-@pytest.mark.parametrize("far", [0.0, 3e4])
-def test_the_deviation_bound_holds_for_the_positions_in_the_file(name: str, far: float) -> None:
+@pytest.mark.parametrize("offset", [0.0, 3e4])
+def test_the_deviation_bound_holds_for_the_positions_in_the_file(name: str, offset: float) -> None:
     """The bound includes rounding to float32, which is coarse far from zero in STL.
 
     STL has no local origin.
     """
-    surface = BezierSurface(WAVES + far)
+    surface = BezierSurface(WAVES + offset)
     tolerance = 0.02
     response = plan_mesh(surface, mesh_options(tolerance=tolerance), BY_NAME[name]).run()
     assert response.report is not None
@@ -148,16 +148,16 @@ def test_the_deviation_bound_holds_for_placed_copies(name: str) -> None:
     assert bound is not None
     assert bound <= 0.05
     corners = read_corners(bytes(response.content), name)
-    worst = 0.0
+    deviation = 0.0
     for member in STRETCHED.members:
         (sheet,) = build_sheets(member.surface)
         points = place_points(sheet.at(sheet.samples(1000)) + sheet.origin, member.matrix)
-        worst = max(worst, float(Soup(corners).distances(points).max()))
-    assert bound / 4 < worst <= bound
+        deviation = max(deviation, float(Soup(corners).distances(points).max()))
+    assert bound / 4 < deviation <= bound
 
 
-def test_equal_members_share_a_mesh_fine_enough_for_the_most_stretched() -> None:
-    """Equal members share a mesh. The bound of a part includes the stretching of its matrix."""
+def test_equal_members_share_a_mesh_that_is_fine_enough_for_all_of_them() -> None:
+    """The bound of a part includes the stretching of its matrix; one member is stretched most."""
     work = plan_mesh(STRETCHED, mesh_options(tolerance=0.05), BY_NAME["glb"])
     mesh = build_mesh(work)
     assert isinstance(mesh, Scene)
@@ -234,7 +234,7 @@ def test_normal_angles_are_within_an_angle_tolerance() -> None:
     assert fine.deviation_bound is not None
 
 
-def test_overlays_without_faces_equal_those_with_faces() -> None:
+def test_overlays_are_the_same_with_and_without_faces() -> None:
     options = replace(
         mesh_options(tolerance=0.05), has_faces=False, overlays=("boundary", "control_net")
     )
@@ -242,13 +242,13 @@ def test_overlays_without_faces_equal_those_with_faces() -> None:
     assert isinstance(mesh, Mesh)
     assert not len(mesh.triangles)
     assert mesh.report.deviation_bound is None
-    with_faces = build_mesh(
+    mesh_with_faces = build_mesh(
         plan_mesh(BezierSurface(WAVES), replace(options, has_faces=True), BY_NAME["glb"])
     )
-    assert isinstance(with_faces, Mesh)
-    for overlay, expected in zip(mesh.overlays, with_faces.overlays, strict=True):
+    assert isinstance(mesh_with_faces, Mesh)
+    for overlay, expected in zip(mesh.overlays, mesh_with_faces.overlays, strict=True):
         np.testing.assert_array_equal(overlay.positions, expected.positions)
-    assert len(mesh.overlays[0].segments) == with_faces.report.boundary_edges
+    assert len(mesh.overlays[0].segments) == mesh_with_faces.report.boundary_edges
 
 
 @pytest.mark.parametrize("example", sorted(TUBES))
@@ -361,14 +361,14 @@ def test_the_bound_of_a_copy_far_from_zero_in_stl_includes_rounding_of_its_place
 
 def test_without_welding_patches_share_no_vertices() -> None:
     surface, options = find("utah-teapot").surface(), mesh_options(relative_tolerance=0.02)
-    welded, unwelded = (
+    welded, separate = (
         build_mesh(plan_mesh(surface, replace(options, weld=weld), BY_NAME["json"])).report
         for weld in (True, False)
     )
-    assert welded.triangles == unwelded.triangles
-    assert welded.deviation_bound == unwelded.deviation_bound
-    assert unwelded.vertices > welded.vertices
-    assert unwelded.boundary_edges > welded.boundary_edges
+    assert welded.triangles == separate.triangles
+    assert welded.deviation_bound == separate.deviation_bound
+    assert separate.vertices > welded.vertices
+    assert separate.boundary_edges > welded.boundary_edges
 
 
 def test_a_camera_far_away_needs_few_triangles() -> None:

@@ -28,12 +28,14 @@ from tests.strategies import Array
 
 GLB = BY_NAME["glb"]
 QUANTIZED = EncodeOptions(quantize=True)
-FORMS = {
+COMPACT_OPTIONS = {
     "quantized": QUANTIZED,
     "compressed": EncodeOptions(compression="meshopt"),
     "both": EncodeOptions(quantize=True, compression="meshopt"),
 }
-each_form = pytest.mark.parametrize("encode", FORMS.values(), ids=FORMS.keys())
+each_compact_option = pytest.mark.parametrize(
+    "encode", COMPACT_OPTIONS.values(), ids=COMPACT_OPTIONS.keys()
+)
 WAVES = np.array([[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)], dtype=float)
 
 
@@ -59,7 +61,7 @@ def read_corners(gltf: Gltf) -> Array:
 def test_the_deviation_bound_includes_the_quantization_of_vertices(options: MeshOptions) -> None:
     surface = find("bourke-1111").surface()
     plain = plan_mesh(surface, options, GLB).run()
-    response = plan_mesh(surface, options, GLB, FORMS["both"]).run()
+    response = plan_mesh(surface, options, GLB, COMPACT_OPTIONS["both"]).run()
     assert response.report is not None
     assert plain.report is not None
     gltf = read_glb(bytes(response.content))
@@ -71,7 +73,7 @@ def test_the_deviation_bound_includes_the_quantization_of_vertices(options: Mesh
     assert result.distance <= bound
 
 
-@each_form
+@each_compact_option
 @pytest.mark.parametrize("tolerance", [1e-2, 5e-4])
 def test_the_deviation_bound_of_a_compact_file_is_within_the_tolerance(
     encode: EncodeOptions, tolerance: float
@@ -103,20 +105,23 @@ def test_a_tolerance_below_twice_the_quantization_error_is_refused() -> None:
         assert render(surface, mesh_options(tolerance=10 * tolerance), GLB, QUANTIZED)
 
 
-@each_form
+@each_compact_option
 def test_a_budget_of_bytes_counts_the_bytes_of_the_compact_file(encode: EncodeOptions) -> None:
     surface, options = BezierSurface(WAVES), mesh_options(max_bytes=9_000)
-    plain, small = (
-        plan_mesh(surface, options, GLB, form).run() for form in (EncodeOptions(), encode)
+    plain, compact = (
+        plan_mesh(surface, options, GLB, each).run().report for each in (EncodeOptions(), encode)
     )
-    assert len(small.content) <= 9_000
-    assert plain.report is not None
-    assert small.report is not None
-    assert small.report.triangles > 1.2 * plain.report.triangles
-    assert (small.report.deviation_bound or 9) < (plain.report.deviation_bound or 0)
+    assert len(plan_mesh(surface, options, GLB, encode).run().content) <= 9_000
+    assert plain is not None
+    assert compact is not None
+    assert plain.deviation_bound is not None
+    assert compact.deviation_bound is not None
+    # More triangles fit into the same number of bytes.
+    assert compact.triangles > 1.2 * plain.triangles
+    assert compact.deviation_bound < plain.deviation_bound
 
 
-@each_form
+@each_compact_option
 @pytest.mark.parametrize("example", ["utah-teapot", "tea-service", "sphere", "trefoil-tube"])
 @pytest.mark.parametrize("suffix", ["glb", "gltf"])
 def test_compact_files_are_at_most_as_long_as_predicted(
@@ -156,18 +161,19 @@ def test_neighbours_in_two_quantized_files_share_the_vertices_of_their_edge(
         vertices_of_files.append({tuple(point) for point in corners.reshape(-1, 3).tolist()})
     # The two surfaces meet in a plane x = constant, which is not a multiple of the step.
     edge_x = max(point[0] for point in vertices_of_files[0])
-    shared = {point for point in vertices_of_files[0] if point[0] == edge_x}
-    assert len(shared) >= 8
-    assert {point for point in vertices_of_files[1] if point[0] == edge_x} == shared
+    left_edge, right_edge = (
+        {point for point in vertices if point[0] == edge_x} for vertices in vertices_of_files
+    )
+    assert len(left_edge) >= 8
+    assert left_edge == right_edge
 
 
 def test_triangles_that_collapse_on_the_grid_are_kept_and_the_mesh_is_closed() -> None:
     """The sphere is stretched to a needle whose width is smaller than the step of the grid."""
     surface = find("sphere").surface()
     assert isinstance(surface, PatchSurface)
-    thin = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
-    work = plan_mesh(thin, MeshOptions((8, 8)), GLB, QUANTIZED)
-    response = work.run()
+    needle = replace(surface, vertices=surface.vertices * [1.0, 1e-6, 1e-6])
+    response = plan_mesh(needle, MeshOptions((8, 8)), GLB, QUANTIZED).run()
     assert response.report is not None
     assert response.report.watertight
     corners = read_corners(read_glb(bytes(response.content)))
@@ -175,7 +181,7 @@ def test_triangles_that_collapse_on_the_grid_are_kept_and_the_mesh_is_closed() -
     assert (corners[:, 0] == corners[:, 1]).all(axis=1).any()
 
 
-@each_form
+@each_compact_option
 @pytest.mark.parametrize("fmt", FORMATS, ids=lambda fmt: fmt.name)
 def test_formats_without_a_compact_form_refuse_the_option(fmt: Any, encode: EncodeOptions) -> None:
     surface = find("saddle").surface()
@@ -193,13 +199,13 @@ def test_compression_is_refused_if_the_library_is_missing(monkeypatch: pytest.Mo
     monkeypatch.setattr(meshopt, "is_available", lambda: False)
     plan_sizes.cache_clear()  # cached plans assume that the library is installed
     with pytest.raises(UnsupportedByFormat) as refused:
-        render(find("saddle").surface(), MeshOptions((2, 2)), GLB, FORMS["compressed"])
+        render(find("saddle").surface(), MeshOptions((2, 2)), GLB, COMPACT_OPTIONS["compressed"])
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer) == ("compression_unavailable", "/compression")
     assert render(find("saddle").surface(), MeshOptions((2, 2)), GLB, QUANTIZED)
 
 
-@each_form
+@each_compact_option
 @pytest.mark.parametrize(
     "options", [MeshOptions(), mesh_options(relative_tolerance=1e-3), mesh_options(max_bytes=9000)]
 )

@@ -24,7 +24,7 @@ from tools.certify.surfaces import FAMILIES
 COUNT_FIELDS = ("vertices", "triangles", "quads")
 
 INEXACT = {"trefoil-tube", "ribbon", "hair"}
-"""Examples that are sweeps along curves or have members that are; their counts are bounds."""
+"""Examples that are sweeps along curves; their counts are bounds."""
 
 
 def select_issues(estimate: Estimate, fmt: Format) -> set[Issue]:
@@ -42,21 +42,21 @@ def assert_estimate_matches_files(
     """
     limits = limits or Limits()
     result = plan_estimate(surface, options, encode, limits).run()
-    sizes = {name: (size, exact) for name, size, exact in result.sizes}
-    rendered = 0
+    sizes = {name: (size, is_exact) for name, size, is_exact in result.sizes}
+    file_count = 0
     for fmt in FORMATS:
         content, issues = try_render(surface, options, fmt, encode, limits)
         assert select_issues(result, fmt) == issues
         if issues:
             continue
-        rendered += 1
-        size, exact = sizes[fmt.name]
-        assert len(content) == size if exact else len(content) <= size
+        file_count += 1
+        size, is_exact = sizes[fmt.name]
+        assert len(content) == size if is_exact else len(content) <= size
         for report in read_reports(fmt, content):
             for name in COUNT_FIELDS:
                 expected = getattr(result.counts, name)
                 assert report[name] == expected if result.exact else report[name] <= expected
-    assert result.accepted == (rendered > 0)
+    assert result.accepted == (file_count > 0)
     return result
 
 
@@ -89,8 +89,8 @@ def test_estimates_of_the_examples_match_their_files(example: str, faces: Any) -
         find(example).surface(), MeshOptions((2, 3), faces=faces)
     )
     assert result.exact == (example not in INEXACT)
-    exact = [name for name, _, exact in result.sizes if exact]
-    assert exact == (["stl"] if result.exact and faces == "triangles" else [])
+    exact_formats = [name for name, _, is_exact in result.sizes if is_exact]
+    assert exact_formats == (["stl"] if result.exact and faces == "triangles" else [])
 
 
 @pytest.mark.parametrize(
@@ -221,10 +221,10 @@ def test_an_estimate_is_certain_if_the_mesh_cannot_be_refused() -> None:
     assert dict(list_sizes(estimate(max_bytes=5000)))["glb"] == 5000
     # Curvatures at poles are costly, and poles are counted only during evaluation. With 16
     # divisions, the cost is within the limit even if all samples are poles.
-    for divisions, certain in ((16, True), (200, False)):
+    for divisions, is_certain in ((16, True), (200, False)):
         for curvatures in (True, False):
             options = MeshOptions((divisions, divisions), curvatures=curvatures)
-            assert plan_estimate(surface, options).run().certain == (certain or not curvatures)
+            assert plan_estimate(surface, options).run().certain == (is_certain or not curvatures)
     assert plan_estimate(surface, MeshOptions((200, 200), curvatures=True)).run().exact
 
 
@@ -247,11 +247,13 @@ def test_options_that_a_mesh_by_tolerance_excludes_are_refused() -> None:
 def test_triangles_of_copies_are_counted_each_and_stored_once_in_glb() -> None:
     teapot = find("utah-teapot").surface()
     group = GroupSurface(tuple(Member(teapot, f"{k}", None, None) for k in range(5)))
-    single, five = (plan_estimate(s, MeshOptions((8, 8))).run() for s in (teapot, group))
-    assert five.counts.triangles == 5 * single.counts.triangles
-    sizes = [{name: size for name, size, _ in result.sizes} for result in (single, five)]
-    assert sizes[1]["glb"] < 2 * sizes[0]["glb"]
-    assert sizes[1]["ply"] > 4.5 * sizes[0]["ply"]
+    teapot_estimate, group_estimate = (
+        plan_estimate(surface, MeshOptions((8, 8))).run() for surface in (teapot, group)
+    )
+    assert group_estimate.counts.triangles == 5 * teapot_estimate.counts.triangles
+    sizes, group_sizes = (dict(list_sizes(each)) for each in (teapot_estimate, group_estimate))
+    assert group_sizes["glb"] < 2 * sizes["glb"]
+    assert group_sizes["ply"] > 4.5 * sizes["ply"]
     assert_estimate_matches_files(group, MeshOptions((2, 2)))
 
 

@@ -63,26 +63,27 @@ CASES: dict[str, tuple[SurfaceKind, MeshOptions, EncodeOptions, str]] = {
 @pytest.mark.parametrize("name", CASES)
 def test_a_mesh_uses_no_more_memory_than_predicted(name: str) -> None:
     surface, options, encode, fmt = CASES[name]
-    work = plan_mesh(surface, options, BY_NAME[fmt], encode)
-    work.run()  # fills the caches of bases and plans, which are not part of the cost
-    used = measure_memory(work.run)
-    assert used <= work.cost.memory
-    if used > 8e6 and options.accuracy is None:
-        assert work.cost.memory <= MAX_RATIO * used
+    plan = plan_mesh(surface, options, BY_NAME[fmt], encode)
+    plan.run()  # fills the caches of bases and plans, which are not part of the cost
+    memory = measure_memory(plan.run)
+    assert memory <= plan.cost.memory
+    # Predictions for small meshes and for meshes by tolerance may be larger.
+    if memory > 8e6 and options.accuracy is None:
+        assert plan.cost.memory <= MAX_RATIO * memory
 
 
 @pytest.mark.parametrize("surface", [build_hills(60), build_hills(40, is_rational=True)])
 def test_lowering_uses_no_more_memory_than_predicted(surface: BsplineSurface) -> None:
-    used = measure_memory(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
-    assert used <= lowering_memory(surface.size()) <= MAX_RATIO * used
+    memory = measure_memory(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
+    assert memory <= lowering_memory(surface.size()) <= MAX_RATIO * memory
 
 
 def test_large_meshes_are_refused_before_the_work_or_if_by_tolerance_during_it() -> None:
     surface = TEAPOT
-    work = plan_mesh(surface, FINE, BY_NAME["glb"])
-    plan_mesh(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=work.cost.memory))
+    plan = plan_mesh(surface, FINE, BY_NAME["glb"])
+    plan_mesh(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=plan.cost.memory))
     with pytest.raises(TooLarge) as refused:
-        plan_mesh(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=work.cost.memory - 1))
+        plan_mesh(surface, FINE, BY_NAME["glb"], limits=Limits(max_memory=plan.cost.memory - 1))
     assert [issue.code for issue in refused.value.issues] == ["too_much_memory"]
     options = MeshOptions(accuracy=Accuracy(relative_tolerance=0.0001))
     small = plan_mesh(surface, options, BY_NAME["glb"], limits=Limits(max_memory=60_000_000))
@@ -105,12 +106,12 @@ def test_a_surface_that_is_accepted_can_be_meshed_within_the_memory(options: Mes
     for share in (0.2, 0.6, 0.8, 1.0, 1.2, 1.6, 2.4, 4.0):
         limits = Limits(max_memory=int(coarsest_memory * share))
         try:
-            work = plan_mesh(surface, options, BY_NAME["glb"], limits=limits)
+            plan = plan_mesh(surface, options, BY_NAME["glb"], limits=limits)
         except TooLarge:
             refused_shares.append(share)
         else:
-            assert work.cost.memory <= limits.max_memory
-            work.run()
+            assert plan.cost.memory <= limits.max_memory
+            plan.run()
     assert refused_shares
     assert max(refused_shares) < 2.4
 

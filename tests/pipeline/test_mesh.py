@@ -48,14 +48,19 @@ faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
 
 @given(split_models(oriented=False), resolutions, faces, st.booleans())
 def test_predicted_counts_are_upper_bounds(
-    pieces: tuple[Array, list[Array]], resolution: tuple[int, int], kind: Faces, weld: bool
+    net_and_pieces: tuple[Array, list[Array]],
+    resolution: tuple[int, int],
+    kind: Faces,
+    weld: bool,
 ) -> None:
     """The predicted counts need only the size of the surface, not how its patches are joined."""
+    _, pieces = net_and_pieces
     options = MeshOptions(resolution=resolution, faces=kind, weld=weld, uvs=True)
-    stored, with_copies = count_models(build_model(pieces[1]), options)
-    assert stored == with_copies
-    predicted = mesh_counts(SurfaceSize((3, 3), grids=len(pieces[1])), options)
-    assert all(a >= b for a, b in zip(astuple(predicted)[:3], astuple(stored), strict=True))
+    stored_counts, counts_with_copies = count_models(build_model(pieces), options)
+    assert stored_counts == counts_with_copies
+    # The first three numbers are vertices, triangles and quads.
+    predicted = astuple(mesh_counts(SurfaceSize((3, 3), grids=len(pieces)), options))[:3]
+    assert all(a >= b for a, b in zip(predicted, astuple(stored_counts), strict=True))
 
 
 @each_format
@@ -115,11 +120,12 @@ def test_too_many_bytes_are_refused_before_anything_is_computed(fmt: Format) -> 
 def test_a_cached_plan_equals_a_new_plan(fmt: Format) -> None:
     for name in ("saddle", "utah-teapot"):
         surface = find(name).surface()
-        size, form, limits = surface.size(), (fmt, EncodeOptions()), Limits()
+        size, file_options, limits = surface.size(), (fmt, EncodeOptions()), Limits()
         for _ in range(2):
-            plan = plan_mesh(surface, MeshOptions((3, 3)), *form, limits)
-            expected = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), form, limits)
-            reported = (
+            plan = plan_mesh(surface, MeshOptions((3, 3)), *file_options, limits)
+            # The function without its cache.
+            expected = plan_sizes.__wrapped__(size, size, MeshOptions((3, 3)), file_options, limits)
+            result = (
                 plan.size,
                 plan.stored,
                 plan.is_certain,
@@ -127,10 +133,10 @@ def test_a_cached_plan_equals_a_new_plan(fmt: Format) -> None:
                 plan.unjoined_memory,
                 plan.cost,
             )
-            assert reported == expected
+            assert result == expected
             assert plan.surface is surface
             with pytest.raises(TooLarge):
-                plan_mesh(surface, MeshOptions((3, 3)), *form, Limits(max_vertices=15))
+                plan_mesh(surface, MeshOptions((3, 3)), *file_options, Limits(max_vertices=15))
 
 
 def test_a_mesh_exactly_at_the_limits_is_accepted() -> None:
@@ -139,12 +145,12 @@ def test_a_mesh_exactly_at_the_limits_is_accepted() -> None:
     size = mesh_size(surface.size(), options, fmt)
     limits = Limits(size.vertices, fmt.byte_bound(size, EncodeOptions()))
     assert render(surface, options, fmt, limits=limits)
-    for smaller in (
+    for smaller_limits in (
         replace(limits, max_vertices=limits.max_vertices - 1),
         replace(limits, max_bytes=limits.max_bytes - 1),
     ):
         with pytest.raises(TooLarge):
-            render(surface, options, fmt, limits=smaller)
+            render(surface, options, fmt, limits=smaller_limits)
 
 
 def test_the_bez_form_of_oogl_does_not_depend_on_the_resolution() -> None:
@@ -169,31 +175,38 @@ CHANNELS: tuple[ChannelKind, ...] = ("colors", "uvs", "attribute")
 
 @each_format
 @pytest.mark.parametrize("kind", CHANNELS)
-def test_channels_that_a_format_cannot_store_are_left_out(fmt: Format, kind: ChannelKind) -> None:
-    """Bytes and predicted size then equal those of the surface without the channel."""
-    full = find("heated-panel").surface()
-    assert isinstance(full, BezierSurface)
-    without = {
-        "colors": replace(full.channels, colors=None),
-        "uvs": replace(full.channels, uvs=None),
-        "attribute": replace(full.channels, attributes=()),
+def test_channels_that_a_format_cannot_store_are_dropped(fmt: Format, kind: ChannelKind) -> None:
+    """Then a surface without the channel has the same file and the same predicted size."""
+    surface = find("heated-panel").surface()
+    assert isinstance(surface, BezierSurface)
+    remaining_channels = {
+        "colors": replace(surface.channels, colors=None),
+        "uvs": replace(surface.channels, uvs=None),
+        "attribute": replace(surface.channels, attributes=()),
     }
-    reduced = replace(full, channels=without[kind])
-    options = MeshOptions((3, 3))
-    works = [plan_mesh(surface, options, fmt, EncodeOptions("off")) for surface in (full, reduced)]
-    is_equal = works[0].run().content == works[1].run().content
+    reduced_surface = replace(surface, channels=remaining_channels[kind])
+    plan, reduced_plan = (
+        plan_mesh(each, MeshOptions((3, 3)), fmt, EncodeOptions("off"))
+        for each in (surface, reduced_surface)
+    )
+    is_equal = plan.run().content == reduced_plan.run().content
     assert is_equal == (kind not in fmt.carries)
     if is_equal:
-        assert works[0].size == works[1].size
+        assert plan.size == reduced_plan.size
 
 
 def test_forward_differences_of_high_degree_are_refused() -> None:
     """Rounding errors limit the degree to 8 for formats with float32, to 16 with float64."""
-    for columns, refusing in ((9, ()), (10, ("glb",)), (17, ("glb",)), (18, ("glb", "json"))):
+    for columns, refusing_formats in (
+        (9, ()),
+        (10, ("glb",)),
+        (17, ("glb",)),
+        (18, ("glb", "json")),
+    ):
         surface = BezierSurface(np.random.default_rng(1).random((2, columns, 3)))
         options = MeshOptions((2, 3), method="forward_difference")
         for name in ("glb", "json"):
-            if name in refusing:
+            if name in refusing_formats:
                 with pytest.raises(InvalidRequest) as caught:
                     plan_mesh(surface, options, BY_NAME[name])
                 assert caught.value.issues[0].pointer == "/method"
@@ -241,9 +254,9 @@ def test_points_are_refused_if_curvatures_near_poles_would_take_minutes() -> Non
     triangle = TriangleSurface(np.concatenate([net[k, : 4 - k] for k in range(4)]))
     near_corner = np.column_stack([uv[:, 0], 1 - uv[:, 0], 0 * uv[:, 0]])
     plan_points(triangle, PointsQuery(near_corner[:, ::-1] * 0.5 + 0.5 / 3, None, 2))
-    for rejected, places in ((surface, near_pole), (triangle, near_corner)):
+    for refused_surface, places in ((surface, near_pole), (triangle, near_corner)):
         with pytest.raises(TooLarge) as caught:
-            plan_points(rejected, PointsQuery(places, None, 2)).run()
+            plan_points(refused_surface, PointsQuery(places, None, 2)).run()
         assert caught.value.issues[0].code == "too_costly"
 
 
@@ -280,6 +293,6 @@ def test_the_deviation_bound_includes_rounding_to_the_six_digits_of_oogl() -> No
     points = np.array([[float(x) for x in line[:3]] for line in lines if len(line) == 7])
     quads = points.reshape(-1, 4, 3)
     for halves in ([0, 1, 2], [0, 2, 3]), ([1, 2, 3], [1, 3, 0]):  # either diagonal
-        written = np.concatenate([quads[:, half] for half in halves])
-        result = measure_surface_to_mesh(build_sheets(surface), written).distance
+        triangles = np.concatenate([quads[:, half] for half in halves])
+        result = measure_surface_to_mesh(build_sheets(surface), triangles).distance
         assert bounds["off"] < result <= bounds["cquad"] < 3 * result

@@ -26,16 +26,16 @@ WORKS = {
 
 
 class CountingCancellation(Cancellation):
-    """Counts the checkpoints of the work, and cancels it at the checkpoint after number `last`."""
+    """Counts the checkpoints of the work; the work may pass `allowed`, and is then cancelled."""
 
-    def __init__(self, last: float = float("inf")) -> None:
+    def __init__(self, allowed: float = float("inf")) -> None:
         super().__init__()
         self.count = 0
-        self._last = last
+        self._allowed = allowed
 
     def raise_if_over(self) -> None:
         self.count += 1
-        if self.count > self._last:
+        if self.count > self._allowed:
             self.cancel()
         super().raise_if_over()
 
@@ -53,9 +53,9 @@ def test_cancelled_work_stops_at_the_next_checkpoint_and_can_be_repeated(kind: s
     with cancelled_by(counter):
         assert plan_example(kind).run().content == expected
     assert counter.count >= 3
-    for last in sorted({counter.count * part // 4 for part in range(4)}):
-        stop = CountingCancellation(last)
-        with cancelled_by(stop), pytest.raises(Cancelled):
+    for allowed in sorted({counter.count * part // 4 for part in range(4)}):
+        cancellation = CountingCancellation(allowed)
+        with cancelled_by(cancellation), pytest.raises(Cancelled):
             plan_example(kind).run()
-        assert stop.count == last + 1, "the work continued after the cancellation"
+        assert cancellation.count == allowed + 1, "the work continued after the cancellation"
     assert plan_example(kind).run().content == expected

@@ -1,6 +1,6 @@
 """B-splines as other systems write them are closed where these systems mean them to be closed.
 
-Such systems repeat control points, leave out end knots, scale knots, and round coordinates.
+Such systems repeat control points, omit end knots, scale knots, and round coordinates.
 """
 
 from typing import Any
@@ -63,15 +63,15 @@ def add_noise(surface: Any, rows: Any, size: float) -> Any:
 def build_wrapped_torus(scale: float, shift: float) -> Any:
     """A torus of degree 3 over uniform knots that repeats its first rows and columns at the end."""
     u, v = np.meshgrid(np.arange(8) * np.pi / 4, np.arange(6) * np.pi / 3, indexing="ij")
-    away = 3 + np.cos(v)
-    ring = np.stack([away * np.cos(u), away * np.sin(u), np.sin(v)], axis=-1)
+    radius = 3 + np.cos(v)
+    ring = np.stack([radius * np.cos(u), radius * np.sin(u), np.sin(v)], axis=-1)
     net = np.pad(ring, [(0, 3), (0, 3), (0, 0)], mode="wrap")
     knots = [(np.arange(-3, n + 4) * scale + shift).tolist() for n in (8, 6)]
     return {"degree": 3, "control_net": net, "knots": knots}
 
 
 def build_open_sheet(*knots: Any, shift: Any = (0, 0, 0), scale: float = 1) -> Any:
-    """A surface that is not closed, with these knots along u, or clamped ones."""
+    """A surface that is not closed, with these knots along u; by default with clamped knots."""
     x, y = np.meshgrid(np.arange(6.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, np.sin(x)], axis=-1) * scale + shift
     return {"degree": 3, "control_net": net, "knots": [list(knots) or "clamped", "clamped"]}
@@ -81,6 +81,7 @@ def build_face(axis: int, side: int, rng: Any) -> Any:
     """A face of a cube of 1 cm, about 1000 km from zero, with random degrees and knots."""
     net = np.zeros((2, 2, 3))
     net[..., axis] = side
+    # The other two coordinates are u and v; negative indices continue cyclically.
     net[1, :, axis - 2], net[:, 1, axis - 1] = 1, 1
     (p, q), (t, scale) = rng.integers(1, 4, 2), rng.uniform(0.2, 3, 2)
     surface: Any = convert(BsplineSurface(net, (1, 1)), [Elevate((p, q))])
@@ -176,14 +177,14 @@ CASES: dict[str, tuple[Any, tuple[bool, bool, bool], int]] = {
 @pytest.mark.parametrize("options", [{"resolution": 5}, {"relative_tolerance": 0.01}])
 @pytest.mark.parametrize("name", CASES)
 def test_surfaces_of_other_systems_are_closed_as_meant(name: str, options: Any) -> None:
-    surface, (watertight, closed_u, closed_v), merged = CASES[name]
+    surface, (is_watertight, is_closed_u, is_closed_v), merged_count = CASES[name]
     json_values = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in surface.items()}
     body = orjson.dumps({"surface": {"type": "bspline"} | json_values, **options})
     request = parse_request(MeshRequest, body, DocumentLimits())
     content = render(request.to_surface(), request.mesh_options(), BY_NAME["json"])
     report = orjson.loads(content)["report"]
-    assert report["watertight"] == watertight
-    assert (report["closed_u"], report["closed_v"]) == (closed_u, closed_v)
-    assert report.get("merged_knots", 0) == merged
+    assert report["watertight"] == is_watertight
+    assert (report["closed_u"], report["closed_v"]) == (is_closed_u, is_closed_v)
+    assert report.get("merged_knots", 0) == merged_count
     extent = np.ptp(surface["control_net"].reshape(-1, 3), axis=0).max()
     assert report["deviation_bound"] < (0.1 if "resolution" in options else 0.02) * extent

@@ -124,7 +124,7 @@ def test_a_camera_in_a_query_is_refused_and_the_issue_names_post(name: str) -> N
         ({"max_bytes": "9"}, {"surface", "tolerance", "camera", "uvs"}),
     ],
 )
-def test_options_of_the_file_that_conflict_with_flags_are_left_out(
+def test_options_of_the_file_that_conflict_with_flags_are_dropped(
     flags: dict[str, str], expected: set[str]
 ) -> None:
     document = {"surface": 1, "resolution": 2, "tolerance": 0.1, "camera": {}, "uvs": True}

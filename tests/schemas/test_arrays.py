@@ -63,15 +63,15 @@ def test_arrays_are_accepted_exactly_if_valid(grid: NumberGrid, data: st.DataObj
 
 
 @given(st.lists(st.lists(st.floats(-1e300, 1e300), min_size=3, max_size=3), min_size=1))
-def test_numbers_in_arrays_equal_those_in_the_lists(points: list[list[float]]) -> None:
+def test_arrays_have_the_numbers_of_the_lists(points: list[list[float]]) -> None:
     assert VERTICES.array(points, LIMITS).tolist() == points
 
 
 def test_too_many_control_points_are_refused_before_points_are_read() -> None:
     limits = DocumentLimits(max_control_points=9)
-    unread = [[None] * 5, [None] * 5]
+    invalid_points = [[None] * 5, [None] * 5]
     with pytest.raises(ValidationError) as refusal:
-        CONTROL_NET.array(unread, limits)
+        CONTROL_NET.array(invalid_points, limits)
     issue = invalid_request(refusal.value).issues[0]
     assert (issue.code, issue.got) == ("too_many_control_points", "10 control points")
 

@@ -43,9 +43,9 @@ def test_channels_are_written_as_they_were_read(
     surface: dict[str, Any], channels: dict[str, Any]
 ) -> None:
     result = parse_surface(surface | channels)
-    written = orjson.loads(orjson.dumps(definition(result), option=orjson.OPT_SERIALIZE_NUMPY))
-    assert {key: written[key] for key in channels} == channels
-    assert lower_patches(parse_surface(written)).batches[0].channels[0].nets.tolist() == (
+    document = orjson.loads(orjson.dumps(definition(result), option=orjson.OPT_SERIALIZE_NUMPY))
+    assert {key: document[key] for key in channels} == channels
+    assert lower_patches(parse_surface(document)).batches[0].channels[0].nets.tolist() == (
         lower_patches(result).batches[0].channels[0].nets.tolist()
     )
 

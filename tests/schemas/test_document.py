@@ -37,52 +37,51 @@ def test_documents_with_distinct_keys_have_no_repeated_key(value: Any) -> None:
 def test_repeated_keys_are_refused_also_if_one_is_escaped(
     value: Any, key: str, second_value: Any
 ) -> None:
-    name, escaped = json.dumps(key), "".join(f"\\u{ord(c):04x}" for c in key if ord(c) < 1 << 16)
+    name = json.dumps(key)
+    escaped_key = "".join(f"\\u{ord(c):04x}" for c in key if ord(c) < 1 << 16)
     body = f'{{"x":[{json.dumps(value)}],"y":{{{name}:1,{name}:{json.dumps(second_value)}}}}}'
     with pytest.raises(InvalidRequest) as refusal:
         parse_document(body.encode())
     assert refusal.value.issues[0].code == "repeated_key"
     assert refusal.value.issues[0].pointer.startswith("/y/")
     if all(ord(c) < 1 << 16 for c in key):
-        body = f'{{{name}:1,"{escaped}":2}}'
+        body = f'{{{name}:1,"{escaped_key}":2}}'
         with pytest.raises(InvalidRequest):
             parse_document(body.encode())
 
 
-def list_paths(value: Any, pointer: str = "") -> dict[str, Any]:
-    """Every value inside a document by its JSON pointer, to compare with `find_pointer`."""
-    result = {pointer: value}
+def list_pointers(value: Any, pointer: str = "") -> list[str]:
+    """The JSON pointers of all values in a document, to compare with `find_pointer`."""
+    result = [pointer]
     if isinstance(value, dict):
         for key, child in value.items():
-            result |= list_paths(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
+            result += list_pointers(child, f"{pointer}/{key.replace('~', '~0').replace('/', '~1')}")
     elif isinstance(value, list):
         for index, child in enumerate(value):
-            result |= list_paths(child, f"{pointer}/{index}")
+            result += list_pointers(child, f"{pointer}/{index}")
     return result
 
 
 @given(VALUES)
-def test_the_pointer_of_a_byte_is_that_of_its_value(value: Any) -> None:
+def test_a_byte_has_the_pointer_of_its_value(value: Any) -> None:
     """Each value in turn is replaced by a mark; the position of the mark gives the pointer."""
-    for pointer, child in list_paths(value).items():
-        marked = json.dumps(_insert_mark(value, child, pointer, "")).encode()
-        position = marked.index(b'"\\u0000mark"')
-        assert find_pointer(marked, position) == pointer
+    for pointer in list_pointers(value):
+        text = json.dumps(_insert_mark(value, pointer, "")).encode()
+        position = text.index(b'"\\u0000mark"')
+        assert find_pointer(text, position) == pointer
 
 
-def _insert_mark(value: Any, child: Any, target: str, pointer: str) -> Any:
+def _insert_mark(value: Any, target: str, pointer: str) -> Any:
     """The value at `pointer` of a document, with a mark in place of the value at `target`."""
     if pointer == target:
         return "\0mark"
     if isinstance(value, dict):
         return {
-            k: _insert_mark(
-                v, child, target, f"{pointer}/{k.replace('~', '~0').replace('/', '~1')}"
-            )
+            k: _insert_mark(v, target, f"{pointer}/{k.replace('~', '~0').replace('/', '~1')}")
             for k, v in value.items()
         }
     if isinstance(value, list):
-        return [_insert_mark(v, child, target, f"{pointer}/{i}") for i, v in enumerate(value)]
+        return [_insert_mark(v, target, f"{pointer}/{i}") for i, v in enumerate(value)]
     return value
 
 
@@ -161,16 +160,16 @@ def test_brackets_in_strings_do_not_count_as_depth(
     assert is_deeper(text, depth - 1 - margin) or depth - 1 - margin < 0
 
 
-@pytest.mark.parametrize(("opened", "closed"), [("[", "]"), ('{"a":', "}"), ('[{"[":', "}]")])
+@pytest.mark.parametrize(("begin", "end"), [("[", "]"), ('{"a":', "}"), ('[{"[":', "}]")])
 @pytest.mark.parametrize("levels", [17, 2000])
-def test_documents_nested_too_deeply_are_refused(opened: str, closed: str, levels: int) -> None:
-    per_level = len(closed)
-    text = (opened * levels + "0" + closed * levels).encode()
+def test_documents_nested_too_deeply_are_refused(begin: str, end: str, levels: int) -> None:
+    brackets = len(end)  # one or two brackets for each repetition
+    text = (begin * levels + "0" + end * levels).encode()
     with pytest.raises(InvalidRequest) as refusal:
         parse_document(text, 16)
     assert refusal.value.issues[0].code == "too_deep"
-    fitting = (opened * (16 // per_level) + "0" + closed * (16 // per_level)).encode()
-    assert parse_document(fitting, 16) == json.loads(fitting)
+    text = (begin * (16 // brackets) + "0" + end * (16 // brackets)).encode()
+    assert parse_document(text, 16) == json.loads(text)
 
 
 def test_the_issue_names_the_position_of_a_byte_that_is_not_utf8() -> None:
@@ -202,7 +201,7 @@ def test_the_budget_is_exceeded_however_the_text_is_divided_into_pieces(
     text: bytes, code: str
 ) -> None:
     for size in (1, 7, 4096, len(text)):
-        if len(text) // size > 5000:
+        if len(text) // size > 5000:  # would take long
             continue
         pieces = [text[start : start + size] for start in range(0, len(text), size)]
         with pytest.raises(InvalidRequest) as refusal:
@@ -256,6 +255,6 @@ def test_a_budget_counts_the_memory_of_parsed_values() -> None:
         # The parser reserves more memory than it uses; this peak is not counted.
         tracemalloc.reset_peak()
         validate_document(MeshRequest, document).to_surface()
-        used = len(body) + tracemalloc.get_traced_memory()[1]
+        memory = len(body) + tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        assert used <= budget.memory <= 3 * used
+        assert memory <= budget.memory <= 3 * memory

@@ -66,27 +66,27 @@ def chosen_options(draw: st.DrawFn) -> dict[str, Any]:
 @st.composite
 def spelled_numbers(draw: st.DrawFn, value: float) -> str:
     """One of the many ways to write a number."""
-    exact = format(value, ".25g") if draw(st.booleans()) else repr(value)
-    exact = exact.replace("+", "")
-    has_no_exponent = "e" not in exact
-    if has_no_exponent and draw(st.booleans()):
-        exact += "0" if "." in exact else ".0"
-    if has_no_exponent and draw(st.booleans()):
-        exact += "E0"
-    if has_no_exponent and exact[0] != "-" and draw(st.booleans()):
-        exact = "0" + exact
-    return exact
+    text = format(value, ".25g") if draw(st.booleans()) else repr(value)
+    text = text.replace("+", "")
+    has_exponent = "e" in text
+    if not has_exponent and draw(st.booleans()):
+        text += "0" if "." in text else ".0"
+    if not has_exponent and draw(st.booleans()):
+        text += "E0"
+    if not has_exponent and text[0] != "-" and draw(st.booleans()):
+        text = "0" + text
+    return text
 
 
 @st.composite
 def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
-    """One of the many queries with these values; options with their default may be left out."""
+    """One of the many queries with these values; options with their default may be omitted."""
     pairs: dict[str, str] = {}
-    with_accuracy = any(values.get(name) for name in NAMES)
+    has_accuracy = any(values.get(name) for name in NAMES)
     for name, field in FIELDS.items():
         default = field.get_default(call_default_factory=True)
         if name not in values and draw(st.booleans()):
-            if default is None or (name == "resolution" and with_accuracy):
+            if default is None or (name == "resolution" and has_accuracy):
                 continue
             values = {**values, name: default}
         if name in values:
@@ -167,6 +167,6 @@ def test_canonical_query_of_some_spellings(query: str, canonical: str) -> None:
     assert canonical_query(parsed) == f"{canonical}engine={ENGINE}"
 
 
-def test_options_that_a_format_ignores_are_left_out() -> None:
+def test_options_that_a_format_ignores_are_dropped() -> None:
     parsed = parse_mesh_query([("oogl", "bez"), ("uvs", "true"), ("resolution", "4")])
     assert canonical_query(parsed, {"oogl", "uvs"}) == f"resolution=4&engine={ENGINE}"

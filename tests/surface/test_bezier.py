@@ -19,13 +19,6 @@ def list_issues(**fields: object) -> tuple[Issue, ...]:
     return caught.value.issues
 
 
-def replace_coordinate(value: float, *place: int) -> np.ndarray:
-    """The flat net with one coordinate replaced."""
-    net = FLAT.copy()
-    net[place] = value
-    return net
-
-
 @given(weighted_nets())
 def test_a_bezier_surface_is_lowered_to_one_patch(
     net_and_weights: tuple[Array, Array | None],
@@ -61,9 +54,10 @@ def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
 
 
 def test_minus_zero_becomes_zero() -> None:
-    """So equal surfaces have equal bytes, and the same hash."""
-    net = BezierSurface(replace_coordinate(-0.0, 1, 1, 2)).control_net
-    assert not np.signbit(net).any()
+    """Surfaces that are equal must have equal bytes, because their hash is a key of caches."""
+    net = FLAT.copy()
+    net[1, 1, 2] = -0.0
+    assert not np.signbit(BezierSurface(net).control_net).any()
 
 
 def test_at_most_20_coordinates_have_issues() -> None:

@@ -68,13 +68,13 @@ def test_patches_agree_with_the_recursion_of_cox_and_de_boor(
     surface = build_surface(u, v, seed, is_rational)
     model = surface.lower()
     net = to_exact_net(surface.control_net, surface.weights)
-    exact = to_fractions(u.knots), to_fractions(v.knots)
+    exact_knots = to_fractions(u.knots), to_fractions(v.knots)
     t = np.array([0.0, 0.75])
     actual = evaluate_model(model, t)
     for k, (us, vs) in enumerate(zip(*list_parameters(model, t), strict=True)):
         for a, b in np.ndindex(2, 2):
             place = Fraction(us[a]), Fraction(vs[b])
-            expected = spline_surface_point(net, exact, surface.degree, place)
+            expected = spline_surface_point(net, exact_knots, surface.degree, place)
             np.testing.assert_allclose(actual[k, a, b], [float(x) for x in expected], atol=1e-13)
 
 
@@ -153,19 +153,20 @@ def test_equal_control_points_at_a_pole_give_a_collapsed_side() -> None:
     net, weights = random_points(7, 3, 6), random_weights(7, 4, 6)
     net[0], net[-1] = (0.1, 0.2, 0.7), (-0.3, 1 / 3, 9.1)
     model = BsplineSurface(net, (3, 2), ("clamped", "periodic"), weights).lower()
-    collapsed = model.batches[0].collapsed.reshape(4, 6, 4)
-    assert collapsed[0, :, 0].all()
-    assert collapsed[-1, :, 1].all()
-    assert collapsed.sum() == 12
+    # 4 × 6 patches with four sides each: u = 0, u = 1, v = 0 and v = 1.
+    is_collapsed = model.batches[0].collapsed.reshape(4, 6, 4)
+    assert is_collapsed[0, :, 0].all()
+    assert is_collapsed[-1, :, 1].all()
+    assert is_collapsed.sum() == 12
 
 
 def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
     """Later changes of these arrays have no effect; the arrays of the surface are read-only."""
     net, knots = random_points(4, 1, 4), knot.clamped_knots(4, 3)
     surface = BsplineSurface(net, knots=(knots, "clamped"))
-    before = net.copy()
+    original_net = net.copy()
     net[:], knots[:] = 7, 7
-    np.testing.assert_array_equal(surface.control_net, before)
+    np.testing.assert_array_equal(surface.control_net, original_net)
     np.testing.assert_array_equal(surface.knots[0], knot.clamped_knots(4, 3))
     (batch,) = surface.lower().batches
     for array in (surface.control_net, surface.knots[0], batch.points):
@@ -234,7 +235,7 @@ def test_invalid_fields_are_refused_with_code_and_pointer(
 
 
 def test_the_issue_names_the_needed_number_of_knots() -> None:
-    """n + p + 1 knots are needed; the first and the last of them may be left out."""
+    """n + p + 1 knots are needed; the first and the last of them may be omitted."""
     (issue,) = list_issues(**replace_u_knots(*KNOTS[1:]))
     assert (issue.got, issue.needed) == ("7 knots", "8 = 5 + 2 + 1, or 6")
 
@@ -244,7 +245,7 @@ ROUNDING = 1e-13
 
 
 @pytest.mark.parametrize(
-    ("u_knots", "expected", "count"),
+    ("u_knots", "expected", "merged_count"),
     [
         ([0, 0, 0, 1, 1 + ROUNDING, 3, 3, 3], [0, 0, 0, 1, 1, 3, 3, 3], 1),
         ([0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], [0, 0, 0, 1, 1 + 1e-9, 3, 3, 3], 0),
@@ -255,7 +256,7 @@ ROUNDING = 1e-13
     ids=["rounding", "not rounding", "at the ends", "more than p are kept", "far from zero"],
 )
 def test_knots_that_differ_by_rounding_are_made_equal(
-    u_knots: list[float], expected: list[float] | None, count: int
+    u_knots: list[float], expected: list[float] | None, merged_count: int
 ) -> None:
     net = np.random.default_rng(1).random((len(u_knots) - 3, 4, 3))
     surface = BsplineSurface(net, (2, 3), (np.array(u_knots), "clamped"))
@@ -265,17 +266,17 @@ def test_knots_that_differ_by_rounding_are_made_equal(
     model, exact_model = surface.lower(), exact.lower()
     assert np.array_equal(model.batches[0].points, exact_model.batches[0].points)
     for accuracy in (None, Accuracy(tolerance=0.1)):
-        assert build_mesh(model, accuracy=accuracy).report.merged_knots == count
+        assert build_mesh(model, accuracy=accuracy).report.merged_knots == merged_count
 
 
-def test_the_first_and_the_last_knot_may_be_left_out() -> None:
-    """Some systems leave out the first and the last knot, which do not affect the domain."""
+def test_the_first_and_the_last_knot_may_be_omitted() -> None:
+    """Some systems omit the first and the last knot, which do not affect the surface."""
     net = np.random.default_rng(2).random((5, 4, 3))
     all_knots = np.array([-1, 0, 0, 1, 2, 3, 3.5, 4])
-    shortened, complete = (
-        BsplineSurface(net, (2, 3), (knots, "clamped")) for knots in (all_knots[1:-1], all_knots)
+    points, expected = (
+        BsplineSurface(net, (2, 3), (knots, "clamped")).lower().batches[0].points
+        for knots in (all_knots[1:-1], all_knots)
     )
-    points, expected = (surface.lower().batches[0].points for surface in (shortened, complete))
     np.testing.assert_allclose(points, expected, atol=1e-15)
     assert list_issues(**replace_u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
 
@@ -286,11 +287,9 @@ def test_surfaces_just_within_the_limits_are_accepted() -> None:
     Weights whose ratio is slightly above the limit are refused.
     """
     assert BsplineSurface(np.zeros((65, 2, 3)), (64, 1)).lower().patch_count == 1
-    discontinuous = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])
-    assert (
-        BsplineSurface(np.zeros((6, 2, 3)), (2, 1), (discontinuous, "uniform")).lower().patch_count
-        == 2
-    )
+    knots = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])
+    discontinuous = BsplineSurface(np.zeros((6, 2, 3)), (2, 1), (knots, "uniform"))
+    assert discontinuous.lower().patch_count == 2
     weights = np.ones((4, 4))
     weights[0, 0] = 0.5 / MAX_WEIGHT_RATIO
     with pytest.raises(InvalidRequest):
@@ -298,7 +297,7 @@ def test_surfaces_just_within_the_limits_are_accepted() -> None:
 
 
 def test_too_many_patches_are_refused_because_of_their_number() -> None:
-    """Patches of degree 1 have few control points, but need the same work as others."""
+    """A patch of degree 1 has few control points, but needs as much work as any other patch."""
     (issue,) = list_issues(control_net=np.zeros((710, 710, 3)), degree=(1, 1))
     assert (issue.code, issue.pointer) == ("too_many_spans", "/control_net")
     assert issue.got == "709 × 709 spans"

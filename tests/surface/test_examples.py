@@ -93,7 +93,7 @@ def test_the_teapot_has_six_parts_and_the_right_height() -> None:
     assert model.up == "z"
     points = read_points("utah-teapot")
     assert (points[..., 2].min(), points[..., 2].max()) == (0.0, 3.15)
-    # 294 of Newell's 306 vertices are distinct, and no patch uses four of these 294.
+    # 294 of Newell's 306 vertices are distinct, and four of these 294 are in no patch.
     assert len(np.unique(points.reshape(-1, 3), axis=0)) == 290
 
 
@@ -125,16 +125,16 @@ def test_patches_of_quadrics_lie_on_them_and_have_outward_normals(example: str, 
     assert batch.weights is not None
     for k in range(part_run.first, part_run.last):
         # Inner samples of an odd number of divisions are at no pole and no apex.
-        inside = (slice(1, -1), slice(1, -1))
-        points = exact.positions(batch.points[k], batch.weights[k], (5, 5))[inside].reshape(-1, 3)
-        normals = exact.normals(batch.points[k], batch.weights[k], (5, 5))[inside].reshape(-1, 3)
-        residuals, outward = CLOSED_FORMS[example, part](points)
+        inner = (slice(1, -1), slice(1, -1))
+        points = exact.positions(batch.points[k], batch.weights[k], (5, 5))[inner].reshape(-1, 3)
+        normals = exact.normals(batch.points[k], batch.weights[k], (5, 5))[inner].reshape(-1, 3)
+        residuals, expected_normals = CLOSED_FORMS[example, part](points)
         assert np.abs(residuals).max() < 4e-16
-        assert np.abs(normals - outward).max() < 2e-15
+        assert np.abs(normals - expected_normals).max() < 2e-15
 
 
 def test_the_colored_surface_shows_its_height() -> None:
-    """Colours depend linearly on z at every vertex; positions are those of the plain surface."""
+    """Colours depend linearly on z at every vertex; the surface without colours is the same."""
     mesh, plain = (
         tessellate(lower_patches(name), MeshOptions((8, 8)))
         for name in ("bourke-1111-colors", "bourke-1111")

@@ -53,13 +53,13 @@ def test_content_keys_are_equal_for_equal_values_only() -> None:
 def test_members_with_another_up_are_rotated_without_rounding(matrix: Array | None) -> None:
     """The vertical axis of the member becomes the vertical axis of the group."""
     point = np.array([0.1, 0.2, 0.3, 1.0])
-    place = np.eye(4) if matrix is None else matrix
+    placement = np.eye(4) if matrix is None else matrix
     upright = turn_upright(matrix, "z", "y")
     assert upright is not None
-    assert (upright @ point).tolist() == (place @ [0.1, 0.3, -0.2, 1]).tolist()
+    assert (upright @ point).tolist() == (placement @ [0.1, 0.3, -0.2, 1]).tolist()
     from_y_to_z = turn_upright(matrix, "y", "z")
     assert from_y_to_z is not None
-    assert (from_y_to_z @ point).tolist() == (place @ [0.1, -0.3, 0.2, 1]).tolist()
+    assert (from_y_to_z @ point).tolist() == (placement @ [0.1, -0.3, 0.2, 1]).tolist()
     assert turn_upright(upright, "y", "y") is upright
     assert turn_upright(np.eye(4), "z", "z") is None
 

@@ -61,9 +61,9 @@ def test_splines_that_form_a_ring_are_watertight_in_any_order(options: MeshOptio
     """The splines are parts of a ring, split at knots; some are transposed or elevated."""
     ring = find("bspline-ring").surface()
     pieces = list_pieces(convert(ring, [Split(u=3.0, v=2.0)]))
-    raised = convert(pieces[1], [Elevate((4, 5))])
-    assert isinstance(raised, BsplineSurface)
-    for members in (pieces, pieces[::-1], (pieces[0], raised, *pieces[2:])):
+    elevated_piece = convert(pieces[1], [Elevate((4, 5))])
+    assert isinstance(elevated_piece, BsplineSurface)
+    for members in (pieces, pieces[::-1], (pieces[0], elevated_piece, *pieces[2:])):
         multipatch = MultipatchSurface(members, "z", "ring")
         surfaces: tuple[Surface, ...] = (multipatch,)
         if members is pieces:
@@ -73,10 +73,10 @@ def test_splines_that_form_a_ring_are_watertight_in_any_order(options: MeshOptio
             mesh = build(surface.lower(), options)
             assert mesh.report.watertight
             assert [part.name for part in mesh.parts] == [s.name for s in members]
-        grouped = GroupSurface(
+        group = GroupSurface(
             (Member(multipatch), Member(multipatch, matrix=np.diag([2, 1, 1, 1.0])))
         )
-        assert build(grouped.lower(), options).report.watertight
+        assert build(group.lower(), options).report.watertight
 
 
 def test_parameters_of_points_refer_to_the_member_that_patch_names() -> None:
@@ -102,12 +102,13 @@ def test_parameters_of_points_refer_to_the_member_that_patch_names() -> None:
         uvs = mesh.uvs[np.unique(mesh.triangles[slice(*part.triangles)])]
         ends = [domain.u[0], domain.v[0]], [domain.u[-1], domain.v[-1]]
         np.testing.assert_array_equal((uvs.min(axis=0), uvs.max(axis=0)), ends)
-    for invalid_uv, pointer in (([[9, 0]], "/uv/0/0"), ([[1, 1], [0.5, 11.5]], "/uv/1/1")):
+    for invalid_uv, members_of_places, pointer in (
+        ([[9, 0]], [0], "/uv/0/0"),
+        ([[1, 1], [0.5, 11.5]], [1, 0], "/uv/1/1"),
+    ):
+        query = PointsQuery(np.array(invalid_uv, float), np.array(members_of_places), 0)
         with pytest.raises(InvalidRequest) as caught:
-            locate(
-                model,
-                PointsQuery(np.array(invalid_uv, float), np.array([1, 0])[-len(invalid_uv) :], 0),
-            )
+            locate(model, query)
         assert caught.value.issues[0].pointer == pointer
 
 

@@ -27,7 +27,7 @@ def list_issues(**fields: object) -> tuple[Issue, ...]:
 
 
 def test_patches_are_lowered_to_the_vertices_of_their_indices() -> None:
-    """Each control point and its weight are those of the vertex with its index."""
+    """Each control point has the place and the weight of the vertex with its index."""
     weights = np.arange(1.0, 9)
     model = PatchSurface(STRIP, QUADS, weights, up="z", name="strip").lower()
     (batch,) = model.batches
@@ -38,7 +38,7 @@ def test_patches_are_lowered_to_the_vertices_of_their_indices() -> None:
     assert (model.name, model.up, model.parts) == ("strip", "z", (Part("strip", 0, 3),))
 
 
-def test_patches_are_lowered_part_by_part_and_others_last() -> None:
+def test_patches_are_lowered_part_by_part_and_patches_without_a_part_last() -> None:
     """Patches without a part form a last part, which has the name of the surface."""
     parts = (("end", (2,)), ("middle", (1,)))
     model = PatchSurface(STRIP, QUADS, parts=parts, name="strip").lower()
@@ -82,13 +82,14 @@ def test_patches_of_different_degrees_with_the_same_border_are_closed(
 ) -> None:
     """Patches are closed with shared or separate vertices, in any order, and after conversions."""
     vertices, grids = build_pillow(degrees)
-    distinct, number = np.unique(vertices, axis=0, return_inverse=True)
+    distinct_vertices, number = np.unique(vertices, axis=0, return_inverse=True)
+    surface_with_repeated_vertices = PatchSurface(vertices, grids)
     for surface in (
-        (separate := PatchSurface(vertices, grids)),
-        PatchSurface(distinct, tuple(number[grid] for grid in grids)),
+        surface_with_repeated_vertices,
+        PatchSurface(distinct_vertices, tuple(number[grid] for grid in grids)),
         PatchSurface(vertices, grids[::-1], parts=(("top", (0,)), ("bottom", (1,)))),
-        convert(separate, [Transpose(), Reverse("u")]),
-        convert(separate, [Elevate((5, 5))]),
+        convert(surface_with_repeated_vertices, [Transpose(), Reverse("u")]),
+        convert(surface_with_repeated_vertices, [Elevate((5, 5))]),
     ):
         report = build(surface.lower(), options).report
         assert (report.patches, report.boundary_edges) == (2, 0)

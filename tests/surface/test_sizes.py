@@ -47,14 +47,14 @@ def test_sizes_agree_with_the_lowered_model(example: str) -> None:
     surface = find(example).surface()
     size, models = surface.size(), list_models(surface.lower())
     batches = [b for each in models if isinstance(each, PatchModel) for b in each.batches]
-    triangles = [batch.count for batch in batches if isinstance(batch, TrianglePatches)]
+    triangle_counts = [batch.count for batch in batches if isinstance(batch, TrianglePatches)]
     assert size.patches == sum(batch.count for batch in batches)
-    assert size.triangles == sum(triangles)
+    assert size.triangles == sum(triangle_counts)
     assert size.control_points >= sum(batch.points.size // 3 for batch in batches)
     assert size.members == len(models)
     assert size.curves == sum(each.pieces.count for each in models if isinstance(each, SweepModel))
     net_points = [
-        net.points.size // 3 for o in models if isinstance(o, PatchModel) for net in o.nets
+        net.points.size // 3 for each in models if isinstance(each, PatchModel) for net in each.nets
     ]
     assert size.net_points >= sum(net_points)
     parts = [part.name for each in models if isinstance(each, PatchModel) for part in each.parts]

@@ -25,6 +25,7 @@ def test_every_horizontal_section_of_the_goblet_is_a_circle() -> None:
     model = surface.lower()
     assert find_closure(model) == Closure("C1", None)
     mesh = build_mesh("nurbs-goblet", resolution=(5, 4), weld=False)
+    # The axes are: patch along u, patch along v, sample along u, sample along v, coordinate.
     grid = mesh.positions.reshape(4, 11, 6, 5, 3)
     radius, height = np.hypot(grid[..., 0], grid[..., 1]), grid[..., 2]
     for values in (radius, height):
@@ -45,10 +46,11 @@ def test_the_goblet_is_a_solid_with_two_sharp_edges() -> None:
     assert mesh.normals is not None
     repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
     assert sorted({round(z, 9) for z in mesh.positions[repeated, 2]}) == [0.0, 2.5]
-    assert len(repeated) == 2 * 24
-    for z, up in ((0.0, -1.0), (1.32, 1.0)):
+    assert len(repeated) == 2 * 24  # two circles of 4 patches with 6 divisions
+    # The poles are the middle of the foot and the bottom of the cup.
+    for z, normal_z in ((0.0, -1.0), (1.32, 1.0)):
         (pole,) = np.flatnonzero((mesh.positions == (0, 0, z)).all(axis=1))
-        np.testing.assert_allclose(mesh.normals[pole], (0, 0, up), atol=1e-12)
+        np.testing.assert_allclose(mesh.normals[pole], (0, 0, normal_z), atol=1e-12)
 
 
 @pytest.mark.parametrize(

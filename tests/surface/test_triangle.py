@@ -77,8 +77,8 @@ def test_grids_and_triangles_share_vertices() -> None:
     np.testing.assert_array_equal(corners.channels[0].nets, VERTICES[CORNERS][..., 2:])
     assert (model.request_numbers, model.sequence) == (None, None)
     assert model.patch_count == 5
-    (only,) = PatchSurface(VERTICES, triangles=CORNERS).lower().batches
-    np.testing.assert_array_equal(only.points, VERTICES[CORNERS])
+    (batch,) = PatchSurface(VERTICES, triangles=CORNERS).lower().batches
+    np.testing.assert_array_equal(batch.points, VERTICES[CORNERS])
 
 
 def test_parts_may_have_grids_and_triangles_which_are_numbered_after_the_grids() -> None:

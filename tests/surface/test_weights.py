@@ -77,6 +77,6 @@ def test_a_common_factor_of_weights_does_not_change_curves(
     contents = []
     for w in (1.0, float(np.ldexp(1.0, power))):
         curve = {"type": kind, "control_points": POLYGON, "weights": [w, 2 * w, w, 8 * w]}
-        expected = validate_document(CurveRequest, {"curve": curve}, LIMITS)
-        contents.append(plan_curve(expected.to_curve(), options, CURVES_BY_NAME["json"]).run())
+        request = validate_document(CurveRequest, {"curve": curve}, LIMITS)
+        contents.append(plan_curve(request.to_curve(), options, CURVES_BY_NAME["json"]).run())
     assert contents[0] == contents[1]

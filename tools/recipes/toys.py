@@ -65,7 +65,7 @@ def test_a_line_for_every_vertex() -> None:
     ),
     tests=(
         "tests/encoders/test_registry.py",
-        "tests/encoders/test_every_form.py",
+        "tests/encoders/test_every_surface.py",
         "tests/encoders/test_xyz.py",
         "tests/pipeline/test_compact.py",
         "tests/pipeline/test_estimate.py",

@@ -53,7 +53,7 @@ class Gltf:
         return fractions.clip(min=-1.0)
 
     def _bytes(self, view: dict[str, Any]) -> NDArray[np.uint8]:
-        """The bytes of a view; those of a compressed view are decompressed."""
+        """The bytes of a view, decompressed if the view is compressed."""
         compressed = view.get("extensions", {}).get("EXT_meshopt_compression")
         source = compressed or view
         assert source["buffer"] == 0

@@ -39,22 +39,22 @@ def test_files_with_cached_text_are_equal(name: str) -> None:
 
 
 def test_the_cached_text_has_no_values_of_another_mesh() -> None:
-    """Positions, origin, names, colours, axis, normals and report are those of the encoded mesh."""
+    """A file has the positions, names, colours and so on of its own mesh, whatever is cached."""
     mesh = build_example("utah-teapot")
     encode(mesh)
     parts = tuple(replace(part, name=f"{part.name} é", deviation_bound=None) for part in mesh.parts)
-    red = tuple(replace(part, color=(1.0, 0.0, 0.0, 0.5)) for part in mesh.parts)
-    others = (
+    red_parts = tuple(replace(part, color=(1.0, 0.0, 0.0, 0.5)) for part in mesh.parts)
+    changed_meshes = (
         replace(mesh, positions=2 * mesh.positions),
         replace(mesh, origin=np.array([1e6, 0, 0.5])),
         replace(mesh, name="teapot", parts=parts),
-        replace(mesh, parts=red, up="y"),
+        replace(mesh, parts=red_parts, up="y"),
         replace(mesh, normals=None),
         replace(mesh, colors=np.full((len(mesh.positions), 4), 0.5, np.float32)),
         replace(mesh, report=replace(mesh.report, watertight=False, boundary_edges=7)),
     )
-    for other in others:
-        assert encode(other) == encode(other) == encode_without_plan(other)
+    for changed in changed_meshes:
+        assert encode(changed) == encode(changed) == encode_without_plan(changed)
 
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
@@ -79,7 +79,7 @@ def test_a_long_file_is_a_list_of_pieces_that_share_memory_with_the_mesh() -> No
 @pytest.mark.parametrize("sizes", [(), (0,), (3, 4, 5), (11, 1, 9, 1), (4, 20, 3, 3, 3, 3)])
 def test_short_neighbours_are_joined_up_to_ten_bytes(sizes: tuple[int, ...]) -> None:
     pieces = Pieces(tuple(bytes([number]) * size for number, size in enumerate(sizes)))
-    joined = list(pieces.join_short(10))
-    assert b"".join(joined) == bytes(pieces)
-    assert all(len(piece) <= 10 or piece in pieces.pieces for piece in joined)
-    assert all(len(first) + len(second) > 10 for first, second in pairwise(joined))
+    joined_pieces = list(pieces.join_short(10))
+    assert b"".join(joined_pieces) == bytes(pieces)
+    assert all(len(piece) <= 10 or piece in pieces.pieces for piece in joined_pieces)
+    assert all(len(first) + len(second) > 10 for first, second in pairwise(joined_pieces))

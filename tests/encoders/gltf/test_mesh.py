@@ -26,20 +26,22 @@ def test_vertices_of_a_part_may_have_any_order() -> None:
     mesh = to_single(build_silo(5))
     order = np.random.default_rng(7).permutation(len(mesh.positions)).astype(np.uint32)
     row = np.argsort(order).astype(np.uint32)
-    shuffled = replace(
+    shuffled_mesh = replace(
         mesh, positions=mesh.positions[order], normals=None, uvs=None, triangles=row[mesh.triangles]
     )
-    file, plain = encode_and_read(shuffled), encode_and_read(mesh)
+    file, plain = encode_and_read(shuffled_mesh), encode_and_read(mesh)
     for part in mesh.parts:
         np.testing.assert_array_equal(file.corners(part.name), plain.corners(part.name))
         count = len(plain.attribute(part.name, "POSITION"))
         assert len(file.attribute(part.name, "POSITION")) == count
 
 
-def test_bounds_of_accessors_are_those_of_the_stored_numbers() -> None:
+def test_bounds_of_accessors_are_the_least_and_largest_stored_numbers() -> None:
     mesh = build_silo(7, 200)
-    tilted = replace(mesh, positions=mesh.positions @ np.array([[0.1, 3, 1], [2, 7, 0], [1, 1, 9]]))
-    file = encode_and_read(to_single(tilted))
+    sheared_mesh = replace(
+        mesh, positions=mesh.positions @ np.array([[0.1, 3, 1], [2, 7, 0], [1, 1, 9]])
+    )
+    file = encode_and_read(to_single(sheared_mesh))
     accessors = file.document["accessors"]
     assert len([accessor for accessor in accessors if "min" in accessor]) == 3
     for name in ("base", "wall", "roof"):
@@ -85,9 +87,9 @@ def to_srgb(light: float) -> float:
     return 12.92 * light if light <= 0.0031308 else 1.055 * light ** (1 / 2.4) - 0.055
 
 
-@pytest.mark.parametrize("opacity", [False, True])
-def test_vertex_colors_are_linear_and_the_material_is_white(opacity: bool) -> None:
-    mesh = to_single(add_attributes(build_silo(12, 3), opacity))
+@pytest.mark.parametrize("has_opacity", [False, True])
+def test_vertex_colors_are_linear_and_the_material_is_white(has_opacity: bool) -> None:
+    mesh = to_single(add_attributes(build_silo(12, 3), has_opacity))
     file = encode_and_read(mesh)
     assert mesh.colors is not None
     for part in mesh.parts:
@@ -99,4 +101,4 @@ def test_vertex_colors_are_linear_and_the_material_is_white(opacity: bool) -> No
         np.testing.assert_array_equal(stored[:, 3:], mesh.colors[rows, 3:])
     (material,) = file.document["materials"]
     assert "baseColorFactor" not in material["pbrMetallicRoughness"]
-    assert material.get("alphaMode") == ("BLEND" if opacity else None)
+    assert material.get("alphaMode") == ("BLEND" if has_opacity else None)

@@ -51,21 +51,21 @@ def prepare_mesh(mesh: Mesh, options: EncodeOptions) -> Mesh:
     return quantize_mesh(mesh, STEP) if options.quantize else mesh
 
 
-def without_compression(options: EncodeOptions) -> EncodeOptions:
+def remove_compression(options: EncodeOptions) -> EncodeOptions:
     return replace(options, compression="none")
 
 
-def read_faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[Any, ...]]:
+def read_faces(gltf: Gltf, name: str, ignored: Iterable[str] = ()) -> set[tuple[Any, ...]]:
     """The faces at a node, each a tuple of the attribute values of its corners.
 
-    Each triangle begins with its least corner, so equal triangles are equal tuples. Attributes in
-    `without` are left out.
+    Each triangle begins with its least corner, so equal triangles are equal tuples. The values of
+    `ignored` attributes are omitted.
     """
     primitive = gltf.primitive(name)
     columns = [
         gltf.array(number).astype(np.float64)
         for key, number in sorted(primitive["attributes"].items())
-        if key not in without
+        if key not in ignored
     ]
     corners = {1: 2, 4: 3}[primitive["mode"]]
     vertices = list(map(tuple, np.hstack(columns).tolist()))
@@ -83,13 +83,13 @@ def read_faces(gltf: Gltf, name: str, without: Iterable[str] = ()) -> set[tuple[
 def test_decompressed_meshes_have_the_same_faces(mesh: Mesh, options: EncodeOptions) -> None:
     mesh = prepare_mesh(mesh, options)
     compressed = read_glb(bytes(BY_NAME["glb"].encode(mesh, options)))
-    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, without_compression(options))))
+    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, remove_compression(options))))
     # Quantized normals are rounded in another way if they are compressed.
-    lossy = {"NORMAL"} if options.quantize else ()
+    ignored = {"NORMAL"} if options.quantize else ()
     names = [node["name"] for node in plain.document.get("nodes", [{}])[1:]]
     assert [node["name"] for node in compressed.document.get("nodes", [{}])[1:]] == names
     for name in names:
-        assert read_faces(compressed, name, lossy) == read_faces(plain, name, lossy)
+        assert read_faces(compressed, name, ignored) == read_faces(plain, name, ignored)
     assert compressed.document["asset"] == plain.document["asset"]
 
 
@@ -122,11 +122,11 @@ def test_views_that_would_become_longer_are_not_compressed(options: EncodeOption
     mesh = replace(mesh, positions=positions, triangles=triangles, attributes=(("noise", noise),))
     mesh = prepare_mesh(mesh, options)
     compressed = read_glb(bytes(BY_NAME["glb"].encode(mesh, options)))
-    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, without_compression(options))))
+    plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, remove_compression(options))))
     assert len(compressed.buffer) < len(plain.buffer)
     views = compressed.document["bufferViews"]
-    unchanged = [view for view in views if "extensions" not in view]
-    assert 0 < len(unchanged) < len(views)
+    uncompressed_views = [view for view in views if "extensions" not in view]
+    assert 0 < len(uncompressed_views) < len(views)
     assert read_faces(compressed, "sheet", {"NORMAL"}) == read_faces(plain, "sheet", {"NORMAL"})
 
 
@@ -181,10 +181,10 @@ def test_indices_of_more_than_65535_vertices_are_uint32() -> None:
 
 def test_vertices_that_no_face_uses_come_last() -> None:
     triangles = np.array([[5, 2, 7], [7, 2, 1]], np.uint32)
-    ordered, order = meshopt.order_faces(triangles, 10)
+    ordered_triangles, order = meshopt.order_faces(triangles, 10)
     assert sorted(order.tolist()) == list(range(10))
     assert order[4:].tolist() == [0, 3, 4, 6, 8, 9]
-    faces = {tuple(np.roll(face, -face.argmin()).tolist()) for face in order[ordered]}
+    faces = {tuple(np.roll(face, -face.argmin()).tolist()) for face in order[ordered_triangles]}
     assert faces == {(2, 7, 5), (1, 7, 2)}
     lines, order = meshopt.order_faces(np.array([[3, 1], [1, 0]], np.uint32), 4)
     assert order[lines].tolist() == [[3, 1], [1, 0]]

@@ -82,7 +82,7 @@ def test_integers_represent_the_positions_of_the_mesh_exactly(name: str) -> None
         assert (read_positions(gltf, overlay.name) == expected).all()
 
 
-def test_bounds_of_accessors_are_those_of_the_integers() -> None:
+def test_bounds_of_accessors_are_the_least_and_largest_integers() -> None:
     gltf = write_quantized(MESHES["z up"])
     for name in ("base", "wall", "roof", "boundary"):
         accessor = gltf.document["accessors"][gltf.primitive(name)["attributes"]["POSITION"]]
@@ -107,8 +107,8 @@ def test_normals_texture_coordinates_and_colours_differ_only_by_rounding() -> No
     mesh = to_single(add_attributes(build_silo(60, 9), opacity=True))
     rows = np.random.default_rng(1).normal(size=mesh.positions.shape)
     rows /= np.linalg.norm(rows, axis=1)[:, None]
-    only_part = replace(mesh.parts[0], triangles=(0, len(mesh.triangles)))
-    mesh = replace(mesh, normals=rows.astype(np.float32), parts=(only_part,))
+    part = replace(mesh.parts[0], triangles=(0, len(mesh.triangles)))
+    mesh = replace(mesh, normals=rows.astype(np.float32), parts=(part,))
     quantized = write_quantized(mesh)
     plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, EncodeOptions())))
     attributes = quantized.primitive("base")["attributes"]
@@ -141,8 +141,7 @@ def test_quantization_does_not_move_members_of_a_group(tmp_path: Path) -> None:
     copy = Member(BezierSurface(NET), name="b", matrix=shear)
     group = GroupSurface((Member(BezierSurface(NET), name="a"), copy))
     options = MeshOptions((3, 3), overlays=("control_net",))
-    work = plan_mesh(group, options, BY_NAME["glb"], QUANTIZED)
-    content = bytes(work.run().content)
+    content = bytes(plan_mesh(group, options, BY_NAME["glb"], QUANTIZED).run().content)
     assert list_issues(content, tmp_path / "model.glb") == []
     quantized, plain = read_glb(content), read_glb(render(group, options, BY_NAME["glb"]))
     for name in ("a", "b"):
@@ -154,9 +153,9 @@ def test_quantization_does_not_move_members_of_a_group(tmp_path: Path) -> None:
 
 def place_positions(gltf: Gltf, name: str) -> Array:
     """World positions of all primitives at or below the nodes of this name, (primitives, 16, 3)."""
-    placed = []
+    world_positions = []
     for matrix, mesh in find_copies(gltf, name):
         for primitive in mesh["primitives"]:
             positions = gltf.array(primitive["attributes"]["POSITION"])
-            placed.append(positions @ matrix[:3, :3].T + matrix[:3, 3])
-    return np.array(placed)
+            world_positions.append(positions @ matrix[:3, :3].T + matrix[:3, 3])
+    return np.array(world_positions)

@@ -31,8 +31,8 @@ def build_translation(x: float, y: float, z: float) -> Array:
     return matrix
 
 
-def build_group(*members: Member, **more: Any) -> GroupSurface:
-    return GroupSurface(members, **more)
+def build_group(*members: Member, **fields: Any) -> GroupSurface:
+    return GroupSurface(members, **fields)
 
 
 def write_group(group: GroupSurface, options: MeshOptions = COARSE) -> Gltf:
@@ -119,10 +119,10 @@ def test_equal_surfaces_with_equal_colours_share_one_mesh() -> None:
     meshes = {name: find_copies(gltf, name)[0][1] for name in "abcde"}
     assert meshes["a"] is meshes["b"]
     assert meshes["c"] is meshes["d"]
-    (first,), (other,) = meshes["a"]["primitives"], meshes["c"]["primitives"]
-    assert first["attributes"] == other["attributes"]
-    assert first["indices"] == other["indices"]
-    assert first["material"] != other["material"]
+    (plain,), (red,) = meshes["a"]["primitives"], meshes["c"]["primitives"]
+    assert plain["attributes"] == red["attributes"]
+    assert plain["indices"] == red["indices"]
+    assert plain["material"] != red["material"]
 
 
 def test_nodes_place_members_as_the_group_does() -> None:

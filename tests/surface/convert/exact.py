@@ -51,7 +51,7 @@ def build_patch_evaluator(surface: PatchSurface, patch: int) -> Evaluator:
 
 
 def random_bezier(
-    degree: tuple[int, int], seed: int, is_rational: bool, channels: bool = True
+    degree: tuple[int, int], seed: int, is_rational: bool, has_channels: bool = True
 ) -> BezierSurface:
     """A random patch with channels whose degrees differ from its own, or without channels."""
     rng = np.random.default_rng(seed)
@@ -66,7 +66,7 @@ def random_bezier(
         rng.uniform(0.2, 5, shape) if is_rational else None,
         "z",
         "sail",
-        random_channels if channels else Channels(),
+        random_channels if has_channels else Channels(),
     )
 
 
@@ -94,7 +94,10 @@ def assert_same(
     expected: Evaluator,
     change: Callable[[Fraction, Fraction], tuple[Fraction, Fraction]] = lambda u, v: (u, v),
 ) -> None:
-    """actual(u, v) equals expected(change(u, v)), up to 1e-12 times the largest coordinate, 4."""
+    """Checks that actual(u, v) is expected(change(u, v)), up to 1e-12 times 4.
+
+    4 is the largest coordinate.
+    """
     for u, v in GRID:
         np.testing.assert_allclose(actual(u, v), expected(*change(u, v)), rtol=0, atol=4e-12)
 

@@ -41,7 +41,7 @@ NAMES = ("clamped", "uniform", "periodic")
 
 
 @st.composite
-def splines(draw: st.DrawFn, parted: bool = True) -> BsplineSurface:
+def splines(draw: st.DrawFn, may_be_discontinuous: bool = True) -> BsplineSurface:
     """B-splines with named or explicit knots, with or without weights, and with channels.
 
     A channel may have a value for each control point, or be a Bézier net of its own.
@@ -52,7 +52,7 @@ def splines(draw: st.DrawFn, parted: bool = True) -> BsplineSurface:
         name = draw(st.sampled_from([*NAMES, None]))
         axis_knots: Knots
         if name is None:
-            vector = draw(knot_vectors(st.just(p), parted, max_spans=3))
+            vector = draw(knot_vectors(st.just(p), may_be_discontinuous, max_spans=3))
             axis_knots, count = vector.knots, vector.points
         else:
             axis_knots, count = name, p + draw(st.integers(1 if name != "periodic" else 3, 4))  # type: ignore[assignment]
@@ -126,7 +126,7 @@ def assert_same(
     surface: BsplineSurface,
     change: Callable[[Fraction, Fraction], Pair] = lambda u, v: (u, v),
 ) -> None:
-    """Values of `converted` at (u, v) equal those of `surface` at change(u, v)."""
+    """Checks that `converted` at (u, v) has the values of `surface` at change(u, v)."""
     for u, v in list_places(converted):
         np.testing.assert_allclose(
             evaluate_values(converted, (u, v)),
@@ -142,23 +142,24 @@ convert_to_spline = partial(convert_to, BsplineSurface)
 @settings(max_examples=6)
 @given(splines(), st.integers(0, 2), st.integers(0, 2))
 def test_elevation_keeps_points_and_continuity(
-    surface: BsplineSurface, more_u: int, more_v: int
+    surface: BsplineSurface, steps_u: int, steps_v: int
 ) -> None:
-    degree = surface.degree[0] + more_u, surface.degree[1] + more_v
+    degree = surface.degree[0] + steps_u, surface.degree[1] + steps_v
     result = convert_to_spline(surface, Elevate(degree))
     assert result.degree == degree
     assert_same(result, surface)
-    for axis, more in enumerate((more_u, more_v)):
-        if not more:
+    for axis, degree_steps in enumerate((steps_u, steps_v)):
+        if not degree_steps:
             assert result.knots[axis] is surface.knots[axis] or np.array_equal(
                 result.knots[axis], surface.knots[axis]
             )
             continue
+        # The multiplicities of inner knots grow by as much as the degree.
         old, new = (
             knot.multiplicities(s.knot_vectors[axis][s.degree[axis] : -s.degree[axis]])[1][1:-1]
             for s in (surface, result)
         )
-        np.testing.assert_array_equal(new, old + more)
+        np.testing.assert_array_equal(new, old + degree_steps)
 
 
 @settings(max_examples=6)
@@ -170,9 +171,9 @@ def test_a_restricted_spline_has_the_points_of_the_spline(
     for axis, name in enumerate("uv"):
         (low, high), (a, b) = find_domain(surface, axis), sorted(shares[2 * axis : 2 * axis + 2])
         if name in directions:
-            first, last = low + a * (high - low), low + b * (high - low)
-            assume(_has_room(surface.knot_vectors[axis], first, last))
-            intervals[axis] = first, last
+            begin, end = low + a * (high - low), low + b * (high - low)
+            assume(_has_room(surface.knot_vectors[axis], begin, end))
+            intervals[axis] = begin, end
     result = convert_to_spline(surface, Restrict(*intervals))
     for axis, interval in enumerate(intervals):
         # A parameter within rounding of an end of the domain counts as that end.
@@ -181,25 +182,26 @@ def test_a_restricted_spline_has_the_points_of_the_spline(
     assert_same(result, surface)
 
 
-def _has_room(knots: np.ndarray, first: float, last: float) -> bool:
-    """Whether `first` < `last`, and both are further than 1e-5 from the knots between them."""
-    gaps = np.diff(np.unique([*knots[(knots > first) & (knots < last)], first, last]))
-    return first < last and float(gaps.min()) > 1e-5
+def _has_room(knots: np.ndarray, begin: float, end: float) -> bool:
+    """Whether `begin` < `end`, and both are further than 1e-5 from the knots between them."""
+    gaps = np.diff(np.unique([*knots[(knots > begin) & (knots < end)], begin, end]))
+    return begin < end and float(gaps.min()) > 1e-5
 
 
 @settings(max_examples=5)
-@given(splines(parted=False))
+@given(splines(may_be_discontinuous=False))
 def test_transposed_and_reversed_splines_have_the_same_points(surface: BsplineSurface) -> None:
     assert_same(convert_to_spline(surface, Transpose()), surface, lambda u, v: (v, u))
     for axis, name in enumerate("uv"):
         result = convert_to_spline(surface, Reverse(name))  # type: ignore[arg-type]
         low, high = map(Fraction, find_domain(surface, axis))
+        # Knots with a name stay the same; explicit knots are negated.
         is_named = isinstance(surface.knots[axis], str)
         mirror = low + high if is_named else Fraction(0)
         assert find_domain(result, axis) == (float(mirror - high), float(mirror - low))
-        ends = (lambda u, v, m=mirror: (m - u, v)) if axis == 0 else (
+        reverse = (lambda u, v, m=mirror: (m - u, v)) if axis == 0 else (
             lambda u, v, m=mirror: (u, m - v))  # fmt: skip
-        assert_same(result, surface, ends)
+        assert_same(result, surface, reverse)
 
 
 @settings(max_examples=5)
@@ -242,15 +244,15 @@ def test_parts_of_a_split_spline_have_its_points(
     cells = list(product([(low, u), (u, high)], along_v))
     assert len(result.members) == len(cells)
     for member, cell in zip(result.members, cells, strict=True):
-        interval = member.surface
-        assert isinstance(interval, BsplineSurface)
-        assert (find_domain(interval, 0), find_domain(interval, 1)) == cell
-        assert_same(interval, surface)
+        part = member.surface
+        assert isinstance(part, BsplineSurface)
+        assert (find_domain(part, 0), find_domain(part, 1)) == cell
+        assert_same(part, surface)
 
 
 @pytest.mark.parametrize("shape", [(3, 3), (6, 7)])
 def test_white_colors_stay_white(shape: tuple[int, int]) -> None:
-    """Colours above 1 are invalid. They would result from rounding, if the service did not clip."""
+    """Without clipping, rounding would make some colours larger than 1, which is invalid."""
     rng = np.random.default_rng(4)
     surface = BsplineSurface(
         rng.uniform(-1, 1, (6, 7, 3)), (2, 3), ("uniform", "periodic"),
@@ -284,20 +286,21 @@ def test_closed_surfaces_stay_closed(operation: Operation, is_rational: bool) ->
 
 
 def test_a_parameter_within_rounding_of_a_knot_is_that_knot() -> None:
-    for near, exact in (
+    for near_operation, exact_operation in (
         (Split(u=1 + 1e-12), Split(u=1.0)),
         (Restrict(u=(0.5, 1 + 1e-12)), Restrict(u=(0.5, 1.0))),
         (Restrict(v=(-1e-15, 2)), Restrict(v=(0.0, 2.0))),
     ):
-        first, second = (
-            build_mesh(convert(build_cubic(), [parameter]).lower()) for parameter in (near, exact)
+        near_mesh, exact_mesh = (
+            build_mesh(convert(build_cubic(), [operation]).lower())
+            for operation in (near_operation, exact_operation)
         )
-        assert np.array_equal(first.positions, second.positions)
+        assert np.array_equal(near_mesh.positions, exact_mesh.positions)
 
 
-def build_cubic(**fields: object) -> BsplineSurface:
-    net = np.random.default_rng(6).uniform(-1, 1, (6, 6, 3))
-    return BsplineSurface(net, **fields)  # type: ignore[arg-type]
+def build_cubic() -> BsplineSurface:
+    """A bicubic spline over clamped knots with the domain [0, 3]²."""
+    return BsplineSurface(np.random.default_rng(6).uniform(-1, 1, (6, 6, 3)))
 
 
 @pytest.mark.parametrize(
@@ -331,8 +334,9 @@ def test_too_large_results_are_refused_before_they_are_built() -> None:
 
 
 def test_conversions_that_would_take_minutes_are_refused() -> None:
+    """Elevation by 32 degrees would make about 50,000 knots, of multiplicity 63."""
     knots = np.repeat(np.arange(800.0), 31)
-    knots = np.concatenate([[0.0] * 2, knots, [799.0] * 2])
+    knots = np.concatenate([[0.0] * 2, knots, [799.0] * 2])  # the ends have multiplicity p + 1
     net = np.zeros((len(knots) - 33, 2, 3))
     surface = BsplineSurface(net, (32, 1), (knots, "clamped"))
     with pytest.raises(SurfaceError) as caught:

@@ -67,14 +67,14 @@ def test_elevation_of_patches_keeps_points_and_their_shared_edge(
     degree: tuple[int, int], new_degree: int, seed: int, is_rational: bool
 ) -> None:
     surface = random_patches(degree, seed, is_rational)
-    higher = convert_to_patches(surface, Elevate((new_degree, new_degree)))
-    assert higher.degree == (new_degree, new_degree)
-    assert higher.parts == surface.parts
-    assert len(higher.vertices) == (2 * new_degree + 1) * (new_degree + 1), (
+    result = convert_to_patches(surface, Elevate((new_degree, new_degree)))
+    assert result.degree == (new_degree, new_degree)
+    assert result.parts == surface.parts
+    assert len(result.vertices) == (2 * new_degree + 1) * (new_degree + 1), (
         "the patches share the vertices of their edge"
     )
     for patch in (0, 1):
-        assert_same(build_patch_evaluator(higher, patch), build_patch_evaluator(surface, patch))
+        assert_same(build_patch_evaluator(result, patch), build_patch_evaluator(surface, patch))
 
 
 @settings(max_examples=6)
@@ -86,18 +86,16 @@ def test_parts_of_a_split_patch_have_its_points_and_share_edges(
     u, v = cuts
     pieces = convert_to_patches(surface, Split(u, v))
     borders = [[Fraction(0), *([] if t is None else [Fraction(t)]), Fraction(1)] for t in (u, v)]
-    count = [len(b) - 1 for b in borders]
-    assert len(pieces.patches) == count[0] * count[1]
-    rows, columns = (n * d + 1 for n, d in zip(count, pieces.degree, strict=True))
+    counts = [len(b) - 1 for b in borders]
+    assert len(pieces.patches) == counts[0] * counts[1]
+    rows, columns = (n * d + 1 for n, d in zip(counts, pieces.degree, strict=True))
     assert len(pieces.vertices) == rows * columns
-    for k in range(count[0]):
-        for m in range(count[1]):
-            begins, widths = zip(
-                *((b[i], b[i + 1] - b[i]) for b, i in zip(borders, (k, m), strict=True)),
-                strict=True,
-            )
+    for k in range(counts[0]):
+        for m in range(counts[1]):
+            begins = borders[0][k], borders[1][m]
+            widths = borders[0][k + 1] - begins[0], borders[1][m + 1] - begins[1]
             assert_same(
-                build_patch_evaluator(pieces, k * count[1] + m),
+                build_patch_evaluator(pieces, k * counts[1] + m),
                 build_bezier_evaluator(surface),
                 partial(_map_into_interval, begins, widths),
             )
@@ -149,21 +147,21 @@ def test_transposed_and_reversed_patches_have_the_same_points(
         expected,
         lambda u, v: (u, 1 - v),
     )
-    several = random_patches(degree, seed, is_rational)
+    patches = random_patches(degree, seed, is_rational)
     for patch in (0, 1):
-        expected = build_patch_evaluator(several, patch)
-        result = build_patch_evaluator(convert_to_patches(several, Transpose()), patch)
+        expected = build_patch_evaluator(patches, patch)
+        result = build_patch_evaluator(convert_to_patches(patches, Transpose()), patch)
         assert_same(result, expected, lambda u, v: (v, u))
-        result = build_patch_evaluator(convert_to_patches(several, Reverse("u")), patch)
+        result = build_patch_evaluator(convert_to_patches(patches, Reverse("u")), patch)
         assert_same(result, expected, lambda u, v: (1 - u, v))
-        result = build_patch_evaluator(convert_to_patches(several, Reverse("v")), patch)
+        result = build_patch_evaluator(convert_to_patches(patches, Reverse("v")), patch)
         assert_same(result, expected, lambda u, v: (u, 1 - v))
 
 
 @pytest.mark.parametrize("size", [5e-324, 1e-310, 1e-30, 1e30, 1e308])
 def test_a_common_factor_of_weights_has_no_effect(size: float) -> None:
     """Factors include subnormal floats, and floats whose sum would be infinite."""
-    polynomial = random_bezier((2, 2), 3, False, channels=False)
+    polynomial = random_bezier((2, 2), 3, False, has_channels=False)
     weights = np.array([[1.0, 1, 1], [1, 1, 1], [1, 1, 1]]) * size
     surface = BezierSurface(polynomial.control_net, weights, "z", "sail")
     for operation in (Elevate((4, 4)), Restrict(u=(0.25, 0.5))):
@@ -178,12 +176,12 @@ def test_elevation_that_would_open_a_seam_between_u_and_v_is_refused() -> None:
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, -1, 0], [1, -1, 1]])
     surface = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[0, 1], [4, 5]]]))
     assert read_issue(surface, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
-    result = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
-    assert read_issue(result, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
+    reversed_edge = PatchSurface(vertices, np.array([[[0, 2], [1, 3]], [[1, 0], [5, 4]]]))
+    assert read_issue(reversed_edge, Elevate((2, 3))) == ("seam_would_open", "/operations/0/degree")
     report = tessellate(
         lower_patches(convert(surface, [Elevate((3, 3))])), MeshOptions(resolution=(2, 2))
     ).report
-    assert report.boundary_edges == 12
+    assert report.boundary_edges == 6 * 2  # six open sides of two divisions
 
 
 ELEVATED_EXAMPLES = [

@@ -70,8 +70,8 @@ def random_triangle(degree: int, seed: int, is_rational: bool) -> TriangleSurfac
 def build_mixed_patches(seed: int, is_rational: bool) -> PatchSurface:
     """A bicubic patch and a cubic triangle that share an edge."""
     rng = np.random.default_rng(seed)
-    edge = [3, 7, 11, 15]
-    convert_to_triangle = [*edge, *range(16, 22)]
+    edge = [3, 7, 11, 15]  # the side v = 1 of the patch is the side t = 0 of the triangle
+    triangle = [*edge, *range(16, 22)]
     return PatchSurface(
         rng.uniform(-4, 4, (22, 3)),
         np.arange(16).reshape(1, 4, 4),
@@ -80,7 +80,7 @@ def build_mixed_patches(seed: int, is_rational: bool) -> PatchSurface:
         "z",
         "sail",
         Channels(rng.uniform(0, 1, (22, 3))),
-        np.array([convert_to_triangle]),
+        np.array([triangle]),
     )
 
 
@@ -111,7 +111,7 @@ def evaluate_member(surface: PatchSurface, number: int, place: Vector) -> list[f
 
 
 def assert_near(actual: list[float], expected: list[float]) -> None:
-    """Values differ by at most 1e-12 times the largest coordinate, 4."""
+    """Checks that values differ by at most 1e-12 times 4, the largest coordinate."""
     np.testing.assert_allclose(actual, expected, rtol=0, atol=4e-12)
 
 
@@ -122,11 +122,11 @@ convert_to_patches = partial(convert_to, PatchSurface)
 @settings(max_examples=6)
 @given(degrees, st.integers(0, 4), seeds, st.booleans())
 def test_elevation_of_a_triangle_keeps_its_points(
-    degree: int, more: int, seed: int, is_rational: bool
+    degree: int, degree_steps: int, seed: int, is_rational: bool
 ) -> None:
     surface = random_triangle(degree, seed, is_rational)
-    result = convert_to_triangle(surface, Elevate((degree + more, degree + more)))
-    assert result.degree == degree + more
+    result = convert_to_triangle(surface, Elevate((degree + degree_steps, degree + degree_steps)))
+    assert result.degree == degree + degree_steps
     for place in PLACES:
         assert_near(evaluate_triangle(result, place), evaluate_triangle(surface, place))
 
@@ -143,11 +143,12 @@ def test_parts_of_a_split_triangle_have_its_points_and_share_edges(
     assert len(result.patches) == 0
     n = max(degree, 2)
     assert result.triangle_degree == n
-    inside = 3 * count_points(n - 1) - 3 * n + 1 if n > 1 else 1
-    assert len(result.vertices) == inside + 3 * n, "the triangles share the vertices of their edges"
+    # Three triangles share three inner edges of n + 1 points, all of which have one common end.
+    vertex_count = 3 * count_points(n) - 3 * (n + 1) + 1
+    assert len(result.vertices) == vertex_count, "the triangles share the vertices of their edges"
     for corner in range(3):
         for place in PLACES:
-            # Part number `corner` has the point of the split in place of this corner.
+            # Part number `corner` has the point of the split, (r, s, t), in place of this corner.
             old_place = [x * place[corner] for x in (r, s, t)]
             for m in range(3):
                 old_place[m] += place[m] if m != corner else 0
@@ -194,13 +195,13 @@ def test_operations_on_patches_and_triangles_keep_points_and_the_shared_edge(
     is_rational: bool,
 ) -> None:
     surface = build_mixed_patches(1, is_rational)
-    before = build_mesh(surface.lower(), resolution=(3, 3)).report
+    old_report = build_mesh(surface.lower(), resolution=(3, 3)).report
     for operation in (Elevate((5, 5)), Transpose(), Reverse("u"), Reverse("v"), ToBezier()):
         result = convert_to_patches(surface, operation)
         assert result.parts == surface.parts
         report = build_mesh(result.lower(), resolution=(3, 3)).report
-        assert report.boundary_edges == before.boundary_edges
-        assert report.vertices == before.vertices
+        assert report.boundary_edges == old_report.boundary_edges
+        assert report.vertices == old_report.vertices
     result = convert_to_patches(surface, Elevate((5, 5)))
     assert (result.degree, result.triangle_degree) == ((5, 5), 5)
     assert len(result.vertices) == 36 + 21 - 6, (

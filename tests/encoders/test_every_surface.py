@@ -1,4 +1,7 @@
-"""Other programs read our files of all surfaces in `tests/forms.py` and of all examples."""
+"""Other programs read our files: of all requests in `tests/forms.py` and of all examples.
+
+`tests/forms.py` has requests with every kind of surface and every group of options.
+"""
 
 from functools import cache
 from io import BytesIO
@@ -75,7 +78,7 @@ def test_geomview_reads_all_faces(title: str, tmp_path: Path) -> None:
 
 @each_request
 def test_trimesh_reads_every_triangle(title: str) -> None:
-    """trimesh reads the corners, the winding and the colours of the JSON mesh."""
+    """Corners, winding and colours in trimesh equal those of the mesh that we encode."""
     for name in ("stl", "obj", "ply", "off"):
         check_triangles(title, name)
 
@@ -116,7 +119,7 @@ def check_triangles(title: str, name: str) -> None:
 @pytest.mark.parametrize("title", ["tube", "tube that closes", "isocurves as tubes alone"])
 @pytest.mark.parametrize("name", ["stl", "obj", "ply", "off"])
 def test_closed_meshes_are_watertight_in_trimesh(title: str, name: str) -> None:
-    """trimesh also computes the volume of the JSON mesh."""
+    """The volume that trimesh computes is the volume of the mesh that we encode."""
     scene = trimesh.load_scene(
         BytesIO(encode(title, name)), file_type=name, merge_norm=True, merge_tex=True
     )
@@ -151,6 +154,7 @@ def test_the_validator_finds_no_issue_in_examples(example: str, tmp_path: Path) 
 def test_geomview_reads_examples(
     example: str, form: OoglForm, faces: Faces, tmp_path: Path
 ) -> None:
+    """`form` is the kind of objects in the OOGL file: grids, polygons or Bézier patches."""
     # The form "mesh" stores grids, so patches with a common edge need equal divisions of it.
     resolution = (2, 2) if form == "mesh" else (2, 1)
     options = MeshOptions(resolution=resolution, faces=faces, overlays=OVERLAYS)
@@ -161,10 +165,10 @@ def test_geomview_reads_examples(
             render(surface, options, oogl, EncodeOptions(form))
         return
     models = model.models if isinstance(model, GroupModel) else (model,)
-    kinds = {
+    batch_types = {
         type(batch) for each in models if not isinstance(each, SweepModel) for batch in each.batches
     }
-    if form == "mesh" and TrianglePatches in kinds:
+    if form == "mesh" and TrianglePatches in batch_types:
         with pytest.raises(UnsupportedByFormat):
             render(surface, options, oogl, EncodeOptions(form))
         return
