@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
@@ -44,7 +43,8 @@ class NearlyClosed(Finding):
         return f"{self.kind} {self.seed}"
 
 
-class CaseFamily(NamedTuple):
+@dataclass(frozen=True)
+class CaseFamily:
     """A family of `count` surfaces; `build` builds the surface with a seed below `count`."""
 
     count: int
