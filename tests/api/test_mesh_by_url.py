@@ -157,7 +157,7 @@ def test_responses_are_not_compressed_while_requests_wait_for_memory(
 ) -> None:
     url, accept_gzip = "/v1/surfaces/torus/mesh.json?resolution=8", {"Accept-Encoding": "gzip"}
     with monkeypatch.context() as patch:
-        patch.setattr(Workers, "waiting", 1)
+        patch.setattr(Workers, "queue_length", 1)
         plain_response = fresh_client.get_raw(url, accept_gzip)
         assert "content-encoding" not in plain_response.headers
         compressed_response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
