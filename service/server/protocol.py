@@ -74,6 +74,7 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
+        # uvicorn's cycles use this object as their transport (`on_headers_complete`).
         self.write, self.is_closing = transport.write, transport.is_closing
         self._head_due = self.loop.time() + self._settings.head_timeout
         if len(self.connections) > self._settings.max_connections:
@@ -106,12 +107,14 @@ class BoundedProtocol(HttpToolsProtocol):
 
     def on_headers_complete(self) -> None:
         if len(self.pipeline) >= MAX_PIPELINED and not self._ignores_input:
+            # The connection ends after the response to the newest request. The error only stops the
+            # parser: `data_received` sends no response to it, because the input is ignored.
             self._ignores_input, self.cycle.keep_alive = True, False
             raise Refused
         check_head(self, self._settings.max_head_bytes)
         if not self.parser.should_upgrade():
-            # uvicorn calls this when data arrive. Here its timer also ends a connection whose input
-            # is ignored.
+            # uvicorn stops its timer for idle connections whenever data arrive. Here the timer runs
+            # until a head is complete, so that it also ends a connection whose input is ignored.
             self._unset_keepalive_if_required()
             super().on_headers_complete()
             self.headers = []  # uvicorn adds trailers to this list; the request keeps the old list
@@ -167,10 +170,15 @@ class BoundedProtocol(HttpToolsProtocol):
         """Responds with a problem, after the responses to earlier requests, and then closes."""
         self._state.count_refusal(problem.code)
         if self._in_body and self.pipeline:
+            # The request with the incomplete body is the newest one, and has not started: it is
+            # removed, and the responses to earlier requests are still sent.
             self.pipeline.popleft()
         elif self._in_body and self.cycle.response_started:
+            # The client already has the beginning of a response, which a problem cannot replace.
             return self.close()
         elif self._in_body:
+            # The request has started, but its response has not: the request ends, and its response
+            # is the problem.
             self._disconnect()
             self.cycle = None  # type: ignore[assignment]
         # uvicorn sends responses in the order of requests. So the parser reads one more request,

@@ -118,6 +118,7 @@ def test_the_refusal_of_a_small_tolerance_names_one_that_can_be_reached(client: 
         plan_measure(surface, MeasureQuery(1e-9), limits).run()
     (issue,) = error.value.issues
     assert (issue.code, issue.pointer, issue.got) == ("too_costly", "/tolerance", "1e-09")
+    # The text is "at least X: X for the area".
     smallest_tolerance, _, end_of_text = issue.needed.removeprefix("at least ").partition(": ")
     assert end_of_text == f"{smallest_tolerance} for the area"
     result = orjson.loads(
@@ -125,6 +126,7 @@ def test_the_refusal_of_a_small_tolerance_names_one_that_can_be_reached(client: 
     )
     assert result["reached"]
     assert is_about(result["area"], 1 / 3 + 0.1**2 - 0.1**3 / 3, float(smallest_tolerance))
+    # The documentation of the API has a problem of this kind as an example.
     example = client.get("/openapi.json").json()["components"]["responses"]["InvalidRequest"]
     problem = example["content"]["application/problem+json"]["examples"]["intervals"]["value"]
     assert problem["errors"][0]["code"] == "too_costly"
@@ -133,6 +135,7 @@ def test_the_refusal_of_a_small_tolerance_names_one_that_can_be_reached(client: 
 def test_with_a_low_limit_intervals_are_wide_and_the_tolerance_is_not_reached() -> None:
     surface = BsplineSurface(np.random.default_rng(1).uniform(0, 1, (40, 40, 3)))
     query = MeasureQuery(1e-12)
+    # With a limit that is lower still, the surface itself is too large.
     with pytest.raises(TooLarge) as error:
         plan_measure(surface, query, Limits(max_multiplications=1_000_000))
     assert error.value.issues[0].pointer == "/surface"

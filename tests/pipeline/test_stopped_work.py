@@ -34,6 +34,7 @@ class CountingCancellation(Cancellation):
         self._allowed = allowed
 
     def raise_if_over(self) -> None:
+        """Counts this checkpoint, and cancels the work after the allowed number of them."""
         self.count += 1
         if self.count > self._allowed:
             self.cancel()

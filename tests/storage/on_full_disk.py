@@ -43,7 +43,10 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 
 @contextmanager
 def start_service(store: Path, folder: Path) -> Iterator[tuple[httpx.Client, Path]]:
-    """A client of a service in its own process, and the log; the process must not end earlier."""
+    """Starts a service in its own process; yields a client of the service and the path of its log.
+
+    An error is raised if the service ends before the end of the block.
+    """
     with (
         service_server(folder, {"SURFACE_STORE": str(store)}) as server,
         httpx.Client(base_url=server.url) as client,
@@ -90,6 +93,7 @@ def test_on_a_full_disk_the_service_refuses_to_store_and_all_else_works(
     assert {path.name for path in objects} == {
         response.json()["id"] for response in (*successes, last_response)
     }
+    # The content of every file is complete: the path in the store depends on the content.
     for path in objects:
         assert path == find_file(disk / "store", path.read_bytes())
     assert list_files(disk / "store" / STAGING) == []

@@ -11,7 +11,7 @@ from tests.oracles.sheets import build_sheets
 from tools.certify.judge import count_edges, count_reversed_triangles, find_flat_triangles
 from tools.certify.models import BODIES, build_complex
 from tools.certify.rounding import is_flattened_by_rounding
-from tools.certify.seams import Joint, LoweredSurface, check_order, check_seams
+from tools.certify.seams import LoweredSurface, SeamReport, check_order, check_seams
 from tools.certify.surfaces import FAMILIES
 from tools.certify.written import Written, read_file
 
@@ -60,13 +60,13 @@ def test_edges_with_one_triangle_and_with_more_than_two_are_counted() -> None:
 
 @pytest.mark.parametrize("kind", BODIES)
 def test_models_with_equal_edges_are_joined(kind: str) -> None:
-    joint = Joint(kind=kind, seed=1)
+    seam_report = SeamReport(kind=kind, seed=1)
     net_complex = build_complex(kind, 1)
     assert net_complex.alike == set(net_complex.edges())
-    sides = check_seams(joint, net_complex, write_model(kind, 1))
-    assert joint.faults == []
+    sides = check_seams(seam_report, net_complex, write_model(kind, 1))
+    assert seam_report.faults == []
     assert len(sides) == sum(map(len, net_complex.loops))
-    assert joint.seams + joint.boundary // 3 == len(net_complex.edges())
+    assert seam_report.seams + seam_report.boundary // 3 == len(net_complex.edges())
 
 
 def test_a_crack_is_detected() -> None:
@@ -76,21 +76,22 @@ def test_a_crack_is_detected() -> None:
     faces[0, 0] = len(mesh.vertices)
     moved_corner = np.nextafter(mesh.vertices[mesh.faces[0, :1]], 9.0)
     vertices = np.concatenate([mesh.vertices, moved_corner])
-    joint = Joint(kind="prisms", seed=1)
+    seam_report = SeamReport(kind="prisms", seed=1)
     cracked_mesh = Written(vertices, faces, mesh.report, parts=mesh.parts)
-    check_seams(joint, build_complex("prisms", 1), cracked_mesh)
-    assert joint.faults
-    check_order(joint, mesh, cracked_mesh)
-    assert joint.faults[-1] == "patch 0 depends on the order of the patches"
+    check_seams(seam_report, build_complex("prisms", 1), cracked_mesh)
+    assert seam_report.faults
+    check_order(seam_report, mesh, cracked_mesh)
+    assert seam_report.faults[-1] == "patch 0 depends on the order of the patches"
 
 
 def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> None:
     """One triangle at a seam is split in two, but its neighbour on the other side is not."""
     mesh = write_model("tori", 1)
     net_complex = build_complex("tori", 1)
-    joint = Joint(kind="tori", seed=1)
-    sides = check_seams(joint, net_complex, mesh)
-    assert not joint.faults
+    seam_report = SeamReport(kind="tori", seed=1)
+    sides = check_seams(seam_report, net_complex, mesh)
+    assert not seam_report.faults
+    # The keys of `sides` are the number of a patch and the pair of corners at the ends of a side.
     a, b, *_ = sides[0, min(pair for k, pair in sides if k == 0)]
     first_face, end_face = mesh.parts["patch 0"]
     (row,) = (k for k in range(first_face, end_face) if {a, b} <= set(mesh.faces[k].tolist()))
@@ -104,8 +105,8 @@ def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> No
         name: (begin + (begin > first_face), end + (begin >= first_face))
         for name, (begin, end) in mesh.parts.items()
     }
-    check_seams(joint, net_complex, Written(vertices, faces, mesh.report, parts=parts))
-    assert any("differ" in text for text in joint.faults)
+    check_seams(seam_report, net_complex, Written(vertices, faces, mesh.report, parts=parts))
+    assert any("differ" in text for text in seam_report.faults)
 
 
 def test_a_triangle_without_area_is_excused_only_if_rounding_is_the_reason() -> None:
@@ -115,16 +116,18 @@ def test_a_triangle_without_area_is_excused_only_if_rounding_is_the_reason() -> 
     (sheet,) = build_sheets(BezierSurface(net))
     places = np.array([[0.25, 0], [0.25, 1], [0.75, 0]])
     points = sheet.at(places) + sheet.origin
+    # Near y = 1 the numbers of float32 are 6e-8 or more apart; near 0 they could represent 1e-9.
     points[:, 1] += 1.0
     (sheet,) = build_sheets(BezierSurface(net + np.array([0.0, 1, 0])))
     rounded_points = points.astype(np.float32)
-    written, steps = rounded_points.astype(float), np.spacing(rounded_points).astype(float) / 2
+    # The largest error of rounding is half of the distance to the next number.
+    written, rounding = rounded_points.astype(float), np.spacing(rounded_points).astype(float) / 2
     assert find_flat_triangles(np.array([written, points])) == [0]
-    assert is_flattened_by_rounding(sheet, written, places, steps)
+    assert is_flattened_by_rounding(sheet, written, places, rounding)
     for axis in range(3):
         moved_points = written.copy()
-        moved_points[1, axis] += 8 * steps[1, axis]
-        assert not is_flattened_by_rounding(sheet, moved_points, places, steps)
+        moved_points[1, axis] += 8 * rounding[1, axis]
+        assert not is_flattened_by_rounding(sheet, moved_points, places, rounding)
     # Points that are collinear without rounding, and equal points, are not excused.
     flat_patch = BezierSurface(np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]))
     (sheet,) = build_sheets(flat_patch)

@@ -102,7 +102,7 @@ class Row:
         if not self.results:
             faults.append("no client")  # no request ended during the attack
         elif compute_percentile(self.results, 99) > (
-            MAX_LATENCY_JSON if self.attack.parses else MAX_LATENCY
+            MAX_LATENCY_JSON if self.attack.sends_largest_json else MAX_LATENCY
         ):
             faults.append("p99")
         return faults
@@ -234,7 +234,7 @@ def main(words: list[str]) -> bool:
     with service_server(FOLDER, settings) as service:
         if select(PROXIED):
             with (
-                Proxy(FOLDER, service.port, service.port) as proxy,
+                Proxy(FOLDER, first_port=service.port, second_port=service.port) as proxy,
                 run_client(proxy.port) as results,
             ):
                 rows += asyncio.run(run_attacks(service, proxy.port, select(PROXIED)))
@@ -254,10 +254,10 @@ def main(words: list[str]) -> bool:
             end = time.monotonic()
         assign_results(rows_without_proxy, results)
         leftovers = find_leftovers(service, files)
-        traces = service.log.read_text(encoding="utf-8").count("Traceback")
+        traceback_count = service.log.read_text(encoding="utf-8").count("Traceback")
     quiet_results = [result for result in results if result.time < begin]
     all_rows = rows + rows_without_proxy
-    return print_report(all_rows, quiet_results, leftovers, traces, end - begin)
+    return print_report(all_rows, quiet_results, leftovers, traceback_count, end - begin)
 
 
 def assign_results(rows: list[Row], results: list[ClientResult]) -> None:
@@ -270,7 +270,7 @@ def print_report(
     rows: list[Row],
     quiet_results: list[ClientResult],
     leftovers: list[str],
-    traces: int,
+    traceback_count: int,
     seconds: float,
 ) -> bool:
     """Prints the table and the faults; returns whether there are no faults.
@@ -285,7 +285,7 @@ def print_report(
         print(row.format())
     faults = [f"{row.attack.name}: {text}" for row in rows for text in row.find_faults()]
     faults += [f"after the attacks: {text}" for text in leftovers]
-    faults += [f"{traces} exceptions in the log"] if traces else []
+    faults += [f"{traceback_count} exceptions in the log"] if traceback_count else []
     results = [result for row in rows for result in row.results]
     slowest_results = sorted(results, key=lambda result: -result.seconds)[:5]
     print(f"\n{seconds:.0f} s; slowest requests of the client:", end=" ")

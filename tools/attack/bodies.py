@@ -228,10 +228,15 @@ BODIES = (
         "wide, sparse and long JSON",
         send_long_json,
         rf"400 malformed_json|413 body_too_large|422 (invalid_request|result_too_large)|{BUSY}",
-        parses=True,
+        sends_largest_json=True,
     ),
     Attack("gzip bombs", send_bombs, "415 unsupported_media_type"),
-    Attack("NaN everywhere: all hostile bodies", send_hostile_bodies, r"4\d\d \w+", parses=True),
+    Attack(
+        "NaN everywhere: all hostile bodies",
+        send_hostile_bodies,
+        r"4\d\d \w+",
+        sends_largest_json=True,
+    ),
     Attack(
         "2³¹ resolutions, degrees, counts", send_huge_numbers, rf"200|400 malformed_body|{DONE}"
     ),
@@ -239,6 +244,6 @@ BODIES = (
         "hash-flooded and repeated keys",
         send_colliding_keys,
         rf"422 invalid_request|{BUSY}",
-        parses=True,
+        sends_largest_json=True,
     ),
 )

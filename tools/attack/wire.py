@@ -171,7 +171,7 @@ class Attack:
         Attacks the service at a port; returns the numbers of responses by their short form.
     expected : str
         A regular expression for the short forms of documented responses.
-    parses : bool
+    sends_largest_json : bool
         Whether the attack sends the largest JSON. Python runs no other thread while it parses JSON,
         so the client may wait longer.
     """
@@ -179,7 +179,7 @@ class Attack:
     name: str
     run: Callable[[int], Awaitable[Counter[str]]]
     expected: str
-    parses: bool = False
+    sends_largest_json: bool = False
 
     def find_faults(self, responses: Mapping[str, int]) -> list[str]:
         """The responses that are not documented, or `nothing happened` without any response."""

@@ -23,7 +23,7 @@ from tools.certify.closing import NEARLY_CLOSED, NearlyClosed, judge_nearly
 from tools.certify.groups import judge_group
 from tools.certify.judge import TOLERANCES, Case, Verdict, judge
 from tools.certify.models import BODIES
-from tools.certify.seams import Joint, judge_model
+from tools.certify.seams import SeamReport, judge_model
 from tools.certify.surfaces import FAMILIES
 from tools.certify.table import Finding, write_rows
 
@@ -138,7 +138,7 @@ def print_report(findings: list[Finding]) -> int:
         name: number for number, name in enumerate([*FAMILIES, *BODIES, *NEARLY_CLOSED, "groups"])
     }
     findings.sort(key=lambda each: (order[each.kind], each.seed, -each.tolerance))
-    models = [each for each in findings if isinstance(each, Joint)]
+    models = [each for each in findings if isinstance(each, SeamReport)]
     nearly_closed = [each for each in findings if isinstance(each, NearlyClosed)]
     verdicts = [each for each in findings if isinstance(each, Verdict)]
     by_tolerance = [v for v in verdicts if v.case.resolution is None]

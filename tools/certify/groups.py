@@ -17,7 +17,7 @@ from service.pipeline.mesh import render
 from service.surface.group import GroupSurface, Member
 from tests.oracles.deviation import measure_seen_deviation
 from tests.oracles.sheets import PlacedSheet, Sheet, build_sheets
-from tools.certify.seams import Joint, check_deviation
+from tools.certify.seams import SeamReport, check_deviation
 from tools.certify.surfaces import FAMILIES, Array, Random
 from tools.certify.written import Written, read_file
 
@@ -29,11 +29,11 @@ MIN_DISTANCE = 1e-3
 distance."""
 
 
-def judge_group(seed: int, relative: float) -> Joint:
+def judge_group(seed: int, relative: float) -> SeamReport:
     """The findings about both meshes of a group; deviations are compared copy by copy."""
     rng = np.random.default_rng(seed)
     group, sheets = build_group(rng)
-    joint = Joint(kind="groups", seed=seed, tolerance=relative)
+    seam_report = SeamReport(kind="groups", seed=seed, tolerance=relative)
     points = np.concatenate([s.at(s.samples(2000)) + s.origin for s in sheets])
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     camera = Camera(tuple((points[0] + rng.uniform(-1, 1, 3) * size).tolist()), 0.8, 600)
@@ -41,21 +41,23 @@ def judge_group(seed: int, relative: float) -> Joint:
         start = time.process_time()
         mesh = _write_mesh(group, Accuracy(relative_tolerance=relative))
         camera_mesh = _write_mesh(group, Accuracy(camera=camera, pixel_tolerance=PIXELS))
-        joint.seconds = time.process_time() - start
+        seam_report.seconds = time.process_time() - start
     except Exception as error:  # any error means that no mesh was made
-        joint.faults.append(f"{type(error).__name__}: {error}")
-        return joint
-    joint.triangles = len(mesh.faces)
+        seam_report.faults.append(f"{type(error).__name__}: {error}")
+        return seam_report
+    seam_report.triangles = len(mesh.faces)
     # The tolerance is relative to the diagonal of the control points, which is larger than the
     # diagonal of the samples, but by less than a factor of 4.
-    joint.tolerance = relative * 4 * size
-    check_deviation(joint, sheets, mesh, "member", 2000)
+    seam_report.tolerance = relative * 4 * size
+    check_deviation(seam_report, sheets, mesh, "member", 2000)
     max_ratio = PIXELS * 2 * tan(camera.field_of_view / 2) / camera.height
     eye = np.array(camera.position)
     ratio = measure_seen_deviation(sheets, camera_mesh.corners, eye, MIN_DISTANCE * 4 * size, 1000)
     if not ratio <= max_ratio * (1 + 1e-9):
-        joint.faults.append(f"deviates by {ratio / max_ratio * PIXELS} pixels, allowed {PIXELS}")
-    return joint
+        seam_report.faults.append(
+            f"deviates by {ratio / max_ratio * PIXELS} pixels, allowed {PIXELS}"
+        )
+    return seam_report
 
 
 def _write_mesh(group: GroupSurface, accuracy: Accuracy) -> Written:

@@ -42,7 +42,7 @@ class LoweredSurface(SurfaceKind):
 
 
 @dataclass
-class Joint(Finding):
+class SeamReport(Finding):
     """The findings about one model, with the numbers of its seams and of its boundary edges."""
 
     seams: int = 0
@@ -52,33 +52,33 @@ class Joint(Finding):
         return f"{self.kind} {self.seed} at {self.tolerance:g}"
 
 
-def judge_model(kind: str, seed: int, tolerance: float) -> Joint:
+def judge_model(kind: str, seed: int, tolerance: float) -> SeamReport:
     """The findings about the meshes of a model, of the model in another order, of patches alone."""
-    joint = Joint(kind=kind, seed=seed, tolerance=tolerance)
+    seam_report = SeamReport(kind=kind, seed=seed, tolerance=tolerance)
     net_complex = build_complex(kind, seed)
     rng = np.random.default_rng([seed, 1])
     patches = range(len(net_complex.nets))
     try:
         start = time.process_time()
         mesh = _write_mesh(net_complex.model(patches), tolerance)
-        joint.seconds = time.process_time() - start
+        seam_report.seconds = time.process_time() - start
         reordered_mesh = _write_mesh(
             net_complex.model(rng.permutation(len(patches)).tolist(), together=False), tolerance
         )
         alone_numbers = rng.permutation(len(patches))[:ALONE_PATCHES].tolist()
         alone_meshes = {k: _write_mesh(net_complex.model([k]), tolerance) for k in alone_numbers}
     except Exception as error:  # any error means that no mesh was made
-        joint.faults.append(f"{type(error).__name__}: {error}")
-        return joint
-    joint.triangles = len(mesh.faces)
-    check_order(joint, mesh, reordered_mesh)
-    sides = check_seams(joint, net_complex, mesh)
+        seam_report.faults.append(f"{type(error).__name__}: {error}")
+        return seam_report
+    seam_report.triangles = len(mesh.faces)
+    check_order(seam_report, mesh, reordered_mesh)
+    sides = check_seams(seam_report, net_complex, mesh)
     for k, alone_mesh in alone_meshes.items():
         in_model = {pair: mesh.vertices[line] for (n, pair), line in sides.items() if n == k}
-        _check_alone(joint, net_complex, k, alone_mesh, in_model)
+        _check_alone(seam_report, net_complex, k, alone_mesh, in_model)
     count = int(np.clip(4 * len(mesh.faces) / len(patches), 400, 4000))
-    check_deviation(joint, build_sheets(net_complex.model(patches)), mesh, "patch", count)
-    return joint
+    check_deviation(seam_report, build_sheets(net_complex.model(patches)), mesh, "patch", count)
+    return seam_report
 
 
 def _write_mesh(model: PatchModel, tolerance: float) -> Written:
@@ -86,11 +86,11 @@ def _write_mesh(model: PatchModel, tolerance: float) -> Written:
     return read_file("json", render(LoweredSurface(model), options, BY_NAME["json"]))
 
 
-def check_order(joint: Joint, mesh: Written, reordered_mesh: Written) -> None:
+def check_order(seam_report: SeamReport, mesh: Written, reordered_mesh: Written) -> None:
     """Adds a fault for each part whose triangles are not equal bit for bit in both meshes."""
     for name in mesh.parts:
         if _list_triangles(mesh, name) != _list_triangles(reordered_mesh, name):
-            joint.faults.append(f"{name} depends on the order of the patches")
+            seam_report.faults.append(f"{name} depends on the order of the patches")
 
 
 def _list_triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ...]]:
@@ -104,7 +104,7 @@ def _list_triangles(mesh: Written, name: str) -> set[tuple[tuple[float, ...], ..
 
 
 def check_seams(
-    joint: Joint, net_complex: Complex, mesh: Written
+    seam_report: SeamReport, net_complex: Complex, mesh: Written
 ) -> dict[tuple[int, Pair], list[int]]:
     """Adds faults if the patches at a seam have different vertices there, or if counts are wrong.
 
@@ -113,34 +113,34 @@ def check_seams(
     edges, uses = np.unique(np.sort(list_edges(mesh.faces), axis=1), axis=0, return_counts=True)
     use_counts = {(a, b): n for (a, b), n in zip(edges.tolist(), uses.tolist(), strict=True)}
     if uses.max() > 2:
-        joint.faults.append(f"{(uses > 2).sum()} edges of more than two triangles")
+        seam_report.faults.append(f"{(uses > 2).sum()} edges of more than two triangles")
     sides: dict[tuple[int, Pair], list[int]] = {}
     for k, loop in enumerate(net_complex.loops):
         lines = _find_sides(
             mesh.vertices, mesh.faces[slice(*mesh.parts[f"patch {k}"])], net_complex, loop
         )
         if lines is None:
-            joint.faults.append(f"the border of patch {k} does not run from corner to corner")
+            seam_report.faults.append(f"the border of patch {k} does not run from corner to corner")
             return sides
         sides |= {(k, pair): line for pair, line in lines.items()}
     for pair, patches in net_complex.edges().items():
         seam_lines = [sides[k, pair] for k in patches]
         if any(line != seam_lines[0] for line in seam_lines):
-            joint.faults.append(f"the sides of the seam {pair} differ")
+            seam_report.faults.append(f"the sides of the seam {pair} differ")
         counts = [use_counts[min(a, b), max(a, b)] for a, b in pairwise(seam_lines[0])]
         if any(n != len(patches) for n in counts):
-            joint.faults.append(f"edges on {pair} are used {sorted(set(counts))} times")
+            seam_report.faults.append(f"edges on {pair} are used {sorted(set(counts))} times")
         if len(patches) > 1:
-            joint.seams += 1
+            seam_report.seams += 1
         else:
-            joint.boundary += len(counts)
-    if not (uses == 1).sum() == joint.boundary == mesh.report["boundary_edges"]:
-        joint.faults.append(
-            f"{(uses == 1).sum()} boundary edges, {joint.boundary} expected, "
+            seam_report.boundary += len(counts)
+    if not (uses == 1).sum() == seam_report.boundary == mesh.report["boundary_edges"]:
+        seam_report.faults.append(
+            f"{(uses == 1).sum()} boundary edges, {seam_report.boundary} expected, "
             f"{mesh.report['boundary_edges']} reported"
         )
-    if mesh.report["watertight"] != (joint.boundary == 0):
-        joint.faults.append(f"watertight is {mesh.report['watertight']}")
+    if mesh.report["watertight"] != (seam_report.boundary == 0):
+        seam_report.faults.append(f"watertight is {mesh.report['watertight']}")
     return sides
 
 
@@ -180,28 +180,34 @@ def _find_sides(
 
 
 def _check_alone(
-    joint: Joint, net_complex: Complex, k: int, alone_mesh: Written, sides: Mapping[Pair, Array]
+    seam_report: SeamReport,
+    net_complex: Complex,
+    k: int,
+    alone_mesh: Written,
+    sides: Mapping[Pair, Array],
 ) -> None:
     """Adds a fault if a patch alone has other vertices on an edge of `Complex.alike`."""
     lines = _find_sides(alone_mesh.vertices, alone_mesh.faces, net_complex, net_complex.loops[k])
     if lines is None:
-        joint.faults.append(f"the border of patch {k} alone does not run from corner to corner")
+        seam_report.faults.append(
+            f"the border of patch {k} alone does not run from corner to corner"
+        )
         return
     for pair, line in lines.items():
         is_alike = pair in net_complex.alike and pair in sides
         if is_alike and alone_mesh.vertices[line].tolist() != sides[pair].tolist():
-            joint.faults.append(f"edge {pair} of patch {k} differs when computed alone")
+            seam_report.faults.append(f"edge {pair} of patch {k} differs when computed alone")
 
 
 def check_deviation(
-    joint: Joint, sheets: Sequence[Sheet], mesh: Written, part: str, count: int
+    seam_report: SeamReport, sheets: Sequence[Sheet], mesh: Written, part: str, count: int
 ) -> None:
     """Adds faults if a sheet deviates by more than the bound of its part, or bounds are wrong."""
-    joint.bound = mesh.report.get("deviation_bound", np.nan)
-    if not joint.bound <= joint.tolerance:
-        joint.faults.append(f"bound {joint.bound} above the tolerance")
+    seam_report.bound = mesh.report.get("deviation_bound", np.nan)
+    if not seam_report.bound <= seam_report.tolerance:
+        seam_report.faults.append(f"bound {seam_report.bound} above the tolerance")
     for k, each in enumerate(measure_each_sheet(sheets, mesh.corners, count)):
         bound = mesh.part_bounds.get(f"{part} {k}", np.nan)
-        joint.deviation = max(joint.deviation, each.distance)
-        if not each.distance <= bound + each.rounding or not bound <= joint.bound:
-            joint.faults.append(f"{part} {k} deviates by {each.distance}, bound {bound}")
+        seam_report.deviation = max(seam_report.deviation, each.distance)
+        if not each.distance <= bound + each.rounding or not bound <= seam_report.bound:
+            seam_report.faults.append(f"{part} {k} deviates by {each.distance}, bound {bound}")

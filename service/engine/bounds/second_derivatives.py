@@ -5,8 +5,8 @@ x = Σ λ_i a_i be a point of τ. Write S = X/w, where w = 1 for a polynomial pa
 
     L = Σ λ_i w(a_i) S(a_i) / Σ λ_i w(a_i)
 
-lies on the triangle of the mesh, because no λ_i w(a_i) is negative. For any point c let Y = X − c
-w, and let E f = f(x) − Σ λ_i f(a_i) be the error of linear interpolation of f. Then
+lies on the triangle of the mesh, because no λ_i w(a_i) is negative. For any point c let
+Y = X − c w, and let E f = f(x) − Σ λ_i f(a_i) be the error of linear interpolation of f. Then
 
     w(x) (S(x) − L) = E Y − (L − c) E w.
 
@@ -28,7 +28,9 @@ into blocks, so that large second derivatives count only where they occur, and e
 its own, its middle. Together
 
     ‖S − L‖ ≤ ⅛ (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv),
-    M_uu = p (p−1) max (|Δ_u² Y| + r |Δ_u² w|) / min w,   r = max |P − c|,   and so on.
+    M_uu = p (p−1) max (|Δ_u² Y| + r |Δ_u² w|) / min w,   r = max |P − c|,   and so on,
+
+where P are the control points of the block.
 
 References
 ----------
@@ -55,7 +57,7 @@ CHUNK = 1 << 17
 MOST_BLOCKS = 8
 """Most blocks in one direction: more blocks would hardly lower the bound."""
 
-MOST_LINES = 64
+MOST_BLOCK_POINTS = 64
 """Most control points of all blocks in one direction: patches of high degree have fewer blocks."""
 
 
@@ -86,7 +88,7 @@ class SecondDerivativeBounds:
 
 def count_blocks(divisions: int, degree: int) -> int:
     """Number of blocks along R divisions; their nets have about R points together, or fewer."""
-    return max(1, min(MOST_BLOCKS, min(MOST_LINES, divisions) // (degree + 1)))
+    return max(1, min(MOST_BLOCKS, min(MOST_BLOCK_POINTS, divisions) // (degree + 1)))
 
 
 def bound_second_derivatives(
@@ -125,15 +127,16 @@ def bound_triangle_deviations(patches: TrianglePatches, divisions: int) -> Float
               ≤ ½ (M s + (2 Σ N_i − 3 M) λ_1 λ_2 λ_3) ≤ M/6 + max(0, 2 Σ N_i − 3 M)/54
 
     where M_ij = max |D²f[e_ij, e_ij]| ≤ M, N_i = max |D²f[e_ij, e_ik]| and
-    s = λ_1 λ_2 + λ_1 λ_3 + λ_2 λ_3 ≤ ⅓. A sphere over an equilateral triangle has N_i = M/2, and
-    M/6 is its height.
+    s = λ_1 λ_2 + λ_1 λ_3 + λ_2 λ_3 ≤ ⅓. The bound is sharp: for a small
+    sphere cap over an equilateral triangle, N_i = M/2, and M/6 is the height of the cap.
     """
     degree = patches.degree
     bounds = np.zeros(patches.count)
     if degree < 2:
         return bounds
     for rows in row_slices(patches.count, 4 * patches.points.shape[1], CHUNK):
-        # The whole patch is one block. The points of its net are on the first axis of a grid.
+        # The whole patch is one block. The points of its net are on the first axis of a grid: the
+        # shape is (d, points, 1, 1, 1, m), as for `_cut_into_blocks`.
         net = _build_local_nets(patches, rows)[:, :, np.newaxis, np.newaxis, np.newaxis]
         ds, dt = partial_nets(net.swapaxes(0, 1))
         (ss, st), tt = partial_nets(ds), partial_nets(dt)[1]
@@ -177,8 +180,8 @@ def _cut_into_blocks(
     if blocks == (1, 1):
         return net[:, :, np.newaxis, :, np.newaxis]
     along_u = build_block_shares(rows - 1, divisions[0], blocks[0]) @ net.reshape(planes, rows, -1)
-    lines = along_u.reshape(-1, columns, count)
-    cut = build_block_shares(columns - 1, divisions[1], blocks[1]) @ lines
+    rows_in_blocks = along_u.reshape(-1, columns, count)
+    cut = build_block_shares(columns - 1, divisions[1], blocks[1]) @ rows_in_blocks
     return cut.reshape(planes, rows, blocks[0], columns, blocks[1], count)
 
 
@@ -189,8 +192,8 @@ def build_block_shares(degree: int, divisions: int, blocks: int) -> FloatArray:
     """
 
     def build() -> FloatArray:
-        lines = np.arange(blocks + 1) * divisions // blocks / divisions
-        return restriction_matrices(degree, lines).swapaxes(0, 1).reshape(-1, degree + 1)
+        block_ends = np.arange(blocks + 1) * divisions // blocks / divisions
+        return restriction_matrices(degree, block_ends).swapaxes(0, 1).reshape(-1, degree + 1)
 
     return PLANS.array(("blocks", degree, divisions, blocks), build)
 

@@ -23,12 +23,12 @@ class _Sides:
     Attributes
     ----------
     beside : ndarray of int, shape (6, m, n+1)
-        Where the coordinates of the row of control points beside the side are among the coordinates
-        of all control points, in the order `YZX_ZXY`.
+        Indices, into all coordinates, of the row of control points next to the side, in the order
+        `YZX_ZXY`.
     pole : ndarray of int, shape (6, m, 1)
-        Where the coordinates of the control point at the pole are, in the order `YZX_ZXY`.
+        Indices, into all coordinates, of the control point at the pole, in the order `YZX_ZXY`.
     weights : ndarray of int, shape (m, n+1)
-        Where the weights of the row beside the side are among all weights.
+        Indices, into all weights, of the row of control points next to the side.
     sign : ndarray of float64, shape (m, 1)
         The sign of du × dv relative to C′ × C: +1 on the sides u = 0 and v = 1, −1 on the others.
     samples : ndarray of int, shape (m k,)
@@ -93,6 +93,7 @@ def write_pole_normals(
         vectors = value[:3] * slope[3:]
         vectors -= value[3:] * slope[:3]
         length = np.sqrt(np.add.reduce(vectors * vectors))
+        # |C′ × C| / |C|² is about the angle of the cone; the control points stand for |C|².
         cones *= cones
         sizes = np.add.reduce(cones[:3], axis=(0, 2))
         is_flat = length <= MIN_CONE_ANGLE * sizes[:, np.newaxis]

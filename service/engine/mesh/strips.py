@@ -37,8 +37,8 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
         if divisions == len(border) - 1:
             outer = border
         else:
-            inner_samples = np.arange(first, first + divisions - 1)
-            outer = np.concatenate([border[:1], inner_samples, border[-1:]])
+            samples_between_ends = np.arange(first, first + divisions - 1)
+            outer = np.concatenate([border[:1], samples_between_ends, border[-1:]])
             first += divisions - 1
         strips.append(_build_strip(outer.tolist(), inner.tolist(), len(border) - 1, is_reversed))
     return strips

@@ -1,8 +1,14 @@
 """The search for the hits of some rays, level by level (`rays` has the theorem).
 
 A pair of a ray and a cell is open until the cell is proved not to meet the ray, or until the cell
-is settled, thin or small. If only first hits are requested, the nearer cells of every ray are
-examined first, because most other cells are then behind a hit.
+is
+
+- settled: it has at most one hit, which Newton's method finds (`ray_bounds`);
+- thin: the ray is almost tangent to the cell, and all hits are in a narrow strip (`grazing`);
+- small: the cell counts as a point, because its radius is much less than the thickness of the ray.
+
+If only first hits are requested, the nearer cells of every ray are examined first, because most
+other cells are then behind a hit.
 """
 
 import numpy as np
@@ -10,7 +16,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.column_vectors import dot
 from service.engine.queries.grazing import MAX_SLOPE, find_grazed_strips
 from service.engine.queries.patch_tree import PatchTree
@@ -37,15 +43,16 @@ MAX_PAIRS_OF_RAY, MAX_OPEN_PAIRS = 4096, 1 << 18
 
 MAX_STRAIN = MAX_CONTRACTION / 3
 """A cell with more strain than this is halved without computing bounds, because no ray can be
-settled in it. In the notation of `ray_bounds`: |D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d ·
-n| give ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|, and with Y, ν ≥ 3 REST / |B|."""
+settled in it. The strain of a cell is REST / min(|A|, |B|), in the notation of `ray_bounds`. There
+|D| = |A × B| |d · n| and |X| = |B × d| ≥ |B| |d · n| give ν ≥ 3 |X| REST / |D| ≥ 3 REST / |A|, and
+with Y, ν ≥ 3 REST / |B|."""
 
 MAX_POINT_RADIUS = 1 / 8
-"""A cell whose radius is at most this, in units of the thickness, counts as a point."""
+"""A cell whose radius is at most this, in units of the thickness of the ray, counts as a point."""
 
 MAX_DISTANCE_BEHIND = 4
-"""Cells are examined up to this distance behind a crossing, in units of the thickness, to find
-other hits at the same place."""
+"""Cells are examined up to this distance behind a crossing, in units of the thickness of the
+ray, to find other hits at the same place."""
 
 MAX_NEAR_SHARE = 1 / 4
 """The farther half of the first pairs joins the search when the open pairs of the nearer half are
@@ -73,7 +80,7 @@ class RayLevels:
     patches : PatchTree
     rays : Rays
     share : Share
-        The pairs whose bounds may be computed.
+        How many pairs may still have their bounds computed; this number is divided among the rays.
     max_pairs_of_ray : int
         The most pairs that one ray may have in the tree of patches.
     only_first : bool
@@ -147,7 +154,7 @@ class RayLevels:
         """
         if not self.only_first or not len(ray):
             return (ray, cell), NO_PAIRS
-        center, radius = self.cells.models[:3, cell], self.cells.models[columns.RADIUS, cell]
+        center, radius = self.cells.models[:3, cell], self.cells.models[model_rows.RADIUS, cell]
         low = dot(center, self.rays.direction[:, ray]) - radius
         starts = np.flatnonzero(np.diff(ray, prepend=-1))
         middle = (np.minimum.reduceat(low, starts) + np.maximum.reduceat(low, starts)) / 2
@@ -166,54 +173,56 @@ class RayLevels:
             spheres = models[:4].take(cell[rows], axis=1)
             misses, low[rows] = sphere_misses(spheres, self.rays, ray[rows], limit[rows])
             meets[rows] = ~misses
-        near_rows = np.flatnonzero(meets)
+        met_rows = np.flatnonzero(meets)
         is_point = (
-            models[columns.RADIUS, cell[near_rows]]
-            <= MAX_POINT_RADIUS * self.rays.thickness[ray[near_rows]]
+            models[model_rows.RADIUS, cell[met_rows]]
+            <= MAX_POINT_RADIUS * self.rays.thickness[ray[met_rows]]
         )
         if is_point.any():
-            points = near_rows[is_point]
+            points = met_rows[is_point]
             self.hits.append(take_points(self.cells, self.rays, ray[points], cell[points]))
-            near_rows = near_rows[~is_point]
-        near_rows = self.allot_pairs(near_rows, ray, cell)
-        is_coarse = models[columns.STRAIN, cell[near_rows]] > MAX_STRAIN
-        open_pairs = [(ray[near_rows[is_coarse]], cell[near_rows[is_coarse]])]
-        near_rows = near_rows[~is_coarse]
+            met_rows = met_rows[~is_point]
+        met_rows = self.allot_pairs(met_rows, ray, cell)
+        is_coarse = models[model_rows.STRAIN, cell[met_rows]] > MAX_STRAIN
+        open_pairs = [(ray[met_rows[is_coarse]], cell[met_rows[is_coarse]])]
+        met_rows = met_rows[~is_coarse]
         for chunk in (
-            near_rows[k : k + CHUNK_PAIRS] for k in range(0, max(len(near_rows), 1), CHUNK_PAIRS)
+            met_rows[k : k + CHUNK_PAIRS] for k in range(0, max(len(met_rows), 1), CHUNK_PAIRS)
         ):
             checkpoint()
             open_pairs.append(self.bound_pairs(ray[chunk], cell[chunk], low[chunk]))
         return self.halve(*(np.concatenate(column) for column in zip(*open_pairs, strict=True)))
 
-    def allot_pairs(self, near_rows: Ints, ray: Ints, cell: Ints) -> Ints:
-        """Allot pairs to rays; returns the rows of `near_rows` whose rays may continue.
+    def allot_pairs(self, met_rows: Ints, ray: Ints, cell: Ints) -> Ints:
+        """Allot pairs to rays; returns the rows of `met_rows` whose rays may continue.
 
         The pairs of other rays wait for a later level, or end now.
         """
-        counts = np.bincount(ray[near_rows], minlength=len(self.reached))
+        counts = np.bincount(ray[met_rows], minlength=len(self.reached))
         is_served, is_ended = self.share.allot(counts, self.is_later)
         self.reached &= ~is_ended
-        rows = near_rows[~(is_served | is_ended)[ray[near_rows]]]
+        rows = met_rows[~(is_served | is_ended)[ray[met_rows]]]
         self.waiting_pairs = ray[rows], cell[rows]
-        return near_rows[is_served[ray[near_rows]]]
+        return met_rows[is_served[ray[met_rows]]]
 
     def bound_pairs(self, ray: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
         """Compute the bounds of pairs; returns the pairs that stay open."""
         models, rays = self.cells.models, self.rays
         o, d = rays.origin.take(ray, axis=1), rays.direction.take(ray, axis=1)
-        model = models[: columns.ROUND + 1].take(cell, axis=1)
+        model = models[: model_rows.ROUND + 1].take(cell, axis=1)
         is_empty, is_settled, bounds = root_bounds(model, o, d, rays.slack[ray])
         rows = np.flatnonzero(is_settled)
         if len(rows):
             self.settled_pairs.append((ray[rows], cell[rows], low[rows], bounds))
             if self.only_first:
                 is_sure = rows[bounds.exists & (low[rows] > rays.near[ray[rows]])]
+                # A hit is at most 2 (radius + slack) behind `low`. That is less than 3 radii: the
+                # radius is at least 8 times the slack, because smaller cells count as points.
                 self.limit_search(
-                    ray[is_sure], low[is_sure] + 3 * models[columns.RADIUS, cell[is_sure]]
+                    ray[is_sure], low[is_sure] + 3 * models[model_rows.RADIUS, cell[is_sure]]
                 )
         rows = np.flatnonzero(~(is_empty | is_settled))
-        normals = models[columns.NORMAL : columns.NORMAL + 3].take(cell[rows], axis=1)
+        normals = models[model_rows.NORMAL : model_rows.NORMAL + 3].take(cell[rows], axis=1)
         is_grazed = np.abs(dot(normals, d[:, rows])) <= MAX_SLOPE
         grazed = rows[is_grazed]
         open_rows = [rows[~is_grazed]]

@@ -1,4 +1,7 @@
-"""Omitted triangles without area add to the bound only if a mesh is coarse or a patch is folded."""
+"""Meshes omit triangles without area: the deviation bound must include some of these triangles.
+
+This is necessary only if the mesh is coarse, or if a patch is folded.
+"""
 
 from itertools import product
 
@@ -25,8 +28,9 @@ def test_fine_patches_with_poles_have_no_missing_triangles(
     for ru, rv in product(range(FINE, FINE + 2), repeat=2):
         for more in product((0, 3), repeat=4):
             divisions = zip((rv, rv, ru, ru), more, collapsed, strict=True)
-            a, b, c, d = (n if one else n + m for n, m, one in divisions)
+            a, b, c, d = (n if is_pole else n + m for n, m, is_pole in divisions)
             assert not has_missing_triangles(Shape((ru, rv), (a, b, c, d), collapsed), faces)
+        # The fourth side of a triangular patch always counts as collapsed.
         assert not has_missing_triangles(TriangleShape(ru, (*collapsed[:3], True)), faces)
 
 

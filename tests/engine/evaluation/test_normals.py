@@ -97,8 +97,9 @@ def test_normals_are_right_where_du_and_dv_span_a_plane(
         assert np.abs(result - expected)[has_normal].max() < 1e-9
 
 
+# The integers from 0 to 7 are the symmetries of `apply_symmetry`.
 @given(weighted_nets(height_nets(degree=st.integers(1, 4))), st.integers(0, 7))
-def test_a_collapsed_edge_has_the_limit_along_every_ruling(
+def test_normals_at_a_collapsed_edge_are_the_limits_from_inside(
     net_and_weights: tuple[Array, Array | None], symmetry: int
 ) -> None:
     """The normals along the edge and at its ends are compared with exact limits."""
@@ -107,6 +108,7 @@ def test_a_collapsed_edge_has_the_limit_along_every_ruling(
     net = apply_symmetry(net, symmetry)
     weights = None if weights is None else apply_symmetry(weights, symmetry)
     thirds = exact.list_parameters(3)
+    # The collapsed edge is u = 0 before the symmetry, and any of the four edges after it.
     edge = next(
         places
         for places, points in (
@@ -139,10 +141,10 @@ def test_degenerate_nets_have_unit_normals(
 
 
 @given(degenerate_nets())
-def test_poles_on_the_border_have_the_limit_from_inside(net: Array) -> None:
+def test_normals_at_poles_on_the_border_are_the_limits_from_inside(net: Array) -> None:
     """Compares normals with the exact limits, wherever these exist."""
-    # With these resolutions all parameters are exact in float64. 1/3 would be rounded: beside a
-    # fold at u = 1/3, the rounded parameter has a normal.
+    # At this resolution all parameters are exact in float64. The parameter 1/3 would be rounded: on
+    # a fold at u = 1/3 the surface has no normal, but it has one at the rounded parameter.
     resolution = (4, 2)
     expected = exact.normals(net, None, resolution)
     result = evaluate(build_batch(net), resolution).normals
@@ -184,7 +186,7 @@ DEGENERATE: dict[str, Callable[[], Array]] = {
     "folded onto itself": lambda: np.array(CUSP, dtype=float),
     "two points": lambda: np.repeat([[[0.0, 0, 0]], [[1, 2, 3]]], 4, axis=1),
     "all four edges in one point": _build_bubble,
-    "one corner in its neighbours": _build_corner,
+    "a corner and its neighbours in one point": _build_corner,
 }
 
 

@@ -83,7 +83,8 @@ def test_curves_are_omitted_if_a_patch_of_their_part_has_them(
         assert (mesh.report.patches, len(mesh.parts)) == (patch_count, len(parts))
         for part in mesh.parts:
             has_faces = any(begin < end for begin, end in (part.triangles, part.quads))
-            # If all columns are equal, every patch is a curve, whose faces all have no area.
+            # A part has a bound if and only if it has faces. This rule need not hold if all columns
+            # are equal: then every patch is a curve, whose faces have no area.
             assert (part.deviation_bound is not None) == has_faces or max(columns) == 1
 
 
@@ -110,6 +111,7 @@ def test_narrow_triangles_become_curves(degree: int) -> None:
         mesh = build_mesh(surface.lower(), **options)
         check_sound(mesh)
         assert (mesh.report.watertight, mesh.report.patches) == (True, 10)
+        # With this tolerance no control point is moved.
         assert not build_mesh(surface.lower(), weld_tolerance=0, **options).report.moved
 
 

@@ -30,7 +30,10 @@ def draw_wires(source: Any, count: int | tuple[int, int], **options: Any) -> Mes
 
 
 def list_paths(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
-    """For each kind of path: how many paths, how many stations, whether closed; sorted."""
+    """For each kind of path: the number of paths, the stations of each, whether they are closed.
+
+    The list is sorted.
+    """
     runs = sample_isocurves(model, (4, 4), (count, count))
     result = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
     return sorted((*paths.points.shape[:2], paths.closed) for paths in result)
@@ -99,6 +102,7 @@ def test_lines_continue_through_corners_of_patches() -> None:
     assert list_paths(lower_patches("sphere"), 2) == [(7, 17, True)]
     hills = lower_patches("bspline-hills")
     assert hills.domain is not None
+    # The numbers of knot lines; between two knot lines a curve has 4 divisions.
     u, v = len(hills.domain.u), len(hills.domain.v)
     assert sorted(list_paths(hills, 1)) == sorted(
         [(u, 4 * (v - 1) + 1, False), (v, 4 * (u - 1) + 1, False)]
@@ -109,7 +113,8 @@ def test_bends_up_to_a_right_angle_are_mitred() -> None:
     """A line around a cube bends by 90° at each edge, and is one tube with square corners."""
     model = build_model(build_cube())
     result = list_paths(model, 2)
-    # 3 rings around 4 faces: 4 times 4 divisions, and a second station at each bend.
+    # 3 rings around 4 faces with 4 divisions each. A closed path of 16 divisions has 17 stations:
+    # the last is the first again. Each of the 3 bends between its ends has a second station.
     assert (3, 16 + 1 + 3, True) in result
     mesh = draw_wires(model, 2, wires="tubes", wire_width=0.1, wire_sides=4, resolution=(1, 1))
     check_sound(mesh)

@@ -69,31 +69,35 @@ def divide_border(
     """
     chains = find_chains(faces, seams)
     division = divide_chains(chains, seams, goal, len(faces.first), most, normals=normals)
-    begin, _, spans = faces.list_sides()
-    collapsed = seams.collapsed[begin, np.arange(4)]
-    poles = seams.corner[begin, BEGINS][collapsed]
+    # The patch at which each side begins, and the number of spans along each side.
+    first_patch, _, spans = faces.list_sides()
+    collapsed = seams.collapsed[first_patch, np.arange(4)]
+    poles = seams.corner[first_patch, BEGINS][collapsed]
     # Corners that are vertices come first, then the vertices between them.
-    knots = division.corner >= 0
-    corners = np.concatenate([division.corner[knots], poles])
+    is_corner = division.corner >= 0
+    corners = np.concatenate([division.corner[is_corner], poles])
     first, number = unique_values(corners)
     used = corners[first]
     vertex = np.empty(len(division.at), dtype=np.intp)
-    vertex[knots] = number[: len(corners) - len(poles)]
-    vertex[~knots] = len(used) + np.arange(np.count_nonzero(~knots))
-    points = np.concatenate([seams.corner_points[used], division.points[~knots]])
+    vertex[is_corner] = number[: len(corners) - len(poles)]
+    vertex[~is_corner] = len(used) + np.arange(np.count_nonzero(~is_corner))
+    points = np.concatenate([seams.corner_points[used], division.points[~is_corner]])
 
-    # Every run has the vertices of its chain; where two runs meet they share one.
+    # A run is one use of a chain on one side; `chains.side`, `.first` and `.reversed` have one
+    # entry for each run. A run has the vertices of its chain. Two neighbouring runs of a side have
+    # one vertex in common.
     count = (division.start[1:] - division.start[:-1])[chains.chain]
     pieces = np.bincount(chains.side, count - 1, minlength=collapsed.size).astype(np.intp)
     start = np.concatenate([[0], np.cumsum(np.where(collapsed.ravel(), 1, pieces) + 1)])
-    before = np.cumsum(count - 1) - (count - 1)
-    before -= before[np.searchsorted(chains.side, chains.side)]
+    # The number of divisions before each run on its own side.
+    divisions_before = np.cumsum(count - 1) - (count - 1)
+    divisions_before -= divisions_before[np.searchsorted(chains.side, chains.side)]
     run, k = expand_runs(count)
     chain = chains.chain[run]
     source = division.start[chain] + np.where(chains.reversed[run], count[run] - 1 - k, k)
     along = division.at[source]
     along = np.where(chains.reversed[run], chains.length[chain] * SPAN - along, along)
-    target = start[chains.side[run]] + before[run] + k
+    target = start[chains.side[run]] + divisions_before[run] + k
     at, listed = np.zeros(start[-1], dtype=np.intp), np.empty(start[-1], dtype=np.intp)
     at[target], listed[target] = chains.first[run] * SPAN + along, vertex[source]
     single = start[:-1][collapsed.ravel()]
@@ -117,7 +121,7 @@ class BorderPlaces:
     key : ndarray of int, shape (M,)
         Places of the entries along their sides, plus the offset; in ascending order.
     low : ndarray of int, shape (2, F)
-        Offsets added to u and to v, so that lines of all faces differ.
+        Offsets added to u and to v, so that no two faces share a value of u or of v.
     is_pole : ndarray of bool, shape (B,)
         Whether a vertex is a whole side.
     """

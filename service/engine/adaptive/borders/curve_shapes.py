@@ -26,8 +26,8 @@ class Shapes:
     Attributes
     ----------
     net, curve : ndarray of float64, shape (M,)
-        Bounds of the distances to the chord from the net, elevated by one degree, and from the
-        curve. Nets are elevated because a surface has at least degree 1 across its sides.
+        Bounds of distances to the chord: `net` for the net, elevated by one degree, and `curve` for
+        the curve. Nets are elevated because a surface has at least degree 1 across its sides.
     apart : ndarray of float64, shape (M,)
         Bounds of the distances between curve and chord at equal parameters; 0 if not measured.
     chord : ndarray of float64, shape (M,)
@@ -47,7 +47,10 @@ class Shapes:
     high: FloatArray
 
     def combine_runs(self, begin: Ints) -> "Shapes":
-        """Shapes of runs of pieces, each run as one piece that begins at the pieces `begin`."""
+        """Shapes (R,) of runs of consecutive pieces, as if each run were one piece.
+
+        `begin` (R,) has the first piece of each run; all pieces of a run have the same chord.
+        """
         greatest, least = np.maximum.reduceat, np.minimum.reduceat
         return Shapes(
             greatest(self.net, begin),
@@ -64,7 +67,7 @@ def measure_shapes(
     nets: FloatArray,
     chords: FloatArray,
     *,
-    shares: FloatArray | None = None,
+    chord_parts: FloatArray | None = None,
     tangents: tuple[FloatArray, FloatArray] | None = None,
 ) -> Shapes:
     """Measure the shapes of pieces.
@@ -73,9 +76,9 @@ def measure_shapes(
     ----------
     nets : ndarray of float64, shape (M, n+1, 3), or (M, n+1, 4) if homogeneous
     chords : ndarray of float64, shape (M, 2, 3)
-    shares : ndarray of float64, shape (M, 2, 3), or None
-        Ends of the part of the chord that has the parameters of each piece; None to leave `apart`
-        0.
+    chord_parts : ndarray of float64, shape (M, 2, 3), or None
+        Both ends of the part of the chord that has the same parameters as the piece. If None,
+        `apart` is 0.
     tangents : two arrays, or None
         The result of `find_tangents`; None to leave `cosine` 1.
     """
@@ -89,7 +92,9 @@ def measure_shapes(
         elevated = project_nets(_elevate(nets[rational]), 3)
         net[rational] = find_row_maxima(measure_distances(elevated, chords[rational]))
     cosine = np.ones(len(nets)) if tangents is None else _find_least_cosine(points, tangents)
-    distances = np.zeros(len(nets)) if shares is None else _bound_apart(points, weights, shares)
+    distances = (
+        np.zeros(len(nets)) if chord_parts is None else _bound_apart(points, weights, chord_parts)
+    )
     chord = measure_lengths(chords[:, 1] - chords[:, 0])
     return Shapes(net, curve, distances, chord, cosine, points.min(axis=1), points.max(axis=1))
 
@@ -101,11 +106,11 @@ def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, Floa
     rounding; they are 0 if the net has no such leg.
     """
     legs, length = _find_legs(project_nets(nets, 3))
-    real = length > slack[:, None]
+    is_long = length > slack[:, None]
     rows = np.arange(len(nets))
     tangents = []
-    for at in (real.argmax(axis=1), real.shape[1] - 1 - real[:, ::-1].argmax(axis=1)):
-        has_length = real[rows, at]
+    for at in (is_long.argmax(axis=1), is_long.shape[1] - 1 - is_long[:, ::-1].argmax(axis=1)):
+        has_length = is_long[rows, at]
         unit = np.where(has_length, length[rows, at], 1.0)
         tangents.append(np.where(has_length[:, None], legs[rows, at] / unit[:, None], 0.0))
     return tangents[0], tangents[1]
@@ -131,22 +136,38 @@ def _elevate(nets: FloatArray) -> FloatArray:
     return np.concatenate([nets[:, :1], inner, nets[:, -1:]], axis=1)
 
 
-def _bound_apart(points: FloatArray, weights: FloatArray | None, shares: FloatArray) -> FloatArray:
-    """Bounds of ‖C(t) − (1 − t) a − t b‖, by the net of this difference, one degree higher.
+def _bound_apart(
+    points: FloatArray, weights: FloatArray | None, chord_parts: FloatArray
+) -> FloatArray:
+    """Bounds (M,) of ‖C(t) − L(t)‖, where L(t) = (1 − t) a + t b is the part of the chord.
 
-    W (C − L):  N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b)
+    Let W(t) be the denominator of C, or 1. The product W (C − L) has one degree more than C, and
+    the net
+
+        N_k = (1 − k/(n+1)) w_k (P_k − a) + k/(n+1) w_{k−1} (P_{k−1} − b)
+
+    so the bound is max |N_k| / min w.
     """
     degree = points.shape[1] - 1
     share = (np.arange(degree + 2) / (degree + 1))[:, None]
-    after = points - shares[:, :1]
-    before = points - shares[:, 1:]
+    from_first_end = points - chord_parts[:, :1]
+    from_second_end = points - chord_parts[:, 1:]
     least = np.ones(len(points))
     if weights is not None:
-        after, before = weights[..., None] * after, weights[..., None] * before
+        from_first_end, from_second_end = (
+            weights[..., None] * from_first_end,
+            weights[..., None] * from_second_end,
+        )
         least = -find_row_maxima(-weights)
     none = np.zeros((len(points), 1, 3))
-    after, before = np.concatenate([after, none], 1), np.concatenate([none, before], 1)
-    return find_row_maxima(measure_lengths((1.0 - share) * after + share * before)) / least
+    from_first_end, from_second_end = (
+        np.concatenate([from_first_end, none], 1),
+        np.concatenate([none, from_second_end], 1),
+    )
+    return (
+        find_row_maxima(measure_lengths((1.0 - share) * from_first_end + share * from_second_end))
+        / least
+    )
 
 
 def _find_least_cosine(points: FloatArray, tangents: tuple[FloatArray, FloatArray]) -> FloatArray:

@@ -189,7 +189,9 @@ def _judge_parts(
     slack = curves.slack[owner]
     ends = project_nets(nets[:, [0, -1]], 3)
     tangents = find_tangents(nets, slack) if goal.angle < inf else None
-    shapes = measure_shapes(nets, ends, shares=ends if goal.two_sided else None, tangents=tangents)
+    shapes = measure_shapes(
+        nets, ends, chord_parts=ends if goal.two_sided else None, tangents=tangents
+    )
     decision = decide_cuts(
         shapes, goal, parts.cuts, depth, origin=curves.origin[owner], slack=slack
     )

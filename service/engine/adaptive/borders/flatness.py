@@ -203,14 +203,16 @@ def _judge_runs(
         _, out = find_tangents(curves.nets[last - 1], slack)
         tangents = into[run], out[run]
     chords = project_nets(ends, 3)
-    shares = None
+    chord_parts = None
     if goal.two_sided:
         # All spans have one length, so each has an equal share of the chord.
         step = (chords[:, 1] - chords[:, 0]) / count[:, None]
         number = (np.arange(len(run)) - begin[run])[:, None]
         low = chords[run, 0] + number * step[run]
-        shares = np.stack([low, low + step[run]], axis=1)
-    shapes = measure_shapes(curves.nets[rows], chords[run], shares=shares, tangents=tangents)
+        chord_parts = np.stack([low, low + step[run]], axis=1)
+    shapes = measure_shapes(
+        curves.nets[rows], chords[run], chord_parts=chord_parts, tangents=tangents
+    )
     decision = decide_cuts(
         shapes.combine_runs(begin), goal, cuts, origin=curves.origin[owner], slack=slack
     )

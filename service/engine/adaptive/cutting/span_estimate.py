@@ -35,28 +35,33 @@ from service.engine.bounds.vectors import Vectors, dot, length
 def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tuple[Bools, Leaves]:
     """Which cells must be cut, and all cells as leaves; each cell has several spans."""
     pieces, goal = split_cells(cells), task.goal
-    one_span, cell = pieces.as_cells, pieces.cell
-    patch = task.find_patches(one_span)
+    piece_cells, cell = pieces.as_cells, pieces.cell
+    patch = task.find_patches(piece_cells)
     middles = task.patch_nets.middles
-    about = middles.take(patch, axis=1) - middles.take(task.faces.first[one_span.face], axis=1)
-    points = nine_points.evaluate(one_span, patch)
-    at = (points + about).reshape(9, 3, -1)
+    # From the middle of the face's first patch to the middle of the piece's patch.
+    offset = middles.take(patch, axis=1) - middles.take(task.faces.first[piece_cells.face], axis=1)
+    points = nine_points.evaluate(piece_cells, patch)
+    at = (points + offset).reshape(9, 3, -1)
+    # Of the nine points of each cell (3 × 3, u outermost) only the corners are filled.
     corner = np.zeros((9, 3, len(cells)))
     corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
     corner[8], corner[2] = at[8][:, pieces.end], at[2][:, pieces.start + pieces.width - 1]
     planes, normal, steps, squares = find_planes(corner)
     allowed = _find_allowed(task, pieces)
     if goal.angle < np.pi:
-        size = np.sqrt(np.maximum(squares[4], squares[5]))
-        allowed = np.minimum(allowed, find_height_limit(goal.angle, size))
+        # Rows 4 and 5 of `squares` belong to the two diagonals of each cell.
+        diagonal = np.sqrt(np.maximum(squares[4], squares[5]))
+        allowed = np.minimum(allowed, find_height_limit(goal.angle, diagonal))
     distance_share = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
-    box, size = cells.box.take(cell, axis=1), cells.box[1::2] - cells.box[::2]
-    low, high = ((one_span.box[k::2] - box[::2]) / size.take(cell, axis=1) for k in (0, 1))
+    box, box_size = cells.box.take(cell, axis=1), cells.box[1::2] - cells.box[::2]
+    low, high = ((piece_cells.box[k::2] - box[::2]) / box_size.take(cell, axis=1) for k in (0, 1))
     places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, distance_share)
     around = np.repeat(places[0], 3, axis=0), np.tile(places[1], (3, 1))
     heights = pieces.find_largest(triangles.measure_heights(at, around, cell))
+    # The diagonal with fewer triangles without area is better; if both have equally many, the
+    # heights decide.
     is_rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
     best = np.where(is_rising, heights[0], heights[1])
     fails = best > allowed
@@ -66,11 +71,14 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     bends, lengths = _measure_bends(triangles, pieces, at, places[:, 1], normal)
     if not fails.all():
         chosen = np.where(is_rising, planes.normals[:2], planes.normals[2:])
-        rest = _measure_remainders(task, pieces, (points, planes.flat), chosen, ~fails)
-        fails_by_rest = ~fails & (best + rest[0] > allowed)
-        fails |= fails_by_rest
-        bends = np.where(fails_by_rest, rest[1:], bends)
+        # The heights of control points over the biquadratic part of the piece; the heights of nets
+        # over chords along u and along v.
+        remainder, *sags = _measure_remainders(task, pieces, (points, planes.flat), chosen, ~fails)
+        fails_by_remainder = ~fails & (best + remainder > allowed)
+        fails |= fails_by_remainder
+        bends = np.where(fails_by_remainder, sags, bends)
     form = build_forms(steps, normal, bends, allowed)
+    # Row 4 of `Leaves.form` is b, and 8 b is (S_00 − S_10 + S_11 − S_01) · n of the corners.
     along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
     is_fan = np.zeros(len(cells), dtype=bool)
     return fails, Leaves(cells.face, cells.box, along_v, is_rising, is_fan, form)
@@ -113,8 +121,9 @@ class _CellTriangles:
         share = self.distance_share[cell]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
             difference = points - from_
-            one, two = dot(difference, under[2 * way]), dot(difference, under[2 * way + 1])
-            high = np.abs(np.where(below, one, two))
+            height_below = dot(difference, under[2 * way])
+            height_above = dot(difference, under[2 * way + 1])
+            height = np.abs(np.where(below, height_below, height_above))
             if share.any():
                 # The points of the triangles at the same parameters.
                 s, t = x[:, np.newaxis], y[:, np.newaxis]
@@ -125,8 +134,8 @@ class _CellTriangles:
                     upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
                 offset = points - np.where(below[:, np.newaxis], lower, upper)
                 distance = share * np.sqrt(dot(offset, offset))
-                high = np.maximum(np.where(share == 1.0, 0.0, high), distance)
-            heights[way] = high.max(axis=0)
+                height = np.maximum(np.where(share == 1.0, 0.0, height), distance)
+            heights[way] = height.max(axis=0)
         return heights
 
 
