@@ -3,7 +3,8 @@
     python -m tools.distance_map docs/distance.png
 
 Every pixel is a point whose distance the service computes. Points inside are blue, points outside
-are orange. A dark line is drawn at every multiple of 1/40 of the width of the picture.
+are orange. A dark line is drawn where the distance is a multiple of 1/40 of the width of the
+picture.
 """
 
 import struct
@@ -41,9 +42,9 @@ def draw_distance_map() -> NDArray[np.uint8]:
     points[:, up_axis] += size * z.ravel()
     columns = project_on_surface(model, ProjectQuery(points, 1e-4, sign=True))
     distance = columns["distances"] / (size * WIDTH / HEIGHT)
-    depth = np.minimum(3 * distance, 0.9)[:, np.newaxis]
+    fading = np.minimum(3 * distance, 0.9)[:, np.newaxis]
     color = np.where(columns["signs"][:, np.newaxis] < 0, INSIDE, OUTSIDE)
-    pixels = color + (BACKGROUND - color) * depth
+    pixels = color + (BACKGROUND - color) * fading
     # Lines are 0.12 of a band wide; the surface itself is almost black.
     is_line = np.abs(distance * BANDS - np.rint(distance * BANDS)) < 0.06
     pixels[is_line] *= 0.82

@@ -23,7 +23,7 @@ FIELDS = ("surface", "rays", "hits", "relative_thickness")
 
 
 def add(commands: Commands) -> None:
-    """Adds the command and its flags; each overrides the file's field."""
+    """Adds the command and its flags. A flag overrides the field of the request in a file."""
     text = "write where rays hit a surface; no hit is missed"
     intersect = add_command(commands, "intersect", text)
     add_source(intersect, "rays")
@@ -51,6 +51,7 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     fields = surface_document(surface_source(arguments))
+    # A file may have a request for another command: only the fields of this command are taken.
     document = {key: value for key, value in fields.items() if key in FIELDS}
     flag_values: dict[str, Any] = {}
     rows: Any = None

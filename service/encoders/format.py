@@ -1,4 +1,4 @@
-"""The types of a format: its name and media type, what it can store, and its encoder."""
+"""Data classes that describe a file format: its names, its encoder, and what it can store."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -51,7 +51,7 @@ class MeshSize:
     pieces, name_bytes : int
         Number of parts and overlays; UTF-8 bytes of all names, including the name of the mesh.
     overlay_points, overlay_segments, overlay_cells : int
-        Points, segments and cells of lines.
+        Number of points, segments and cells of all overlays.
     colors : int
         Number of components of a colour; 0 without colours.
     attributes : tuple of (name, int)
@@ -114,14 +114,14 @@ class Format(FileFormat):
         Whether a `single` format has a local origin. If not, positions are rounded in model
         coordinates.
     fixed : bool
-        Whether only faces take bytes, each the same number. Then the bound is exact if the number
-        of faces is exact.
+        Whether the file has a fixed number of bytes for each face, and otherwise only a head of
+        fixed size. Then the bound is exact if the number of faces is exact.
     coarseness : callable or None
         For formats that write fewer digits than positions have: returns a bound of the distance by
         which the format moves a vertex.
     reads : frozenset of str
-        The fields of `EncodeOptions` that the format uses. Of the other fields, the format refuses
-        the fields in `COMPACT` and ignores all other fields.
+        The fields of `EncodeOptions` that the format uses. The format refuses unused fields that
+        are in `COMPACT`, and ignores the other unused fields.
     """
 
     quads: bool
@@ -140,6 +140,8 @@ class Format(FileFormat):
     def ignored(self) -> frozenset[str]:
         """Names of the options that have no effect on files of this format."""
         unread = frozenset(field.name for field in fields(EncodeOptions)) - self.reads - COMPACT
+        # `uvs` is an option of the mesh, and not a field of `EncodeOptions`. A format that cannot
+        # store uvs ignores this option.
         return unread if "uvs" in self.carries else unread | {"uvs"}
 
     @property

@@ -39,7 +39,7 @@ def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
     largest = 0.0
     for submodel, matrix in models:
         if isinstance(submodel, PatchModel):
-            # A mitre extends the radius of a wire by at most √2.
+            # A mitre reaches at most √2 radii from the wire, which is less than the wire's width.
             wire_width = find_width(submodel, options)
             low, high = place_bounds(
                 (submodel.bounds[0] - wire_width, submodel.bounds[1] + wire_width), matrix
@@ -53,8 +53,8 @@ def keep_model_channels(model: Model, kinds: frozenset[ChannelKind], *, apart: b
 
     If colours are not among the kinds, the base colours of members are removed too.
 
-    If the meshes of a group are to be merged, not `apart`, only attributes that all its members
-    have are kept.
+    `apart` says whether the file will have a mesh for each member of a group. If not, the meshes
+    are merged, and only attributes that all members have are kept.
     """
     if not isinstance(model, GroupModel):
         return _keep_kinds(model, kinds)

@@ -17,8 +17,8 @@ MAX_RAYS = 100_000
 """The most rays of a query."""
 
 HITS_PER_RAY, MIN_HITS = 8, 10_000
-"""The most hits of a response with all hits: `HITS_PER_RAY` times the number of rays, or `MIN_HITS`
-if that is more."""
+"""If a request asks for all hits of each ray, the response may list at most `HITS_PER_RAY` times
+the number of rays, or at most `MIN_HITS` hits if that is more."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,6 +64,8 @@ def plan_intersect(
         hits = min(max(HITS_PER_RAY * count, MIN_HITS), limits.max_bytes // HIT_JSON_BYTES)
     size = surface.stored_size()
     check_surface(size, limits)
+    # A triangular patch may become three nets. The cost is computed as if all patches were
+    # triangular.
     cost = rays_cost(3 * size.patches, size.degree, size.peak, count, hits)
     limits.check_bytes(cost.bytes, "The response could become too large.", where)
     limits.check_memory(cost.memory, "The response", where, "a smaller surface, fewer rays at once")

@@ -24,7 +24,7 @@ from service.surface.quadrics import Patch, Point
 ALPHA = (sqrt(3) - 1) / sqrt(3)
 BETA = (sqrt(3) + 1) / (2 * sqrt(3))
 GAMMA = 1 - (5 - sqrt(2)) * (7 - sqrt(3)) / 46
-"""With `ALPHA` and `BETA`: the coordinates of control points of an octant other than 0 and 1."""
+"""The coordinates of control points of an octant are 0, 1, `ALPHA`, `BETA` and `GAMMA`."""
 
 CORNER, NEXT, MIDDLE, INNER = (
     3 - sqrt(3),
@@ -74,6 +74,8 @@ def rounded_box(
         u, v = (axis + 1) % 3, (axis + 2) % 3
         for sign in (1.0, -1.0):
             face = np.empty((5, 5, 4))
+            # All weights of a face are equal to `CORNER`, because the control points that the face
+            # shares with the quarter cylinders have this weight.
             face[..., axis], face[..., 3] = sign * (h[axis] + radius), CORNER
             face[..., u], face[..., v] = h[u] * steps[:, None], h[v] * steps
             grids.append(_turn_outwards(face))

@@ -3,7 +3,7 @@
 import hashlib
 from dataclasses import replace
 
-from service.api.caching.codings import COMPRESS
+from service.api.caching.codings import COMPRESS_FUNCTIONS
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy
 from service.engine.options import MeshOptions
@@ -31,7 +31,7 @@ def compute_digests() -> list[str]:
         for fmt in FORMATS:
             options = OPTIONS if fmt.overlays else replace(OPTIONS, overlays=())
             content = render(find(name).surface(), options, fmt)
-            codings = (content, *(compress(content) for compress in COMPRESS.values()))
+            codings = (content, *(compress(content) for compress in COMPRESS_FUNCTIONS.values()))
             lines.append(" ".join(hashlib.sha256(each).hexdigest() for each in codings))
     return lines
 

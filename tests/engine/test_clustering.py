@@ -11,27 +11,27 @@ rows = st.lists(
 )
 
 
-def find_first_rows(names: list[int]) -> np.ndarray:
-    """For each row, the number of the first row with the same name."""
-    return np.array([names.index(name) for name in names], dtype=np.intp)
+def find_first_rows(keys: list[int]) -> np.ndarray:
+    """For each row, the number of the first row with the same key."""
+    return np.array([keys.index(key) for key in keys], dtype=np.intp)
 
 
 @given(rows, st.sampled_from([0.0, 1.0, 2.5, 100.0]))
 def test_groups_have_the_documented_members(
-    rows_of_places: list[tuple[int, int, int]], reach: float
+    keys_and_values: list[tuple[int, int, int]], reach: float
 ) -> None:
-    """Each row is near its leader, and no two leaders at one place are near each other."""
-    place = find_first_rows([name for name, _, _ in rows_of_places])
-    values = np.array([[x, y] for _, x, y in rows_of_places], dtype=np.float64)
-    leader = find_leaders(place, values, reach)
+    """Each row is near its leader, and no two leaders with one key are near each other."""
+    group_key = find_first_rows([key for key, _, _ in keys_and_values])
+    values = np.array([[x, y] for _, x, y in keys_and_values], dtype=np.float64)
+    leader = find_leaders(group_key, values, reach)
     np.testing.assert_array_equal(leader[leader], leader)
-    np.testing.assert_array_equal(place[leader], place)
+    np.testing.assert_array_equal(group_key[leader], group_key)
     assert (leader <= np.arange(len(leader))).all()
     assert (np.linalg.norm(values - values[leader], axis=1) <= reach).all()
     leaders = np.unique(leader)
     for a in leaders:
         for b in leaders:
-            if a < b and place[a] == place[b]:
+            if a < b and group_key[a] == group_key[b]:
                 assert np.linalg.norm(values[a] - values[b]) > reach
 
 

@@ -20,7 +20,8 @@ def main(sections: Sequence[str]) -> int:
     pin_blas()
     is_within_limits = True
     for name in sections or SECTIONS:
-        # Imported late, because the processes of `hostile` import this module too.
+        # A section is imported only when it runs. The processes that `hostile` starts import this
+        # module too, and would otherwise import the modules of all sections.
         is_within_limits &= import_module(f"tools.benchmarks.{name}").run() is not False
         print(flush=True)
     return 0 if is_within_limits else 1

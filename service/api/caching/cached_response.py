@@ -14,7 +14,7 @@ from typing import TypeAlias, TypeVar
 
 from starlette.types import Message
 
-from service.api.caching.codings import CODINGS, COMPRESSORS, Coding
+from service.api.caching.codings import CODINGS, COMPRESSOR_VERSIONS, Coding
 
 Choice = TypeVar("Choice")
 
@@ -32,7 +32,7 @@ def entity_tag(content: str, coding: Coding) -> bytes:
     content : str
         A name of the content: different bytes have different names.
     """
-    name = f"{content}\n{COMPRESSORS[coding]}".encode()
+    name = f"{content}\n{COMPRESSOR_VERSIONS[coding]}".encode()
     digest = sha256(name).digest()[:_TAG_BYTES]
     return b'"' + urlsafe_b64encode(digest).rstrip(b"=") + b'"'
 

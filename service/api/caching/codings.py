@@ -59,10 +59,20 @@ MAX_RATIO = 0.95
 
 @dataclass(frozen=True, slots=True)
 class AcceptedCodings:
-    """Codings that a client accepts, best first; `accepts_plain`: also uncompressed bodies."""
+    """The codings that a client accepts.
+
+    Attributes
+    ----------
+    order : tuple of Coding
+        The coding that the client prefers comes first.
+    """
 
     order: tuple[Coding, ...]
-    accepts_plain: bool
+
+    @property
+    def accepts_plain(self) -> bool:
+        """Whether the client accepts an uncompressed body."""
+        return "identity" in self.order
 
 
 def parse_accepted_codings(header: bytes | None) -> AcceptedCodings:
@@ -86,11 +96,11 @@ def _gzip(content: bytes) -> bytes:
 _GZIP_HEAD = b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\xff"
 """Deflate, no flags, no time, no hint, unknown system."""
 
-COMPRESS: Mapping[Coding, Callable[[bytes], bytes]] = MappingProxyType(
+COMPRESS_FUNCTIONS: Mapping[Coding, Callable[[bytes], bytes]] = MappingProxyType(
     {"zstd": _zstd, "gzip": _gzip}
 )
 
-COMPRESSORS: Mapping[Coding, str] = MappingProxyType(
+COMPRESSOR_VERSIONS: Mapping[Coding, str] = MappingProxyType(
     {
         "zstd": f"zstd {'.'.join(map(str, zstd.zstd_version_info))}, level {ZSTD_LEVEL}",
         "gzip": f"zlib {zlib.ZLIB_RUNTIME_VERSION}, level {GZIP_LEVEL}",
@@ -104,11 +114,11 @@ def compress(coding: Coding, content: bytes) -> bytes | None:
     """The compressed content; None if it is hardly smaller (`MAX_RATIO`, `MIN_BYTES`)."""
     if len(content) < MIN_BYTES:
         return None
-    body = COMPRESS[coding](content)
+    body = COMPRESS_FUNCTIONS[coding](content)
     return body if len(body) <= MAX_RATIO * len(content) else None
 
 
-_PLAIN = AcceptedCodings(("identity",), accepts_plain=True)
+_PLAIN = AcceptedCodings(("identity",))
 _MAX_CACHED = 200
 """Most bytes of a header whose parsed form is cached, so that no client can fill the memory."""
 
@@ -121,12 +131,13 @@ def _parse_codings(header: bytes) -> AcceptedCodings:
     default_quality = by_name.get("*", 0.0)
     qualities = {coding: by_name.get(coding, default_quality) for coding in CODINGS}
     accepts_plain = by_name.get("identity", by_name.get("*", 1.0)) > 0
-    # A client that lists codings prefers each of them to an uncompressed body.
+    # A client that lists codings prefers each of them to an uncompressed body: with equal quality,
+    # `identity` comes last.
     min_quality = min((quality for quality in qualities.values() if quality > 0), default=1.0)
     if accepts_plain and "identity" not in by_name:
         qualities["identity"] = min_quality
     order = sorted((c for c in CODINGS if qualities[c] > 0), key=lambda c: -qualities[c])
-    return AcceptedCodings(tuple(order), accepts_plain)
+    return AcceptedCodings(tuple(order))
 
 
 _parse_cached = lru_cache(maxsize=256)(_parse_codings)

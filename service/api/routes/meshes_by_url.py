@@ -13,7 +13,7 @@ from service.api.caching.cached_response import (
     find_match,
     matches_all,
 )
-from service.api.caching.codings import COMPRESS, AcceptedCodings, Coding, compress
+from service.api.caching.codings import COMPRESS_FUNCTIONS, AcceptedCodings, Coding, compress
 from service.api.errors import EngineGone
 from service.api.links import mesh_url
 from service.api.models.meshes import Mesh
@@ -74,7 +74,7 @@ class Compression(NamedTuple):
     def run(self) -> bytes | None:
         """The compressed body; None if it is hardly smaller, unless the client needs it."""
         if self.is_forced:
-            return COMPRESS[self.coding](self.body)
+            return COMPRESS_FUNCTIONS[self.coding](self.body)
         return compress(self.coding, self.body)
 
 

@@ -6,8 +6,8 @@ surface that the mesh omits because their triangles have no area (`degenerate_fa
 
 The bound divided by the largest deviation that dense sampling finds is, at 16 divisions: 1.5 on the
 teapot's patches, 2.1 on the sphere's, 2.7 on random bicubic patches, 4.3 on patches with wildly
-scattered control points. Of the last number a factor of 2.4 comes from comparing points of equal
-parameters, although another point of the mesh is nearer.
+scattered control points. In the last case, a factor of 2.4 arises because the bound compares points
+with equal parameters, and not the nearest points.
 """
 
 from decimal import ROUND_CEILING, Context
@@ -62,21 +62,24 @@ def bound_deviations(
         The origin of the samples.
     """
     bounds = np.empty(len(layout.base))
-    everywhere = bound_edge_error(seams, layout, options.method) + model.moved
+    # The error of edges and of joining, which is added to the bound of every patch.
+    shared_error = bound_edge_error(seams, layout, options.method) + model.moved
     for block, patches in layout.split_batches(model.batches):
         moved: FloatArray | float
         if options.method == "matrix":
             dtype: Real = rows.positions.dtype.type
-            # Exactly the patches that were evaluated together, because their number chooses the
-            # formulation.
+            # `patches` must be all the patches that were evaluated together: their number decides
+            # which formulation of `matrix` evaluated them, and so how large the rounding is.
             moved = bound_vertex_error(patches, block.resolution, options.normals, dtype, origin)
         else:
+            # `block.count` is the number of samples of one patch.
             samples = rows.positions[block.base : block.base + block.count * len(block.patches)]
             moved = measure_errors(
                 patches, block.resolution, samples.reshape(-1, block.count, 3), origin
             )
         chordal = _bound_chordal(patches, layout, block)
-        bounds[block.first + block.patches] = chordal * STEPS + (moved + everywhere)
+        # `STEPS` includes the rounding of parameters and of the bound itself.
+        bounds[block.first + block.patches] = chordal * STEPS + (moved + shared_error)
     if not layout.may_lose_faces:
         return bounds
     return bounds + bound_missing_distances(layout, options, rows.positions)
@@ -114,19 +117,23 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         return bound_triangle_deviations(patches, ru) + rounding
     p, q = patches.degree
     rounding = bound_bending_rounding(patches, 1 / ru, 1 / rv)
-    numbers = block.first + block.patches if layout.is_framed else block.patches
-    is_separate = layout.extra[numbers] >= 0 if layout.is_framed else None
+    patch_numbers = block.first + block.patches if layout.is_framed else block.patches
+    # `layout.extra` is −1 for a side without extra samples. A strip of triangles joins a side with
+    # extra samples to the grid.
+    is_separate = layout.extra[patch_numbers] >= 0 if layout.is_framed else None
     if is_separate is None or not is_separate.any():
         if is_small(patches, (ru, rv)):
             return bound_grid_deviations(patches, (ru, rv)) + rounding
+        # Each patch is cut into blocks, and second derivatives are bounded over each block. These
+        # blocks are pieces of one patch, unlike `block`, which is a group of patches.
         blocks = count_blocks(ru, p), count_blocks(rv, q)
         bends = bound_second_derivatives(patches, (ru, rv), blocks)
         return bends.bound_deviations(1 / ru, 1 / rv) + rounding
-    sides = np.where(is_separate, layout.inner[numbers] + 1, np.inf)
+    strip_divisions = np.where(is_separate, layout.inner[patch_numbers] + 1, np.inf)
     # A strip joins a line of m divisions to a line of n divisions. Each of its triangles is at most
-    # 1/m or 1/n long along these lines, and one cell wide across them. It may lie in any block, so
-    # the whole patch is taken as one block.
-    along_v = 1 / np.minimum(rv, sides[:, :2].min(axis=1))
-    along_u = 1 / np.minimum(ru, sides[:, 2:].min(axis=1))
+    # 1/m or 1/n long along these lines, and one cell wide across them. A strip may lie anywhere
+    # in the patch, so second derivatives are bounded over the whole patch, and not over blocks.
+    along_v = 1 / np.minimum(rv, strip_divisions[:, :2].min(axis=1))
+    along_u = 1 / np.minimum(ru, strip_divisions[:, 2:].min(axis=1))
     bends = bound_second_derivatives(patches, (ru, rv), (1, 1))
     return bends.bound_deviations(along_u, along_v) + bound_bending_rounding(patches, 1.0, 1.0)

@@ -60,7 +60,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         source, oriented.is_closed, closed_parts, (sizes, nets.scale), precision
     )
     total, boundaries = _measure_boundaries(source, oriented, precision)
-    precision.refuse_if_unreachable()
+    precision.refuse_if_too_costly()
     (volume, centroid), *solid_parts = solids
     width = query.tolerance
     faults = oriented.find_unbalanced_sides()

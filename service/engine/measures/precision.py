@@ -23,8 +23,8 @@ REMAINDER_SHARE = 0.43
 rounding."""
 
 MARGIN = 4
-"""A refusal names this multiple of the tolerance that was reached, because other cells would be
-halved for another tolerance."""
+"""A refusal names a tolerance 4 times as large as the tolerance that was reached: with the named
+tolerance other cells are halved, and the result may be a little worse."""
 
 
 @dataclass(slots=True)
@@ -34,16 +34,16 @@ class Precision:
     Attributes
     ----------
     query : MeasureQuery
-    reachable : dict of str to float
+    reachable_tolerances : dict of str to float
         A tolerance for each quantity for which the budget does not suffice.
-    is_unreachable : bool
-        Whether a quantity cannot reach any tolerance up to `MAX_TOLERANCE`: then the service
-        answers with wider intervals, and does not refuse the query.
+    has_wider_intervals : bool
+        Whether the query is not refused, although its tolerance cannot be reached: a quantity
+        cannot reach any tolerance up to `MAX_TOLERANCE`, so the result has wider intervals.
     """
 
     query: MeasureQuery
-    reachable: dict[str, float] = field(default_factory=dict)
-    is_unreachable: bool = False
+    reachable_tolerances: dict[str, float] = field(default_factory=dict)
+    has_wider_intervals: bool = False
 
     def integrate(
         self, name: str, groups: list[Cells], kind: Kind, scales: FloatArray, min_errors: FloatArray
@@ -60,18 +60,18 @@ class Precision:
         """
         allowed = np.maximum(self.query.tolerance * scales, min_errors)
         refinement = refine(groups, kind, allowed, self.query.budget)
-        # The width of the interval, in units of the allowed width.
+        # The width that the remainders alone give to the interval, in units of the allowed width.
         width = 2 * REMAINDER_SHARE * refinement.excess
-        if width > 1 and not self.is_unreachable:
+        if width > 1 and not self.has_wider_intervals:
             with np.errstate(divide="ignore"):
                 reached = MARGIN * width * float((allowed / scales).max())
             if reached <= MAX_TOLERANCE:
-                self.reachable[name] = round_up(reached)
+                self.reachable_tolerances[name] = round_up(reached)
             else:
-                self.is_unreachable = not self.reachable
-        return None if self.reachable else refinement.integrate()
+                self.has_wider_intervals = not self.reachable_tolerances
+        return None if self.reachable_tolerances else refinement.integrate()
 
-    def refuse_if_unreachable(self) -> None:
+    def refuse_if_too_costly(self) -> None:
         """Refuse the query if a quantity needs more cells than the budget has.
 
         Raises
@@ -79,9 +79,9 @@ class Precision:
         TooLarge
             `too_costly`.
         """
-        if self.reachable:
+        if self.reachable_tolerances:
             listed = ", ".join(
-                f"{tolerance:g} for {name}" for name, tolerance in self.reachable.items()
+                f"{tolerance:g} for {name}" for name, tolerance in self.reachable_tolerances.items()
             )
             raise TooLarge(
                 Issue(
@@ -89,13 +89,13 @@ class Precision:
                     "Such narrow intervals take more work than this service gives to one request.",
                     "/tolerance",
                     f"{self.query.tolerance:g}",
-                    f"at least {max(self.reachable.values()):g}: {listed}",
+                    f"at least {max(self.reachable_tolerances.values()):g}: {listed}",
                 )
             )
 
 
 def round_up(value: float) -> float:
-    """A positive value rounded up to two decimal digits."""
+    """A positive value rounded up to two significant digits."""
     unit = 1 - floor(log10(value))
     digits = -floor(-value * 10.0**unit)
     return float(f"{digits}e{-unit}")

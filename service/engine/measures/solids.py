@@ -12,7 +12,7 @@ point S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ 
 by ∫ ∮ (x − o) d · N_t dt: by at most ε₀ times the largest area on the way, and times the largest |x
 − o|. So the interval includes the errors of lowering, placing and joining. Joining moves control
 points by at most m. Any other way to close the gaps also moves the given control points by at most
-m, so its control points are at most 2 m from the joined ones.
+m. The two ways result in control points that are at most 2 m apart.
 """
 
 from typing import TypeAlias
@@ -52,16 +52,23 @@ def measure_solids(
     groups = group_cells(nets, source.noise + 2 * source.moved, patches)
     (flux, *_), rounding = estimate(groups, "flux")
     diagonal = nets.diagonal / nets.scale
+    # The remainders may be the tolerance times these scales. Then the error of V is at most
+    # REMAINDER_SHARE · tolerance · V. The error of the centroid is at most
+    # (3/16 + REMAINDER_SHARE / 2) · tolerance · diagonal, if the centroid is at most half a
+    # diagonal from the origin.
     scales = abs(flux) * np.array([REMAINDER_SHARE, diagonal / 4])
     integrals = precision.integrate("the volume", groups, "flux", scales, rounding)
     if integrals is None:
         return []
     sums, errors = integrals.over_parts(source.part, len(closed_parts))
-    noise, growth = groups[0].noise, bound_growth(groups)
+    # All groups have the same error.
+    point_error, growth = groups[0].noise, bound_growth(groups)
     sizes, scale = areas
+    # The largest areas while control points move, in units of the nets.
     largest = np.array([size.high for size in sizes]) * (scale / nets.scale) ** 2 + growth
-    errors[0] += 3 * noise * largest
-    errors[1] += 4 * noise * largest * (diagonal + noise)
+    # The flux is 3 V, and the moment is 4 ∫ x − o dV.
+    errors[0] += 3 * point_error * largest
+    errors[1] += 4 * point_error * largest * (diagonal + point_error)
     return [
         _solid(sums[:, k], errors[:, k] * UPWARDS, nets) if has_volume else (None, None)
         for k, has_volume in enumerate(is_closed.tolist())
@@ -79,9 +86,12 @@ def _solid(sums: FloatArray, errors: FloatArray, nets: QueryNets) -> Solid:
     centroid = []
     for value, origin in zip(moment, nets.origin.tolist(), strict=True):
         middle = 0.75 * value / flux
+        # For the exact flux F and moment G, and the computed f and g:
         # |G / F − g / f| ≤ (|G − g| + |g / f| |F − f|) / |F|
         error_of_middle = (0.75 * moment_error + abs(middle) * error) / min_flux * (1 + 2.0**-40)
         error_of_middle += 2.0**-50 * abs(middle)
-        place = origin + middle * nets.scale
-        centroid.append(Interval.about(place, error_of_middle * nets.scale + 2.0**-52 * abs(place)))
+        coordinate = origin + middle * nets.scale
+        # 2^-52 is for the rounding of this sum. The product is exact: the scale is a power of two.
+        error_of_coordinate = error_of_middle * nets.scale + 2.0**-52 * abs(coordinate)
+        centroid.append(Interval.about(coordinate, error_of_coordinate))
     return volume, tuple(centroid)

@@ -56,7 +56,8 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
 
         - ray (n,): the number of the ray
         - t (n,): in units of the direction in the request
-        - t_bounds (n, 2): contain all points of the surface on the ray that this hit represents
+        - t_bounds (n, 2): the ends of an interval of t. It contains all points on the ray that are
+          also on the surface and that this hit represents.
         - positions (n, 3), normals (n, 3), patch (n,) and uv (n, 2), as for closest points
         - kind: a list of "crossing", "touching" or "along"
         - entering: a list of True (the ray crosses against the normal), False (it crosses in the
@@ -71,6 +72,8 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     search = RaySearch(nets, query.relative_thickness * nets.diagonal / nets.scale)
     count = 0
     parts: list[Hits] = []
+    # For each hit, the sine of the angle between the ray and the tangent plane of the surface. A
+    # sine is negative if the ray runs against the normal.
     sines: list[FloatArray] = []
     reached = []
     for chunk in search.find(query.origins, query.directions, only_first=query.only_first):
@@ -84,7 +87,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
             got = f"more than {max_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
     hits = Hits.join(parts)
-    kind = np.concatenate([hits.origin[:0], *(p.origin for p in parts)])
+    kind = hits.origin  # after merging, `origin` has the `Kind` of each hit
     with np.errstate(all="ignore"):
         lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
         units = nets.scale / lengths
@@ -108,7 +111,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     return columns | {
         "kind": NAMES[kind].tolist(),
         "entering": [
-            side if crosses else None
-            for side, crosses in zip(entering, is_crossing.tolist(), strict=True)
+            enters if crosses else None
+            for enters, crosses in zip(entering, is_crossing.tolist(), strict=True)
         ],
     }

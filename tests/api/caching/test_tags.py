@@ -6,7 +6,7 @@ import pytest
 
 from service.api.caching import cached_response as module
 from service.api.caching.cached_response import entity_tag, matches_all, parse_tags
-from service.api.caching.codings import CODINGS, COMPRESSORS
+from service.api.caching.codings import CODINGS, COMPRESSOR_VERSIONS
 
 
 def test_a_tag_depends_on_the_content_and_on_the_coding() -> None:
@@ -19,8 +19,8 @@ def test_a_tag_depends_on_the_content_and_on_the_coding() -> None:
 
 def test_another_version_of_the_compressor_has_other_tags(monkeypatch: pytest.MonkeyPatch) -> None:
     old_tags = {coding: entity_tag("a", coding) for coding in CODINGS}
-    other_compressors = {**COMPRESSORS, "gzip": "zlib 9.9.9"}
-    monkeypatch.setattr(module, "COMPRESSORS", other_compressors)
+    other_compressors = {**COMPRESSOR_VERSIONS, "gzip": "zlib 9.9.9"}
+    monkeypatch.setattr(module, "COMPRESSOR_VERSIONS", other_compressors)
     codings_with_new_tags = {
         coding for coding in CODINGS if entity_tag("a", coding) != old_tags[coding]
     }

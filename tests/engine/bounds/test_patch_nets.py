@@ -1,5 +1,7 @@
-"""Positions and partials at any place, against exact de Casteljau; bits do not depend on other
-patches."""
+"""Positions at any parameters are compared with exact arithmetic (de Casteljau's algorithm).
+
+The bits of the positions on a patch do not depend on other patches.
+"""
 
 from fractions import Fraction
 
@@ -23,7 +25,7 @@ def build_model(*batches: TensorPatches | TrianglePatches) -> PatchModel:
 
 
 def random_batches(seed: int) -> tuple[TensorPatches | TrianglePatches, ...]:
-    """Tensor patches of two degrees, rational ones, and triangles of both kinds."""
+    """Batches of tensor patches and of triangles, both polynomial and rational."""
     rng = np.random.default_rng(seed)
     return (
         TensorPatches(rng.normal(size=(3, 4, 4, 3))),
@@ -65,10 +67,12 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
         u, v = rng.integers(0, 257, (2, 20)) / 256
         result = patch_nets.evaluate_points(np.zeros(20, dtype=np.intp), u, v)
         net = triangles.to_exact_triangle(points, weights)
-        for place, a, b in zip(result, u.tolist(), v.tolist(), strict=True):
+        for position, a, b in zip(result, u.tolist(), v.tolist(), strict=True):
             s, t = Fraction(a) * (1 - Fraction(b)), Fraction(b)
             expected = triangles.jet(net, (1 - s - t, s, t)).point
-            np.testing.assert_allclose(place, np.array(expected, dtype=float), rtol=0, atol=1e-11)
+            np.testing.assert_allclose(
+                position, np.array(expected, dtype=float), rtol=0, atol=1e-11
+            )
 
 
 def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
@@ -83,8 +87,8 @@ def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
         for k in range(batch.count):
             alone = PatchNets.of(build_model(batch.take(np.array([k]))))
             rows = np.flatnonzero(patch == first + k)[::-1]
-            none = np.zeros(len(rows), dtype=np.intp)
-            apart = alone.evaluate_points(none, u[rows], v[rows])
+            only_patch = np.zeros(len(rows), dtype=np.intp)
+            apart = alone.evaluate_points(only_patch, u[rows], v[rows])
             np.testing.assert_array_equal(together[rows], apart)
         first += batch.count
 
@@ -93,11 +97,13 @@ def test_weights_of_any_size_lose_nothing() -> None:
     rng = np.random.default_rng(3)
     points, weights = rng.normal(size=(1, 3, 4, 3)), rng.uniform(0.5, 2, (1, 3, 4))
     u, v = rng.random((2, 9))
-    none = np.zeros(9, dtype=np.intp)
-    usual = PatchNets.of(build_model(TensorPatches(points, weights))).evaluate_points(none, u, v)
+    only_patch = np.zeros(9, dtype=np.intp)
+    usual = PatchNets.of(build_model(TensorPatches(points, weights))).evaluate_points(
+        only_patch, u, v
+    )
     for power in (-64, 64):
         other = PatchNets.of(build_model(TensorPatches(points, np.ldexp(weights, power))))
-        np.testing.assert_array_equal(other.evaluate_points(none, u, v), usual)
+        np.testing.assert_array_equal(other.evaluate_points(only_patch, u, v), usual)
 
 
 def test_only_a_b_spline_is_lowered_with_rounding() -> None:

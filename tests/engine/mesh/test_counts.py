@@ -88,22 +88,24 @@ def test_counts_of_triangles_with_collapsed_sides_are_right(
     check_counts(model, resolution)
 
 
-def build_patch(*places: int) -> Any:
-    """A bilinear patch whose corners are the points with these numbers, of four points."""
+def build_patch(*corners: int) -> Any:
+    """The net of a bilinear patch; `corners` has the number of a point (0 … 3) for each corner."""
     points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]], dtype=np.float64)
-    return points[list(places)].reshape(2, 2, 3)
+    return points[list(corners)].reshape(2, 2, 3)
 
 
-# Each 43rd of the 256 choices of four corners.
-@pytest.mark.parametrize("places", list(product(range(4), repeat=4))[::43])
-def test_counts_of_patches_with_repeated_corners_are_right(places: tuple[int, ...]) -> None:
+# There are 256 choices of four corners. Six of them are tested: every 43rd.
+@pytest.mark.parametrize("corners", list(product(range(4), repeat=4))[::43])
+def test_counts_of_patches_with_repeated_corners_are_right(corners: tuple[int, ...]) -> None:
     for resolution in ((1, 1), (1, 2), (2, 2), (3, 4)):
-        check_counts(build_model([build_patch(*places)]), resolution)
-        check_counts(build_model([build_patch(*places), build_patch(0, 1, 2, 3)]), resolution)
+        check_counts(build_model([build_patch(*corners)]), resolution)
+        check_counts(build_model([build_patch(*corners), build_patch(0, 1, 2, 3)]), resolution)
 
 
 @pytest.mark.parametrize("kind", ["triangles", "quads"])
 def test_the_faces_of_the_rim_and_of_inner_cells_are_all_faces(kind: Any) -> None:
+    # With the divisions of the grid, and with more divisions on two sides; with all choices of
+    # collapsed sides.
     shapes = [
         Shape((ru, rv), sides or (rv, rv, ru, ru), (a, b, c, d))
         for ru, rv in product((2, 3, 6), repeat=2)
