@@ -217,13 +217,15 @@ def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
         np.maximum.at(extent[0], leaf, np.abs(samples.u[end] - samples.u[begin]))
         np.maximum.at(extent[1], leaf, np.abs(samples.v[end] - samples.v[begin]))
         fails[leaf], along_v[leaf] = True, (extent[1] > extent[0])[leaf]
-    # The direction of the cut matters for these leaves.
+    # The cuts of the leaves above have their directions; those of all others may be chosen.
     is_free = ~fails
     failing = triangles.is_alive & ~meets_goal & has_reference
     leaf = triangles.leaf[failing]
     fails[leaf[leaf >= 0]] = True
     cut = (fails & draft.polygons.is_present).nonzero()[0]
-    along_v = np.where(is_free[cut], _prefer_vertices(draft, cut, along_v[cut]), along_v[cut])
+    along_v = along_v[cut]
+    if len(cut):
+        along_v = np.where(is_free[cut], _prefer_vertices(draft, cut, along_v), along_v)
     strips = np.unique(triangles.segment[failing & (triangles.leaf < 0)])
     return cut, along_v, strips
 
