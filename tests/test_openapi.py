@@ -342,8 +342,8 @@ def test_files_of_control_nets_are_documented_and_their_examples_accepted(client
         for decoder in DECODERS:
             description = content[decoder.media_type]
             assert description["schema"]["description"]
-            assert (description["schema"].get("format") == "binary") == decoder.binary
-            assert decoder.binary or description["examples"]
+            assert (description["schema"].get("format") == "binary") == decoder.is_binary
+            assert decoder.is_binary or description["examples"]
             for example in description.get("examples", {}).values():
                 body, headers = example["value"].encode(), {"Content-Type": decoder.media_type}
                 assert client.request("POST", path, body, headers).status_code == 200

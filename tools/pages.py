@@ -179,7 +179,7 @@ def _replace_table(text: str, head: tuple[str, ...], rows: Iterable[tuple[str, .
 def _list_contents(fmt: Format) -> Iterable[str]:
     """The contents of a mesh that the format can store, in words."""
     yield "triangles"
-    yield from ["quads"] * fmt.quads + ["lines"] * fmt.overlays
+    yield from ["quads"] * fmt.has_quads + ["lines"] * fmt.has_overlays
     yield from (word for kind, word in CHANNELS.items() if kind in fmt.carries)
 
 

@@ -137,7 +137,7 @@ def is_long_body(body: bytes, decoder: Decoder | None) -> bool:
     """Whether parsing the body would block the event loop for too long."""
     if decoder is None:
         return len(body) > INLINE_BYTES or body.count(b"{") > INLINE_OBJECTS
-    return len(body) > (INLINE_BYTES if decoder.binary else INLINE_TEXT)
+    return len(body) > (INLINE_BYTES if decoder.is_binary else INLINE_TEXT)
 
 
 def _parse_body(
@@ -218,7 +218,7 @@ def decoder_of_body(content_type: str, decoders: Sequence[Decoder] = ()) -> Deco
     media_type, charset = _parse_content_type(content_type)
     is_utf8 = charset in ("utf-8", "utf8", "us-ascii")
     for decoder in decoders:
-        if decoder.media_type == media_type and (is_utf8 or decoder.binary):
+        if decoder.media_type == media_type and (is_utf8 or decoder.is_binary):
             return decoder
     is_json = media_type == "application/json" or (
         media_type.startswith("application/") and media_type.endswith("+json")

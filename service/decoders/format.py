@@ -21,7 +21,7 @@ class Decoder:
     media_type : str
     suffixes : tuple of str
         Suffixes without a dot; the usual suffix is first.
-    binary : bool
+    is_binary : bool
         Whether the file is binary; if not, it is text.
     kinds : tuple of str
         The kinds of surface that a file of this format may become.
@@ -42,7 +42,7 @@ class Decoder:
     title: str
     media_type: str
     suffixes: tuple[str, ...]
-    binary: bool
+    is_binary: bool
     kinds: tuple[str, ...]
     decode: Callable[[bytes, str | None, int], Tree]
     about: str

@@ -81,7 +81,7 @@ class FileFormat:
     name, title, media_type : str
     suffix : str
         Without a dot.
-    single : bool
+    is_float32 : bool
         Whether the format stores float32, usually relative to a local origin; others store float64.
     """
 
@@ -89,7 +89,7 @@ class FileFormat:
     title: str
     media_type: str
     suffix: str
-    single: bool
+    is_float32: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class Format(FileFormat):
 
     Attributes
     ----------
-    quads, overlays : bool
+    has_quads, has_overlays : bool
         Whether the format can store quads, and overlays (lines).
     encode : callable
         Encodes a mesh as the bytes of a file.
@@ -110,12 +110,12 @@ class Format(FileFormat):
         The kinds of channels that the format can store; other channels are omitted.
     encode_scene : callable or None
         Encodes a scene; None if the format has no nodes. Groups are then flattened to one mesh.
-    local : bool
-        Whether a `single` format has a local origin. If not, positions are rounded in model
-        coordinates.
-    fixed : bool
-        Whether the file has a fixed number of bytes for each face, and otherwise only a head of
-        fixed size. Then the bound is exact if the number of faces is exact.
+    has_local_origin : bool
+        Whether positions of a float32 format are relative to a local origin. If not, they are
+        rounded in model coordinates.
+    has_exact_bound : bool
+        Whether `byte_bound` returns the exact number of bytes if the number of faces is exact: the
+        file is a head of fixed size, and a fixed number of bytes for each face.
     coarseness : callable or None
         For formats that write fewer digits than positions have: returns a bound of the distance by
         which the format moves a vertex.
@@ -124,15 +124,15 @@ class Format(FileFormat):
         are in `COMPACT`, and ignores the other unused fields.
     """
 
-    quads: bool
-    overlays: bool
+    has_quads: bool
+    has_overlays: bool
     encode: Callable[[Mesh, EncodeOptions], Content]
     byte_bound: Callable[[MeshSize, EncodeOptions], int]
     encode_exact: Callable[[PatchModel, tuple[Overlay, ...]], bytes] | None = None
     carries: frozenset[ChannelKind] = frozenset()
     encode_scene: Callable[[Scene, EncodeOptions], bytes] | None = None
-    local: bool = True
-    fixed: bool = False
+    has_local_origin: bool = True
+    has_exact_bound: bool = False
     coarseness: Callable[[Mesh, EncodeOptions], float] | None = None
     reads: frozenset[str] = frozenset()
 

@@ -28,5 +28,5 @@ def line_format(
     """A format of lines with the name, media type and suffix of the format of meshes `name`."""
     fmt = BY_NAME[name]
     return LineFormat(
-        fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.single, encode, byte_bound
+        fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.is_float32, encode, byte_bound
     )

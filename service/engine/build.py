@@ -23,40 +23,45 @@ MAX_TRIANGLES = 1 << 31
 
 
 def build(
-    model: Model, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
+    model: Model, options: MeshOptions, *, is_float32: bool = False, allow: Allow = allow_any
 ) -> Mesh:
     """The model as one mesh.
 
     Parameters
     ----------
-    single : bool
+    is_float32 : bool
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     allow : callable
         Raises an error if the cuts along shared borders give a surface too many patches.
     """
     if options.accuracy is not None and not isinstance(model, SweepModel):
-        storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
-        result = build_mesher(model, options, storage, nodes=False).build_mesh(goal, MAX_TRIANGLES)
+        storage, goal = (
+            Storage(is_float32, has_local_origin=True),
+            build_goal(options.accuracy, model),
+        )
+        result = build_mesher(model, options, storage, has_nodes=False).build_mesh(
+            goal, MAX_TRIANGLES
+        )
         return flatten(result) if isinstance(result, Scene) else result
     if isinstance(model, GroupModel):
         mesh = flatten(build_scene(model, options, allow=allow))
-        return round_to_single(mesh) if single else mesh
-    return _build_single(model, options, single, allow)
+        return round_to_single(mesh) if is_float32 else mesh
+    return _build_single(model, options, is_float32, allow)
 
 
 def _build_single(
-    model: PatchModel | SweepModel, options: MeshOptions, single: bool, allow: Allow
+    model: PatchModel | SweepModel, options: MeshOptions, is_float32: bool, allow: Allow
 ) -> Mesh:
     """The mesh of a model that is not a group."""
     if isinstance(model, SweepModel):
         with Measured("sweep"):
-            return sweep(model, options, single=single)
+            return sweep(model, options, is_float32=is_float32)
     if options.has_wires or not options.has_faces:
         model, _ = join(model, options.weld_tolerance, allow)
     if options.has_faces:
-        mesh = tessellate(model, options, single=single, allow=allow)
+        mesh = tessellate(model, options, is_float32=is_float32, allow=allow)
     else:
-        mesh = draw_without_faces(model, options, single=single)
+        mesh = draw_without_faces(model, options, is_float32=is_float32)
     if options.has_wires:
         curves = sample_isocurves(model, options.resolution, options.isocurves)
         mesh = add_wires(mesh, model, options, curves)
@@ -79,23 +84,26 @@ def build_scene(
     model: GroupModel,
     options: MeshOptions,
     *,
-    single: bool = False,
-    quantized: bool = False,
+    is_float32: bool = False,
+    is_quantized: bool = False,
     allow: Allow = allow_any,
 ) -> Scene:
     """The scene of a group: the mesh of each distinct model once, and a node for each member.
 
     Members that meet along edges are meshed together, and then separated into nodes. If
-    `quantized`, positions are rounded to the 16-bit grids of the models.
+    `is_quantized`, positions are rounded to the 16-bit grids of the models.
     """
     if options.accuracy is not None:
-        storage, goal = Storage(single, local=True), build_goal(options.accuracy, model)
-        mesh = build_mesher(model, options, storage, nodes=True).build_mesh(goal, MAX_TRIANGLES)
+        storage, goal = (
+            Storage(is_float32, has_local_origin=True),
+            build_goal(options.accuracy, model),
+        )
+        mesh = build_mesher(model, options, storage, has_nodes=True).build_mesh(goal, MAX_TRIANGLES)
         if isinstance(mesh, Scene):
             return mesh
     joined = join_group(model, options, allow)
-    meshes = tuple(_build_single(m, options, single, allow) for m in joined.group.models)
+    meshes = tuple(_build_single(m, options, is_float32, allow) for m in joined.group.models)
     scene = arrange(joined.group, meshes)
-    rounded = quantize(scene, joined.group, options) if quantized else scene
+    rounded = quantize(scene, joined.group, options) if is_quantized else scene
     assert isinstance(rounded, Scene)
     return separate_members(rounded, joined, is_welded=options.weld)

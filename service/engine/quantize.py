@@ -74,7 +74,7 @@ def quantize_mesh(mesh: Mesh, step: float) -> Mesh:
     moves.
     """
     step = _widen_step(mesh, step)
-    storage = Storage(single=True, local=True, step=step)
+    storage = Storage(is_float32=True, has_local_origin=True, step=step)
     origin = round_to_grid(mesh.origin, step)
 
     def move(positions: RealArray) -> RealArray:

@@ -38,7 +38,7 @@ from service.surface.lowered import PatchModel
 
 
 def tessellate(
-    model: PatchModel, options: MeshOptions, *, single: bool = False, allow: Allow = allow_any
+    model: PatchModel, options: MeshOptions, *, is_float32: bool = False, allow: Allow = allow_any
 ) -> Mesh:
     """The mesh of a model.
 
@@ -46,7 +46,7 @@ def tessellate(
     ----------
     model : PatchModel
     options : MeshOptions
-    single : bool
+    is_float32 : bool
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     allow : callable
         Called with a model that was cut for joining; it raises an error if the model is too large.
@@ -60,8 +60,8 @@ def tessellate(
         model = leave_out_curves(model, seams.connectivity)
         seams = connect(model)
     layout = Layout.plan(seams.connectivity, options.resolution)
-    dtype: Real = np.float32 if single else np.float64
-    origin = choose_origin(*model.bounds) if single else AT_ZERO
+    dtype: Real = np.float32 if is_float32 else np.float64
+    origin = choose_origin(*model.bounds) if is_float32 else AT_ZERO
     rows = sample_model(model, seams, layout, options, dtype=dtype, origin=origin)
     if options.curvatures:
         curvatures = layout_curvatures(model, layout, dtype)

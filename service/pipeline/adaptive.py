@@ -71,9 +71,9 @@ class AdaptiveMesher:
         self._meshing = build_mesher(
             model,
             options,
-            Storage(fmt.single, fmt.local),
-            nodes=fmt.encode_scene is not None,
-            quantized=work.encode.quantize,
+            Storage(fmt.is_float32, fmt.has_local_origin),
+            has_nodes=fmt.encode_scene is not None,
+            is_quantized=work.encode.quantize,
         )
 
     def build(self, accuracy: Accuracy, tolerance: float | None = None) -> AnyMesh:
@@ -122,7 +122,9 @@ def build_within_budget(
     work: "MeshWork", model: Model, options: MeshOptions, accuracy: Accuracy
 ) -> tuple[AnyMesh, Content]:
     """Make the mesh with the least proved deviation within the budget, and its file."""
-    min_tolerance = (MIN_TOLERANCE_SINGLE if work.fmt.single else MIN_TOLERANCE) * model.diagonal
+    min_tolerance = (
+        MIN_TOLERANCE_SINGLE if work.fmt.is_float32 else MIN_TOLERANCE
+    ) * model.diagonal
     effort = Effort(EFFORT_FACTOR * work.limits.max_multiplications)
     build = AdaptiveMesher(work, model, options, effort).build
     return search_budget(build, work.encode_mesh, accuracy, min_tolerance, effort)

@@ -54,7 +54,7 @@ def check_options(
         _check_accuracy(options, options.accuracy.pointer, fmt, encode)
     _check_format(options, fmt, encode)
     degree = max(size.degree)
-    max_degree = forward_difference.MAX_DEGREE[np.float32 if fmt.single else np.float64]
+    max_degree = forward_difference.MAX_DEGREE[np.float32 if fmt.is_float32 else np.float64]
     if options.method == "forward_difference" and degree > max_degree:
         message = "Forward differences of so high a degree lose the digits that the format stores."
         got, needed = f"degree {degree}", f"degrees up to {max_degree}, or another method"
@@ -116,12 +116,12 @@ def _build_conflict_error(message: str, pointer: str, other_pointer: str) -> Inv
 def _check_format(options: MeshOptions, fmt: Format, encode: EncodeOptions) -> None:
     """Refuse data that the format cannot store, and a compression that is not installed."""
     no_lines = f"The format {fmt.name} has no place for lines."
-    if options.faces == "quads" and not fmt.quads:
+    if options.faces == "quads" and not fmt.has_quads:
         message = f"The format {fmt.name} has only triangles."
         raise _build_unsupported_error(message, "/faces", "quads", "triangles, or another format")
-    if options.overlays and not fmt.overlays:
+    if options.overlays and not fmt.has_overlays:
         raise _build_unsupported_error(no_lines, "/overlays", "overlays", "none, or another format")
-    if options.has_wires and not options.has_solid_wires and not fmt.overlays:
+    if options.has_wires and not options.has_solid_wires and not fmt.has_overlays:
         got, needed = "isoparametric curves as lines", "tubes or ribbons, or another format"
         raise _build_unsupported_error(no_lines, "/wires", got, needed)
     if not fmt.compact and (encode.quantize or encode.compression != "none"):

@@ -204,7 +204,7 @@ def mesh_cost(
     is_flattened = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
     numbers += 2 * options.uvs + 2 * options.curvatures
-    row = (8 if is_flattened or not fmt.single else 4) * numbers
+    row = (8 if is_flattened or not fmt.is_float32 else 4) * numbers
     mesh_bytes = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
     rims = RIM_BYTES * min(faces, 8 * (ru + rv) * mesh.patches)

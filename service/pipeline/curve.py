@@ -40,12 +40,12 @@ class CurveWork:
         TooLarge
             The tolerance needs too many points.
         """
-        pieces, is_single = self.curve.lower(), self.fmt.single
+        pieces, is_single = self.curve.lower(), self.fmt.is_float32
         with Measured("curve"):
-            parameters = choose_samples(pieces, self.options, self.max_points, single=is_single)
+            parameters = choose_samples(pieces, self.options, self.max_points, is_float32=is_single)
         _check_curve(self, len(parameters))
         with Measured("curve"):
-            polyline = trace_curve(pieces, parameters, self.options, single=is_single)
+            polyline = trace_curve(pieces, parameters, self.options, is_float32=is_single)
         return self.fmt.encode(polyline)
 
 

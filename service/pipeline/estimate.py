@@ -191,7 +191,7 @@ class EstimateWork:
                 byte_bound = min(
                     byte_bound, limits.max_bytes, options.accuracy.max_bytes or byte_bound
                 )
-            sizes.append((fmt.name, byte_bound, prediction.exact and fmt.fixed))
+            sizes.append((fmt.name, byte_bound, prediction.exact and fmt.has_exact_bound))
         refusals = tuple(Refusal(tuple(names), issue) for issue, names in refused_formats.items())
         counts, exact, certain = prediction.all_counts, prediction.exact, certain or not accepted
         return Estimate(counts, exact, tuple(sizes), tuple(memory), refusals, accepted, certain)

@@ -154,9 +154,13 @@ class MeshWork:
         if options.accuracy is not None:
             return AdaptiveMesher(self, model, options).build(options.accuracy)
         if isinstance(model, GroupModel) and self.fmt.encode_scene is not None:
-            single, quantized = self.fmt.single, self.encode.quantize
+            is_float32, is_quantized = self.fmt.is_float32, self.encode.quantize
             return build_scene(
-                model, options, single=single, quantized=quantized, allow=self.check_cut
+                model,
+                options,
+                is_float32=is_float32,
+                is_quantized=is_quantized,
+                allow=self.check_cut,
             )
         mesh = build_mesh(model, options, self.fmt, self.check_cut)
         return quantize(mesh, model, options) if self.encode.quantize else mesh
@@ -233,8 +237,8 @@ def build_mesh(model: Model, options: MeshOptions, fmt: Format, allow: Allow = a
 
     `allow` is called with models whose patches were split to join borders; it may refuse them.
     """
-    mesh = build(model, options, single=fmt.single, allow=allow)
-    return mesh if fmt.local else move_to_zero(mesh)
+    mesh = build(model, options, is_float32=fmt.is_float32, allow=allow)
+    return mesh if fmt.has_local_origin else move_to_zero(mesh)
 
 
 def keep_storable_channels(

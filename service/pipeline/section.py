@@ -66,7 +66,7 @@ class SectionWork:
 
     def cut(self, model: PatchModel) -> Sections:
         """Cut the model by the planes; before, its patches are joined as for a mesh."""
-        tolerance = self.tolerance.within(model, single=self.fmt.single)
+        tolerance = self.tolerance.within(model, is_float32=self.fmt.is_float32)
         joined, seams = join(model, MeshOptions().weld_tolerance, self._check_patches)
         sections = cut_surface(joined, seams, self.planes, tolerance, self._check_pieces)
         if not any(len(section.coplanar) for section in sections.sections):

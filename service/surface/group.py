@@ -124,7 +124,7 @@ class GroupSurface(SurfaceKind):
             numbers,
             [member.name or member.surface.name for member in self.members],
             name=self.name,
-            colored=any(member.color is not None for member in self.members),
+            is_colored=any(member.color is not None for member in self.members),
         )
         object.__setattr__(self, "_sizes", sizes)
 

@@ -118,7 +118,7 @@ def tensor_size(
     channels: Channels,
     *,
     name: str,
-    triangular: bool = False,
+    is_triangular: bool = False,
 ) -> SurfaceSize:
     """The size of a surface whose patches have one degree and are views of its own arrays.
 
@@ -133,11 +133,11 @@ def tensor_size(
     channels : Channels
     name : str
         Name of the surface.
-    triangular : bool
+    is_triangular : bool
         Whether the patches are triangles.
     """
     numbers = 3 + (weights is not None)
-    size = _plain_size(patches, degree, numbers, 2 * len(name.encode()), triangular)
+    size = _plain_size(patches, degree, numbers, 2 * len(name.encode()), is_triangular)
     if channels is NO_CHANNELS:
         return size
     colors, uvs = channels.colors, channels.uvs
@@ -152,22 +152,22 @@ def tensor_size(
 
 @lru_cache(256)
 def _plain_size(
-    patches: int, degree: tuple[int, int], numbers: int, name_bytes: int, triangular: bool
+    patches: int, degree: tuple[int, int], numbers: int, name_bytes: int, is_triangular: bool
 ) -> SurfaceSize:
     """The size of patches without channels.
 
     A control point has 3 `numbers`, or 4 with its weight.
     """
     p, q = degree
-    points = patches * ((p + 1) * (p + 2) // 2 if triangular else (p + 1) * (q + 1))
+    points = patches * ((p + 1) * (p + 2) // 2 if is_triangular else (p + 1) * (q + 1))
     return SurfaceSize(
         degree,
-        grids=0 if triangular else patches,
-        triangles=patches if triangular else 0,
-        control_points=points * (1 + triangular),
+        grids=0 if is_triangular else patches,
+        triangles=patches if is_triangular else 0,
+        control_points=points * (1 + is_triangular),
         net_points=points,
         # At most two segments and one cell begin at a control point; on triangles, three segments.
-        net_segments=points * (2 + triangular),
+        net_segments=points * (2 + is_triangular),
         net_cells=points,
         name_bytes=name_bytes,
         surface_bytes=points * numbers * NUMBER,
@@ -195,7 +195,7 @@ def group_sizes(
     names: Sequence[str],
     *,
     name: str,
-    colored: bool,
+    is_colored: bool,
 ) -> tuple[SurfaceSize, SurfaceSize]:
     """The size of a group if each member counts, and its size if equal members count once.
 
@@ -207,7 +207,7 @@ def group_sizes(
         For each member, the number of its surface.
     names : sequence of str
         The names of the members.
-    colored : bool
+    is_colored : bool
         Whether any member has a base color.
     """
     copies = [sizes[number] for number in numbers]
@@ -225,7 +225,7 @@ def group_sizes(
             name_bytes=all_members.name_bytes + part_name_bytes,
             members=len(copies),
             label_bytes=sum(labels),
-            colors=4 if colored else max(size.colors for size in sizes),
+            colors=4 if is_colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
             surface_bytes=distinct_members.surface_bytes,

@@ -67,7 +67,7 @@ class TriangleSurface(SurfaceKind):
     def size(self) -> SurfaceSize:
         """The size of one triangular patch."""
         n, name = self.degree, self.name
-        return tensor_size(1, (n, n), self.weights, self.channels, name=name, triangular=True)
+        return tensor_size(1, (n, n), self.weights, self.channels, name=name, is_triangular=True)
 
     def lower(self) -> PatchModel:
         """The surface as a batch of one patch."""

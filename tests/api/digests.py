@@ -29,7 +29,7 @@ def compute_digests() -> list[str]:
             lines.append(hashlib.sha256(content).hexdigest())
     for name in ("bourke-1111-colors", "heated-panel", "tea-service"):
         for fmt in FORMATS:
-            options = OPTIONS if fmt.overlays else replace(OPTIONS, overlays=())
+            options = OPTIONS if fmt.has_overlays else replace(OPTIONS, overlays=())
             content = render(find(name).surface(), options, fmt)
             codings = (content, *(compress(content) for compress in COMPRESS_FUNCTIONS.values()))
             lines.append(" ".join(hashlib.sha256(each).hexdigest() for each in codings))

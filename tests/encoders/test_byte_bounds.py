@@ -149,7 +149,7 @@ def test_the_bound_is_not_far_above_the_size(fmt: Format, faces: Faces) -> None:
         attributes=mesh_with_channels.attributes if "attribute" in fmt.carries else (),
     )
     for each in (mesh, mesh_with_channels):
-        for length, bound in measure_forms(fmt, to_single(each) if fmt.single else each, ()):
+        for length, bound in measure_forms(fmt, to_single(each) if fmt.is_float32 else each, ()):
             assert length <= bound <= 3 * length
 
 

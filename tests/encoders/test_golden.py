@@ -41,10 +41,10 @@ FILES: dict[str, OoglForm | None] = {
 def render_golden(file: str) -> bytes:
     """The file of the silo in the format of this golden file."""
     fmt = BY_NAME[file.rpartition(".")[2]]
-    mesh = add_overlays(build_silo(faces="quads" if fmt.quads else "triangles"))
+    mesh = add_overlays(build_silo(faces="quads" if fmt.has_quads else "triangles"))
     if "colors" in file:
         mesh = add_attributes(mesh)
-    if fmt.single:
+    if fmt.is_float32:
         mesh = to_single(mesh, (10.0, 0.0, 0.5), "z")
     return bytes(fmt.encode(mesh, EncodeOptions(FILES[file])))
 

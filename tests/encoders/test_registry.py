@@ -39,7 +39,7 @@ def test_media_types_differ_and_have_no_parameters() -> None:
 @each_format
 def test_quads_are_written_or_refused(fmt: Format) -> None:
     mesh = build_silo(faces="quads")
-    if fmt.quads:
+    if fmt.has_quads:
         assert fmt.encode(mesh, EncodeOptions())
         return
     with pytest.raises(UnsupportedByFormat) as error:
@@ -54,7 +54,7 @@ def test_overlays_are_written_by_the_formats_that_have_overlays(fmt: Format) -> 
     plain, with_overlays = (
         fmt.encode(each, EncodeOptions()) for each in (mesh, add_overlays(mesh))
     )
-    assert (plain != with_overlays) == fmt.overlays
+    assert (plain != with_overlays) == fmt.has_overlays
 
 
 @each_format

@@ -32,7 +32,7 @@ def test_wireframes_are_not_longer_than_their_bound_or_are_refused(
     """All formats have tubes and ribbons; formats without overlays refuse lines."""
     for has_faces in (True, False):
         options = build_options(wires, has_faces)
-        if wires == "lines" and not fmt.overlays:
+        if wires == "lines" and not fmt.has_overlays:
             with pytest.raises(UnsupportedByFormat) as error:
                 render(TEAPOT, options, fmt)
             assert error.value.issues[0].pointer == "/wires"

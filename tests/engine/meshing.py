@@ -15,13 +15,15 @@ from tests.strategies import Array, build_model
 Faces = list[list[int]]
 
 
-def build_mesh(source: str | Model | list[Array], *, single: bool = False, **options: Any) -> Mesh:
+def build_mesh(
+    source: str | Model | list[Array], *, is_float32: bool = False, **options: Any
+) -> Mesh:
     """The mesh of an example, a model, or a list of nets."""
     if isinstance(source, str):
         source = find(source).surface().lower()
     elif isinstance(source, list):
         source = build_model(source)
-    return build(source, MeshOptions(**options), single=single)
+    return build(source, MeshOptions(**options), is_float32=is_float32)
 
 
 def list_faces(mesh: Mesh) -> Faces:

@@ -67,10 +67,10 @@ def test_a_knot_of_multiplicity_p_plus_one_separates_the_surface(is_rational: bo
     assert mesh.report.boundary_edges == 2 * 2 * (3 + 3 * 2)
 
 
-@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("is_float32", [False, True])
 @pytest.mark.parametrize("is_rational", [False, True])
 def test_surfaces_of_two_requests_have_equal_positions_on_a_common_border(
-    is_rational: bool, single: bool
+    is_rational: bool, is_float32: bool
 ) -> None:
     """Positions are equal bit for bit; the second surface has the border in reverse direction.
 
@@ -85,10 +85,10 @@ def test_surfaces_of_two_requests_have_equal_positions_on_a_common_border(
         right, (4, 3), ("clamped", 1 - vector[::-1]), right_weights if is_rational else None
     )
     first_positions = build_mesh(
-        first.lower(), resolution=(3, 5), single=single, weld=False
+        first.lower(), resolution=(3, 5), is_float32=is_float32, weld=False
     ).positions
     second_positions = build_mesh(
-        second.lower(), resolution=(2, 5), single=single, weld=False
+        second.lower(), resolution=(2, 5), is_float32=is_float32, weld=False
     ).positions
     # The axes are: patch along u, patch along v, sample along u, sample along v, coordinate.
     first_border = first_positions.reshape(5, 3, 4, 6, 3)[-1, :, -1].reshape(-1, 3)

@@ -52,9 +52,9 @@ def test_every_example_with_overlays_and_wires_fits_its_grid(example: str) -> No
     model = find(example).surface().lower()
     options = replace(WITH_LINES, isocurves=(0, 0)) if is_swept(example) else WITH_LINES
     if isinstance(model, GroupModel):
-        mesh_or_scene: Mesh | Scene = build_scene(model, options, single=True)
+        mesh_or_scene: Mesh | Scene = build_scene(model, options, is_float32=True)
     else:
-        mesh_or_scene = build(model, options, single=True)
+        mesh_or_scene = build(model, options, is_float32=True)
     quantized = quantize(mesh_or_scene, model, options)
     meshes = [quantized] if isinstance(quantized, Mesh) else quantized.meshes
     for mesh, step in zip(meshes, find_grid_steps(model, options), strict=True):
@@ -69,7 +69,7 @@ def is_swept(example: str) -> bool:
 
 def test_vertices_move_by_at_most_half_a_cell_diagonal_and_bounds_grow_by_the_movement() -> None:
     model = find("utah-teapot").surface().lower()
-    plain = build(model, COARSE, single=True)
+    plain = build(model, COARSE, is_float32=True)
     quantized = quantize(plain, model, COARSE)
     assert isinstance(quantized, Mesh)
     largest_movement = np.linalg.norm(
@@ -154,7 +154,7 @@ def test_neighbours_of_a_group_still_meet_bit_for_bit() -> None:
     right = rng.uniform(-1, 1, (4, 4, 3)) * 7
     right[0] = left[-1]
     model = build_group(BezierSurface(left), BezierSurface(right))
-    quantized = quantize(build_scene(model, COARSE, single=True), model, COARSE)
+    quantized = quantize(build_scene(model, COARSE, is_float32=True), model, COARSE)
     assert isinstance(quantized, Scene)
     left_mesh, right_mesh = quantized.meshes
     assert left_mesh.step == right_mesh.step

@@ -34,29 +34,29 @@ from tests.strategies import (
 
 
 @pytest.mark.parametrize(
-    ("weld", "faces", "single"),
+    ("weld", "faces", "is_float32"),
     [(True, "triangles", False), (True, "quads", True), (False, "triangles", True)],
 )
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_every_example_is_sound(example: str, weld: bool, faces: str, single: bool) -> None:
+def test_every_example_is_sound(example: str, weld: bool, faces: str, is_float32: bool) -> None:
     """Welded or not, with triangles or quads, in either precision."""
-    mesh = build_mesh(example, single=single, weld=weld, faces=faces, resolution=(5, 5))
+    mesh = build_mesh(example, is_float32=is_float32, weld=weld, faces=faces, resolution=(5, 5))
     check_sound(mesh)
     check_winding(mesh)
-    assert mesh.positions.dtype == (np.float32 if single else np.float64)
+    assert mesh.positions.dtype == (np.float32 if is_float32 else np.float64)
 
 
-@pytest.mark.parametrize("single", [False, True])
-def test_the_welded_teapot_has_the_known_counts(single: bool) -> None:
+@pytest.mark.parametrize("is_float32", [False, True])
+def test_the_welded_teapot_has_the_known_counts(is_float32: bool) -> None:
     """8257 positions, 256 boundary edges on 16 open borders, four components, all manifold.
 
     The handle touches the body in one point. Handle and body have different normals there, so this
     position has two vertices.
     """
-    mesh = build_mesh("utah-teapot", single=single)
+    mesh = build_mesh("utah-teapot", is_float32=is_float32)
     shape = find_topology(mesh)
     assert mesh.report.vertices == shape.vertices == 8257
-    assert len(build_mesh("utah-teapot", single=single, normals=False).positions) == 8257
+    assert len(build_mesh("utah-teapot", is_float32=is_float32, normals=False).positions) == 8257
     assert mesh.welds is not None
     (repeated_vertex,) = np.flatnonzero(mesh.welds != np.arange(8258)).tolist()
     np.testing.assert_allclose(mesh.positions[repeated_vertex], (-2, 0, 0.9), rtol=1e-7)
@@ -152,11 +152,11 @@ def test_a_single_patch_has_the_documented_order_of_vertices_and_faces(
 
 @given(degenerate_nets(), resolutions, st.booleans())
 def test_degenerate_nets_make_usable_meshes(
-    net: Array, resolution: tuple[int, int], single: bool
+    net: Array, resolution: tuple[int, int], is_float32: bool
 ) -> None:
     """Nets with collapsed edges, or with equal points only: indices are in range, normals have unit
     length, and no number is NaN."""
-    check_values(build_mesh([net], resolution=resolution, single=single))
+    check_values(build_mesh([net], resolution=resolution, is_float32=is_float32))
 
 
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
@@ -167,7 +167,7 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
     (batch,) = model.batches
     far_batch = TensorPatches(batch.points + offset, batch.weights)
     far_model = PatchModel("far", (far_batch,), model.parts)
-    mesh, double = build_mesh(far_model, single=True), build_mesh(far_model)
+    mesh, double = build_mesh(far_model, is_float32=True), build_mesh(far_model)
     assert np.abs(mesh.origin).min() > 0
     assert double.origin.tolist() == [0, 0, 0]
     extent = np.ptp(double.positions, axis=0).max()
@@ -191,13 +191,13 @@ def test_the_same_request_gives_the_same_bytes() -> None:
     """Earlier contents of memory and random numbers have no effect."""
     digests = [
         compute_digest(build_mesh("cone", uvs=True)),
-        compute_digest(build_mesh("utah-teapot", single=True)),
+        compute_digest(build_mesh("utah-teapot", is_float32=True)),
     ]
     # A mesh of another shape in between changes the contents of caches and work arrays.
     build_mesh("torus", resolution=(33, 2))
     second_digests = [
         compute_digest(build_mesh("cone", uvs=True)),
-        compute_digest(build_mesh("utah-teapot", single=True)),
+        compute_digest(build_mesh("utah-teapot", is_float32=True)),
     ]
     assert digests == second_digests
 

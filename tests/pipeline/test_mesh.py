@@ -40,7 +40,7 @@ MEBIBYTE = 1 << 20
 def test_meshes_have_the_precision_that_the_format_stores(fmt: Format) -> None:
     """Positions are float32 for formats that store float32, and float64 for the others."""
     expected = build_mesh(lower_patches("tveit"), MeshOptions(), fmt)
-    assert expected.positions.dtype == (np.float32 if fmt.single else np.float64)
+    assert expected.positions.dtype == (np.float32 if fmt.is_float32 else np.float64)
 
 
 faces: st.SearchStrategy[Faces] = st.sampled_from(["triangles", "quads"])
@@ -72,7 +72,7 @@ def test_meshes_that_a_format_cannot_store_are_refused(
     surface = find("tveit").surface()
     options = MeshOptions(**option)  # type: ignore[arg-type]
     (name,) = option
-    is_supported = fmt.quads if name == "faces" else fmt.overlays
+    is_supported = fmt.has_quads if name == "faces" else fmt.has_overlays
     if is_supported:
         assert render(surface, options, fmt)
         return

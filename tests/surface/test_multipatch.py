@@ -86,7 +86,10 @@ def test_parameters_of_points_refer_to_the_member_that_patch_names() -> None:
     assert isinstance(goblet, BsplineSurface)
     assert isinstance(saddle, BezierSurface)
     members = (goblet, saddle, hills)
-    model, models = MultipatchSurface(members).lower(), [single.lower() for single in members]
+    model, models = (
+        MultipatchSurface(members).lower(),
+        [is_float32.lower() for is_float32 in members],
+    )
     uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
     patch = np.array([0, 1, 2, 0, 2])
     result = evaluate_points(model, locate(model, PointsQuery(uv, patch, 2)), 2)

@@ -51,7 +51,7 @@ def test_members_of_a_group_have_their_placements_and_colours(server: str, stage
     meshes = stage.read_meshes()
     model = find("tea-service").surface().lower()
     assert isinstance(model, GroupModel)
-    scene = build_scene(model, MeshOptions(resolution=(3, 3)), single=True)
+    scene = build_scene(model, MeshOptions(resolution=(3, 3)), is_float32=True)
     # Meshes are matched by order, because three.js changes names that are equal.
     unmatched_meshes = iter(meshes)
     for node in scene.nodes:

@@ -225,7 +225,7 @@ def time_mesh(model: PatchModel, tolerance: float) -> tuple[Mesh, float]:
     """A mesh without normals, and the CPU time in seconds."""
     options = MeshOptions(accuracy=Accuracy(tolerance=tolerance), normals=False)
     start = time.process_time()
-    mesh = build(model, options, single=False)
+    mesh = build(model, options, is_float32=False)
     return mesh, time.process_time() - start
 
 

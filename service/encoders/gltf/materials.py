@@ -45,7 +45,9 @@ LINE_MATERIAL: JsonObject = {
 """The orange material of lines."""
 
 
-def surface_material(color: Color | None, *, colored: bool, blended: bool = False) -> JsonObject:
+def surface_material(
+    color: Color | None, *, is_colored: bool, is_blended: bool = False
+) -> JsonObject:
     """The material of faces.
 
     Parameters
@@ -53,17 +55,17 @@ def surface_material(color: Color | None, *, colored: bool, blended: bool = Fals
     color : Color or None
         The base colour, by which the colours of vertices are multiplied. The name of the material
         contains it. Without it, faces are grey, or white if vertices have colours.
-    colored : bool
+    is_colored : bool
         Whether vertices have colours.
-    blended : bool
+    is_blended : bool
         Whether any vertex is translucent.
     """
-    material = COLORED_MATERIAL if colored else SURFACE_MATERIAL
+    material = COLORED_MATERIAL if is_colored else SURFACE_MATERIAL
     if color is not None:
         code = "".join(f"{round(255 * value):02x}" for value in color[: 4 if color[3] < 1 else 3])
         (factor,) = to_linear(np.array([color])).tolist()
         shade = material["pbrMetallicRoughness"] | {"baseColorFactor": factor}
         name = f"{material['name']} #{code}"
         material = material | {"name": name, "pbrMetallicRoughness": shade}
-        blended = blended or color[3] < 1
-    return material | ({"alphaMode": "BLEND"} if blended else {})
+        is_blended = is_blended or color[3] < 1
+    return material | ({"alphaMode": "BLEND"} if is_blended else {})

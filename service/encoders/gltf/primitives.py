@@ -45,9 +45,9 @@ class Piece:
         if self.mesh is None:
             return LINE_MATERIAL
         colors = self.mesh.colors
-        blended = colors is not None and is_translucent(colors)
+        is_blended = colors is not None and is_translucent(colors)
         color = self.color or color
-        return surface_material(color, colored=colors is not None, blended=blended)
+        return surface_material(color, is_colored=colors is not None, is_blended=is_blended)
 
 
 def build_pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:

@@ -136,10 +136,10 @@ class GroupMesher:
         A group of patch models.
     options : MeshOptions
     storage : Storage
-    nodes : bool
+    has_nodes : bool
         Whether the format stores meshes and placements separately; otherwise the result is one
         mesh.
-    quantized : bool
+    is_quantized : bool
         Whether positions are rounded to grids; only for formats with nodes.
     """
 
@@ -149,16 +149,16 @@ class GroupMesher:
         options: MeshOptions,
         storage: Storage,
         *,
-        nodes: bool,
-        quantized: bool,
+        has_nodes: bool,
+        is_quantized: bool,
     ) -> None:
         has_camera = options.accuracy is not None and options.accuracy.camera is not None
         self._joined, self._is_welded = joined, options.weld
         self._group = separate_copies(joined.group) if has_camera else joined.group
-        self._storage, self._nodes = storage, nodes
-        node_storage = storage if nodes else Storage()
+        self._storage, self._has_nodes = storage, has_nodes
+        node_storage = storage if has_nodes else Storage()
         models = self._group.models
-        steps = find_grid_steps(self._group, options) if quantized else (0.0,) * len(models)
+        steps = find_grid_steps(self._group, options) if is_quantized else (0.0,) * len(models)
         self._models = [
             ModelMesher(model, options, replace(node_storage, step=step))
             for model, step in zip(models, steps, strict=True)
@@ -169,7 +169,7 @@ class GroupMesher:
         """The scene or the mesh that meets a goal; errors are those of `ModelMesher`."""
         group, low, high = self._group, *self._group.bounds
         # If copies become one mesh, they are placed first and then rounded.
-        flat = self._storage.single and not self._nodes
+        flat = self._storage.is_float32 and not self._has_nodes
         origin = self._storage.choose_origin(low, high)
         rounding = self._storage.bound_storage_rounding(origin, low, high) if flat else 0.0
         goals = build_model_goals(goal, group, rounding)
@@ -186,7 +186,7 @@ class GroupMesher:
             meshes.append(mesh)
         scene = arrange(group, tuple(meshes))
         scene = separate_members(scene, self._joined, is_welded=self._is_welded)
-        if self._nodes:
+        if self._has_nodes:
             return scene
         return round_to_single(flatten(scene), origin) if flat else flatten(scene)
 
@@ -196,13 +196,13 @@ def build_mesher(
     options: MeshOptions,
     storage: Storage,
     *,
-    nodes: bool,
-    quantized: bool = False,
+    has_nodes: bool,
+    is_quantized: bool = False,
 ) -> ModelMesher | GroupMesher:
     """The mesher of a model or group; see `GroupMesher` for the parameters."""
     if isinstance(model, GroupModel):
         joined = join_group(model, options)
-        return GroupMesher(joined, options, storage, nodes=nodes, quantized=quantized)
+        return GroupMesher(joined, options, storage, has_nodes=has_nodes, is_quantized=is_quantized)
     model, _ = join(model, options.weld_tolerance)
-    step = find_grid_steps(model, options)[0] if quantized else 0.0
+    step = find_grid_steps(model, options)[0] if is_quantized else 0.0
     return ModelMesher(model, options, replace(storage, step=step))

@@ -95,7 +95,7 @@ def evaluate_channels(
     ]
     if uvs and not any(channel.kind == "uvs" for channel in channels):
         rows: RealArray = _find_parameters(model, samples).astype(dtype)
-        evaluated.append(ChannelRows("uvs", "uvs", rows, exact=True))
+        evaluated.append(ChannelRows("uvs", "uvs", rows, is_exact=True))
     return tuple(evaluated)
 
 

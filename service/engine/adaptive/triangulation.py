@@ -29,27 +29,29 @@ class Storage:
 
     Attributes
     ----------
-    single : bool
+    is_float32 : bool
         Whether positions are float32 instead of float64.
-    local : bool
+    has_local_origin : bool
         Whether the format can store positions relative to an origin, which keeps models far from
         zero exact in float32.
     step : float
         Positions and origin are multiples of `step` (`service.engine.grid`); 0 without a grid.
     """
 
-    single: bool = False
-    local: bool = False
+    is_float32: bool = False
+    has_local_origin: bool = False
     step: float = 0.0
 
     @property
     def dtype(self) -> Real:
         """The type of the numbers."""
-        return np.float32 if self.single else np.float64
+        return np.float32 if self.is_float32 else np.float64
 
     def choose_origin(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """The origin of positions between these bounds."""
-        origin = choose_origin(low, high) if self.single and self.local else np.zeros(3)
+        origin = (
+            choose_origin(low, high) if self.is_float32 and self.has_local_origin else np.zeros(3)
+        )
         return round_to_grid(origin, self.step) if self.step else origin
 
     def bound_storage_rounding(
@@ -57,20 +59,20 @@ class Storage:
     ) -> float:
         """Bound of the distance by which storing moves a vertex between these bounds."""
         moved = MAX_ROUNDING * self.step
-        return moved + bound_single_error(low, high, origin) if self.single else moved
+        return moved + bound_single_error(low, high, origin) if self.is_float32 else moved
 
     def store_positions(self, positions: FloatArray, origin: FloatArray) -> RealArray:
         """Stored positions (N, 3), relative to the origin, from positions in model coordinates."""
         if self.step:
             positions = round_to_grid(positions, self.step)
-        if self.single:
+        if self.is_float32:
             return (positions - origin).astype(np.float32)
         # Adding 0.0 turns -0.0 into 0.0, which is easier to read in text formats.
         return positions + 0.0
 
     def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
         """Stored positions in model coordinates, float64; errors: `bound_origin_error`."""
-        if not (self.single or self.step):
+        if not (self.is_float32 or self.step):
             return positions
         read: FloatArray = self.store_positions(positions, origin).astype(np.float64) + origin
         return read

@@ -26,18 +26,18 @@ EPS = float(np.finfo(np.float64).eps)
 FLOAT32 = np.finfo(np.float32)
 
 
-def least_tolerance(pieces: CurvePieces, *, single: bool, origin: FloatArray) -> float:
+def least_tolerance(pieces: CurvePieces, *, is_float32: bool, origin: FloatArray) -> float:
     """The smallest tolerance, in model units, that the rounding of vertices and nets allows."""
     max_coordinate = float(np.abs(np.stack(pieces.bounds)).max())
     max_stored_coordinate = float(np.abs(np.stack(pieces.bounds) - origin).max())
     step = EPS * max_coordinate * (pieces.degree + 2)
-    if single:
+    if is_float32:
         step += float(FLOAT32.eps) * max_stored_coordinate + float(FLOAT32.smallest_subnormal)
     return 4 * (2 * step + _bound_rounding(pieces, MAX_HALVINGS))
 
 
 def halve_chords(
-    pieces: CurvePieces, tolerance: float, max_samples: int, *, single: bool, origin: FloatArray
+    pieces: CurvePieces, tolerance: float, max_samples: int, *, is_float32: bool, origin: FloatArray
 ) -> CurveSamples:
     """Samples at dyadic parameters whose chords are within the tolerance of the curve.
 
@@ -47,7 +47,7 @@ def halve_chords(
         Model units.
     max_samples : int
         The most samples that are allowed.
-    single, origin
+    is_float32, origin
         How the samples will be stored: float32 about an origin, or float64.
 
     Raises
@@ -57,7 +57,7 @@ def halve_chords(
     TooLarge
         As soon as more than `max_samples` samples are needed.
     """
-    min_tolerance = least_tolerance(pieces, single=single, origin=origin)
+    min_tolerance = least_tolerance(pieces, is_float32=is_float32, origin=origin)
     _check_tolerance(tolerance, min_tolerance)
     # Half of the least tolerance is reserved for the rounding of the chord's ends.
     allowed = tolerance - min_tolerance / 2

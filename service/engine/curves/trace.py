@@ -20,7 +20,7 @@ from service.surface.curve_pieces import CurvePieces
 
 
 def choose_samples(
-    pieces: CurvePieces, options: CurveOptions, max_samples: int, *, single: bool = False
+    pieces: CurvePieces, options: CurveOptions, max_samples: int, *, is_float32: bool = False
 ) -> CurveSamples:
     """The parameters at which the curve is sampled.
 
@@ -32,22 +32,24 @@ def choose_samples(
     """
     if options.tolerance is None:
         return CurveSamples.uniform(pieces.count, options.resolution)
-    origin = _origin(pieces, single)
-    return halve_chords(pieces, options.tolerance, max_samples, single=single, origin=origin)
+    origin = _origin(pieces, is_float32)
+    return halve_chords(
+        pieces, options.tolerance, max_samples, is_float32=is_float32, origin=origin
+    )
 
 
 def trace_curve(
-    pieces: CurvePieces, samples: CurveSamples, options: CurveOptions, *, single: bool = False
+    pieces: CurvePieces, samples: CurveSamples, options: CurveOptions, *, is_float32: bool = False
 ) -> Polyline:
     """The polyline through these samples.
 
     Parameters
     ----------
-    single : bool
+    is_float32 : bool
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     """
-    origin = _origin(pieces, single)
-    points = _store(evaluate_positions(pieces, samples), origin, single)
+    origin = _origin(pieces, is_float32)
+    points = _store(evaluate_positions(pieces, samples), origin, is_float32)
     lengths = arc_lengths(pieces, samples)
     low, high = find_extent(points)
     return Polyline(
@@ -70,12 +72,12 @@ def trace_curve(
     )
 
 
-def _origin(pieces: CurvePieces, single: bool) -> FloatArray:
-    return choose_origin(*pieces.bounds) if single else np.zeros(pieces.dimension)
+def _origin(pieces: CurvePieces, is_float32: bool) -> FloatArray:
+    return choose_origin(*pieces.bounds) if is_float32 else np.zeros(pieces.dimension)
 
 
-def _store(points: FloatArray, origin: FloatArray, single: bool) -> RealArray:
-    return (points - origin).astype(np.float32) if single else points
+def _store(points: FloatArray, origin: FloatArray, is_float32: bool) -> RealArray:
+    return (points - origin).astype(np.float32) if is_float32 else points
 
 
 def _bound_in_model(bound: RealArray, origin: FloatArray) -> tuple[float, ...]:

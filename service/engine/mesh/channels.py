@@ -48,7 +48,7 @@ class ChannelRows:
 
     If the channel has a `unit`, large values count as equal if their quotient is nearly 1, and
     small values if their difference is nearly 0; a value is small if its product with the unit is
-    below 1. The values of an `exact` channel are equal only bit for bit. Parameters are exact,
+    below 1. Values of a channel with `is_exact` are equal only bit for bit: parameters are exact,
     because a surface may change much between near parameters.
     """
 
@@ -56,7 +56,7 @@ class ChannelRows:
     kind: ChannelKind
     values: RealArray
     unit: float | None = None
-    exact: bool = False
+    is_exact: bool = False
 
     def take(self, rows: Ints) -> "ChannelRows":
         """The channel with only these rows, in this order."""
@@ -77,7 +77,7 @@ def sample_channels(
     ]
     if uvs and not any(channel.kind == "uvs" for channel in channels):
         rows = _parameter_rows(layout, model.domains, dtype)
-        rows_by_channel.append(ChannelRows("uvs", "uvs", rows, exact=True))
+        rows_by_channel.append(ChannelRows("uvs", "uvs", rows, is_exact=True))
     return tuple(rows_by_channel)
 
 
@@ -113,7 +113,7 @@ def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     for channel in channels:
         values = channel.values[rows]
         scaled_values, reach = values, 0.0
-        if not channel.exact:
+        if not channel.is_exact:
             scaled_values, reach = _scale_values(channel, values), 1.0
         first = find_leaders(place_row, scaled_values, reach)
         channel.values[rows] = values[first]

@@ -69,8 +69,8 @@ class SectionTolerance:
     distance: float | None = None
     relative: float = RELATIVE_TOLERANCE
 
-    def within(self, model: PatchModel, *, single: bool) -> float:
-        """The tolerance in model units; `single` says whether points are stored in float32.
+    def within(self, model: PatchModel, *, is_float32: bool) -> float:
+        """The tolerance in model units; `is_float32` says whether points are stored in float32.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class SectionTolerance:
         """
         low, high = model.bounds
         min_tolerance = MIN_RELATIVE_TOLERANCE * model.diagonal
-        if single:
+        if is_float32:
             max_coordinate = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
             min_tolerance = max(min_tolerance, 8 * SINGLE * max_coordinate)
         tolerance = self.relative * model.diagonal if self.distance is None else self.distance

@@ -21,11 +21,13 @@ EFFORT = 40
 multiplications: for two rules of quadrature, on up to two intervals."""
 
 
-def sweep(model: SweepModel, options: MeshOptions, *, single: bool = False) -> Mesh:
+def sweep(model: SweepModel, options: MeshOptions, *, is_float32: bool = False) -> Mesh:
     """The mesh of a tube or ribbon, at `resolution[0]` divisions of every piece of its curve."""
     polygon = model.polygon
     swept = sweep_grids(model, options)
-    return build_swept_mesh(model.name, swept, options, single=single, up=model.up, polygon=polygon)
+    return build_swept_mesh(
+        model.name, swept, options, is_float32=is_float32, up=model.up, polygon=polygon
+    )
 
 
 def sweep_grids(model: SweepModel, options: MeshOptions) -> SweptGrids:

@@ -19,7 +19,7 @@ def build_swept_mesh(
     swept: SweptGrids,
     options: MeshOptions,
     *,
-    single: bool = False,
+    is_float32: bool = False,
     up: Up = "y",
     polygon: FloatArray | None = None,
 ) -> Mesh:
@@ -30,7 +30,7 @@ def build_swept_mesh(
     options : MeshOptions
         Only normals, uvs, weld, crease_angle and the overlay of the control net are used; `swept`
         already has the faces.
-    single : bool
+    is_float32 : bool
         Whether positions are float32 about a local origin, else float64 in model coordinates.
     polygon : ndarray of float64, shape (K, 3), optional
         The control polygon of the curve.
@@ -44,10 +44,10 @@ def build_swept_mesh(
     checkpoint()
     positions = swept.positions[welding.samples]
     origin = np.zeros(3)
-    if single:
+    if is_float32:
         origin = choose_origin(positions.min(axis=0), positions.max(axis=0))
-    dtype = np.float32 if single else np.float64
-    stored: RealArray = (positions - origin).astype(dtype) if single else positions
+    dtype = np.float32 if is_float32 else np.float64
+    stored: RealArray = (positions - origin).astype(dtype) if is_float32 else positions
     welds = _welds(welding) if options.weld else None
     checkpoint()
     boundary_edges, watertight = count_borders((triangles, quads), welds)

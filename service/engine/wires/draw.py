@@ -36,10 +36,12 @@ COLOR: Color = (0.93, 0.54, 0.25, 1.0)
 """The colour of tubes and ribbons."""
 
 
-def draw_without_faces(model: PatchModel, options: MeshOptions, *, single: bool = False) -> Mesh:
+def draw_without_faces(
+    model: PatchModel, options: MeshOptions, *, is_float32: bool = False
+) -> Mesh:
     """A mesh that has the overlays of a model, and no faces."""
-    origin = choose_origin(*model.bounds) if single else np.zeros(3)
-    dtype: Real = np.float32 if single else np.float64
+    origin = choose_origin(*model.bounds) if is_float32 else np.zeros(3)
+    dtype: Real = np.float32 if is_float32 else np.float64
     overlays = tuple(
         replace(overlay, positions=(overlay.positions - origin).astype(dtype))
         for overlay in draw_overlays_alone(model, options)

@@ -20,7 +20,7 @@ OPTIONS = EncodeOptions()
 def build_example(name: str, resolution: int = 4) -> Mesh:
     """A mesh of an example, with the faces of a cached plan; the encoder caches a text for them."""
     options = MeshOptions((resolution, resolution), uvs=True)
-    return build(EXAMPLES[name].surface().lower(), options, single=True)
+    return build(EXAMPLES[name].surface().lower(), options, is_float32=True)
 
 
 def encode(mesh: Mesh) -> bytes:

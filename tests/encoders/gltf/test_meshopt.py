@@ -166,7 +166,7 @@ def test_gltf_and_glb_have_the_same_buffer(options: EncodeOptions) -> None:
 
 
 def test_indices_of_more_than_65535_vertices_are_uint32() -> None:
-    mesh = build(find("saddle").surface().lower(), MeshOptions((256, 256)), single=True)
+    mesh = build(find("saddle").surface().lower(), MeshOptions((256, 256)), is_float32=True)
     compressed = read_glb(bytes(BY_NAME["glb"].encode(mesh, COMPRESSED)))
     primitive = compressed.primitive("saddle")
     indices = compressed.array(primitive["indices"])

@@ -30,7 +30,9 @@ def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mes
     model = lower_patches(source) if isinstance(source, str) else source
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=angle, **accuracy))  # type: ignore[arg-type]
     goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
-    mesh = build_mesher(model, options, Storage(), nodes=False).build_mesh(goal, MOST, Effort(WORK))
+    mesh = build_mesher(model, options, Storage(), has_nodes=False).build_mesh(
+        goal, MOST, Effort(WORK)
+    )
     assert isinstance(mesh, Mesh)
     return mesh
 
@@ -106,7 +108,7 @@ def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str)
     options = MeshOptions(accuracy=Accuracy(angle_tolerance=5e-324))
     goal = build_goal(options.accuracy, model)  # type: ignore[arg-type]
     with pytest.raises(TooLarge) as refused:
-        build_mesher(model, options, Storage(), nodes=False).build_mesh(goal, MOST, effort)
+        build_mesher(model, options, Storage(), has_nodes=False).build_mesh(goal, MOST, effort)
     assert refused.value.issues[0].code == "too_many_triangles"
     assert effort.spent == 0
     for angle in (0.5, 0.2):

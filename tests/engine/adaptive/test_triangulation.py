@@ -22,8 +22,8 @@ def test_a_side_that_is_nearly_a_point_is_one_in_float32(seed: int) -> None:
     net[-1] += rng.normal(size=(9, 3)) * 1e-12
     model = BsplineSurface(net).lower()
     double_mesh, single_mesh = (
-        build_mesh(model, single=single, accuracy=Accuracy(tolerance=1e-3))
-        for single in (False, True)
+        build_mesh(model, is_float32=is_float32, accuracy=Accuracy(tolerance=1e-3))
+        for is_float32 in (False, True)
     )
     corners = single_mesh.positions[single_mesh.triangles]
     assert not (corners == corners[:, [1, 2, 0]]).all(axis=2).any()

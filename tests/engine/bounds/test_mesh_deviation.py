@@ -58,14 +58,16 @@ def test_no_point_of_a_surface_is_further_than_the_bound(family: str) -> None:
         faces="quads" if seed % 2 else "triangles",
         normals=False,
     )
-    check_deviation_bound(surface, build(surface.lower(), options, single=seed % 3 == 0))
+    check_deviation_bound(surface, build(surface.lower(), options, is_float32=seed % 3 == 0))
 
 
 def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
     curve = np.random.default_rng(4).uniform(-1, 1, (9, 3))
     net = np.stack([curve, translate(curve, 1.0)])
     bounds = [
-        build_mesh([net], single=True, method=method, resolution=(2, 1024)).report.deviation_bound
+        build_mesh(
+            [net], is_float32=True, method=method, resolution=(2, 1024)
+        ).report.deviation_bound
         for method in ("matrix", "de_casteljau", "forward_difference")
     ]
     assert None not in bounds
@@ -114,12 +116,12 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
     net = np.random.default_rng(7).uniform(-1, 1, (2, 2, 3))
     net[1, 1] = net[0, 1] + net[1, 0] - net[0, 0]
     model = build_model([translate(net, shift, shift, -shift)])
-    for single in (False, True):
-        mesh = build_mesh(model, single=single, resolution=(7, 5))
+    for is_float32 in (False, True):
+        mesh = build_mesh(model, is_float32=is_float32, resolution=(7, 5))
         check_deviation_bound(model, mesh)
         bound = mesh.report.deviation_bound
         assert bound is not None
-        assert 0 < bound < (1e-4 if single else 1e-10 * shift)
+        assert 0 < bound < (1e-4 if is_float32 else 1e-10 * shift)
 
 
 def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:

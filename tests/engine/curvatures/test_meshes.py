@@ -248,7 +248,9 @@ def test_curvatures_do_not_change_positions_normals_and_faces() -> None:
 @pytest.mark.parametrize("size", [1e-25, 1e25])
 def test_curvatures_beyond_float32_become_its_largest_number(size: float) -> None:
     mesh = build(
-        quadrics.sphere(size).lower(), MeshOptions(resolution=(2, 2), curvatures=True), single=True
+        quadrics.sphere(size).lower(),
+        MeshOptions(resolution=(2, 2), curvatures=True),
+        is_float32=True,
     )
     gaussian, mean = read_curvatures(mesh)
     assert gaussian.max() == gaussian.min() == (np.finfo(np.float32).max if size < 1 else 0)

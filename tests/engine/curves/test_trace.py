@@ -72,11 +72,11 @@ def _separate_knots(knots: FloatArray, degree: int) -> FloatArray:
     return result
 
 
-def trace_samples(curve: Curve, options: CurveOptions, *, single: bool = False) -> Polyline:
+def trace_samples(curve: Curve, options: CurveOptions, *, is_float32: bool = False) -> Polyline:
     """The polyline of a curve with these options."""
     pieces = curve.lower()
-    samples = choose_samples(pieces, options, 1_000_000, single=single)
-    return trace_curve(pieces, samples, options, single=single)
+    samples = choose_samples(pieces, options, 1_000_000, is_float32=is_float32)
+    return trace_curve(pieces, samples, options, is_float32=is_float32)
 
 
 def measure_length(pieces: CurvePieces, divisions: int) -> float:
@@ -182,12 +182,12 @@ def test_lengths_grow_along_the_curve_and_do_not_depend_on_the_unit() -> None:
 
 @given(bezier_curves(), st.sampled_from([1e-1, 1e-2, 1e-3]), st.booleans())
 def test_the_curve_is_within_the_bound_of_the_polyline(
-    curve: BezierCurve, tolerance: float, single: bool
+    curve: BezierCurve, tolerance: float, is_float32: bool
 ) -> None:
     """Compares the curve at many parameters with the stored polyline."""
     pieces = curve.lower()
     for options in (CurveOptions(tolerance=tolerance), CurveOptions(resolution=5)):
-        line = trace_samples(curve, options, single=single)
+        line = trace_samples(curve, options, is_float32=is_float32)
         bound = line.report.deviation_bound
         if options.tolerance is not None:
             assert bound <= tolerance
@@ -217,9 +217,9 @@ def test_the_deviation_of_a_straight_line_is_zero() -> None:
 
 
 def test_a_tolerance_below_the_rounding_is_refused() -> None:
-    for single, tolerance in ((False, 1e-16), (True, 1e-9)):
+    for is_float32, tolerance in ((False, 1e-16), (True, 1e-9)):
         with pytest.raises(InvalidRequest) as caught:
-            trace_samples(QUARTER, CurveOptions(tolerance=tolerance), single=single)
+            trace_samples(QUARTER, CurveOptions(tolerance=tolerance), is_float32=is_float32)
         assert caught.value.issues[0].code == "tolerance_too_small"
 
 
@@ -254,7 +254,7 @@ def test_the_last_point_of_a_closed_curve_repeats_the_first() -> None:
 
 def test_a_curve_far_from_zero_is_stored_about_a_local_origin() -> None:
     curve = BezierCurve(CUSP.control_points + 1e6)
-    line = trace_samples(curve, CurveOptions(resolution=8), single=True)
+    line = trace_samples(curve, CurveOptions(resolution=8), is_float32=True)
     assert line.origin.any()
     assert line.report.deviation_bound < 0.05
     assert np.abs(line.points).max() <= 1

@@ -150,10 +150,10 @@ def test_degenerate_nets_have_unit_normals(
 
 
 @each_method
-@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("is_float32", [False, True])
 @pytest.mark.parametrize("name", ["utah-teapot", "sphere", "torus", "cube", "mixed"])
 def test_the_method_does_not_change_faces_and_welds(
-    method: Method, single: bool, name: str
+    method: Method, is_float32: bool, name: str
 ) -> None:
     """Faces and shared vertices are the same as with `matrix`, so closed meshes stay closed."""
     source: Any = name
@@ -165,8 +165,8 @@ def test_the_method_does_not_change_faces_and_welds(
         triangle[[0, 1, 2, 3]] = square[-1]
         source = build_mixed_model([square, triangle])
     for resolution in ((6, 6), (3, 7)):
-        expected = build_mesh(source, single=single, resolution=resolution)
-        result = build_mesh(source, single=single, resolution=resolution, method=method)
+        expected = build_mesh(source, is_float32=is_float32, resolution=resolution)
+        result = build_mesh(source, is_float32=is_float32, resolution=resolution, method=method)
         np.testing.assert_array_equal(result.triangles, expected.triangles)
         np.testing.assert_allclose(result.positions, expected.positions, rtol=0, atol=1e-5)
         assert result.report.watertight == expected.report.watertight

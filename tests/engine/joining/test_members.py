@@ -69,7 +69,7 @@ def test_placed_pieces_of_a_body_have_no_cracks(seed: int, options: dict[str, An
     result = measure_surface_to_mesh(sheets, mesh.positions[mesh.triangles].astype(float), 100)
     assert mesh.report.deviation_bound is not None
     assert result.distance <= mesh.report.deviation_bound + result.rounding
-    scene = build_scene(group.lower(), MeshOptions(**options), single=True)
+    scene = build_scene(group.lower(), MeshOptions(**options), is_float32=True)
     assert [node.name for node in scene.nodes] == names
     positions = np.concatenate([m.positions + m.origin for m in scene.meshes])
     starts = np.cumsum([0, *(len(m.positions) for m in scene.meshes)])

@@ -63,28 +63,30 @@ def find_attribute(mesh: Mesh, name: str) -> RealArray:
     return result
 
 
-def check_close(result: Any, expected: Any, net: Array, single: bool = False) -> None:
+def check_close(result: Any, expected: Any, net: Array, is_float32: bool = False) -> None:
     """Checks that values are equal up to the precision of the mesh, relative to the net."""
     size = max(1.0, float(np.abs(net).max()))
-    np.testing.assert_allclose(result, expected, rtol=0, atol=(1e-7 if single else 4e-15) * size)
+    np.testing.assert_allclose(
+        result, expected, rtol=0, atol=(1e-7 if is_float32 else 4e-15) * size
+    )
 
 
 @given(st.data(), nets(), resolutions, st.booleans())
 def test_every_channel_is_its_own_polynomial(
-    data: st.DataObject, net: Array, resolution: tuple[int, int], single: bool
+    data: st.DataObject, net: Array, resolution: tuple[int, int], is_float32: bool
 ) -> None:
     """Its degree may differ from that of the surface, whose weights do not affect the channel."""
     weights = data.draw(st.none() | weights_like(net))
     colors = data.draw(values(data.draw(st.sampled_from([3, 4])), 0.0, 1.0))
     uvs, flow = data.draw(values(2)), data.draw(values(data.draw(st.integers(1, 6))))
     surface = BezierSurface(net, weights, channels=Channels(colors, uvs, (("flow", flow),)))
-    mesh = build_mesh(surface.lower(), resolution=resolution, weld=False, single=single)
+    mesh = build_mesh(surface.lower(), resolution=resolution, weld=False, is_float32=is_float32)
     assert mesh.colors is not None
     assert mesh.uvs is not None
     assert mesh.colors.dtype == mesh.uvs.dtype == mesh.positions.dtype
-    check_close(mesh.colors, evaluate_exactly(colors, resolution), colors, single)
-    check_close(mesh.uvs, evaluate_exactly(uvs, resolution), uvs, single)
-    check_close(find_attribute(mesh, "flow"), evaluate_exactly(flow, resolution), flow, single)
+    check_close(mesh.colors, evaluate_exactly(colors, resolution), colors, is_float32)
+    check_close(mesh.uvs, evaluate_exactly(uvs, resolution), uvs, is_float32)
+    check_close(find_attribute(mesh, "flow"), evaluate_exactly(flow, resolution), flow, is_float32)
     assert mesh.colors.min() >= 0
     assert mesh.colors.max() <= 1
 
@@ -242,7 +244,7 @@ def test_colors_stay_within_0_and_1() -> None:
 
 @given(st.integers(1, 4), st.integers(0, 7), st.integers(1, 7), st.booleans())
 def test_triangles_have_channels_of_their_own_degree(
-    degree: int, channel_degree: int, divisions: int, single: bool
+    degree: int, channel_degree: int, divisions: int, is_float32: bool
 ) -> None:
     """Compares values with exact values from de Casteljau's algorithm, in the order of samples."""
     random = np.random.default_rng((degree, channel_degree, divisions))
@@ -252,14 +254,14 @@ def test_triangles_have_channels_of_their_own_degree(
         random.random((triangle.count_points(3), 2)),
     )
     surface = TriangleSurface(points, channels=Channels(colors, attributes=(("flow", flow),)))
-    mesh = build_mesh(surface.lower(), resolution=(divisions, 1), weld=False, single=single)
+    mesh = build_mesh(surface.lower(), resolution=(divisions, 1), weld=False, is_float32=is_float32)
     assert mesh.colors is not None
     for result, net in ((mesh.colors, colors), (find_attribute(mesh, "flow"), flow)):
         fractions = to_exact_triangle(net)
         expected = [
             [float(x) for x in value(fractions, place)] for place in triangle_places(divisions)
         ]
-        check_close(result, expected, net, single)
+        check_close(result, expected, net, is_float32)
 
 
 def test_a_triangle_and_a_square_weld_where_their_values_agree() -> None:

@@ -76,12 +76,12 @@ def test_the_pattern_tiles_the_triangle(count: int, kind: Faces) -> None:
 
 @given(triangle_heights(), resolutions, kinds, st.booleans())
 def test_one_triangle_has_the_documented_order_of_vertices(
-    net: Array, resolution: tuple[int, int], kind: Faces, single: bool
+    net: Array, resolution: tuple[int, int], kind: Faces, is_float32: bool
 ) -> None:
     """R is the larger number of divisions: (R+1)(R+2)/2 vertices, row by row, and R² triangles."""
     model, count = build_mixed_model([net]), max(resolution)
     options = MeshOptions(resolution, faces=kind, uvs=True)
-    mesh = tessellate(model, options, single=single)
+    mesh = tessellate(model, options, is_float32=is_float32)
     check_sound(mesh)
     check_upright(mesh)
     vertices = (count + 1) * (count + 2) // 2
@@ -236,7 +236,7 @@ def test_a_prism_of_triangles_and_grids_is_watertight(
     triangle_rotations: list[int],
     resolution: tuple[int, int],
     kind: Faces,
-    single: bool,
+    is_float32: bool,
 ) -> None:
     """Its Euler characteristic is 2 for all parametrizations and resolutions of its patches."""
     lid, *sides, floor = build_prism()
@@ -246,7 +246,7 @@ def test_a_prism_of_triangles_and_grids_is_watertight(
     ]
     nets += [triangles.apply_symmetry(floor, triangle_rotations[1])]
     model, options = build_mixed_model(nets), MeshOptions(resolution, faces=kind)
-    mesh = tessellate(model, options, single=single)
+    mesh = tessellate(model, options, is_float32=is_float32)
     check_sound(mesh)
     check_prediction(model, mesh, options)
     shape = find_topology(mesh)
@@ -288,7 +288,7 @@ def test_a_tetrahedron_keeps_its_creases(count: int) -> None:
 
 @given(st.lists(st.sampled_from(range(3)), max_size=3), resolutions, st.booleans(), st.booleans())
 def test_collapsed_sides_leave_no_faces_without_area(
-    sides: list[int], resolution: tuple[int, int], weld: bool, single: bool
+    sides: list[int], resolution: tuple[int, int], weld: bool, is_float32: bool
 ) -> None:
     """No face has two vertices at one position, and the report is right."""
     net = np.array([(j, k, j * k + j) for _, j, k in triangles.keys(4)], dtype=float)
@@ -296,7 +296,9 @@ def test_collapsed_sides_leave_no_faces_without_area(
         # Sides 0, 1 and 2 are s = 0, r = 0 and t = 0; keys are (i, j, k), the powers of r, s and t.
         is_on_side = np.array([key[(1, 0, 2)[side]] == 0 for key in triangles.keys(4)])
         net[is_on_side] = net[is_on_side][0]
-    mesh = build_mesh(build_mixed_model([net]), resolution=resolution, weld=weld, single=single)
+    mesh = build_mesh(
+        build_mixed_model([net]), resolution=resolution, weld=weld, is_float32=is_float32
+    )
     check_values(mesh)
     if len(set(sides)) < 2:
         check_sound(mesh)

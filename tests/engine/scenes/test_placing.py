@@ -99,14 +99,14 @@ def test_flattening_keeps_bounds_and_rounding_to_float32_increases_them() -> Non
     assert flat.report.deviation_bound == scene.report.deviation_bound
     bounds = [part.deviation_bound for part in flat.parts]
     assert bounds == [part.deviation_bound for part in scene_parts(scene)]
-    single = round_to_single(flat)
-    single_bound = single.report.deviation_bound
+    is_float32 = round_to_single(flat)
+    single_bound = is_float32.report.deviation_bound
     assert single_bound is not None
     assert flat.report.deviation_bound is not None
     assert 0 < single_bound - flat.report.deviation_bound < 1e-6
     assert all(
         part.deviation_bound is not None and 0 < part.deviation_bound - bound < 1e-6
-        for part, bound in zip(single.parts, bounds, strict=True)
+        for part, bound in zip(is_float32.parts, bounds, strict=True)
         if bound is not None
     )
 

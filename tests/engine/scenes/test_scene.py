@@ -116,7 +116,7 @@ def test_members_become_parts_under_their_names_and_colors() -> None:
 def test_equal_members_share_one_mesh_and_are_counted_separately() -> None:
     ball = find("sphere").surface()
     model = build_group(*(Member(ball, matrix=np.diag([k, k, k, 1.0])) for k in (1, 2, 3)), up="z")
-    scene = build_scene(model, MeshOptions(resolution=(4, 4)), single=True)
+    scene = build_scene(model, MeshOptions(resolution=(4, 4)), is_float32=True)
     (mesh,) = scene.meshes
     assert [node.model for node in scene.nodes] == [0, 0, 0]
     report = scene.report
@@ -171,7 +171,7 @@ def test_far_members_keep_their_shape_in_single_precision() -> None:
     matrix = np.eye(4)
     matrix[:3, 3] = 1e6
     model = build_group(Member(find("sphere").surface(), matrix=matrix), up="z")
-    mesh = build(model, MeshOptions(resolution=(4, 4)), single=True)
+    mesh = build(model, MeshOptions(resolution=(4, 4)), is_float32=True)
     assert mesh.positions.dtype == np.float32
     assert mesh.origin.tolist() == [1e6] * 3
     assert np.abs(np.linalg.norm(mesh.positions, axis=1) - 1).max() < 1e-6
