@@ -13,9 +13,9 @@ from fastapi import Request
 
 from service.api.body import BodyRoute
 from service.api.errors import InvalidQuery
+from service.api.job import Job
 from service.api.services import Services
 from service.api.stored import surface_of
-from service.api.workers import Job
 from service.decoders.format import Decoder, Tree
 from service.decoders.npy import read_array
 from service.decoders.registry import BY_NAME

@@ -19,6 +19,7 @@ from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
 from service.api.errors import BodyTooLarge, BodyTooSlow, InvalidQuery, UnsupportedMediaType
+from service.api.job import Job
 from service.api.negotiation import (
     format_by_accept,
     format_by_name,
@@ -27,7 +28,6 @@ from service.api.negotiation import (
 )
 from service.api.observing.record import record_of
 from service.api.services import Context, Services
-from service.api.workers import Job
 from service.decoders.format import Decoder, Tree
 from service.encoders.format import FileFormat
 from service.errors import InvalidRequest, Issue

@@ -11,7 +11,7 @@ from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
 from service.api.caching.cached_response import RawHeaders
-from service.api.workers import Job
+from service.api.job import Job
 from service.encoders.format import FileFormat
 from service.encoders.pieces import Content, Pieces
 from service.engine.mesh.report import MeshReport

@@ -11,8 +11,9 @@ from service.api.caching.cache import ResponseCache
 from service.api.caching.single_flight import SingleFlight
 from service.api.cors import Origins
 from service.api.guard.signatures import Signer
+from service.api.job import Job
 from service.api.static_files import StaticFiles
-from service.api.workers import Job, Workers
+from service.api.workers import Workers
 from service.pipeline.limits import Limits
 from service.schemas.document import DocumentLimits
 from service.settings.values import Settings

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cache, partial
 
+from service.api.job import Job
 from service.api.services import Services
-from service.api.workers import Job
 from service.errors import DamagedObject, InvalidRequest, Issue, UnknownSurface
 from service.schemas.document import DocumentLimits
 from service.storage.canonical import (

@@ -25,9 +25,10 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import find_grid_error
 from service.errors import InvalidRequest, Issue, SurfaceError, TooLarge
 from service.pipeline.checks import check_surface, count_models, sum_counts
-from service.pipeline.cost import EFFORT_FACTOR, Cost, adaptive_triangles, estimate_cost, mesh_size
+from service.pipeline.cost import EFFORT_FACTOR, Cost, adaptive_triangles, estimation_cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
 from service.pipeline.mesh import PLAIN, keep_storable_channels, plan_mesh
+from service.pipeline.mesh_counts import mesh_size
 from service.pipeline.mesh_sizes import estimate_stored_size, shares_meshes
 from service.surface.lowered import GroupModel, Model, PatchModel
 from service.surface.sizes import SurfaceKind
@@ -278,7 +279,7 @@ def plan_estimate(
     """
     size = surface.stored_size()
     check_surface(size, limits)
-    cost = estimate_cost(surface.size(), options, len(formats), limits)
+    cost = estimation_cost(surface.size(), options, len(formats), limits)
     return EstimateWork(surface, options, encode, limits, formats, cost)
 
 

@@ -26,8 +26,9 @@ from service.pipeline.checks import (
     count_models,
     require_all_patches,
 )
-from service.pipeline.cost import Cost, mesh_size
+from service.pipeline.cost import Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits
+from service.pipeline.mesh_counts import mesh_size
 from service.pipeline.mesh_sizes import estimate_stored_size, plan_sizes, shares_meshes
 from service.schemas.options import MeshOptionFields
 from service.surface.lowered import GroupModel, Model, PatchModel

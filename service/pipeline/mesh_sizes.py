@@ -6,8 +6,9 @@ from functools import lru_cache
 from service.encoders.format import EncodeOptions, Format, MeshSize
 from service.engine.options import MeshOptions
 from service.pipeline.checks import check_bytes, check_options, check_surface, check_vertices
-from service.pipeline.cost import Cost, adaptive_cost, mesh_cost, mesh_size, min_vertices
+from service.pipeline.cost import Cost, adaptive_cost, mesh_cost
 from service.pipeline.limits import Limits
+from service.pipeline.mesh_counts import mesh_size, min_vertices
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
 

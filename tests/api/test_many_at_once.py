@@ -8,10 +8,10 @@ from fastapi import FastAPI
 
 from service.api import stored
 from service.api.app import create_app
+from service.api.job import Job
 from service.api.routes import meshes_by_url
 from service.api.services import Services
 from service.api.stored import Stored
-from service.api.workers import Job
 from service.pipeline.mesh import MeshFile, MeshWork
 from service.settings.values import Settings
 from service.storage.store import SurfaceStore

@@ -15,18 +15,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.requests import ClientDisconnect
 
-from service.api import workers as module
+from service.api import job as job_module
+from service.api import workers as workers_module
 from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
-from service.api.workers import (
-    ALONE_SECONDS,
-    INLINE_SECONDS,
-    ROUND_SECONDS,
-    SMALL_BODY,
-    TRIM_BYTES,
-    Job,
-    Workers,
-)
+from service.api.job import INLINE_SECONDS, SMALL_BODY, TRIM_BYTES, Job
+from service.api.workers import ALONE_SECONDS, ROUND_SECONDS, Workers
 from service.cancellation import OutOfTime, checkpoint
 from service.errors import Busy, TooLarge
 from service.pipeline.cost import Cost
@@ -98,7 +92,7 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
 async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "MAX_INLINE_SECONDS", 0.0)
+    monkeypatch.setattr(job_module, "MAX_INLINE_SECONDS", 0.0)
     callers: list[threading.Thread] = []
 
     def call() -> str:
@@ -307,8 +301,8 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calls: list[int] = []
-    monkeypatch.setattr(module, "trim_heap", lambda: calls.append(1))
-    monkeypatch.setattr(module, "TRIM_PAUSE", 0.01)
+    monkeypatch.setattr(workers_module, "trim_heap", lambda: calls.append(1))
+    monkeypatch.setattr(workers_module, "TRIM_PAUSE", 0.01)
     counts = []
     async with lend_workers() as workers:
         for sizes in ((TRIM_BYTES - 1,), (TRIM_BYTES, TRIM_BYTES), (TRIM_BYTES,)):

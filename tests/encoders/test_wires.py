@@ -7,9 +7,9 @@ from service.encoders.format import EncodeOptions, Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.options import MeshOptions, WireForm
 from service.errors import InvalidRequest, SurfaceError, UnsupportedByFormat
-from service.pipeline.cost import mesh_size
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh, render
+from service.pipeline.mesh_counts import mesh_size
 from service.surface.bezier import BezierSurface
 from service.surface.examples import find
 from tests.encoders.gltf.reader import read_glb

@@ -14,9 +14,9 @@ from service.engine.options import MAX_RESOLUTION, Faces, MeshOptions
 from service.engine.points.places import PointsQuery
 from service.errors import InvalidRequest, SurfaceError, TooLarge, UnsupportedByFormat
 from service.pipeline.checks import check_model, count_models
-from service.pipeline.cost import mesh_counts, mesh_size
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import build_mesh, plan_mesh, render
+from service.pipeline.mesh_counts import mesh_counts, mesh_size
 from service.pipeline.mesh_sizes import plan_sizes
 from service.pipeline.points import plan_points
 from service.surface.batches import ChannelKind

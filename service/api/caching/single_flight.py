@@ -5,7 +5,8 @@ from collections.abc import Awaitable, Callable, Hashable
 from functools import partial
 from typing import Any, TypeVar
 
-from service.api.workers import Callbacks, Job, Workers
+from service.api.job import Callbacks, Job
+from service.api.workers import Workers
 
 Result = TypeVar("Result")
 

@@ -15,6 +15,7 @@ from service.api.caching.cached_response import (
 )
 from service.api.caching.codings import COMPRESS_FUNCTIONS, AcceptedCodings, Coding, compress
 from service.api.errors import EngineGone
+from service.api.job import Job
 from service.api.links import mesh_url
 from service.api.models.meshes import Mesh
 from service.api.negotiation import codings_of, condition_of, format_by_suffix
@@ -31,7 +32,6 @@ from service.api.openapi.responses import UNCHANGED_MESH, URL_HEADERS, error, su
 from service.api.responses import FileResponse, disposition, report_headers
 from service.api.services import ContextDep, Services
 from service.api.stored import content_id, exists, surface_of
-from service.api.workers import Job
 from service.encoders.arithmetic import describe_writer
 from service.encoders.format import Format
 from service.encoders.registry import FORMATS

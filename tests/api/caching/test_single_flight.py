@@ -12,7 +12,8 @@ import pytest
 
 from service.api.caching.cache import ResponseCache
 from service.api.caching.single_flight import SingleFlight
-from service.api.workers import Job, Workers
+from service.api.job import Job
+from service.api.workers import Workers
 from service.cancellation import Cancelled, checkpoint
 from service.pipeline.cost import Cost
 from service.settings.values import Settings

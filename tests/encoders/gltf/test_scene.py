@@ -11,8 +11,8 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.scene import quaternion, split_matrix
 from service.encoders.registry import BY_NAME
 from service.engine.options import MeshOptions
-from service.pipeline.cost import mesh_size
 from service.pipeline.mesh import render
+from service.pipeline.mesh_counts import mesh_size
 from service.surface.bezier import BezierSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member

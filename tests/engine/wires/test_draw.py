@@ -12,7 +12,7 @@ from service.engine.options import MeshOptions
 from service.engine.wires.draw import COLOR, NAME, find_width
 from service.engine.wires.isocurves import sample_isocurves
 from service.engine.wires.paths import build_wire_paths
-from service.pipeline.cost import mesh_size
+from service.pipeline.mesh_counts import mesh_size
 from service.surface.examples import find
 from service.surface.lowered import PatchModel
 from tests.engine.meshing import build_mesh, check_sound, check_winding

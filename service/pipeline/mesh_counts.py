@@ -1,0 +1,115 @@
+"""Upper bounds of the counts of a mesh, from the shapes of its surface and the options."""
+
+from dataclasses import replace
+
+from service.bases import triangle
+from service.encoders.format import Format, MeshSize
+from service.engine.curvatures.ranges import NAMES as CURVATURES
+from service.engine.mesh.counts import Counts
+from service.engine.options import MeshOptions
+from service.engine.wires.draw import NAME as WIRES
+from service.engine.wires.draw import bound_solid_counts
+from service.engine.wires.isocurves import bound_isocurves
+from service.surface.sizes import SurfaceSize
+
+
+def min_vertices(size: SurfaceSize, options: MeshOptions) -> int:
+    """The number of samples of a mesh, before vertices are added at bends or removed by welding."""
+    ru, rv = options.resolution
+    swept_vertices = size.stations * ru
+    if not options.has_faces:
+        return swept_vertices
+    return (
+        swept_vertices
+        + size.grids * (ru + 1) * (rv + 1)
+        + size.triangles * triangle.count_points(max(ru, rv))
+    )
+
+
+def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
+    """Upper bounds of the vertices, triangles and quads of a mesh by resolution.
+
+    The bounds are exact for patches that do not meet, with equal divisions along u and v. Welding
+    and collapsed sides only reduce the counts.
+    """
+    (ru, rv), quads = options.resolution, options.faces == "quads"
+    vertices, faces, cells, max_divisions = min_vertices(size, options), 0, 0, max(ru, rv)
+    if options.has_faces:
+        cells, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
+        faces = size.triangles * max_divisions**2 + (border if quads else 2 * cells)
+        if ru != rv:
+            # Neighbours may divide two of the four edges more finely, which adds samples on these
+            # edges. A grid of one division then also gets a line of samples inside.
+            vertices += size.grids * (2 * max_divisions + (max_divisions + 1) * (min(ru, rv) < 2))
+            cells, faces = max(cells, vertices), 2 * vertices
+    swept_faces = size.stations * ru + size.rings
+    return Counts(
+        vertices + size.rings, faces + 2 * swept_faces, cells + swept_faces if quads else 0
+    )
+
+
+def mesh_size(
+    size: SurfaceSize, options: MeshOptions, fmt: Format, counts: Counts | None = None
+) -> MeshSize:
+    """Upper bounds of the counts of a mesh and its overlays.
+
+    `counts`, if given, replace the bounds of `mesh_counts` for the faces of the surface.
+    """
+    counts = counts or mesh_counts(size, options)
+    vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
+    points = segments = cells = 0
+    names: list[str] = [*options.overlays]
+    patches, max_divisions = size.patches + size.rings // 2, max(options.resolution)
+    if "control_net" in options.overlays:
+        points, segments, cells = size.net_points, size.net_segments, size.net_cells
+    if "boundary" in options.overlays:
+        segments += 4 * size.patches * max_divisions
+        points += 4 * size.patches * (max_divisions + 1)
+    if options.has_wires:
+        names.append(WIRES)
+        curves, samples = bound_isocurves(
+            size.grids, size.triangles, options.resolution, options.isocurves
+        )
+        if options.has_solid_wires:
+            solids = Counts(*bound_solid_counts(curves, samples, options))
+            vertices += solids.vertices
+            triangles += solids.triangles
+            quads += solids.quads
+            # A tube has a grid for its side and a grid at each end.
+            patches += 3 * curves
+        else:
+            points, segments = points + samples, segments + samples - curves
+    attributes = size.attributes if "attribute" in fmt.carries else ()
+    if options.curvatures and "attribute" in fmt.carries:
+        attributes += tuple((name, 1) for name in CURVATURES)
+    letters = size.members * sum(map(len, names))
+    return MeshSize(
+        vertices,
+        triangles,
+        quads,
+        patches,
+        size.control_points,
+        pieces=size.parts + size.members * len(names),
+        name_bytes=size.name_bytes + len(names) * size.label_bytes + letters,
+        overlay_points=points,
+        overlay_segments=segments,
+        overlay_cells=cells,
+        colors=size.colors if "colors" in fmt.carries else 0,
+        attributes=attributes,
+    )
+
+
+def adaptive_size(mesh: MeshSize, options: MeshOptions, triangles: int) -> MeshSize:
+    """The size of a mesh by tolerance with this number of triangles.
+
+    Each triangle adds at most one vertex. Patches, names and attributes are those of `mesh`.
+    """
+    lines = triangles if "boundary" in options.overlays or options.has_wires else 0
+    return replace(
+        mesh,
+        vertices=triangles + 2 * mesh.patches,
+        triangles=triangles,
+        quads=0,
+        overlay_points=mesh.overlay_points + lines,
+        overlay_segments=mesh.overlay_segments + lines,
+    )
