@@ -118,9 +118,9 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
     p, q = patches.degree
     rounding = bound_bending_rounding(patches, 1 / ru, 1 / rv)
     patch_numbers = block.first + block.patches if layout.is_framed else block.patches
-    # `layout.extra` is −1 for a side without extra samples. A strip of triangles joins a side with
-    # extra samples to the grid.
-    is_separate = layout.extra[patch_numbers] >= 0 if layout.is_framed else None
+    # `layout.first_extra` is −1 for a side without extra samples. A strip of triangles joins a side
+    # with extra samples to the grid.
+    is_separate = layout.first_extra[patch_numbers] >= 0 if layout.is_framed else None
     if is_separate is None or not is_separate.any():
         if is_small(patches, (ru, rv)):
             return bound_grid_deviations(patches, (ru, rv)) + rounding
@@ -129,7 +129,7 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         blocks = count_blocks(ru, p), count_blocks(rv, q)
         bends = bound_second_derivatives(patches, (ru, rv), blocks)
         return bends.bound_deviations(1 / ru, 1 / rv) + rounding
-    strip_divisions = np.where(is_separate, layout.inner[patch_numbers] + 1, np.inf)
+    strip_divisions = np.where(is_separate, layout.extra_count[patch_numbers] + 1, np.inf)
     # A strip joins a line of m divisions to a line of n divisions. Each of its triangles is at most
     # 1/m or 1/n long along these lines, and one cell wide across them. A strip may lie anywhere
     # in the patch, so second derivatives are bounded over the whole patch, and not over blocks.

@@ -33,7 +33,7 @@ class Layout(SampleRuns):
 
     Attributes
     ----------
-    connectivity, base, ru, rv, extra, inner
+    connectivity, base, ru, rv, first_extra, extra_count
         As in `SampleRuns`: the first sample and the divisions of each patch; the first extra sample
         of each side, and their number.
     resolution : tuple of int
@@ -80,7 +80,7 @@ class Layout(SampleRuns):
         np.maximum.at(divisions, edge, side_divisions)
         is_finer = (divisions[edge] != side_divisions) & ~collapsed
         is_framed = is_finer.any(axis=1)
-        base, extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
+        base, first_extra = np.zeros(total, dtype=np.intp), np.full((total, 4), -1, dtype=np.intp)
         # Strips of triangles need a line of samples inside the patch.
         rus[is_framed], rvs[is_framed] = max(ru, 2), max(rv, 2)
         blocks: list[Block] = []
@@ -99,17 +99,17 @@ class Layout(SampleRuns):
                 first += count
         grid_divisions = np.stack(along_sides(rus, rvs), axis=1)
         is_separate = is_framed[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
-        inner = np.where(is_separate, divisions[edge] - 1, 0)
-        samples_before = (np.cumsum(inner) - inner.ravel()).reshape(inner.shape)
-        extra[is_separate] = size + samples_before[is_separate]
-        size += int(inner.sum())
+        extra_count = np.where(is_separate, divisions[edge] - 1, 0)
+        samples_before = (np.cumsum(extra_count) - extra_count.ravel()).reshape(extra_count.shape)
+        first_extra[is_separate] = size + samples_before[is_separate]
+        size += int(extra_count.sum())
         return Layout(
             connectivity=connectivity,
             base=base,
             ru=rus,
             rv=rvs,
-            extra=extra,
-            inner=inner,
+            first_extra=first_extra,
+            extra_count=extra_count,
             resolution=resolution,
             blocks=tuple(blocks),
             divisions=divisions,
@@ -137,7 +137,7 @@ class Layout(SampleRuns):
     @cached_property
     def is_framed(self) -> bool:
         """Whether any patch is framed with extra samples on a side."""
-        return bool((self.extra >= 0).any())
+        return bool((self.first_extra >= 0).any())
 
     @cached_property
     def may_fold(self) -> bool:
@@ -220,7 +220,7 @@ class Layout(SampleRuns):
     def shapes(self) -> tuple[tuple[AnyShape, Ints], ...]:
         """Patches grouped by their index pattern, in the order of the first patch of each group."""
         side_divisions = np.stack(along_sides(self.ru, self.rv), axis=1)
-        sides = np.where(self.extra >= 0, self.inner + 1, side_divisions)
+        sides = np.where(self.first_extra >= 0, self.extra_count + 1, side_divisions)
         connectivity = self.connectivity
         # Columns: whether triangle; Ru, Rv; the divisions of four sides; which sides are one point;
         # which of the corners (0, 0) and (1, 1) two patches cut off by the same line.

@@ -1,4 +1,4 @@
-"""The report on a mesh, and the version of the numbers."""
+"""The report on a mesh, and the version of the numbers in all results."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -9,7 +9,7 @@ Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 """(least, greatest) of Gaussian curvature, and of mean curvature."""
 
 ENGINE = 3
-"""The version of the numbers: it is raised only if the same request would give other numbers."""
+"""The version of the numbers in all results: raised only if a request would give other numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +20,8 @@ class MeshReport:
     ----------
     vertices : int
         The number of distinct positions; several vertices may share one position.
+    triangles, quads, patches : int
+        How many faces the mesh has, and how many patches the surface.
     bounds_min, bounds_max : (x, y, z)
         The bounds of the stored vertices, in model coordinates.
     watertight : bool
@@ -46,7 +48,7 @@ class MeshReport:
         as equal to it.
     moved : float
         Model units. Control points that were equal up to rounding were made equal; no point of the
-        surface moved further than this. The bounds of the deviation include it.
+        surface moved further than this. Both deviation bounds include this movement.
     engine : int
         The version of the numbers (`ENGINE`).
     """

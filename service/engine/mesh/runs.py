@@ -1,4 +1,4 @@
-"""Numbers of the samples of patches: on grids, in rows of triangles, and on framed sides.
+"""The numbers of the samples of patches: on grids, on triangles, and on sides of framed patches.
 
 `BorderWrites` lists the samples of borders that are replaced by the samples of edges.
 """
@@ -62,11 +62,12 @@ class BorderWrites:
     Attributes
     ----------
     groups : tuple of (int, ndarray of bool, shape (E,), or None)
-        For each number of divisions R, which of the edges have R divisions; None for all edges. A
-        table lists the (R + 1) E_R samples of each group, ordered by parameter, and then the C
-        corners.
+        For each number of divisions R, which of the edges have R divisions; None for all edges.
+        `sources` refers to a table of the (R + 1) E_R samples of each group (first the samples of
+        all its edges at parameter 0, then at 1/R, …), and then the C corners.
     targets, sources : ndarrays of int, shape (n,)
-        Numbers of samples of the model, and for each of them the row of the table that replaces it.
+        The samples that are overwritten, and for each of them the row of the table that replaces
+        it.
     """
 
     groups: tuple[tuple[int, Bools | None], ...]
@@ -86,19 +87,19 @@ class SampleRuns:
         The number of the first sample of each patch.
     ru, rv : ndarrays of int, shape (P,)
         The divisions of the grid of each patch.
-    extra : ndarray of int, shape (P, 4)
-        If the divisions of a side differ from its grid, the number of its first inner sample; else
-        −1.
-    inner : ndarray of int, shape (P, 4)
-        The number of extra samples of each side, between its ends.
+    first_extra : ndarray of int, shape (P, 4)
+        If a side has other divisions than its grid, extra samples lie between its ends, with
+        consecutive numbers; the number of the first. −1 for all other sides.
+    extra_count : ndarray of int, shape (P, 4)
+        How many extra samples each side has.
     """
 
     connectivity: Connectivity
     base: Ints
     ru: Ints
     rv: Ints
-    extra: Ints
-    inner: Ints
+    first_extra: Ints
+    extra_count: Ints
 
     @property
     def is_triangle(self) -> Bools:
@@ -128,16 +129,15 @@ class SampleRuns:
     def find_side_samples(self, sides: Ints, divisions: int) -> Ints:
         """Numbers (n, R+1) of the samples along sides, in the directions of their edges.
 
-        A side is given as patch · 4 + side, and has extra samples if its divisions differ from its
-        grid.
+        A side is given as patch · 4 + side. Its R divisions may differ from its grid.
         """
         samples = self.find_grid_samples(sides, divisions)
-        extra = self.extra.ravel()[sides]
-        has_extra = extra >= 0
+        first_extra = self.first_extra.ravel()[sides]
+        has_extra = first_extra >= 0
         if has_extra.any():
-            # From corner to corner, the extra samples of the side replace those of the grid.
+            # Except for the corner at the beginning, the numbers from the grid are wrong.
             ends = ENDS[sides[has_extra] % 4]
-            samples[has_extra, 1:] = extra[has_extra, None] + np.arange(divisions)
+            samples[has_extra, 1:-1] = first_extra[has_extra, None] + np.arange(divisions - 1)
             samples[has_extra, -1] = self.corner_samples()[sides[has_extra] // 4, ends]
         backward = self.connectivity.backward.ravel()[sides]
         samples[backward] = samples[backward, ::-1]
@@ -150,7 +150,7 @@ class SampleRuns:
         count = (shape.resolution[0] + 1) * (shape.resolution[1] + 1)
         runs = [self.base[patches, None] + np.arange(count)]
         runs += [
-            self.extra[patches, side, None] + np.arange(divisions - 1)
+            self.first_extra[patches, side, None] + np.arange(divisions - 1)
             for side, (divisions, grid_divisions) in enumerate(
                 zip(shape.sides, shape.grid_divisions, strict=True)
             )
@@ -173,14 +173,15 @@ class SampleRuns:
         """
         numbers = block.first + block.patches
         for side in range(4):
-            has_extras = np.flatnonzero(self.extra[numbers, side] >= 0)
-            if not len(has_extras):
+            framed = np.flatnonzero(self.first_extra[numbers, side] >= 0)
+            if not len(framed):
                 continue
-            inner = self.inner[numbers[has_extras], side]
-            row = np.repeat(np.arange(len(has_extras)), inner)
-            k = np.arange(len(row)) - np.repeat(np.cumsum(inner) - inner, inner)
-            samples = self.extra[numbers[has_extras], side][row] + k
-            yield side, block.patches[has_extras[row]], (k + 1) / (inner[row] + 1), samples
+            counts = self.extra_count[numbers[framed], side]
+            row = np.repeat(np.arange(len(framed)), counts)
+            # Sample k of a side, from k = 0.
+            k = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+            samples = self.first_extra[numbers[framed], side][row] + k
+            yield side, block.patches[framed[row]], (k + 1) / (counts[row] + 1), samples
 
     def find_collapsed_samples(self) -> tuple[Ints, Ints]:
         """Samples on sides that are one point, and the number of the corner at each sample."""
@@ -195,7 +196,10 @@ class SampleRuns:
         return np.concatenate(samples), np.concatenate(corners)
 
     def corner_samples(self) -> Ints:
-        """Samples at the corners (0, 0), (0, 1), (1, 0), (1, 1): shape (P, 4)."""
+        """Samples at the corners (0, 0), (0, 1), (1, 0), (1, 1): shape (P, 4).
+
+        On a triangle, the second and the fourth are the same corner.
+        """
         last = self.ru * (self.rv + 1)
         zero = np.zeros_like(last)
         corners: Ints = np.stack([zero, self.rv, last, last + self.rv], axis=1)

@@ -65,9 +65,9 @@ class Seams:
         return self.connectivity.users
 
     def renumber(self) -> "Seams":
-        """The seams with edges and corners numbered in the order of their first patches.
+        """The seams with edges and corners numbered in the order in which patches first have them.
 
-        Edges have the directions of the sides of their first patches.
+        Edges are numbered degree by degree. Each has the direction of the first of its sides.
         """
         connectivity = self.connectivity
         _, side = np.unique(connectivity.edge, return_index=True)
@@ -115,7 +115,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     for sides in _sides_by_degree(batches):
         checkpoint()
         points, weights, is_reversed = _direct_sides(sides)
-        side_numbers = sides.place
+        side_numbers = sides.numbers
         if weights is not None:
             # If the weights of an edge differ by rounding, the edge gets the least of them, so that
             # the order of the patches does not matter.
@@ -124,6 +124,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
             points, weights = points[order], weights[order]
         distinct, number = unique_rows(points.reshape(len(points), -1))
         if weights is not None:
+            # Of the sides with equal points, those with the same weights are one edge.
             leader = find_leaders(distinct[number], weights, SAME_WEIGHT)
             distinct, number = np.unique(leader, return_inverse=True)
         edge[side_numbers] = number + edge_count
@@ -138,6 +139,7 @@ def find_seams(batches: Sequence[Patches]) -> Seams:
     distinct, number = unique_rows(corners)
     collapsed = np.concatenate([batch.collapsed for batch in batches])
     corner = number.reshape(-1, 4)
+    # Sides of degree 0 are points, so only two higher degrees can have a common edge.
     if np.count_nonzero([group.points.shape[1] > 1 for group in curves]) > 1:
         edge, backward, curves = _join_degrees(edge, backward, curves, collapsed, corner)
     connectivity = Connectivity(
@@ -179,7 +181,7 @@ def _join_degrees(
 class _Sides:
     """All sides of one degree: their numbers (patch · 4 + side) and their control points."""
 
-    place: Ints
+    numbers: Ints
     points: FloatArray
     weights: FloatArray | None
 
@@ -206,11 +208,11 @@ def _join_sides(parts: list[_Sides]) -> _Sides:
         )
         # A common factor of weights does not change a curve.
         weights = weights / weights.max(axis=1, keepdims=True)
-    return _Sides(np.concatenate([part.place for part in parts]), points, weights)
+    return _Sides(np.concatenate([part.numbers for part in parts]), points, weights)
 
 
 def _direct_sides(sides: _Sides) -> tuple[FloatArray, FloatArray | None, Bools]:
-    """Points and weights of each side, in the direction that comes first in dictionary order.
+    """Points and weights of each side, in the direction whose numbers come first in lexical order.
 
     The third result says which sides were reversed.
     """

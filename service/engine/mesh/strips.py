@@ -1,7 +1,7 @@
 """Strips of triangles between the border of a patch and the next line of its grid.
 
-If a neighbour divides a shared edge more finely, all four sides of the patch have the samples of
-their edges. A strip of triangles then joins the samples of each side to the grid inside.
+If a neighbour divides a shared edge more finely, the border samples of the grid are replaced on all
+four sides by the samples of the edges, and four strips join these to the grid inside.
 """
 
 from itertools import pairwise
@@ -20,8 +20,8 @@ def build_strips(number: NDArray[np.intp], sides: Divisions) -> list[NDArray[np.
     Parameters
     ----------
     number : ndarray of int, shape (Ru+1, Rv+1)
-        The indices of the samples of the grid. The extra samples of the sides have the next
-        indices, one side after another.
+        The indices of the samples of the grid; Ru, Rv ≥ 2. The samples between the ends of the
+        sides whose divisions differ from the grid have the next indices, one side after another.
     sides : tuple of int
         Divisions of the sides.
     """

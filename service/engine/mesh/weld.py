@@ -23,7 +23,7 @@ class Welding:
 
 
 def weld(
-    place: Ints,
+    same_position: Ints,
     used_samples: Ints | None,
     normals: RealArray | None,
     crease_angle: float,
@@ -31,15 +31,15 @@ def weld(
     *,
     same_values: Ints | None = None,
 ) -> Welding:
-    """Merges samples at one place whose normals nearly agree; writes their mean into `normals`.
+    """Merges samples at one position whose normals nearly agree; writes their mean into `normals`.
 
     Vertices have the order of their first samples. So the vertices of a single patch have the order
     of its samples.
 
     Parameters
     ----------
-    place : ndarray of int, shape (N,)
-        For each sample, the number of one sample at its position, the same for all samples there.
+    same_position : ndarray of int, shape (N,)
+        For each sample, one sample at its position, the same for all samples there.
     used_samples : ndarray of int, optional
         Samples that occur in faces; by default, or without faces, all samples.
     normals : ndarray, shape (N, 3), or None
@@ -49,64 +49,66 @@ def weld(
     is_merged : bool
         If False, each sample becomes a separate vertex.
     same_values : ndarray of int, optional
-        For each sample, one sample at its place that has equal colours, texture coordinates and
+        For each sample, one sample at its position that has equal colours, texture coordinates and
         attributes. Samples with different values become separate vertices, but may share the mean
         of their normals.
     """
     leader = (
-        merge_samples(place, normals, crease_angle, same_values)
+        merge_samples(same_position, normals, crease_angle, same_values)
         if is_merged
-        else np.arange(len(place))
+        else np.arange(len(same_position))
     )
-    return number_vertices(place, leader, used_samples)
+    return number_vertices(same_position, leader, used_samples)
 
 
 def merge_samples(
-    place: Ints, normals: RealArray | None, crease_angle: float, same_values: Ints | None
+    same_position: Ints, normals: RealArray | None, crease_angle: float, same_values: Ints | None
 ) -> Ints:
     """For each sample, the sample whose vertex it shares; writes mean normals into `normals`.
 
     The parameters and the rules are as in `weld`.
     """
-    leader = place if same_values is None else same_values
+    leader = same_position if same_values is None else same_values
     if normals is not None:
-        leader = find_leaders(place, normals, chord_length(crease_angle))
-        own_numbers = np.arange(len(place))
+        leader = find_leaders(same_position, normals, chord_length(crease_angle))
+        own_numbers = np.arange(len(same_position))
         averages = Averages.from_leaders(leader)
         normals[averages.leaders] = mean_normals(normals, averages)
         if same_values is not None:
             followers = np.flatnonzero(leader != own_numbers)
             normals[followers] = normals[leader[followers]]
+            # The values are whole numbers: different ones are further apart than 0.5.
             leader = find_leaders(leader, same_values[:, np.newaxis].astype(np.float64), 0.5)
     return leader
 
 
-def number_vertices(place: Ints, leader: Ints, used_samples: Ints | None) -> Welding:
+def number_vertices(same_position: Ints, leader: Ints, used_samples: Ints | None) -> Welding:
     """The vertices of samples; each sample shares the vertex of its `leader`.
 
     The parameters are as in `weld`; `leader[leader]` equals `leader`.
     """
-    own_numbers = np.arange(len(place))
+    own_numbers = np.arange(len(same_position))
     is_kept = leader == own_numbers
     if used_samples is not None and len(used_samples):
-        is_used = np.zeros(len(place), dtype=bool)
+        is_used = np.zeros(len(same_position), dtype=bool)
         is_used[leader[used_samples]] = True
         is_kept &= is_used
     samples = np.flatnonzero(is_kept)
-    # The first vertex at each place: in reverse order, it is written last, and stays.
-    first = np.zeros(len(place), dtype=np.intp)
-    first[place[samples[::-1]]] = own_numbers[: len(samples)][::-1]
-    # A sample without a face is not a vertex. If a grid refers to this sample, the grid gets the
-    # vertex at its place.
-    number = first[place]
+    # The first vertex at each position: in reverse order, it is written last, and stays.
+    first = np.zeros(len(same_position), dtype=np.intp)
+    first[same_position[samples[::-1]]] = own_numbers[: len(samples)][::-1]
+    # A sample without a face is not a vertex. `Mesh.grids`, which has a vertex for every sample,
+    # gets the first vertex at the same position.
+    number = first[same_position]
     number[samples] = own_numbers[: len(samples)]
-    return Welding(number[leader], samples, first[place[samples]])
+    return Welding(number[leader], samples, first[same_position[samples]])
 
 
 def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Welding:
     """The welding without the vertices that these faces do not use.
 
-    If no face uses any vertex at a place, its vertices stay, because a grid may refer to them.
+    If no face uses any vertex at a position, its vertices stay, because `Mesh.grids` has a vertex
+    for every sample.
     """
     is_used = np.zeros(len(welding.samples), dtype=bool)
     for rows in faces:
@@ -116,13 +118,13 @@ def drop_unused(welding: Welding, faces: tuple[IndexArray, IndexArray]) -> Weldi
     is_used |= ~is_shown[welding.welds]
     kept_vertices = np.flatnonzero(is_used)
     number = np.cumsum(is_used) - 1
-    first_at_place = np.zeros_like(number)
-    first_at_place[welding.welds[kept_vertices[::-1]]] = number[kept_vertices[::-1]]
-    vertex = np.where(is_used, number, first_at_place[welding.welds])
+    first_at_position = np.zeros_like(number)
+    first_at_position[welding.welds[kept_vertices[::-1]]] = number[kept_vertices[::-1]]
+    vertex = np.where(is_used, number, first_at_position[welding.welds])
     return Welding(
         vertex[welding.vertex],
         welding.samples[kept_vertices],
-        first_at_place[welding.welds[kept_vertices]],
+        first_at_position[welding.welds[kept_vertices]],
     )
 
 

@@ -45,7 +45,9 @@ def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
     Parameters
     ----------
     partials : ndarray of float64, shape (6, m, 3)
+        S, S_u, S_v, S_uu, S_uv and S_vv.
     normals : ndarray of float64, shape (m, 3)
+        The unit normals n.
     """
     _, du, dv, duu, duv, dvv = partials
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -53,7 +55,8 @@ def regular_curvatures(partials: FloatArray, normals: FloatArray) -> FloatArray:
         along_u, along_v = du / length_u, dv / length_v
         cosine = dot(along_u, along_v)
         sine = np.linalg.norm(cross(along_u, along_v), axis=1)
-        # Two divisions, because the product of two lengths may underflow.
+        # The form of the unit vectors along S_u and S_v has the matrix (a f; f g). There are two
+        # divisions, because the product of two lengths may underflow.
         a = dot(duu / length_u / length_u, normals)
         f = dot(duv / length_u / length_v, normals)
         g = dot(dvv / length_v / length_v, normals)

@@ -32,8 +32,8 @@ COLUMNS: tuple[tuple[tuple[str, int], ...], ...] = (
 bool."""
 
 SERIES_COST = 100_000
-"""A lower bound of the number of multiplications for the power series of curvatures at or near one
-pole."""
+"""The least number of multiplications for the power series of curvatures at one parameter at or
+near a pole; the degrees of the patch add to it."""
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -82,10 +82,10 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
 
 
 def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> int:
-    """The number of multiplications of a query if S_u × S_v vanishes at all its places.
+    """An estimate of the multiplications of a query if S_u × S_v vanishes at all its places.
 
-    The number is a sum over the normal polynomial of each patch with a place (its degree is (3p,
-    3q) if rational, else (2p, 2q)), its value at each place, and the series of curvatures at poles.
+    It is a sum over the normal polynomial of each patch with a place (its degree is about (3p, 3q)
+    if rational, else (2p, 2q)), its value at each place, and the series of curvatures at poles.
     """
     if order == 0:
         return 0
@@ -95,13 +95,15 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
         index = places.patch[rows] - first
         first += batch.count
         p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
+        # The normal polynomial has up to this multiple of the degrees (p, q).
         factor = 2 if batch.weights is None else 3
         cost_of_patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
         cost_of_place = 3 * (factor * p + 1) * (factor * q + 1)
         total += len(np.unique(index)) * cost_of_patch + len(rows) * cost_of_place
         if order == 2:
             is_near = find_near_poles(batch, index, places.local[rows])
-            total += int(is_near.sum()) * (factor - 1) * (SERIES_COST + 100 * (p + 1) * (q + 1))
+            cost_of_series = SERIES_COST + 100 * (p + 1) * (q + 1)
+            total += int(is_near.sum()) * cost_of_series * (1 if batch.weights is None else 2)
     return total
 
 

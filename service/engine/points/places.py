@@ -43,7 +43,8 @@ class PointsQuery:
         Parameters (u, v) of the surface or, if it has no domain, of patches; or barycentric
         coordinates (r, s, t) on triangles.
     patch : ndarray of int, shape () or (m,), or None
-        Numbers of patches in the request; not needed for a single patch.
+        Numbers in the request: of surfaces or, in a model without domains, of patches. Not needed
+        for a single one.
     order : 0, 1 or 2
         The order of the derivatives.
     """
@@ -79,7 +80,6 @@ def locate(model: PatchModel, query: PointsQuery) -> ParameterPoints:
                 "none for this kind of surface",
             )
         )
-    # A number in the request is the number of a surface or, in a model without domains, of a patch.
     request_numbers = _find_patch_numbers(len(model.domains) or model.patch_count, query)
     patch = _find_first_patches(model)[request_numbers]
     _check_coordinates(model, patch, query)
@@ -162,7 +162,10 @@ def _find_spans(t: FloatArray, knots: FloatArray) -> tuple[Ints, FloatArray, Flo
 def _check_inside(
     uv: FloatArray, knots: tuple[FloatArray, FloatArray], rows: Ints | None = None
 ) -> None:
-    """Refuses (u, v) outside of the knots; `rows` are the rows of `uv` in the request, else all."""
+    """Refuses (u, v) outside of the knots.
+
+    `rows` has for each row of `uv` its number in the request; None if both are the same.
+    """
     low, high = (np.array([line[end] for line in knots]) for end in (0, -1))
     # Each index is a pair: the row, and 0 for u or 1 for v.
     outside = np.argwhere(~((uv >= low) & (uv <= high)))[:MAX_ISSUES]

@@ -25,8 +25,8 @@ MAX_DISTANCE = 2.0**-8
 """The power series is used up to this distance from a pole, divided by the degree."""
 
 NEAR_TERMS = 10
-"""The number of terms of a series near a pole. The error of truncation is of the order of
-MAX_DISTANCE⁶."""
+"""The number of terms of a series near a pole. Where S_u × S_v has a zero of order 1, the first 4
+terms of K vanish; so the error of truncation is of the order of MAX_DISTANCE⁶."""
 
 MAX_ERROR = 2.0**-20
 """The largest error of a limit that is reported: relative, or in units of the net if the limit is
@@ -36,7 +36,7 @@ below 1."""
 def find_curvatures_near(
     nets: DerivativeNets, patch_numbers: Ints, u: FloatArray, v: FloatArray, normals: FloatArray
 ) -> FloatArray:
-    """Curvatures K, H, k_1, k_2, shape (4, m), near sides that are one point.
+    """Curvatures K, H, k_1, k_2 near sides that are one point, in the scale of the nets: (4, m).
 
     They are NaN on these sides and far from them.
 
@@ -113,7 +113,7 @@ class Line:
     def order(self) -> FloatArray:
         """The order of the zero of S_u × S_v at the beginning of each line, (m,).
 
-        It is larger than the highest order in `MAX_ORDERS` if that number of terms vanishes.
+        It is larger than the highest of `MAX_ORDERS` if all terms up to that order vanish.
         """
         su, sv = self.series(MAX_ORDERS[-1] + 1, has_second=False)
         order: FloatArray = cross(su, sv).first().min(axis=1)
@@ -154,13 +154,14 @@ def _compute_curvatures(
 
         K = (L P − M²)/|N|⁴,  H = (L G − 2 M F + P E)/(2 |N|³)
 
-    The denominators begin with the orders 4 k and 3 k, so lower terms of the numerators must
-    vanish.
+    The denominators begin with the orders 4 k and 3 k, so a limit is finite only if all lower terms
+    of its numerator vanish.
     """
     su, sv, suu, suv, svv = series
     n = cross(su, sv)
     order = n.first().min(axis=1)
     ell, em, pe = (dot(partial, n) for partial in (suu, suv, svv))
+    # |N|² / s^(2k): `_divide` divides by the powers of s.
     squared_normal, _ = dot(n, n).tail(2 * order, distance)
     gauss, gauss_error = _divide(ell * pe - em * em, 4 * order, squared_normal**2, distance)
     mean, mean_error = _divide(

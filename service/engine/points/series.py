@@ -77,7 +77,7 @@ class Series:
         return Series(terms, errors)
 
     def times(self, factor: float) -> "Series":
-        """The series times a whole number."""
+        """The series times a power of two, which is exact."""
         return Series(self.terms * factor, self.errors * abs(factor))
 
     def first(self) -> FloatArray:
@@ -108,12 +108,12 @@ class Series:
 
 
 def expand(coefficients: FloatArray, count: int) -> Series:
-    """Polynomials in the Bernstein basis (…, n+1) as series of `count` terms about t = 0.
+    """Polynomials in the Bernstein basis (…, n+1) as series of `count` terms about s = 0.
 
         a_k = C(n, k) Δ^k b_0
 
-    A difference of order k is a sum of 2^k coefficients, and the error of each coefficient is a
-    share of the largest coefficient.
+    A difference Δ^k is a sum of 2^k coefficients b_i, each with an error of at most `ROUNDING`
+    times the largest coefficient.
     """
     degree = coefficients.shape[-1] - 1
     terms = np.zeros((*coefficients.shape[:-1], count))

@@ -48,16 +48,15 @@ def evaluate_triangle_jets(
         if order > 1:
             local_curvatures = regular_curvatures(local_partials, normals[rows])
             local_curvatures[:, is_degenerate[rows]] = np.nan
-            is_near_pole = is_degenerate[rows] | local.patches.collapsed[patch_numbers, :3].any(
-                axis=1
-            )
-            if is_near_pole.any():
-                local_curvatures[:, is_near_pole] = _correct_near_poles(
+            # `_correct_near_poles` changes only those of these places that are at or near a pole.
+            has_pole = local.patches.collapsed[patch_numbers, :3].any(axis=1) | is_degenerate[rows]
+            if has_pole.any():
+                local_curvatures[:, has_pole] = _correct_near_poles(
                     local.patches,
-                    patch_numbers[is_near_pole],
-                    places[is_near_pole],
-                    normals[rows[is_near_pole]],
-                    local_curvatures[:, is_near_pole],
+                    patch_numbers[has_pole],
+                    places[has_pole],
+                    normals[rows[has_pole]],
+                    local_curvatures[:, has_pole],
                 )
             curvatures[:, rows] = local_curvatures * np.stack([scale * scale, scale, scale, scale])
     _write_corners(patches, index, (s, t), partials[0])
@@ -119,6 +118,7 @@ def _write_corners(
 ) -> None:
     """Replaces points at corners by the exact control points."""
     s, t = places
+    # Corners 0, 1 and 2 are (s, t) = (0, 0), (0, 1) and (1, 0).
     for number, is_at_corner in enumerate(((s == 0) & (t == 0), t == 1, s == 1)):
         rows = np.flatnonzero(is_at_corner)
         points[rows] = patches.corners[index[rows], number]

@@ -53,7 +53,7 @@ def test_error_bounds_hold(a: list[float], b: list[float], c: list[float]) -> No
         )
         quotient.append((x - earlier_products) / 8)
     check_errors(result / build_series(divisor), quotient)
-    check_errors((result + result).times(3.0), [6 * x for x in difference])
+    check_errors((result + result).times(2.0), [4 * x for x in difference])
 
 
 def test_errors_of_operands_propagate_to_results() -> None:
