@@ -1,4 +1,8 @@
-"""The matrix products that compute the samples of several patches on one grid."""
+"""The matrix products that compute the samples of several patches on one grid.
+
+r patches are computed together, in d coordinates: 3, or 4 for rational patches. Each patch has K
+vectors: its control points, their differences along u, and those along v, in this order.
+"""
 
 from collections.abc import Sequence
 from typing import TypeAlias
@@ -27,7 +31,14 @@ def plan_whole_products(
     resolution: tuple[int, int],
     results: Sequence[RealArray],
 ) -> Products:
-    """For each of S, S_u and S_v, one product of vectors (K, d r) with the basis of all samples."""
+    """For each of S, S_u and S_v, one product of its vectors with the basis of all samples.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (K, d r)
+    results : three arrays, shape (d, r, samples)
+        The outputs for S, S_u and S_v.
+    """
     basis = sample_partials_basis(degree, resolution, rows.dtype.type)
     ends = np.cumsum(count_vectors(degree))[:-1]
     parts = zip(np.split(rows, ends), np.split(basis, ends), results, strict=True)
@@ -40,7 +51,14 @@ def plan_separable_products(
     resolution: tuple[int, int],
     results: Sequence[RealArray],
 ) -> Products:
-    """For each of S, S_u and S_v, two products of the vectors (d r, K): along u, then along v."""
+    """For each of S, S_u and S_v, two products: along u, then of the result along v.
+
+    Parameters
+    ----------
+    transposed : ndarray, shape (d r, K)
+    results : three arrays, shape (d, r, samples)
+        The outputs for S, S_u and S_v.
+    """
     (p, q), (ru, rv), dtype = degree, resolution, transposed.dtype.type
     u, u_lower = (sample_basis(n, ru, dtype) for n in (p, p - 1))
     v, v_lower = (sample_basis_columns(n, rv, dtype) for n in (q, q - 1))
@@ -58,7 +76,8 @@ def plan_separable_products(
 def build_means(degree: tuple[int, int], dtype: Real) -> RealArray:
     """A matrix (2, differences) whose product with squares of differences gives two means.
 
-    These are the mean squares of the differences along u and along v, times `PRECISE_SHARE`.
+    These are the mean squares of the differences along u and along v, times `PRECISE_SHARE`. Their
+    product is the least |S_u × S_v|² that is precise enough.
     """
     _, along_u, along_v = count_vectors(degree)
     means = np.zeros((2, along_u + along_v), dtype)

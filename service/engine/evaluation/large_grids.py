@@ -1,6 +1,7 @@
 """Two formulations for grids that are too large for the cache: some rows of a patch at a time.
 
-- `separable`: first along u, then along v, with p + q + 2 multiplications for each value.
+- `separable`: first along u, then along v, with at most p + q + 2 multiplications for each value
+  if Rv ≥ q.
 - `normal_polynomial`: separable too, but N = S_u × S_v is one polynomial of degree (2p−1, 2q−1), in
   place of two partials and a cross product for each sample. It is faster for low degrees.
 """
@@ -25,11 +26,14 @@ from service.engine.vectors import cross_polynomial
 
 RowRun: TypeAlias = tuple[slice, tuple[RealArray, RealArray, RealArray], RealArray, RealArray, int]
 """Rows of samples of a patch, work arrays for S, S_u and S_v, the outputs for positions and
-normals, and the number of the first sample."""
+normals, and the number of the first sample among the samples of all patches."""
 
 
 MAX_PAIRS_DEGREE = 6
 """Up to this degree, the products of all pairs of control points use cached coefficients."""
+
+MAX_INTERLEAVED_DEGREE = 6
+"""Up to this degree along v, writing positions once is worth three times the multiplications."""
 
 
 def evaluate_separably(work: GridEvaluation) -> None:
@@ -58,7 +62,8 @@ def evaluate_separably(work: GridEvaluation) -> None:
 def evaluate_by_normal_polynomial(work: GridEvaluation) -> None:
     """The formulation `normal_polynomial`: separable, with one net for S_u × S_v.
 
-    It is only for polynomial patches, and only if normals are requested.
+    It is only for polynomial patches, and only if normals are requested. The net of S_u × S_v is
+    computed in float64, because its products may cancel, and then rounded.
     """
     (p, q), (ru, rv) = work.patches.degree, work.resolution
     u, u_normal = (sample_basis(degree, ru, work.dtype) for degree in (p, 2 * p - 1))
@@ -90,8 +95,8 @@ def _iterate_patches(
         The least |S_u × S_v|² whose direction is precise enough.
     """
     p, q = work.patches.degree
-    shapes = zip(work.parts, ((p + 1, q + 1), (p, q + 1), (p + 1, q)), strict=True)
-    parts = [*shapes][: 1 if work.normals is None else 3]
+    shapes = ((p + 1, q + 1), (p, q + 1), (p + 1, q))
+    columns_and_shapes = [*zip(work.parts, shapes, strict=True)][: 1 if work.normals is None else 3]
     step = max(1, CHUNK_SAMPLES // ((p + 1) * (q + 1)))
     for first, last in row_runs(work.patches.count, step):
         nets = work.load_nets(first, last)
@@ -100,7 +105,7 @@ def _iterate_patches(
             planes: RealArray = np.ascontiguousarray(nets.rows[:, :, k].T, dtype)
             yield (
                 first + k,
-                [planes[:, columns].reshape(-1, *shape) for columns, shape in parts],
+                [planes[:, columns].reshape(-1, *shape) for columns, shape in columns_and_shapes],
                 threshold[k],
             )
 
@@ -108,9 +113,10 @@ def _iterate_patches(
 def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
     """The net (3, 2p, 2q) of S_u × S_v, from nets (3, p, q+1) and (3, p+1, q).
 
-    It is computed from the cross products of all pairs of vectors, times cached coefficients.
+    Up to `MAX_PAIRS_DEGREE`, it is computed from the cross products of all pairs of vectors, times
+    cached coefficients.
     """
-    (p, columns), (rows, q) = du.shape[1:], dv.shape[1:]
+    p, q = du.shape[1], dv.shape[2]
     if max(p, q) > MAX_PAIRS_DEGREE:
         nets = (net[np.newaxis].astype(np.float64) for net in (du, dv))
         net: RealArray = cross_polynomial(*nets)[0]
@@ -119,9 +125,9 @@ def _normal_net(du: RealArray, dv: RealArray) -> RealArray:
     # The cross product: y, z, x times z, x, y, minus z, x, y times y, z, x.
     pairs = a[[1, 2, 0]] * b[[2, 0, 1]]
     pairs -= a[[2, 0, 1]] * b[[1, 2, 0]]
-    products = product_coefficients((p - 1, columns - 1), (rows - 1, q - 1))
+    products = product_coefficients((p - 1, q), (p, q - 1))
     net = pairs.reshape(3, -1) @ products
-    return net.reshape(3, p + rows - 1, columns + q - 1)
+    return net.reshape(3, 2 * p, 2 * q)
 
 
 def _choose_position_writer(
@@ -134,7 +140,7 @@ def _choose_position_writer(
     the work array.
     """
     degree, divisions = work.patches.degree[1], work.resolution[1]
-    if work.is_rational or degree > 6:
+    if work.is_rational or degree > MAX_INTERLEAVED_DEGREE:
         columns = sample_basis_columns(degree, divisions, work.dtype)
 
         def write_planes(along_u: RealArray, point: RealArray, out: RealArray) -> None:
@@ -156,9 +162,10 @@ def _choose_position_writer(
 def _row_runs(work: GridEvaluation, patch: int) -> Iterator[RowRun]:
     """Runs of rows of samples of a patch, with their work arrays and outputs."""
     step = max(1, CHUNK_SAMPLES // work.shape[1])
+    # If no normals are requested, nothing is written to their output: any array serves.
     normals = work.positions if work.normals is None else work.normals
     for first, last in row_runs(work.shape[0], step):
         rows = slice(first, last)
         planes = work.sample_planes(last - first, work.shape[1])
-        point = patch * work.sample_count + first * work.shape[1]
-        yield rows, planes, work.positions[patch, rows], normals[patch, rows], point
+        first_sample = patch * work.sample_count + first * work.shape[1]
+        yield rows, planes, work.positions[patch, rows], normals[patch, rows], first_sample

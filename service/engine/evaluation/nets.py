@@ -1,4 +1,7 @@
-"""Nets of single patches, each relative to its middle and scaled, and their normal nets."""
+"""Nets of single patches, each relative to its middle and scaled, and their normal nets.
+
+Nets of rational patches are homogeneous: (X, w) with X = w S.
+"""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -33,6 +36,7 @@ class DerivativeNets:
         nets of the partials without the factors of the degrees. d is 3, or 4 for rational patches,
         whose nets are homogeneous.
     middle : ndarray of float64, shape (K, 3)
+        The mean of the control points of each patch.
     scale : ndarray of float64, shape (K,)
         Powers of two.
     longest_u, longest_v : ndarray of float64, shape (K,)
@@ -75,14 +79,14 @@ class DerivativeNets:
         along_u: tuple[FloatArray, FloatArray],
         along_v: tuple[FloatArray, FloatArray],
     ) -> tuple[FloatArray, FloatArray]:
-        """S_u and S_v up to positive factors at one parameter each, shapes (m, 3).
+        """S_u and S_v at m parameters, up to positive factors, shapes (m, 3).
 
         For a rational patch they are X_u − S w_u and X_v − S w_v, which are w S_u and w S_v.
 
         Parameters
         ----------
         net_numbers : ndarray of int, shape (m,)
-            The patch of each parameter.
+            The patch at each parameter, as its number among the K patches.
         along_u, along_v : pair of ndarray of float64
             The basis of degree n at the parameters, (m, n+1), and the basis of degree n − 1.
         """
@@ -134,7 +138,9 @@ class DerivativeNets:
 def nets_of_samples(
     patches: TensorPatches, index: NDArray[np.intp]
 ) -> Iterator[tuple[DerivativeNets, NDArray[np.intp], NDArray[np.intp]]]:
-    """Yields the nets of the patches `index` (m,) of m samples, for some samples at a time.
+    """Yields the nets of the patches of m samples, for some samples at a time.
+
+    Sample k is on patch `index[k]`.
 
     Yields
     ------
@@ -145,6 +151,8 @@ def nets_of_samples(
         For each of these samples, the number of its patch in `nets`.
     """
     p, q = patches.degree
+    # The largest net is the normal net of a rational patch, of degree (3p − 1, 3q − 1). The memory
+    # for it and its terms is estimated as three such nets, of 4 coordinates of 8 bytes.
     net_bytes = 8 * 4 * 3 * (3 * p + 1) * (3 * q + 1)
     for rows in _group_samples(index, max(1, CHUNK_BYTES // net_bytes)):
         used, net_numbers = np.unique(index[rows], return_inverse=True)
@@ -173,14 +181,14 @@ def _group_samples(index: NDArray[np.intp], step: int) -> Iterator[NDArray[np.in
 def evaluate_along(
     nets: FloatArray, net_numbers: NDArray[np.intp], basis: FloatArray
 ) -> FloatArray:
-    """Polynomials in v, (r, d, n): row k is polynomial `net_numbers[k]` of (K, d, m, n) at u = u_k.
+    """Nets of polynomials in v, (r, d, q+1): row k is net `net_numbers[k]` at u = u_k.
 
-    Row k of `basis` (r, m) is the Bernstein basis at u_k.
+    `nets` has the shape (K, d, p+1, q+1). Row k of `basis` (r, p+1) is the Bernstein basis at u_k.
     """
     if len(nets) == 1:
-        d, m, n = nets.shape[1:]
-        columns = np.moveaxis(nets[0], 1, 0).reshape(m, d * n)
-        polynomials_of_one_net: FloatArray = (basis @ columns).reshape(len(basis), d, n)
+        d, rows, columns = nets.shape[1:]
+        row_vectors = np.moveaxis(nets[0], 1, 0).reshape(rows, d * columns)
+        polynomials_of_one_net: FloatArray = (basis @ row_vectors).reshape(len(basis), d, columns)
         return polynomials_of_one_net
     polynomials: FloatArray = np.einsum("ri,rdij->rdj", basis, nets[net_numbers], optimize=True)
     return polynomials
@@ -189,9 +197,10 @@ def evaluate_along(
 def evaluate_at(
     nets: FloatArray, net_numbers: NDArray[np.intp], along_u: FloatArray, along_v: FloatArray
 ) -> FloatArray:
-    """Values (r, d): row k is polynomial `net_numbers[k]` of (K, d, m, n) at (u_k, v_k).
+    """Values (r, d): row k is the polynomial of net `net_numbers[k]` at (u_k, v_k).
 
-    Rows k of `along_u` (r, m) and `along_v` (r, n) are the Bernstein bases at u_k and at v_k.
+    `nets` has the shape (K, d, p+1, q+1). Row k of `along_u` (r, p+1) is the Bernstein basis at
+    u_k, and row k of `along_v` (r, q+1) that at v_k.
     """
     values: FloatArray = np.einsum(
         "rdj,rj->rd", evaluate_along(nets, net_numbers, along_u), along_v

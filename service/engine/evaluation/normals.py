@@ -1,8 +1,8 @@
 """Unit normals at any parameter of a patch, poles and other degenerate points included.
 
 The normal is the unit vector of S_u × S_v. Where that vector vanishes, the normal is the limit from
-inside the patch (`degenerate`). These functions are slow: `evaluate` calls them only for samples
-whose normals are too imprecise.
+inside the patch (`degenerate`). These functions are slow: for grids of samples, `evaluate` calls
+them only where its own normals are too imprecise.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ def unit_normals(
     -------
     normals : ndarray of float64, shape (m, 3)
         Unit length, never NaN. A patch without area has no normals: it gets a unit vector
-        perpendicular to its extent.
+        perpendicular to the longest difference of its neighbouring control points.
     limit_count : int
         The number of samples at which S_u × S_v vanishes.
 

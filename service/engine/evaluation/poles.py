@@ -20,21 +20,24 @@ YZX_ZXY = np.array([1, 2, 0, 2, 0, 1])
 class _Sides:
     """m sides of patches that are one point each: either all of constant u, or all of constant v.
 
+    n is the degree along the sides. C is the curve of `write_pole_normals`.
+
     Attributes
     ----------
     beside : ndarray of int, shape (6, m, n+1)
-        Indices, into all coordinates, of the row of control points next to the side, in the order
-        `YZX_ZXY`.
+        Indices, into the coordinates of all control points, of the row of control points next to
+        the side, in the order `YZX_ZXY`.
     pole : ndarray of int, shape (6, m, 1)
-        Indices, into all coordinates, of the control point at the pole, in the order `YZX_ZXY`.
+        Indices, into the coordinates of all control points, of the control point at the pole, in
+        the order `YZX_ZXY`.
     weights : ndarray of int, shape (m, n+1)
         Indices, into all weights, of the row of control points next to the side.
     sign : ndarray of float64, shape (m, 1)
-        The sign of du × dv relative to C′ × C: +1 on the sides u = 0 and v = 1, −1 on the others.
+        The sign of S_u × S_v relative to C × C′: +1 on the sides u = 0 and v = 1, −1 on the others.
     samples : ndarray of int, shape (m k,)
         Numbers of the k samples along each side, among all samples of all patches.
     basis : ndarray of float64, shape (n+1, 2k)
-        The Bernstein basis of degree n at the samples, then the derivatives of the basis.
+        The Bernstein basis of degree n at the samples, then the derivatives of the basis ÷ n.
     """
 
     beside: Ints
@@ -93,7 +96,8 @@ def write_pole_normals(
         vectors = value[:3] * slope[3:]
         vectors -= value[3:] * slope[:3]
         length = np.sqrt(np.add.reduce(vectors * vectors))
-        # |C′ × C| / |C|² is about the angle of the cone; the control points stand for |C|².
+        # |C × C′| / |C|² is about the angle of the cone; the sum of the squares of the control
+        # points stands for |C|².
         cones *= cones
         sizes = np.add.reduce(cones[:3], axis=(0, 2))
         is_flat = length <= MIN_CONE_ANGLE * sizes[:, np.newaxis]

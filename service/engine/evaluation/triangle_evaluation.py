@@ -6,6 +6,9 @@ within a row and between rows. Two ways lead from nets to samples:
 - `_write_at_once`: one product with a cached basis of two variables, n²/2 multiplications for a
   value.
 - `_write_by_rows`: if that basis would be too large, each row of samples as a Bézier curve.
+
+Nets have the shape (K, d, r): K control points of d coordinates (3, or 4 for rational patches) of r
+patches that are computed together.
 """
 
 from collections.abc import Callable, Iterator
@@ -31,7 +34,7 @@ from service.engine.scratch import Real, scratch
 from service.surface.batches import TrianglePatches
 
 Product: TypeAlias = Callable[[str, FloatArray], RealArray]
-"""Evaluates nets at samples: planes (d, r, samples) in the work array of the given name."""
+"""Writes the values of nets at samples, planes (d, r, samples), to the work array of this name."""
 
 
 class TriangleEvaluation(Evaluation):
@@ -62,8 +65,9 @@ class TriangleEvaluation(Evaluation):
         size = triangle.count_points(self.patches.degree)
         point = scratch("nets", (size, self.dimension, last - first), np.float64)
         net = self.load_points(first, last, point)
+        # The evaluation of triangles does not read `rows`, so any array serves.
         if self.normals is None:
-            return ChunkNets(point, point)
+            return ChunkNets(rows=point, point=point)
         ds, dt = partial_nets(net)
         return ChunkNets(point, point, ds, dt, self.find_thresholds(ds, dt))
 
@@ -118,7 +122,7 @@ class TriangleEvaluation(Evaluation):
         )
 
     def _multiply_basis(self, samples: slice, name: str, nets: FloatArray) -> RealArray:
-        """Nets (K, d, r) at samples, (d, r, samples), by one product with the basis."""
+        """Values of nets (K, d, r) at samples, (d, r, samples), by one product with the basis."""
         count, planes, patches = nets.shape
         degree = triangle.degree_of(count)
         basis = triangle_basis.sample_triangle_basis(degree, self.divisions, self.dtype)[:, samples]
@@ -128,7 +132,7 @@ class TriangleEvaluation(Evaluation):
         return out
 
     def _evaluate_rows(self, rows: range, samples: int, name: str, curves: FloatArray) -> RealArray:
-        """Row curves (n+1, n+1, d r) at samples, (d, r, samples), which are those of some rows."""
+        """Values at the samples of some rows, (d, r, samples), from curves (n+1, n+1, d r)."""
         planes, count = 4 if self.is_rational else 3, curves.shape[2]
         out = scratch(name, (planes, count // planes, samples), self.dtype)
         triangle_basis.evaluate_rows(

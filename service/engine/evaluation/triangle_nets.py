@@ -9,6 +9,8 @@ from service.bases.arrays import FloatArray, Ints
 def partial_nets(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Nets of S_s / n and S_t / n, of degree n − 1, from nets (K, …) of degree n.
 
+    A net has K control points, in the order of `service.bases.triangle`.
+
         S_s / n: b_{i,j+1,k} − b_{i+1,j,k}    S_t / n: b_{i,j,k+1} − b_{i+1,j,k}
 
     References

@@ -1,8 +1,8 @@
 """Unit normals at any parameter of a triangular patch, degenerate points included.
 
 The normal is the unit vector of S_s × S_t. Where that vector vanishes, the normal is the limit of
-the same surface as a tensor-product patch (`normals`). These functions are slow:
-`triangle_evaluation` calls them only for samples whose normals are too imprecise.
+the same surface as a tensor-product patch (`normals`). These functions are slow: for all
+samples of a patch, `triangle_evaluation` calls them only where its own normals are too imprecise.
 """
 
 from collections.abc import Iterator
@@ -22,8 +22,8 @@ from service.engine.extent import find_unit_scales
 from service.engine.vectors import cross
 from service.surface.batches import TrianglePatches
 
-CHUNK_NUMBERS = 1 << 18
-"""The most control points in one chunk."""
+CHUNK_POINTS = 1 << 18
+"""The most control points in one chunk, if each of its samples is on another patch."""
 
 
 def triangle_normals(
@@ -92,7 +92,9 @@ class LocalTriangles:
 def triangles_of_samples(
     patches: TrianglePatches, index: NDArray[np.intp]
 ) -> Iterator[tuple[LocalTriangles, NDArray[np.intp], NDArray[np.intp]]]:
-    """Yields the patches `index` (m,) of m samples, for some samples at a time.
+    """Yields the patches of m samples, for some samples at a time.
+
+    Sample k is on patch `index[k]`.
 
     Yields
     ------
@@ -103,7 +105,7 @@ def triangles_of_samples(
         For each of these samples, the number of its patch in `local`.
     """
     order = np.argsort(index, kind="stable")
-    for part in row_slices(len(order), patches.points.shape[1], CHUNK_NUMBERS):
+    for part in row_slices(len(order), patches.points.shape[1], CHUNK_POINTS):
         rows = order[part]
         used, patch_numbers = np.unique(index[rows], return_inverse=True)
         yield localize(patches.take(used)), rows, patch_numbers
@@ -116,20 +118,20 @@ def _find_regular_normals(
 
     The second result (m,) says where S_s × S_t vanishes: there the vector is meaningless.
     """
-    places = to_barycentric(s, t)
+    barycentric = to_barycentric(s, t)
     nets = to_homogeneous(local.points, local.weights).swapaxes(0, 1)
-    along = partial_nets(nets)
-    lower_basis = triangle_basis.triangle_bernstein(local.degree - 1, places)
-    ds, dt = (_combine(lower_basis, net, patch_numbers) for net in along)
+    nets_of_partials = partial_nets(nets)
+    lower_basis = triangle_basis.triangle_bernstein(local.degree - 1, barycentric)
+    ds, dt = (_combine(lower_basis, net, patch_numbers) for net in nets_of_partials)
     if local.weights is not None:
-        basis = triangle_basis.triangle_bernstein(local.degree, places)
+        basis = triangle_basis.triangle_bernstein(local.degree, barycentric)
         point = _combine(basis, nets, patch_numbers)
         position = point[:, :3] / point[:, 3:]
         ds = ds[:, :3] - position * ds[:, 3:]
         dt = dt[:, :3] - position * dt[:, 3:]
     vectors = cross(ds, dt)
     length, length_s, length_t = (np.linalg.norm(rows, axis=-1) for rows in (vectors, ds, dt))
-    longest_s, longest_t = (_longest_vectors(net)[patch_numbers] for net in along)
+    longest_s, longest_t = (_longest_vectors(net)[patch_numbers] for net in nets_of_partials)
     vanishes: Bools = length <= VANISHING * length_s * length_t
     vanishes |= length_s <= VANISHING * longest_s
     vanishes |= length_t <= VANISHING * longest_t
@@ -138,7 +140,10 @@ def _find_regular_normals(
 
 
 def _combine(basis: FloatArray, nets: FloatArray, patch_numbers: NDArray[np.intp]) -> FloatArray:
-    """Values (m, d) of P nets (K, P, d): value k is net `patch_numbers[k]` times basis column k."""
+    """Values (m, d) at m parameters: value k is net `patch_numbers[k]` times column k of the basis.
+
+    `nets` (K, P, d) are P nets of K control points; `basis` has the shape (K, m).
+    """
     if nets.shape[1] == 1:
         return basis.T @ nets[:, 0]
     values: FloatArray = np.einsum("km,kmd->md", basis, nets[:, patch_numbers])
@@ -156,18 +161,18 @@ def localize(patches: TrianglePatches) -> LocalTriangles:
 
 
 def tensor_u(
-    patches: TrianglePatches, patch_numbers: NDArray[np.intp], places: FloatArray
+    patches: TrianglePatches, patch_numbers: NDArray[np.intp], barycentric: FloatArray
 ) -> FloatArray:
     """The parameter u = s / (r + s) of barycentric coordinates (m, 3) in the tensor-product form.
 
     At the corner t = 1, where r + s = 0, u chooses the direction from which a limit is taken. If
     one of the two sides at the corner is a point, u is on the other side; else u is 1/2.
     """
-    r, s, _ = places.T
+    r, s, _ = barycentric.T
     sides = patches.collapsed[patch_numbers]
-    middle = (1.0 + sides[:, 0] - sides[:, 1]) / 2.0
+    u_at_corner = (1.0 + sides[:, 0] - sides[:, 1]) / 2.0
     is_regular = r + s > 0
-    return np.where(is_regular, s / np.where(is_regular, r + s, 1.0), middle)
+    return np.where(is_regular, s / np.where(is_regular, r + s, 1.0), u_at_corner)
 
 
 def _longest_vectors(nets: FloatArray) -> FloatArray:

@@ -35,8 +35,8 @@ def find_scales(
     Parameters
     ----------
     points, logs : ndarray of float64, shapes (B, 3) and (B,)
-        Border points, and the logarithms of their weights. Points of sides that are one edge, and
-        points at one corner, must already be equal.
+        The control points on the borders of all patches, and the logarithms of their weights.
+        Points of sides that are one edge, and points at one corner, must already be equal.
     surface_of_point : ndarray of int, shape (B,)
         The number of the surface of each border point, in ascending order.
     tolerance : float
@@ -106,10 +106,12 @@ def _find_meeting_surfaces(
     surface_of_point: Ints,
     tolerance: float,
 ) -> tuple[Ints, Ints, FloatArray]:
-    """Pairs of surfaces that meet, and the differences of their s_k: three arrays (N,).
+    """Pairs of surfaces that meet, and s of the second less s of the first: three arrays (N,).
 
     A difference near 0 becomes 0. Pairs are in the order of the corners where the surfaces meet.
     """
+    # Corners are numbered in the order of their coordinates. Each side gets the direction from its
+    # lower to its higher corner.
     ends = np.concatenate([rows[:, [0, -1]] for rows, _ in pattern.sides if rows.shape[1] > 1])
     corners = points[ends.ravel()]
     order = np.lexsort(corners.T[::-1])
@@ -122,6 +124,8 @@ def _find_meeting_surfaces(
         corner_pair[is_reversed, ::-1],
         ends[is_reversed, ::-1],
     )
+    # Sides between the same two corners are compared with the first of them, the leader. If the
+    # ratios of their weights at both corners are equal up to the tolerance of each, they agree.
     end_logs = logs[ends]
     order = np.lexsort((end_logs[:, 1], end_logs[:, 0], corner_pair[:, 1], corner_pair[:, 0]))
     ends, corner_pair, end_logs = ends[order], corner_pair[order], end_logs[order]

@@ -17,7 +17,8 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
     """One model of the placed members with these numbers, and whether each was mirrored.
 
     A patch is placed by placing its control points. If a placement mirrors, u and v are exchanged,
-    so that du × dv stays on the same side of the surface.
+    so that du × dv stays on the same side of the surface. The control nets of the request lose
+    their channels, because meshes only draw them as lines.
     """
     batches: list[Patches] = []
     parts: list[Part] = []
@@ -34,6 +35,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         is_mirrored = _is_mirror(member)
         are_mirrored.append(is_mirrored)
         oriented, order = _exchange_parameters(model) if is_mirrored else (model, None)
+        # Adding 0.0 turns −0.0 into 0.0, so that equal points have equal bits.
         for batch in oriented.batches:
             placed = place_points(batch.points.reshape(-1, 3), member.matrix)
             batches.append(replace(batch, points=placed.reshape(batch.points.shape) + 0.0))
@@ -57,6 +59,7 @@ def compose(group: GroupModel, numbers: Sequence[int]) -> tuple[PatchModel, tupl
         first += oriented.patch_count
         merged_knots += oriented.merged_knots
         stretch = 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3], 2))
+        # The last factor makes the distance an upper bound in spite of rounding.
         distance = max(distance, oriented.moved * stretch * (1 + 2.0**-40))
     return (
         PatchModel(
@@ -104,6 +107,7 @@ def _exchange_parameters(model: PatchModel) -> tuple[PatchModel, Ints]:
     batches: list[Patches] = []
     first = 0
     for batch in model.batches:
+        # The patches of a domain are in one batch, so this batch has the same patches as before.
         part = batch.take(source[first : first + batch.count] - first)
         first += batch.count
         if isinstance(part, TrianglePatches):

@@ -1,8 +1,8 @@
 """Finds corners that lie on open edges, and not at their ends.
 
 For a corner c and the curve B of an edge, Gauss–Newton steps t ← t − (B(t) − c) · B' / B' · B' lead
-from the nearest of some samples to the nearest parameter t. The corner is on the edge if B(t) is
-near c.
+from the nearest of some samples to the nearest parameter t. The corner is on the edge if B(t) is at
+most `reach`, in model units, from c.
 """
 
 from collections.abc import Iterator, Sequence
@@ -50,7 +50,7 @@ MAX_SLACK = 1e-6
 def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
     """Pairs (n, 2) of numbers of borders: a corner of the second border is on an edge of the first.
 
-    If more than `MAX_PAIRS` edges and corners must be compared, the result has no pairs.
+    The result is empty if more than `MAX_PAIRS` pairs of an edge and a corner must be compared.
     """
     edge_ends = np.cumsum([0, *(len(border.begin) for border in borders)])
     corner_ends = np.cumsum([0, *(len(border.corners) for border in borders)])
@@ -64,9 +64,12 @@ def find_corners_on_edges(borders: Sequence[OpenBorder], reach: float) -> Ints:
             curves_by_form.setdefault(form, []).append(replace(curve, ids=curve.ids + first_edge))
     number = np.arange(edge_ends[-1])
     edges = OpenEdges(
-        tuple(_join_curves(curves) for curves in curves_by_form.values()),
-        *(number, number, np.concatenate(begin), np.concatenate(end)),
-        np.concatenate([border.corners for border in borders]),
+        curves=tuple(_join_curves(curves) for curves in curves_by_form.values()),
+        row=number,
+        side=number,  # The search for corners reads only the length of this array.
+        begin=np.concatenate(begin),
+        end=np.concatenate(end),
+        corners=np.concatenate([border.corners for border in borders]),
     )
     edge, corner = find_corner_candidates(edges, reach)
     borders_of_pair = [np.searchsorted(edge_ends, edge, side="right") - 1]
@@ -92,7 +95,7 @@ def _join_curves(curves: Sequence[EdgeCurves]) -> EdgeCurves:
 
 
 def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
-    """Pairs of an open edge and a corner: edges (K,) and corners (K,).
+    """Pairs of an open edge and a corner, by their numbers: edges (K,) and corners (K,).
 
     The corner of a pair is within the bounds of the net of the edge, and is not an end of the edge.
     If far more than `MAX_PAIRS` pairs must be compared, the arrays are empty.
@@ -102,6 +105,7 @@ def find_corner_candidates(edges: OpenEdges, reach: float) -> tuple[Ints, Ints]:
     for group, rows, number in iterate_degrees(edges):
         extents = group.points[rows] @ DIRECTIONS.T
         low[number], high[number] = extents.min(axis=1), extents.max(axis=1)
+    # The longest of the directions has the length √3 < 2.
     margin = 2 * reach + 2.0**-48 * float(np.abs(low).max() + np.abs(high).max())
     low -= margin
     high += margin
@@ -154,7 +158,7 @@ def place_corners(
     Returns
     -------
     at : ndarray of float64, shape (K,)
-        Parameters of the edges.
+        Parameters of the edges; meaningful only where `is_on`.
     slack : ndarray of float64, shape (K,)
         The largest difference of parameters that count as equal.
     is_on : ndarray of bool, shape (K,)
@@ -196,6 +200,7 @@ def place_corners(
                 is_near & (ends > (MIN_END_DISTANCE * reach) ** 2) & (t > 0) & (t < 1),
             )
             speed = np.sqrt(np.square(slope).sum(axis=1))
+            # A step of 4 `reach` along the curve; `reach` as the least speed avoids division by 0.
             slack[pairs] = np.minimum(4 * reach / np.maximum(speed, reach), MAX_SLACK)
     return at, slack, is_on
 

@@ -25,9 +25,10 @@ ROUNDING = 2.0**-49
 class Lines:
     """K parameter lines along which surfaces are cut, sorted by surface, axis and parameter.
 
-    All arrays have the shape (K,). `surface` is the number of a surface in `surfaces_of`. `axis` is
-    0 if u is constant along the line, 1 if v is. `span` is the number of the knot span that the
-    line cuts, and `at`, between 0 and 1, is the parameter within this span.
+    All arrays have the shape (K,). `surface` is the number of a surface in the tuple that
+    `surfaces_of` returns. `axis` is 0 if u is constant along the line, 1 if v is. `span` is the
+    number of the knot span that the line cuts, and `at`, between 0 and 1, is the parameter within
+    this span.
     """
 
     surface: Ints
@@ -73,6 +74,8 @@ def cut(model: PatchModel, lines: Lines) -> PatchModel:
     owners: list[Ints] = []
     domains: list[Domain] = []
     next_patch = added_patches = 0
+    # For each surface with lines: first the patches between the surface before and this surface,
+    # which are not cut, then the pieces of this surface. The last number stands for the end.
     for number in [*sorted(runs), len(surfaces)]:
         stop = surfaces[number].first if number < len(surfaces) else model.patch_count
         domains += [

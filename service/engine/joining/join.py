@@ -45,7 +45,8 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
     Parameters
     ----------
     tolerance : float
-        Share of the diagonal of the box about the control points; 0 changes nothing.
+        The largest distance of points that count as equal, as a share of the diagonal of the box
+        about the control points; 0 changes nothing.
     allow : callable
         Called with each model that was cut; it raises an error if the model is too large.
     """
@@ -55,7 +56,7 @@ def join(model: PatchModel, tolerance: float, allow: Allow = allow_any) -> tuple
 def join_further(
     model: PatchModel, seams: Seams | None, tolerance: float, allow: Allow
 ) -> tuple[PatchModel, Seams]:
-    """The result of `join`, given the `seams` of `connect_if_apart`."""
+    """The result of `join`, given the `seams` of `connect_if_apart`, which may be None."""
     model, seams = _snap_model(model, seams, tolerance)
     if not (tolerance and may_be_cut(model, seams)):
         return model, seams

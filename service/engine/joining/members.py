@@ -51,8 +51,11 @@ class JoinedGroup:
 
 
 def join_group(group: GroupModel, options: MeshOptions, allow: Allow = allow_any) -> JoinedGroup:
-    """The group with its members joined, unless lines or wires are drawn on its members."""
-    if options.has_wires or options.overlays or not options.has_faces:
+    """The group with its members joined, unless lines or wires are drawn on its members.
+
+    A mesh without faces always has lines or wires.
+    """
+    if options.has_wires or options.overlays:
         joined = join_each(group, options.weld_tolerance)
         return JoinedGroup(joined, group.members, tuple(range(len(group.members))), ())
     return join_members(group, options.weld_tolerance, allow)
@@ -64,7 +67,8 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
     Parameters
     ----------
     tolerance : float
-        Share of the diagonal of the box about the control points; with 0 no member is joined.
+        The largest distance of points that count as equal, as a share of the diagonal of the box
+        about the control points; with 0 no member is joined.
     allow : callable
         Called with each model that was cut or joined; it raises an error if the model is too large.
     """
@@ -120,6 +124,7 @@ def join_members(group: GroupModel, tolerance: float, allow: Allow = allow_any) 
             new_numbers[n] = len(members)
             members.append(member)
     used_models = sorted({member.model for member in members})
+    # Each joined model alone was allowed above; now all of them together.
     allow(*(model for model in models[len(group.models) :] if isinstance(model, PatchModel)))
     new_model_numbers = {
         old_number: new_number for new_number, old_number in enumerate(used_models)

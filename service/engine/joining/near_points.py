@@ -19,7 +19,8 @@ MAX_ROUNDS = 8
 
 MAX_CROWD = 16
 """The most points of a crowd whose pairs are all compared. A crowd is a set of points that is wider
-than `reach` and that no gap along an axis divides. A larger crowd has no groups."""
+than `reach` and that no gap along an axis divides. A search finds no groups in a larger crowd, but
+the next, finer search may divide the crowd."""
 
 CHUNK = 1 << 12
 """The number of crowds whose pairs are compared together."""
@@ -50,9 +51,9 @@ def group_near_points(points: FloatArray, reach: float) -> Ints:
 
 def _find_groups(points: FloatArray, reach: float) -> tuple[Ints, Bools]:
     """For each point (N,), the first point of its group, and whether a finer search may help."""
-    group = _separate_by_gaps(points, reach)
-    order = np.argsort(group, kind="stable")
-    starts = run_starts(group[order])
+    set_number = _separate_by_gaps(points, reach)
+    order = np.argsort(set_number, kind="stable")
+    starts = run_starts(set_number[order])
     sizes = np.diff(starts, append=len(order))
     ordered = points[order]
     low, high = np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
@@ -82,36 +83,40 @@ def run_starts(ordered: Ints) -> Ints:
 
 
 def _separate_by_gaps(points: FloatArray, reach: float) -> Ints:
-    """Numbers (N,) of groups that are separated by gaps along an axis, wider than `reach`."""
-    group = np.zeros(len(points), dtype=np.intp)
+    """The number of the set of each point, (N,).
+
+    A gap wider than `reach` along an axis divides a set. A set without a gap is a group, a crowd or
+    a single point.
+    """
+    set_number = np.zeros(len(points), dtype=np.intp)
     remaining = np.arange(len(points))
     for _ in range(MAX_ROUNDS):
-        group_count = len(np.unique(group))
+        set_count = len(np.unique(set_number))
         for axis in range(3):
             coordinate = points[remaining, axis]
-            order = np.lexsort((coordinate, group[remaining]))
+            order = np.lexsort((coordinate, set_number[remaining]))
             remaining, coordinate = remaining[order], coordinate[order]
             is_first = np.ones(len(remaining), dtype=bool)
-            is_first[1:] = (group[remaining[1:]] != group[remaining[:-1]]) | (
+            is_first[1:] = (set_number[remaining[1:]] != set_number[remaining[:-1]]) | (
                 coordinate[1:] - coordinate[:-1] > reach
             )
-            # Groups that are final have numbers below zero.
-            group[remaining] = np.cumsum(is_first) - 1
+            # Single points are final, and get numbers below zero.
+            set_number[remaining] = np.cumsum(is_first) - 1
             is_last = np.append(is_first[1:], True)
             is_single = is_first & is_last
-            group[remaining[is_single]] = -1 - remaining[is_single]
+            set_number[remaining[is_single]] = -1 - remaining[is_single]
             remaining = remaining[~is_single]
             if not len(remaining):
-                return group
-        if len(np.unique(group)) == group_count:
+                return set_number
+        if len(np.unique(set_number)) == set_count:
             break
-    return group
+    return set_number
 
 
 def _find_leaders_in_crowds(points: FloatArray, reach: float) -> Ints:
-    """For each point of G crowds (G, m, 3), the first point of its component, or itself.
+    """For each point of G crowds (G, m, 3), the first point of its component, or itself; (G, m).
 
-    A point of a component that is wider than `reach` gets itself.
+    Points are numbered within their crowd. A point of a component that is not a group gets itself.
     """
     differences = points[:, :, None] - points[:, None]
     is_near: Bools = np.square(differences).sum(axis=3) <= reach**2

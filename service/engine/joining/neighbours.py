@@ -1,7 +1,7 @@
 """Finds members of a group that may have an edge in common.
 
-Two members may have an edge in common if a corner of one member is on the border of the other. Only
-members with the same channels are compared, and only if their bounding boxes meet.
+Two members may have an edge in common if a corner of one member is on the border of the other, and
+both have the same channels. Members whose bounding box meets no other box are left out.
 """
 
 from collections.abc import Mapping
@@ -29,8 +29,10 @@ def find_neighbours(
 ) -> list[list[int]]:
     """Lists of members that may meet, directly or through other members of their list.
 
-    Two members may meet if a corner of one member is on the border of the other. `seams` has the
-    seams of each model by its number. The result has the numbers of members, in order.
+    Two members may meet if a corner of one member is on the border of the other, and both have the
+    same channels. `seams` has the seams of each model by its number; sweeps have none. `tolerance`
+    is the largest distance of points that count as equal, as a share of the diagonal of the box
+    about the corners. The result has the numbers of members, in order.
     """
     placed: list[OpenBorder] = []
     members_of_borders: list[int] = []

@@ -47,9 +47,10 @@ def replace_by_raised_nets(
 ) -> None:
     """Replaces points and weights of borders by the raised net of the same curve in a lower degree.
 
-    The points (B, 3) of an edge are overwritten if an edge of lower degree, after raising, has all
-    its points at most `reach` away, and nearly equal weights. Both edges must already have equal
-    corners.
+    The points (B, 3) of an edge are overwritten if an edge of lower degree has nearly the same net
+    after raising: the mean square of the distances of the points in units of `reach`, plus that of
+    the differences of the logarithms of weights in units of `log_tolerance`, is at most 1. Both
+    edges must already have equal corners.
     """
     comparable_weights = None if weights is None else weights.values / weights.factors
     connectivity = pattern.connectivity
@@ -63,8 +64,10 @@ def replace_by_raised_nets(
     pair, edges, higher_degree = find_candidates(
         ~connectivity.collapsed.ravel()[side], degree, begin, end
     )
-    is_line = begin[edges] != end[edges]
-    pair, edges, higher_degree = pair[is_line], edges[is_line], higher_degree[is_line]
+    # Corners give an edge a direction; an edge that ends at its beginning has none, and stays.
+    has_two_ends = begin[edges] != end[edges]
+    pair, edges = pair[has_two_ends], edges[has_two_ends]
+    higher_degree = higher_degree[has_two_ends]
     for common_degree in np.unique(higher_degree).tolist():
         rows = np.flatnonzero(higher_degree == common_degree)
         rows = rows[np.lexsort((edges[rows], pair[rows]))]
@@ -89,6 +92,7 @@ def replace_by_raised_nets(
         group = first_of_pair[number.reshape(-1)]
         leader = find_leaders(group, values.reshape(len(rows), -1), distance)
         for row in np.flatnonzero(degrees[leader] < degrees).tolist():
+            # An edge between the lowest and the highest degree would get too many points.
             if degrees[row] < common_degree:
                 continue
             net = nets[leader[row]] if not is_reversed[row] else nets[leader[row], ::-1]

@@ -68,6 +68,7 @@ def find_cuts(seams: Seams, reach: float) -> Cuts:
         Model units. Points at most this far apart count as equal.
     """
     connectivity, arrays = seams.connectivity, []
+    # With 1 or 2 open edges, the only corners on edges are those of two loops, which stay uncut.
     if connectivity.open_count < 3:
         return NO_CUTS
     for group in seams.curves:

@@ -14,13 +14,14 @@ neighbours, may differ by rounding. Connectivity compares points bit for bit
   (`raised_edges`);
 - corners, and sides whose points are all in one group, get the first point of their group in
   dictionary order;
-- a patch becomes a curve if two of its opposite sides become one edge (`thin_patches`).
+- a patch about as narrow as the distance of near points becomes a curve if two of its opposite
+  sides become one edge (`thin_patches`).
 
 So positions depend on the nets that meet and not on their order. Borders that are already equal do
 not change.
 
 How far does the surface S = Σ b_i P_i move, with b_i = w_i B_i / Σ w_j B_j? New control points move
-S by at most the largest distance of an old control point from its new place. New weights move S
+S by at most the largest distance of an old control point from the new one. New weights move S
 too: if the changes of all ln w_i lie in an interval of length h, each b_i changes by a factor
 between e^−h and e^h. Let M be the middle of the box about the patch, and D its diagonal. Then S − M
 = Σ b_i (P_i − M) changes by at most (e^h − 1) D / 2.
@@ -64,8 +65,9 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
     Parameters
     ----------
     tolerance : float
-        Points are near if their distance is at most this share of the diagonal. (The least distance
-        allows for rounding: `service.engine.mesh.equal_points.find_weld_distance`.)
+        Points are near if their distance is at most this share of the diagonal of the box about the
+        control points, or at most as large as rounding errors may be
+        (`service.engine.mesh.equal_points.find_weld_distance`).
     """
     checkpoint()
     runs = [border_points(batch) for batch in model.batches]
@@ -85,7 +87,7 @@ def snap(model: PatchModel, tolerance: float) -> PatchModel:
             scale,
             weight_tolerance,
         )
-    if not pattern.is_certain:
+    if not pattern.is_certain:  # edges of several degrees may be one curve
         replace_by_raised_nets(pattern, points, weights, distance)
     if weights is not None:
         change = np.log(weights.values / old_weights)
@@ -160,6 +162,7 @@ def _make_inner_points_equal(
     if not len(is_changed):
         return
     rows, edge = rows[is_changed], edge[is_changed]
+    # The order of nets must not depend on the direction of their edge.
     oriented, _, _ = orient_edges(nets[is_changed], None)
     order = np.lexsort((*oriented.reshape(len(oriented), -1).T[::-1], edge))
     order = order[run_starts(edge[order])]

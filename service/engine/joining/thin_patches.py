@@ -1,4 +1,4 @@
-"""Replaces thin patches by curves: patches no wider than the distance of equal points.
+"""Replaces thin patches by curves: patches about as narrow as the distance of equal points.
 
 A knot span about as short as this distance lowers to thin patches. Narrow triangles are thin, too.
 After near points were made equal (`service.engine.joining.snap`), the control points of the two
@@ -40,6 +40,8 @@ def collapse_thin_patches(
         Points, and logarithms of weights, at most this far apart count as equal.
     """
     new_batches, max_distance = list(batches), 0.0
+    # `rows` are patches whose long sides are one edge. For each control point of a net, `line` has
+    # the control point on a long side that is on the same line from side to side.
     for batch_number, rows, line in find_thin(batches, connectivity):
         batch = new_batches[batch_number]
         nets, net_weights = flatten_nets(batch, rows)

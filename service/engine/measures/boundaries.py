@@ -1,4 +1,4 @@
-"""Joins open sides to chains, the borders of a surface; its patches are on their left."""
+"""Joins open sides to the borders of a surface; its patches are on their left."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from service.surface.sides import BEGINS, ENDS
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class Border:
     """Open sides, each of which begins where the side before ends.
 
     `sides` are numbers patch · 4 + side. `is_closed` says whether the last side ends where the
@@ -21,24 +21,26 @@ class Chain:
     is_closed: bool
 
 
-def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
-    """The open sides as chains with the patches on their left, in the order of their first sides.
+def join_open_sides(seams: Seams, oriented: OrientedSides) -> list[Border]:
+    """The open sides as borders with the patches on their left, in the order of their first sides.
 
-    If several open sides begin at a corner, a chain continues with the unused side of the least
+    If several open sides begin at a corner, a border continues with the unused side of the least
     number.
     """
     sides = np.flatnonzero(oriented.is_open.ravel())
     begins, ends = (seams.corner[:, corners].ravel()[sides] for corners in (BEGINS, ENDS))
+    # A side that has its patch on the right is passed from its end to its beginning.
     is_reversed = np.tile(LEFT < 0, len(seams.edge))[sides]
     begins, ends = np.where(is_reversed, ends, begins), np.where(is_reversed, begins, ends)
+    # The positions in `sides` of the sides that begin at each corner, the least number last.
     after: dict[int, list[int]] = {}
     for k in range(len(sides) - 1, -1, -1):
         after.setdefault(int(begins[k]), []).append(k)
     end_corners = set(ends.tolist())
     is_unused = np.ones(len(sides), dtype=bool)
-    chains = []
-    # Begin first at sides that follow no other side: a chain that began in the middle of an open
-    # border would divide it.
+    borders = []
+    # Begin first at sides that follow no other side: a beginning in the middle of a border would
+    # divide it.
     starts = [k for k, corner in enumerate(begins.tolist()) if corner not in end_corners]
     for start in (*starts, *range(len(sides))):
         if not is_unused[start]:
@@ -55,5 +57,5 @@ def chain_open_sides(seams: Seams, oriented: OrientedSides) -> list[Chain]:
             if not following:
                 break
             k = following[-1]
-        chains.append(Chain(tuple(numbers), bool(ends[k] == begins[start])))
-    return sorted(chains, key=lambda chain: chain.sides[0])
+        borders.append(Border(tuple(numbers), bool(ends[k] == begins[start])))
+    return sorted(borders, key=lambda border: border.sides[0])

@@ -99,7 +99,10 @@ def group_cells(nets: QueryNets, noise: float, patches: Bools | None = None) -> 
 
 
 def cells_of(nets: FloatArray, patch: Ints, noise: float) -> Cells:
-    """Nets (K, p+1, q+1, d) as cells that are not halved yet."""
+    """Nets (K, p+1, q+1, d) as cells that are not halved yet.
+
+    Homogeneous nets are divided by powers of two, so that weights are as `Cells` requires.
+    """
     ordered = np.ascontiguousarray(nets.transpose(3, 1, 2, 0))
     if len(ordered) == 4:
         _, exponent = np.frexp(ordered[3].max(axis=(0, 1)))

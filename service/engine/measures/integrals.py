@@ -3,7 +3,7 @@
 Only bounds are computed while cells are halved; the integrals are computed once, at the end. In
 each round the cells with the smallest errors are accepted, as long as their errors add up to at
 most half of the errors that are still allowed. The other cells are halved, each in the direction in
-which its function changes more. The interval always includes the errors of all cells, even if the
+which its integrand changes more. The interval always includes the errors of all cells, even if the
 budget ends before they are small enough.
 """
 
@@ -39,8 +39,8 @@ class Integrals:
 
     Attributes
     ----------
-    sums : ndarray of float64, shape (1, K) or (4, K)
-    errors : ndarray of float64, shape (1, K) or (2, K)
+    sums : ndarray of float64, shape (1, K), or (4, K): the flux, and the moment's coordinates
+    errors : ndarray of float64, shape (1, K), or (2, K): of the flux and of the moment
     patch : ndarray of int, shape (K,)
     """
 
@@ -115,8 +115,9 @@ def bound_growth(groups: list[Cells]) -> float:
             exact_nets, moved_nets = (
                 CellNets(cells.take(rows), noise) for noise in (0.0, cells.noise)
             )
-            (a, b), (c, d) = exact_nets.stretches, moved_nets.stretches
-            growths.append(float((c * d - a * b).sum()))
+            # A and B, then A + a and B + b.
+            (exact_u, exact_v), (moved_u, moved_v) = exact_nets.stretches, moved_nets.stretches
+            growths.append(float((moved_u * moved_v - exact_u * exact_v).sum()))
     return fsum(growths) * UPWARDS
 
 
@@ -139,18 +140,20 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
     budget : int
         The most control points of all cells; but at least three times those of the patches.
     """
+    # The flux of a polynomial patch is a polynomial, for which a rule is exact.
     has_closed_form = kind == "flux"
     exact = [cells for cells in groups if has_closed_form and not cells.is_rational]
     open_cells = [
         _bound(cells, kind) for cells in groups if not has_closed_form or cells.is_rational
     ]
     accepted: list[BoundedCells] = []
-    size = sum(cells_bound.cells.size for cells_bound in open_cells)
+    size = sum(bounded.cells.size for bounded in open_cells)
+    # `share` of the allowed errors is still allowed; accepted cells have used the rest.
     remaining_points, share, excess = max(budget - size, 2 * size), 1.0, 0.0
     for _ in range(MAX_ROUNDS):
         checkpoint()
         errors = np.concatenate(
-            [np.zeros(0), *(cells_bound.relative_errors(allowed) for cells_bound in open_cells)]
+            [np.zeros(0), *(bounded.relative_errors(allowed) for bounded in open_cells)]
         )
         order = np.argsort(errors, kind="stable")
         summed_errors = np.cumsum(errors[order])
@@ -159,10 +162,8 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
             break
         points = np.concatenate(
             [
-                np.full(
-                    len(bounded_cells.cells), bounded_cells.cells.size // len(bounded_cells.cells)
-                )
-                for bounded_cells in open_cells
+                np.full(len(bounded.cells), bounded.cells.size // len(bounded.cells))
+                for bounded in open_cells
             ]
         )
         accepted_count = int(np.searchsorted(summed_errors, share / 2, side="right"))
@@ -178,15 +179,15 @@ def refine(groups: list[Cells], kind: Kind, allowed: FloatArray, budget: int) ->
         is_halved = np.ones(len(order), dtype=bool)
         is_halved[order[:accepted_count]] = False
         remaining_points -= int(points[is_halved].sum())
-        ends = np.cumsum([0] + [len(cells_bound.cells) for cells_bound in open_cells])
+        ends = np.cumsum([0] + [len(bounded.cells) for bounded in open_cells])
         accepted += [
-            bounded_cells.take(~is_halved[a:b])
-            for bounded_cells, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
+            bounded.take(~is_halved[a:b])
+            for bounded, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
         ]
         open_cells = [
             half
-            for bounded_cells, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
-            for half in bounded_cells.take(is_halved[a:b]).halve(kind)
+            for bounded, a, b in zip(open_cells, ends[:-1], ends[1:], strict=True)
+            for half in bounded.take(is_halved[a:b]).halve(kind)
         ]
     return Refinement(kind, exact, [*accepted, *open_cells], excess)
 

@@ -12,7 +12,7 @@ import numpy as np
 from service.bases.arrays import Ints
 from service.bases.homogeneous import to_homogeneous
 from service.engine.joining.join import Allow, allow_any
-from service.engine.measures.boundaries import chain_open_sides
+from service.engine.measures.boundaries import join_open_sides
 from service.engine.measures.cells import Cells, cells_of, group_cells
 from service.engine.measures.integrals import estimate
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
@@ -44,9 +44,10 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
     Raises
     ------
     InvalidRequest
-        `not_parametric`, of tubes and ribbons.
+        `not_parametric`: tubes and ribbons have no measures.
     TooLarge
-        `too_costly`, if a larger tolerance can be reached within the budget of the query.
+        `too_costly`: the budget of the query does not suffice for its tolerance, but for a larger
+        one.
     """
     patch_model, part, source = sources(lowered, query.weld_tolerance, allow)
     precision = Precision(query)
@@ -77,8 +78,8 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         int(is_open.sum()),
         int((~is_open).sum()),
         tuple(
-            FaultyEdge(bool(is_open_alone), source.place(int(side)))
-            for side, is_open_alone in zip(sides[:MAX_LISTED], is_open, strict=False)
+            FaultyEdge(bool(is_side_open), source.place(int(side)))
+            for side, is_side_open in zip(sides[:MAX_LISTED], is_open, strict=False)
         ),
         tuple(
             PartMeasures(size.name, area, *solid)
@@ -118,31 +119,30 @@ def _measure_boundaries(
 
     The list is empty if the query will be refused.
     """
-    chains = chain_open_sides(source.seams, oriented)
-    if not chains:
+    borders = join_open_sides(source.seams, oriented)
+    if not borders:
         return Interval(0.0, 0.0, 0.0), []
-    edges = np.concatenate([oriented.edge.ravel()[list(chain.sides)] for chain in chains])
-    chain_of_edge = np.full(len(source.seams.users), -1)
-    chain_of_edge[edges] = np.repeat(
-        np.arange(len(chains)), [len(border.sides) for border in chains]
-    )
+    edges = np.concatenate([oriented.edge.ravel()[list(border.sides)] for border in borders])
+    numbers = np.arange(len(borders))
+    border_of_edge = np.full(len(source.seams.users), -1)
+    border_of_edge[edges] = np.repeat(numbers, [len(border.sides) for border in borders])
     origin, scale, _ = frame(*source.model.bounds)
     noise = (source.noise + source.moved) / scale
+    # In cells of curves, the number of the border stands for the number of the patch.
     groups = []
     for curves in source.seams.curves:
-        rows = chain_of_edge[curves.ids] >= 0
+        rows = border_of_edge[curves.ids] >= 0
         if rows.any():
             weights = None if curves.weights is None else curves.weights[rows]
             pieces = to_homogeneous((curves.points[rows] - origin) / scale, weights)
             groups.append(
-                cells_of(pieces[:, :, np.newaxis], chain_of_edge[curves.ids[rows]], noise)
+                cells_of(pieces[:, :, np.newaxis], border_of_edge[curves.ids[rows]], noise)
             )
-    numbers = np.arange(len(chains))
-    lengths = _measure_sizes("the borders", groups, numbers, len(chains), precision)
+    lengths = _measure_sizes("the borders", groups, numbers, len(borders), precision)
     if not lengths:
         return Interval(0.0, 0.0, 0.0), []
     total, *each_length = [length.times(scale) for length in lengths]
     return total, [
         Boundary(length, len(border.sides), border.is_closed, source.place(border.sides[0]))
-        for length, border in zip(each_length, chains, strict=True)
+        for length, border in zip(each_length, borders, strict=True)
     ]

@@ -13,7 +13,8 @@ B ≥ |S_v|, r ≥ |S − c| and w ≥ w₀ over the cell,
 The bound β for S_v has the same form. The error of N is at most ν = A β + α B + α β + 8 u A B. With
 R = |c − o| + r, the error of a term is at most ν + 4 u A B for the area, R ν + (σ + 4 u R) A B for
 the flux, and R² ν + (2 σ + 8 u R) R A B for the moment. The relative error of a weight is at most 2
-u, and the error of a sum of m² terms is at most (m² + 16) u times the largest term.
+u. The errors of the weights and of the sum of m² terms, and for the area the 4 u A B, are together
+at most (m² + 16) u times the largest term.
 """
 
 import numpy as np
@@ -34,13 +35,13 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
     errors : ndarray of float64, shape (1, K), or (2, K): of the flux and of the moment, in length
     """
     axes = len(nets.x_partials)
-    place = at_nodes(nets.x, count, axes)
+    position = at_nodes(nets.x, count, axes)
     partials = [at_nodes(net, count, axes) for net in nets.x_partials]
     if nets.w is not None:
         w = at_nodes(nets.w, count, axes)
-        place /= w
+        position /= w
         for step, net in zip(partials, nets.w_partials, strict=True):
-            np.subtract(step, place * at_nodes(net, count, axes), out=step)
+            np.subtract(step, position * at_nodes(net, count, axes), out=step)
             np.divide(step, w, out=step)
     normal = partials[0]
     shares = weights_at_nodes(count)
@@ -50,11 +51,11 @@ def apply_rule(nets: CellNets, kind: Kind, count: int) -> tuple[FloatArray, Floa
     errors = bound_rounding(nets, kind, count)
     if kind == "size":
         return np.asarray(shares @ lengths(normal))[np.newaxis], errors
-    place += nets.center[:, np.newaxis]
-    flux = (place * normal).sum(axis=0)
+    position += nets.center[:, np.newaxis]  # from S − c to S: the origin o is 0
+    flux = (position * normal).sum(axis=0)
     sums = np.empty((4, flux.shape[1]))
     sums[0] = shares @ flux
-    sums[1:] = shares @ (place * flux)
+    sums[1:] = shares @ (position * flux)
     return sums, errors
 
 
@@ -77,31 +78,36 @@ def bound_rounding(nets: CellNets, kind: Kind, count: int) -> FloatArray:
     def error_of(net: Net) -> FloatArray:
         return np.asarray(net.noise + 16 * (n + 2) * UNIT * net.largest)
 
-    place = error_of(nets.x)
+    position_error = error_of(nets.x)
     if nets.w is not None:
-        place = (place + reach * error_of(nets.w)) / min_weight
-    place = place + 8 * UNIT * reach
-    normals = []
+        position_error = (position_error + reach * error_of(nets.w)) / min_weight
+    position_error = position_error + 8 * UNIT * reach
+    partial_errors = []
     for k, (x, max_partial) in enumerate(zip(nets.x_partials, nets.stretches, strict=True)):
         error = error_of(x)
         if nets.w is not None:
             w = nets.w_partials[k]
             slope = w.largest / min_weight
             error = (error + reach * error_of(w) + max_partial * error_of(nets.w)) / min_weight
-            error = error + place * slope + 8 * UNIT * reach * slope
-        normals.append(error + 8 * UNIT * max_partial)
-    area, normal = nets.stretches[0], normals[0]
-    if len(normals) > 1:
-        (a, b), (alpha, beta) = nets.stretches, normals
-        area = a * b
-        normal = a * beta + alpha * b + alpha * beta + 8 * UNIT * area
+            error = error + position_error * slope + 8 * UNIT * reach * slope
+        partial_errors.append(error + 8 * UNIT * max_partial)
+    # A bound of |N| and of its error; of |S_u| and its error for curves.
+    max_normal, normal_error = nets.stretches[0], partial_errors[0]
+    if len(partial_errors) > 1:
+        (a, b), (alpha, beta) = nets.stretches, partial_errors
+        max_normal = a * b
+        normal_error = a * beta + alpha * b + alpha * beta + 8 * UNIT * max_normal
     sum_rounding = (count**2 + 16) * UNIT
     if kind == "size":
-        return np.asarray((normal + sum_rounding * area) * UPWARDS)[np.newaxis]
+        return np.asarray((normal_error + sum_rounding * max_normal) * UPWARDS)[np.newaxis]
     max_distance = lengths(nets.center) + reach
-    flux = max_distance * normal + (place + (sum_rounding + 4 * UNIT) * max_distance) * area
+    flux = (
+        max_distance * normal_error
+        + (position_error + (sum_rounding + 4 * UNIT) * max_distance) * max_normal
+    )
     moment = max_distance * (
-        max_distance * normal + (2 * place + (sum_rounding + 8 * UNIT) * max_distance) * area
+        max_distance * normal_error
+        + (2 * position_error + (sum_rounding + 8 * UNIT) * max_distance) * max_normal
     )
     return np.asarray(np.stack([flux, moment]) * UPWARDS)
 
