@@ -137,8 +137,8 @@ export interface paths {
          *     starting point, and misses no minimum. Tubes and ribbons have no closest points
          *     (`not_parametric`).
          *
-         *     Many points are sent faster as a NumPy file. The query then names a stored or built-in surface,
-         *     and has the other fields.
+         *     Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
+         *     built-in surface, and has the other fields.
          */
         post: operations["projectPoints"];
         delete?: never;
@@ -977,7 +977,7 @@ export interface components {
             ];
             /**
              * Knots
-             * @description Knots along u and along v, each a list of numbers or a name; or one name for both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that occurs degree times the surface has a crease, and at one that occurs degree + 1 times it is discontinuous. With `clamped`, the default, the surface reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly, and its control points are not repeated. The intervals of named knots have length 1, and the first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are made equal, up to degree of them. The first and the last knot have no effect and may both be left out.
+             * @description Knots along u and along v, each a list of numbers or a name; or one name for both. Numbers never decrease, and each occurs at most degree + 1 times. At a knot that occurs degree times the surface has a crease, and at one that occurs degree + 1 times it is discontinuous. With `clamped`, the default, the surface reaches its first and last control points; with `uniform` it does not; with `periodic` it closes smoothly, and its control points are not repeated. The intervals of named knots have length 1, and the first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are made equal, unless more than degree of them (at an end of the domain, degree + 1) would be equal. The first and the last knot have no effect and may both be left out.
              * @default [
              *       "clamped",
              *       "clamped"
@@ -1503,8 +1503,8 @@ export interface components {
             /**
              * Exact
              * @description Whether these three numbers will be exactly those of the report. If not, they are upper
-             *     bounds: for a tolerance (usually 10 times the result) or a budget, for tubes and ribbons, for
-             *     wires with faces, and for a mesh with too many vertices.
+             *     bounds: for a tolerance (usually 10 times the numbers of the report) or a budget, for tubes and
+             *     ribbons, for wires with faces, and for a mesh with too many vertices.
              */
             exact: boolean;
             /**
@@ -1566,9 +1566,9 @@ export interface components {
             accepted: boolean;
             /**
              * Certain
-             * @description Whether it is certain that an accepted mesh is not refused. With a tolerance this is true if
-             *     the bounds above are within all limits. If they are not, or with a budget, the computation may
-             *     show that the mesh is too large, or the tolerance too small.
+             * @description Whether `POST /v1/mesh` is certain to do what `accepted` says. With a tolerance it is certain
+             *     if the bounds above are within all limits. If they are not, or with a budget, the computation
+             *     may show that the mesh is too large, or the tolerance too small.
              */
             certain: boolean;
             /**
@@ -3078,7 +3078,8 @@ export interface components {
          *
          *     `reached` and `counts` have a row for each ray; the other columns have a row for each hit.
          *
-         *     Hits are sorted by ray, and for each ray by t.
+         *     Hits are sorted by ray, and for each ray by t. The thickness is the `relative_thickness` of the
+         *     request times the diagonal of the bounding box of the control points.
          */
         RayHits: {
             /**

@@ -513,6 +513,17 @@ def test_schemas_of_requests_are_no_stricter_than_the_code(
     assert refused_bodies > min_refused
 
 
+def test_schemas_accept_the_shortest_knot_vectors() -> None:
+    """Two points of degree 1, with knots of which the first and the last are left out."""
+    knots = [0, 1]
+    net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
+    surface = {"type": "bspline", "control_net": net, "degree": 1, "knots": [knots, knots]}
+    curve = {"type": "bspline", "control_points": net[0], "degree": 1, "knots": knots}
+    for body in ({"surface": surface}, {"surface": {"type": "tube", "curve": curve, "radius": 1}}):
+        assert list_errors("MeshRequest", body) == []
+        parse_surface(body)
+
+
 def list_schemas(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
     """A schema and the schemas of all properties in it, each with its path, as `Mesh.report`."""
     yield name, schema

@@ -22,8 +22,8 @@ def mesh_url_path(root: str, surface: str, suffix: str) -> str:
 def mesh_url(root: str, surface: str, suffix: str, query: str = f"engine={ENGINE}") -> str:
     """The URL of a mesh.
 
-    If `query` is not given, it is `engine=…` alone: the default options, and the present version of
-    the numbers.
+    If `query` is not given, it is `engine=…` alone: the default options, and the present version
+    (`ENGINE`) of the numbers that the service computes.
     """
     return f"{mesh_url_path(root, surface, suffix)}?{query}"
 

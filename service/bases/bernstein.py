@@ -1,7 +1,7 @@
 """Bernstein bases at equal divisions, their products and degree elevation.
 
-All results depend on degrees and divisions alone, not on control points; they are cached and
-read-only.
+Most of the arrays depend on degrees and divisions alone, not on control points. Functions that
+cache such an array say so; it is read-only.
 """
 
 from functools import lru_cache
@@ -184,7 +184,7 @@ def round_basis(basis: RealArray, dtype: type[np.floating]) -> RealArray:
 
 @lru_cache(maxsize=256)
 def binomials(n: int) -> FloatArray:
-    """Row n of Pascal's triangle, C(n, 0) … C(n, n), shape (n+1,); read-only."""
+    """Row n of Pascal's triangle, C(n, 0) … C(n, n), shape (n+1,); cached, read-only."""
     row = np.array([float(comb(n, i)) for i in range(n + 1)])
     row.flags.writeable = False
     return row

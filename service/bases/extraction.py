@@ -81,9 +81,9 @@ class Extraction:
     def combine(self, points: FloatArray, weights: FloatArray | None = None) -> WeightedPoints:
         """The distinct Bézier points and weights, shapes (count, …, d) and (count, …).
 
-        Points are combined relative to the middle point. So the mean of equal points is exactly
-        this point, poles stay poles, and no digits are lost far from the origin. A Bézier point
-        that equals a control point is copied, bit for bit.
+        A mean of control points is computed relative to the middle one of them (`combine_run`). So
+        the mean of equal points is exactly this point, poles stay poles, and no digits are lost far
+        from the origin. A Bézier point that equals a control point is copied, bit for bit.
 
         Parameters
         ----------

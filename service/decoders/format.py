@@ -24,7 +24,7 @@ class Decoder:
     is_binary : bool
         Whether the file is binary; if not, it is text.
     kinds : tuple of str
-        The kinds of surface that a file of this format may become.
+        The kinds of surface that a client may request for a file of this format.
     decode : callable
         Takes the bytes, the requested kind of surface (None if the file decides) and the maximum
         number of control points; returns the document of the surface, with values that are not

@@ -22,10 +22,14 @@ from service.decoders.oogl_patches import Form, Patches
 from service.errors import InvalidRequest, Issue, count_nouns
 
 KINDS = ("patches",)
-"""The kinds of surface that a file may become."""
+"""The kinds of surface that a client may request. Requested or not, a file becomes `patches`, or a
+`group` of several `patches`."""
 
 MAX_DEPTH = 16
 """The most braces and lists inside each other."""
+
+MAX_PREFIXES = 16
+"""The most signs `=`, definitions and appearances before an object, together."""
 
 FREE_COMMENTS = 1000
 """A file may have one comment for each allowed control point, and this number more."""
@@ -50,6 +54,8 @@ _BEZIER = re.compile(rb"(ST)?(C)?(?:BBP|BEZ(?:([1-9])([1-9])([34]))?)(_ST)?")
 _DEGREES = re.compile(rb"\s++([1-9]|1[0-2])\s++([1-9]|1[0-2])\s++([34])(?=\s|[{}])")
 _BRACE = re.compile(rb"[{}]")
 _LINES = re.compile(rb"C?4?n?SKEL|4?VECT")
+_ANY_WORD = b"?"
+"""For errors, which only distinguish a word from the end of the text."""
 
 
 def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
@@ -112,7 +118,7 @@ class _Reader:
         """Read an object, with or without braces, that is inside `depth` other objects."""
         self._count_object()
         word = self._next_word()
-        for _ in range(MAX_DEPTH):
+        for _ in range(MAX_PREFIXES):
             if word not in (b"=", b"define", b"appearance"):
                 break
             if word == b"define":
@@ -149,14 +155,16 @@ class _Reader:
         """The form of an object, from its keyword and from the degrees after the keyword."""
         texture, color, *digits, texture_suffix = header.groups()
         if self._peek_word() == b"BINARY":
-            raise self._build_error("The service reads OOGL as text.", b"?", "numbers as text")
+            raise self._build_error("The service reads OOGL as text.", b"BINARY", "numbers as text")
         if b"BBP" in header[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
             degrees = _DEGREES.match(self._text, self._place)
             if degrees is None:
                 needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
-                raise self._build_error("The degrees of the patches are missing.", b"?", needed)
+                raise self._build_error(
+                    "The degrees of the patches are missing.", _ANY_WORD, needed
+                )
             digits = list(degrees.groups())
             self._place = degrees.end()
         p, q, dimension = map(int, digits)

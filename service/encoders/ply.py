@@ -2,10 +2,11 @@
 
 The service does not use trimesh, because trimesh writes only float32 positions, which loses half of
 the digits, and only triangles. The faces are the quads, then the triangles. Coordinates are
-`double`, all other numbers `float`. Parameters have the names `s` and `t`, as in Blender and
-MeshLab. Colours are bytes of sRGB, because every reader supports these: `red`, `green`, `blue` and,
-if they have an opacity, `alpha`. An attribute `heat` is the property `_heat`; if it has several
-numbers, they are `_heat_0`, `_heat_1` and so on. A comment contains the deviation bound.
+`double`; normals, parameters and attributes are `float`. Parameters have the names `s` and `t`, as
+in Blender and MeshLab. Colours are bytes (`uchar`) of sRGB, because every reader supports these:
+`red`, `green`, `blue` and, if they have an opacity, `alpha`. An attribute `heat` is the property
+`_heat`; if it has several numbers, they are `_heat_0`, `_heat_1` and so on. A comment contains the
+deviation bound.
 """
 
 import numpy as np

@@ -82,8 +82,9 @@ def _parse_knot_name(name: str) -> KnotName:
 
 _NAME_SCHEMA = {"type": "string", "enum": list(NAMED)}
 _VECTOR_SCHEMA = {
-    "oneOf": [_NAME_SCHEMA, {"type": "array", "items": {"type": "number"}, "minItems": 4}]
+    "oneOf": [_NAME_SCHEMA, {"type": "array", "items": {"type": "number"}, "minItems": 2}]
 }
+"""Two points of degree 1 need 4 knots, of which the first and the last may be left out."""
 
 
 Degrees: TypeAlias = Annotated[
@@ -139,8 +140,8 @@ class BsplineDefinition(StrictModel):
         "control points; with `uniform` it does not; with `periodic` it closes smoothly, and its "
         "control points are not repeated. The intervals of named knots have length 1, and the "
         "first begins at 0. Knots that differ by less than 9e-13 of the length of the domain are "
-        "made equal, up to degree of them. The first and the last knot have no effect and may both "
-        "be left out.",
+        "made equal, unless more than degree of them (at an end of the domain, degree + 1) would "
+        "be equal. The first and the last knot have no effect and may both be left out.",
         examples=[["clamped", [0, 0, 0, 0.5, 1, 1, 1]]],
     )
     weights: SplineWeights = Field(

@@ -53,8 +53,9 @@ def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
 class Lines(QueueHandler):
     """Writes lines to a file descriptor, in order, from a thread; counts the lines that it drops.
 
-    The thread writes without a handler of `logging`. A handler would hold its lock while it waits
-    for a full pipe, and at its end the process, which flushes all handlers, would wait for it.
+    The thread does not write through a `StreamHandler`, which would hold its lock while it waits
+    for a full pipe. Before it exits, the process flushes all handlers, so it would wait for the
+    lock.
     """
 
     def __init__(self, descriptor: int, max_lines: int = MAX_LINES) -> None:
@@ -98,7 +99,7 @@ class Lines(QueueHandler):
 
 
 class RecordFormatter(logging.Formatter):
-    """Formats a record as JSON, or as text in the form of uvicorn, with the exception below."""
+    """Formats a record and its exception's traceback, as JSON or as text in the form of uvicorn."""
 
     def __init__(self, form: Literal["text", "json"]) -> None:
         super().__init__()

@@ -7,14 +7,14 @@ from tests.api.client import Client
 from tests.forms import SURFACES, TUBE
 
 NET = [[[i, j, 0.5 * i * i - 0.2 * j * j] for j in range(4)] for i in range(4)]
-HILL = {"control_net": NET}
+SADDLE = {"control_net": NET}
 
 
 def test_curvatures_of_vertices_agree_with_those_of_points(client: Client) -> None:
     """`POST /v1/points` at the parameters of all vertices gives the same numbers and signs."""
-    body = {"surface": HILL, "resolution": [4, 8], "curvatures": True}
+    body = {"surface": SADDLE, "resolution": [4, 8], "curvatures": True}
     mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
-    request = {"surface": HILL, "uv": mesh["uvs"], "derivatives": 2}
+    request = {"surface": SADDLE, "uv": mesh["uvs"], "derivatives": 2}
     points = client.post("/v1/points", request).json()
     for name in NAMES:
         values = np.array(mesh["attributes"][name])
@@ -26,9 +26,12 @@ def test_curvatures_of_vertices_agree_with_those_of_points(client: Client) -> No
 
 
 def test_formats_with_attributes_refuse_curvatures_that_do_not_exist(client: Client) -> None:
-    """A tube has no curvatures, and an attribute must not have the name of a curvature."""
-    with_equal_name = HILL | {"attributes": {"Mean_Curvature": [[[1]]]}}
-    group = SURFACES["group"]
+    """A tube has no curvatures, and an attribute must not have the name of a curvature.
+
+    Names are compared without regard to capitals.
+    """
+    with_equal_name = SADDLE | {"attributes": {"Mean_Curvature": [[[1]]]}}
+    group = SURFACES["group"]  # one of its members is a tube
     for surface, code, pointer in (
         (TUBE, "not_parametric", "/curvatures"),
         (group, "not_parametric", "/curvatures"),

@@ -1,4 +1,4 @@
-"""Opens stores for tests, and finds the files of contents in folders."""
+"""Opens stores for tests, and finds the files in which a store keeps its contents."""
 
 import hashlib
 from collections.abc import Iterator

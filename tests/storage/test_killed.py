@@ -68,6 +68,7 @@ def test_two_processes_may_store_equal_contents_at_the_same_time(tmp_path: Path)
     assert list_files(tmp_path / STAGING) == []
 
 
+# obstore first writes a file with `#1` after its name, and then renames it.
 @pytest.mark.parametrize("name", ["0123456789abcdef", "0123456789abcdef#1"])
 async def test_files_of_killed_processes_are_not_objects_and_are_removed_after_an_hour(
     name: str, tmp_path: Path

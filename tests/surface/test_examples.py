@@ -111,7 +111,7 @@ def test_the_bourke_surface_has_the_heights_that_random_of_the_c_library_gives()
 
 
 def test_the_tveit_surface_has_the_normal_of_the_tutorial_at_corner_a() -> None:
-    """The unit normal at A is DA × DC normalised, which is (4, 2, 3)/√29."""
+    """Corner A is control point (0, 0); the two edges of the net there are normal to (4, 2, 3)."""
     normal = exact.normals(read_points("tveit")[0], None, (1, 1))[0, 0]
     np.testing.assert_allclose(normal, np.array([4, 2, 3]) / np.sqrt(29), atol=1e-15)
 
@@ -124,7 +124,7 @@ def test_patches_of_quadrics_lie_on_them_and_have_outward_normals(example: str, 
     (batch,) = model.batches
     assert batch.weights is not None
     for k in range(part_run.first, part_run.last):
-        # Inner samples of an odd number of divisions are at no pole and no apex.
+        # Poles and the apex of the cone are on borders of patches, so no inner sample is there.
         inner = (slice(1, -1), slice(1, -1))
         points = exact.positions(batch.points[k], batch.weights[k], (5, 5))[inner].reshape(-1, 3)
         normals = exact.normals(batch.points[k], batch.weights[k], (5, 5))[inner].reshape(-1, 3)

@@ -17,7 +17,7 @@ DEFAULT_CHOICES = {"look": "shaded", "accuracy": "resolution"}
 
 
 def open_profile(browser: Browser) -> Stage:
-    """An empty page in a new profile of the browser; WebGL fills no pixels in it."""
+    """An empty page in a new profile of the browser; to save time, WebGL draws no pixels on it."""
     if not (STATIC / THREE).is_file():
         pytest.skip("three.js is not built ('make web')")
     context = browser.new_context(viewport={"width": 880, "height": 440}, reduced_motion="reduce")

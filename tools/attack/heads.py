@@ -51,7 +51,7 @@ PATHS = (
     "..", "%2e%2e", "%252e%252e", "../../../etc/passwd", "..%2f..%2f..%2fetc%2fpasswd",
     "..%252f..%252fetc%252fpasswd", "%c0%ae%c0%ae%c0%afetc", "..%5c..%5cwindows%5cwin.ini",
     "..\\..\\etc\\passwd", "%00", "saddle%00", "saddle%00.json", "%ff%fe", "%u002e%u002e",
-    "\xe2\x80\xa5/etc", "%ef%bc%8f..%ef%bc%8fetc", "%2fetc%2fpasswd", "/etc/passwd", "con", "nul",
+    "\u2025/etc", "%ef%bc%8f..%ef%bc%8fetc", "%2fetc%2fpasswd", "/etc/passwd", "con", "nul",
     "file:%2f%2f%2fetc%2fpasswd", "~root", "$HOME", "`id`", "%0d%0aSet-Cookie:x=y", "a" * 5000,
     "0" * 64, "0" * 63 + "/", "A" * 64, "\u0660" * 8, "%", "%zz", "." * 1000, "0" * 64 + "%2f..",
 )  # fmt: skip
@@ -72,6 +72,7 @@ async def send_traversal_paths(port: int) -> Counter[str]:
         )
         for path in PATHS
     ]
+    # `build_get` encodes URLs as Latin-1; these are sent as UTF-8.
     urls = [url.encode("utf-8").decode("latin-1") for url in addresses]
     return await send_requests(
         port, cycle([build_get(a, method=m) for a in urls for m in ("GET", "DELETE")])
@@ -79,7 +80,7 @@ async def send_traversal_paths(port: int) -> Counter[str]:
 
 
 _TAIL = b"\r\nHost: x\r\nConnection: close\r\n"
-_BODY = b"Content-Type: application/json\r\n"
+_JSON_HEADER = b"Content-Type: application/json\r\n"
 
 MALFORMED_REQUESTS = (
     *AMBIGUOUS.values(),
@@ -91,11 +92,11 @@ MALFORMED_REQUESTS = (
     b"G\xc3\x8bT / HTTP/1.1" + _TAIL + b"\r\n",
     b"\x00" * 2000,
     b"SSH-2.0-OpenSSH_9.6\r\n\r\n",
-    b"POST /v1/mesh HTTP/1.1" + _TAIL + _BODY + b"Content-Length: -1\r\n\r\n{}",
-    b"POST /v1/mesh HTTP/1.1" + _TAIL + _BODY + b"Content-Length: 1e3\r\n\r\n{}",
-    b"POST /v1/mesh HTTP/1.1" + _TAIL + _BODY + b"Content-Length: 0x10\r\n\r\n{}",
-    b"POST /v1/mesh HTTP/1.1" + _TAIL + _BODY + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n",
-    b"POST /v1/mesh HTTP/1.1" + _TAIL + _BODY + b"Transfer-Encoding: chunked\r\n\r\n-1\r\n",
+    b"POST /v1/mesh HTTP/1.1" + _TAIL + _JSON_HEADER + b"Content-Length: -1\r\n\r\n{}",
+    b"POST /v1/mesh HTTP/1.1" + _TAIL + _JSON_HEADER + b"Content-Length: 1e3\r\n\r\n{}",
+    b"POST /v1/mesh HTTP/1.1" + _TAIL + _JSON_HEADER + b"Content-Length: 0x10\r\n\r\n{}",
+    b"POST /v1/mesh HTTP/1.1" + _TAIL + _JSON_HEADER + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n",
+    b"POST /v1/mesh HTTP/1.1" + _TAIL + _JSON_HEADER + b"Transfer-Encoding: chunked\r\n\r\n-1\r\n",
 )  # fmt: skip
 
 
@@ -108,7 +109,7 @@ _HIDDEN_REQUEST = b"GET /health HTTP/1.1\r\nHost: x\r\n\r\n"
 _SMUGGLED_BODY = b"0\r\n\r\n" + _HIDDEN_REQUEST
 
 SMUGGLING_REQUESTS = tuple(
-    b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\n" + _BODY + fields + b"\r\n" + body
+    b"POST /v1/mesh HTTP/1.1\r\nHost: x\r\n" + _JSON_HEADER + fields + b"\r\n" + body
     for fields, body in (
         (
             b"Content-Length: %d\r\nTransfer-Encoding: chunked\r\n" % len(_SMUGGLED_BODY),
@@ -130,7 +131,7 @@ SMUGGLING_REQUESTS = tuple(
 
 
 async def send_smuggled_requests(port: int) -> Counter[str]:
-    """Sends requests with two lengths; the request hidden in the body must get no response."""
+    """Sends requests of ambiguous length; the request hidden in each must get no response."""
     responses: Counter[str] = Counter()
     for request in SMUGGLING_REQUESTS * 4:
         received = b""
@@ -139,6 +140,7 @@ async def send_smuggled_requests(port: int) -> Counter[str]:
                 writer.write(request)
                 while piece := await reader.read(1 << 16):
                     received += piece
+        # Only the response to the hidden request, GET /health, contains "ready".
         responses["smuggled" if b'"ready"' in received else summarize(received, len(received))] += 1
     return responses
 

@@ -34,7 +34,7 @@ def list_python_packages(python: str) -> dict[str, Any]:
 
 
 def build_component(script: Script) -> dict[str, Any]:
-    """The CycloneDX component of an npm package, with the checksum of the lock file."""
+    """The CycloneDX component of an npm package, with its checksum from the lock file."""
     algorithm, _, checksum = script.integrity.partition("-")
     return {
         "type": "library",

@@ -11,7 +11,8 @@ class RayHits(ResponseModel):
 
     `reached` and `counts` have a row for each ray; the other columns have a row for each hit.
 
-    Hits are sorted by ray, and for each ray by t.
+    Hits are sorted by ray, and for each ray by t. The thickness is the `relative_thickness` of the
+    request times the diagonal of the bounding box of the control points.
     """
 
     reached: list[bool]

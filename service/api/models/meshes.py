@@ -15,7 +15,7 @@ from service.surface.channels import MAX_DIMENSION
 
 _NUMBER: dict[str, Any] = {"type": "number"}
 _SHARE: dict[str, Any] = {"type": "number", "minimum": 0, "maximum": 1}
-_ROW: dict[str, Any] = {"type": "integer", "minimum": 0}
+_WHOLE_NUMBER: dict[str, Any] = {"type": "integer", "minimum": 0}
 
 
 def schema_of_names(names: list[str]) -> WithJsonSchema:
@@ -30,7 +30,7 @@ def schema_of_row(item: dict[str, Any], length: int) -> WithJsonSchema:
 
 def _sizes(phrase: str) -> WithJsonSchema:
     """The schema of an object with a number of bytes for each format."""
-    sizes = {f.name: _ROW | {"description": f"{phrase} {f.name}."} for f in FORMATS}
+    sizes = {f.name: _WHOLE_NUMBER | {"description": f"{phrase} {f.name}."} for f in FORMATS}
     return WithJsonSchema({"type": "object", "properties": sizes, "additionalProperties": False})
 
 
@@ -49,7 +49,7 @@ Pair: TypeAlias = Annotated[tuple[float, float], schema_of_row(_NUMBER, 2)]
 Vector: TypeAlias = Annotated[tuple[float, float, float], schema_of_row(_NUMBER, 3)]
 Rgba: TypeAlias = Annotated[tuple[float, float, float, float], schema_of_row(_SHARE, 4)]
 Run: TypeAlias = Annotated[tuple[int, int], schema_of_row({"type": "integer"}, 2)]
-Segment: TypeAlias = Annotated[tuple[int, int], schema_of_row(_ROW, 2)]
+Segment: TypeAlias = Annotated[tuple[int, int], schema_of_row(_WHOLE_NUMBER, 2)]
 Corners: TypeAlias = Annotated[list[Count], Field(min_length=3, max_length=4)]
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]
 FormatName: TypeAlias = Annotated[str, schema_of_names([f.name for f in FORMATS])]
@@ -219,8 +219,8 @@ class Estimate(ResponseModel):
     """Number of quads."""
     exact: bool
     """Whether these three numbers will be exactly those of the report. If not, they are upper
-    bounds: for a tolerance (usually 10 times the result) or a budget, for tubes and ribbons, for
-    wires with faces, and for a mesh with too many vertices."""
+    bounds: for a tolerance (usually 10 times the numbers of the report) or a budget, for tubes and
+    ribbons, for wires with faces, and for a mesh with too many vertices."""
     bytes: Annotated[dict[str, int], _sizes("Bytes as")]
     """Bytes of the response in every format that can store the mesh: upper bounds, except for
     `exact_bytes`. Numbers in text count with their largest length."""
@@ -233,8 +233,8 @@ class Estimate(ResponseModel):
     accepted: bool
     """Whether `POST /v1/mesh` would return a mesh for this body in one of the formats."""
     certain: bool
-    """Whether it is certain that an accepted mesh is not refused. With a tolerance this is true if
-    the bounds above are within all limits. If they are not, or with a budget, the computation may
-    show that the mesh is too large, or the tolerance too small."""
+    """Whether `POST /v1/mesh` is certain to do what `accepted` says. With a tolerance it is certain
+    if the bounds above are within all limits. If they are not, or with a budget, the computation
+    may show that the mesh is too large, or the tolerance too small."""
     refused: list[Refusal]
     """The reasons for refusals, by format."""

@@ -13,6 +13,7 @@ export class Measure {
     /** Number of changes of the surface: a response about an older surface is not shown. */
     this.changes = 0;
     state.listen((change) => {
+      // The measures do not depend on the settings, nor on which control point is chosen.
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
     this.forget();
@@ -21,6 +22,7 @@ export class Measure {
   forget() {
     this.changes += 1;
     element('measure', HTMLButtonElement).hidden = !isParametric(this.state.surface);
+    // The button, if it is shown, is in the place of the area.
     put('area', '', isParametric(this.state.surface) ? '' : '–');
     put('volume', '', '–');
   }

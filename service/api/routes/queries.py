@@ -75,8 +75,8 @@ async def project_points(body: ProjectRequest, context: ContextDep) -> Response:
     starting point, and misses no minimum. Tubes and ribbons have no closest points
     (`not_parametric`).
 
-    Many points are sent faster as a NumPy file. The query then names a stored or built-in surface,
-    and has the other fields.
+    Many points are sent faster as a NumPy file. Then the query of the URL names a stored or
+    built-in surface, and has the other fields.
     """
     services, job, *_ = context
     work = plan_project(body.to_shape(), body.to_query(), services.limits)

@@ -10,8 +10,8 @@ QUANTIZED_CHARS = (
     len('"scale":[,,],') + 3 * FLOAT64_CHARS + 3 * len('"normalized":true,"byteStride":8,')
 )
 """The most additional characters of a quantized node: its `scale`, and fields of the accessors and
-views of normals, texture coordinates and colours. The bounds of positions are shorter than those of
-other nodes."""
+views of normals, texture coordinates and colours. The minimum and maximum of its positions are
+shorter than those of other nodes."""
 
 COMPRESSED_CHARS = 320
 """The most additional characters of a compressed view, with numbers of ten digits."""
@@ -31,11 +31,12 @@ def gltf_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
 def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     """The most bytes of the JSON without the buffer.
 
-    A node with its mesh, accessors and buffer views has less than 1200 characters of keys and small
-    numbers; nine float64 (translation, minimum, maximum); and its name twice. The name of the
-    surface occurs twice, too, and the report names every part. Each additional vertex attribute has
-    its name, an accessor and a view. The constant covers the asset with the report, two materials,
-    the root node and the scene. Quantizing adds characters to each node, compression to each view.
+    Each part and each overlay (`size.pieces` together) is a node. A node with its mesh, accessors
+    and buffer views has less than 1200 characters of keys and small numbers; nine float64
+    (translation, minimum, maximum); and its name twice. The name of the surface occurs twice, too,
+    and the report names every part. Each additional vertex attribute has its name, an accessor and
+    a view. The constant covers the asset with the report, two materials, the root node and the
+    scene. Quantizing adds characters to each node, compression to each view.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
     keys = ["COLOR_0", *keys] if size.colors else keys

@@ -167,7 +167,7 @@ def _cut_net(net: Net, cuts: tuple[float | None, float | None], degree: tuple[in
     for axis, t in enumerate(cuts):
         if t is not None:
             nets = list(chain.from_iterable(_split_along(net, axis, t) for net in nets))
-    return elevate_nets(_stack_nets(nets), degree, 1)
+    return elevate_nets(_stack_nets(nets), degree, first_axis=1)
 
 
 def _add_batch_axis(net: Net) -> Net:

@@ -2,7 +2,7 @@
 
 import hmac
 from random import Random
-from urllib.parse import parse_qsl, quote, urlencode
+from urllib.parse import parse_qsl, urlencode
 
 import pytest
 from hypothesis import example, given, settings
@@ -19,9 +19,7 @@ END, NOW = 2_000_000_000, 1_999_999_000
 
 with_few_examples = settings(max_examples=25)
 texts = st.text("ab&=+% ;/é\n\U0001f600", max_size=4)
-parameters = st.lists(
-    st.tuples(texts.filter(lambda name: name not in ("expires", "signature")), texts), max_size=4
-)
+parameters = st.lists(st.tuples(texts, texts), max_size=4)
 
 
 def sign_pairs(
@@ -57,9 +55,7 @@ def test_a_signature_is_valid_for_any_order_and_spelling_of_the_query(
     )
     pairs_without_signature = parse_qsl(query_without_signature.decode(), keep_blank_values=True)
     assert sorted(pairs_without_signature) == sorted(pairs)
-    assert not is_signed(PATH, query_without_signature) or any(
-        "signature" in name for name, _ in pairs
-    )
+    assert not is_signed(PATH, query_without_signature)
 
 
 def _escape_letters(text: str) -> str:
@@ -187,18 +183,27 @@ def test_the_rest_of_a_query_keeps_its_bytes() -> None:
         assert verify(SIGNER.sign(PATH, query, END)).decode() == query
 
 
-@pytest.mark.parametrize("secrets", [["a" * 31], [""], [NEW, "short"], [NEW, NEW]])
-def test_weak_secrets_are_refused_and_not_repeated(secrets: list[str]) -> None:
+@pytest.mark.parametrize("secrets", [["a" * 31], [""], [NEW, "feeble"], [NEW, NEW]])
+def test_weak_or_equal_secrets_are_refused_by_an_error_that_does_not_contain_them(
+    secrets: list[str],
+) -> None:
     with pytest.raises(InvalidSecrets) as error:
         Signer(secrets)
-    assert NEW not in str(error.value)
-    assert "short;" not in str(error.value).replace("too short;", "")
+    assert not any(secret in str(error.value) for secret in secrets if secret)
 
 
-@pytest.mark.parametrize("query", ["expires=1", "signature=a", "%65xpires=1", "a=%ff"])
-def test_urls_with_an_expiry_or_a_signature_are_not_signed(query: str) -> None:
-    with pytest.raises(ValueError, match=r".") as error:
-        SIGNER.sign(PATH, query, END)
-    assert not isinstance(error.value, SignatureInvalid)
+@pytest.mark.parametrize("query", ["expires=1", "signature=a", "%65xpires=1"])
+def test_sign_refuses_queries_with_an_expiry_or_a_signature(query: str) -> None:
     with pytest.raises(ValueError, match="cannot be signed"):
-        SIGNER.sign("/v1/mesh" + quote(query), "", END)
+        SIGNER.sign(PATH, query, END)
+
+
+def test_sign_refuses_queries_that_are_not_utf8() -> None:
+    with pytest.raises(UnicodeDecodeError):
+        SIGNER.sign(PATH, "a=%ff", END)
+
+
+@pytest.mark.parametrize("path", ["/v1/mesh", f"{PATH}?a=1", f"{PATH}%3Fexpires%3D1"])
+def test_sign_refuses_paths_that_are_not_of_a_surface_or_a_mesh(path: str) -> None:
+    with pytest.raises(ValueError, match="cannot be signed"):
+        SIGNER.sign(path, "", END)

@@ -21,7 +21,7 @@ from service.surface import quadrics
 from service.surface.batches import TensorPatches, TrianglePatches
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
-from service.surface.lowered import PatchModel
+from service.surface.lowered import Part, PatchModel
 from service.surface.triangle import TriangleSurface
 from tests.examples import lower_patches
 from tests.strategies import Array
@@ -188,14 +188,16 @@ def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> N
 
 
 def test_samples_of_framed_sides_have_the_curvatures_of_their_patch() -> None:
-    """A curved patch and a flat patch meet; one of them is framed along the common edge."""
+    """A curved patch and a flat patch meet; the flat patch is framed along the common edge.
+
+    The edge is along v of the curved patch, and along u of the flat patch. So it has 7 divisions,
+    more than the flat patch has along u.
+    """
     curved = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
     flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)
-    model = PatchModel(
-        "frame",
-        (TensorPatches(np.stack([curved, flat.swapaxes(0, 1)])),),
-        lower_patches("saddle").parts,
-    )
+    patches = TensorPatches(np.stack([curved, flat]))
+    model = PatchModel("frame", (patches,), (Part("frame", 0, 2),))
+    assert Layout.plan(connect(model).connectivity, (3, 7)).is_framed
     mesh = build_mesh(model, (3, 7), weld=False)
     x, y, _ = mesh.positions.T
     gaussian, mean = read_curvatures(mesh)
@@ -225,8 +227,8 @@ def test_a_seam_with_a_jump_of_curvature_stays_closed_and_smooth() -> None:
     assert mesh.report.boundary_edges == plain.report.boundary_edges
     np.testing.assert_array_equal(mesh.positions, mesh.positions[mesh.welds])
     np.testing.assert_array_equal(mesh.normals, mesh.normals[mesh.welds])
-    places = mesh.positions[mesh.triangles].tobytes()
-    assert places == plain.positions[plain.triangles].tobytes()
+    corners = mesh.positions[mesh.triangles].tobytes()
+    assert corners == plain.positions[plain.triangles].tobytes()
     gaussian, mean = read_curvatures(mesh)
     repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
     jump = np.abs(mean[repeated] - mean[mesh.welds[repeated]])
@@ -246,7 +248,7 @@ def test_curvatures_do_not_change_positions_normals_and_faces() -> None:
 
 
 @pytest.mark.parametrize("size", [1e-25, 1e25])
-def test_curvatures_beyond_float32_become_its_largest_number(size: float) -> None:
+def test_curvatures_beyond_float32_become_its_largest_number_or_0(size: float) -> None:
     mesh = build(
         quadrics.sphere(size).lower(),
         MeshOptions(resolution=(2, 2), curvatures=True),
@@ -257,8 +259,13 @@ def test_curvatures_beyond_float32_become_its_largest_number(size: float) -> Non
     np.testing.assert_allclose(mean, -1 / size, rtol=1e-6)
 
 
-def test_too_many_limits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The eight patches of a sphere have a pole each: 8 · 7 limits with 6 divisions are allowed."""
+def test_too_many_limits_of_curvatures_at_poles_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The eight patches of a sphere have a pole each; with 6 divisions a pole has 7 samples.
+
+    As many limits as these, 8 · 7, are allowed.
+    """
     model = quadrics.sphere().lower()
     monkeypatch.setattr(
         limit_curvature,
