@@ -1,7 +1,7 @@
 """The patches of a model as nets about their own middles, and points of the patches.
 
-The last axis of every array counts places or patches, and all arithmetic is elementwise, in one
-order. So the bits of the numbers of a patch do not depend on other patches.
+The arithmetic is elementwise, in one order, on arrays whose last axis counts patches or points. So
+the bits of the numbers of a patch do not depend on other patches.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ CHUNK = 1 << 17
 
 @dataclass(frozen=True, eq=False)
 class Nets:
-    """Tensor-product nets of one degree (p, q), each about the middle of its own box.
+    """Tensor-product nets of one degree (p, q), each about the middle of its own bounding box.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class PatchNets:
     Attributes
     ----------
     groups : tuple of Nets
-        The nets, by degree.
+        One group for each degree of polynomial patches, and for each degree of rational ones.
     group, row : ndarray of int, shape (P,)
         Group and row of the net of each patch. Patches are numbered across the batches, as in
         `Seams`.
@@ -116,46 +116,46 @@ class PatchNets:
         )
 
     def split_by_group(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
-        """The groups that have some of the patches (m,), each with the rows of its patches."""
+        """The groups that have some of the patches (m,), each with their indices in `patch`."""
         if len(self.groups) == 1:
             yield self.groups[0], np.arange(len(patch))
             return
         number = self.group[patch]
         for k, nets in enumerate(self.groups):
-            rows = (number == k).nonzero()[0]
-            if len(rows):
-                yield nets, rows
+            indices = (number == k).nonzero()[0]
+            if len(indices):
+                yield nets, indices
 
     def evaluate_points(self, patch: Ints, u: FloatArray, v: FloatArray) -> FloatArray:
         """Points (m, 3) of patches at parameters u, v in [0, 1], in model coordinates."""
         points = np.empty((3, len(patch)))
-        for nets, rows in self._chunks(patch):
-            ids = patch[rows]
+        for nets, indices in self._chunks(patch):
+            ids = patch[indices]
             net = nets.take(self.row[ids])
             p, q = nets.degree
-            place = _combine(net, bernstein(p, u[rows]).T, bernstein(q, v[rows]).T)
+            local = _combine(net, bernstein(p, u[indices]).T, bernstein(q, v[indices]).T)
             if nets.is_rational:
-                place = place[:3] / place[3]
-            points[:, rows] = place + self.middles.take(ids, axis=1)
+                local = local[:3] / local[3]
+            points[:, indices] = local + self.middles.take(ids, axis=1)
         return np.ascontiguousarray(points.T)
 
     def _chunks(self, patch: Ints) -> Iterator[tuple[Nets, Ints]]:
-        """Groups of patches (m,) in runs whose nets have about `CHUNK` numbers together."""
-        for nets, rows in self.split_by_group(patch):
-            for chunk in row_slices(len(rows), nets.values[..., 0].size, CHUNK):
-                yield nets, rows[chunk]
+        """As `split_by_group`, in runs whose nets have about `CHUNK` numbers together."""
+        for nets, indices in self.split_by_group(patch):
+            for chunk in row_slices(len(indices), nets.values[..., 0].size, CHUNK):
+                yield nets, indices[chunk]
 
 
 def bound_lowering_error(model: PatchModel) -> float:
-    """Bound of the rounding in patches lowered from B-splines; other patches are as given: 0.
+    """Bound of the rounding in patches lowered from B-splines; 0 for others, which are as given.
 
-    A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points, and then over
-    q + 1, where M is near these points. The c_i are results of 2 p convex combinations, whose
-    factors have 3 roundings, so their errors are at most 10 p ε/2, and a little more for means and
-    sums; up to degree 64 that is 2^-40. The shares at the ends of a closed curve may be made equal,
-    which changes them by 2^-41 (`SAME_SHARE`). For two directions, and for numerator and
-    denominator, the sum is 2^-38 of the extent of the control points. Adding M rounds once for each
-    direction, relative to the coordinate.
+    A Bézier point is M + Σ c_i w_i (P_i − M) / Σ c_i w_i over p + 1 control points P_i, and then
+    over q + 1, where M is a point near them. The shares c_i are results of 2 p convex combinations,
+    whose factors have 3 roundings, so their errors are at most 10 p ε/2, and a little more for
+    means and sums; up to degree 64 that is below 2^-40. The shares at the ends of a closed curve
+    may be made equal, which changes them by at most 2^-41 (`service.bases.extraction.SAME_SHARE`).
+    For two directions, and for numerator and denominator, the sum is at most 2^-38 of the extent of
+    the control points. Adding M rounds once for each direction, relative to the coordinate.
     """
     if not model.control_nets:
         return 0.0

@@ -4,14 +4,16 @@ The bound is that of `service.engine.bounds.second_derivatives`, block by block:
 
     ⅛ (h_u² p (p−1) max |Δ_u² P| + 2 h_u h_v p q max |Δ_u Δ_v P| + h_v² q (q−1) max |Δ_v² P|)
 
+with h_u = 1/R_u and h_v = 1/R_v. It has three kinds of second differences, each with its factor.
+
 The first matrix, which contains the factors, computes the second differences of all patches in
 float64. Over a block the control points of a polynomial are means of those over the patch. The
 second matrix, one for each kind of difference, computes these means for all blocks in float32; its
 last block is the patch itself. So a mean of K vectors, the longest of length L, has an error of at
-most (K + 2) 2^-24 L in each coordinate. Therefore the bound of the patch, times (K + 8) 2^-23, is
-added to the bounds of its blocks. Lengths are in units of the largest factor times the diagonal of
-all patches. Underflow costs less than 2^-62 of this unit;
-`vertex_rounding.bound_bending_rounding` has room for it.
+most (K + 2) 2^-24 L in each coordinate, and less than (K + 2) 2^-23 L as a vector. Therefore the
+bound of the patch, times (3 K + 8) 2^-23, which is more than enough, is added to the bounds of its
+blocks. Lengths are in units of the largest factor times the diagonal of all patches. Underflow
+costs less than 2^-62 of this unit; `vertex_rounding.bound_bending_rounding` has room for it.
 """
 
 from dataclasses import dataclass
@@ -26,14 +28,15 @@ from service.engine.bounds.second_derivatives import build_block_shares, count_b
 from service.engine.scratch import Workspaces
 from service.surface.batches import TensorPatches
 
-LARGEST = 1 << 14
-"""Numbers in a third of the second matrix up to which one product is faster than several."""
+MAX_MATRIX_NUMBERS = 1 << 14
+"""The most numbers in the second matrix of one kind of difference. If it is larger, one product
+with it is slower than cutting along u and then along v."""
 
 CHUNK = 1 << 17
 """Numbers in one chunk of a workspace: they fit the second-level cache."""
 
 ORDERS = ((2, 0), (1, 1), (0, 2))
-"""Orders of the differences along u and along v."""
+"""Orders along u and along v of the three kinds of second differences."""
 
 
 def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
@@ -43,10 +46,13 @@ def is_small(patches: TensorPatches, divisions: tuple[int, int]) -> bool:
 
 @lru_cache(256)
 def _is_small_plan(degree: tuple[int, int], divisions: tuple[int, int]) -> bool:
-    """Whether a third of the matrix has at most `LARGEST` numbers."""
+    """Whether the second matrix of one kind has about `MAX_MATRIX_NUMBERS` numbers or fewer.
+
+    Control points are counted in place of differences; there are a few more of them.
+    """
     p, q = degree
     blocks = count_blocks(divisions[0], p) * count_blocks(divisions[1], q)
-    return blocks * ((p + 1) * (q + 1)) ** 2 <= LARGEST
+    return blocks * ((p + 1) * (q + 1)) ** 2 <= MAX_MATRIX_NUMBERS
 
 
 def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) -> FloatArray:
@@ -76,10 +82,11 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
         np.matmul(plan.seconds, work.columns, out=work.seconds)
         np.copyto(work.rounded, work.seconds, casting="same_kind")
         np.matmul(plan.means, work.differences, out=work.vectors)
+        # Squares replace the coordinates x, y, z, and add up to squared lengths.
         np.multiply(work.vectors, work.vectors, out=work.vectors)
         np.add(work.x, work.y, out=work.squares)
         np.add(work.squares, work.z, out=work.squares)
-        np.maximum.reduce(work.kinds, axis=1, out=work.longest)
+        np.maximum.reduce(work.squares_by_block, axis=1, out=work.longest)
         np.sqrt(work.longest, out=work.longest)
         np.add.reduce(work.longest, out=work.bounds)
         np.multiply(work.whole, plan.rounding, out=work.whole)
@@ -90,7 +97,14 @@ def bound_grid_deviations(patches: TensorPatches, divisions: tuple[int, int]) ->
 
 
 class _Workspace:
-    """The arrays in which bounds of `count` patches are computed, patches innermost."""
+    """The arrays in which bounds of `count` patches are computed, patches innermost.
+
+    `planes` are the control points, `seconds` their second differences, and `rounded` the same in
+    float32. `vectors` are the second differences over the blocks, with the coordinates `x`, `y`,
+    `z`. `longest` is the largest for each kind and block, and `bounds` the sum over the kinds:
+    `blocks` for each block, and `whole` for the patch. `largest` is the maximum over the blocks.
+    `columns`, `differences` and `squares_by_block` are views of other shapes.
+    """
 
     def __init__(self, degree: tuple[int, int], divisions: tuple[int, int], count: int) -> None:
         plan = _build_plan(degree, divisions)
@@ -103,7 +117,7 @@ class _Workspace:
         self.vectors = np.empty((kinds, rows, 3 * count), np.float32)
         self.x, self.y, self.z = np.moveaxis(self.vectors.reshape(kinds, rows, 3, -1), 2, 0)
         self.squares = np.empty((kinds, rows, count), np.float32)
-        self.kinds = self.squares.reshape(kinds, vectors, plan.blocks + 1, count)
+        self.squares_by_block = self.squares.reshape(kinds, vectors, plan.blocks + 1, count)
         self.longest = np.empty((kinds, plan.blocks + 1, count), np.float32)
         self.bounds = np.empty((plan.blocks + 1, count), np.float32)
         self.blocks, self.whole = self.bounds[:-1], self.bounds[-1]
@@ -115,7 +129,7 @@ _WORKSPACES = Workspaces(_Workspace)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Plan:
-    """The matrices for patches of one degree (p, q) and one number of divisions.
+    """The matrices for patches of one degree (p, q) and grids of R_u × R_v divisions.
 
     Attributes
     ----------

@@ -6,18 +6,18 @@ on its left.
 
 **Edge wedges.** A mesh continues beyond the edges of a triangle. Let N be a neighbour beyond edge
 k. The wedge over edge k is a triangle in the plane of T, on the other side of the edge, with angles
-α and β at the ends of the edge. Folded about the edge by the dihedral angle θ, the wedge lies in
-the plane of N; it lies in N itself if α and β are no larger than the angles of N at these ends. So
-a point of the wedge at height δ over the edge is at most 2 δ sin(θ/2) away from the mesh. If at
-each vertex the angles of T and of the two wedges there add up to at most π, T and its wedges
-together are one convex set K.
+α and β at the ends of the edge. Folded about the edge by the angle θ, which is 0 if N lies flat
+beside T, the wedge lies in the plane of N; it lies in N itself if α and β are no larger than the
+angles of N at these ends. So a point of the wedge at height δ over the edge is at most 2 δ sin(θ/2)
+away from the mesh. If at each vertex the angles of T and of the two wedges there add up to at most
+π, T and its wedges together are one convex set K.
 
 An angle is stored as a vector (cos, sin) of any length, so no inverse trigonometric function is
 needed.
 
-**Rounding.** Coordinates are at most 1 (`local_frames`), so errors of vertices are at most a few u
-= 2^-53, and those of wedges at most 8 u times the length of their edge; wedges are made lower by
-2^-40 of this length.
+**Rounding.** `service.engine.bounds.local_frames` scales coordinates to at most 1, so errors of
+vertices are at most a few u = 2^-53, and those of wedges at most 8 u times the length of their
+edge; wedges are made lower by 2^-40 of this length.
 """
 
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ class ReferenceTriangles(Columns):
     begins, ends : ndarray of float64, shape (3, m)
         Slopes (tan α, tan β) of the wedge at both ends of each edge; 0 for an edge without a wedge.
     folds : ndarray of float64, shape (3, m)
-        2 sin(θ/2) of each edge.
+        2 sin(θ/2) of each edge; any number for an edge without a wedge.
     """
 
     origin: FloatArray
@@ -75,7 +75,8 @@ class ReferenceTriangles(Columns):
     def to_frames(self, nets: FloatArray, scale: FloatArray) -> FloatArray:
         """Nets (m, 3, …), or homogeneous nets (m, 4, …), in the frames; weights do not change.
 
-        Coordinates are first multiplied by `scale` (m,), powers of two.
+        `scale` (m,), powers of two, converts the coordinates of the nets to the units of the
+        triangles. Both are relative to the same point.
         """
         flat = nets.reshape(*nets.shape[:2], -1)
         origin, turn = self.origin.T[..., np.newaxis], self.axes.transpose(2, 0, 1)
@@ -90,19 +91,20 @@ class ReferenceTriangles(Columns):
 
 
 def build_reference_triangles(
-    vertices: FloatArray, across: FloatArray, joined: Bools
+    vertices: FloatArray, far: FloatArray, joined: Bools
 ) -> ReferenceTriangles:
     """The triangles with these vertices (3, 3, m), axis 1 their coordinates.
 
-    `across` (3, 3, m) has the opposite vertex of the triangle beyond each edge; `joined` (3, m)
+    `far` (3, 3, m) has the vertex opposite to each edge in the triangle beyond it; `joined` (3, m)
     marks edges with a triangle beyond.
     """
     origin = vertices[0]
-    away = np.concatenate([vertices[1:], across]) - origin
+    away = np.concatenate([vertices[1:], far]) - origin
     axes = _build_axes(away[:2])
     local = away[:, :1] * axes[:, 0]
     local += away[:, 1:2] * axes[:, 1]
     local += away[:, 2:] * axes[:, 2]
+    # B and C in the frame; without rounding `low`, `up_b` and `up_c` would be 0.
     (b, low, up_b), (_, y, up_c) = local[:2]
     tilt = np.maximum(np.abs(up_b), np.abs(up_c)) + np.abs(low)
     corners = np.zeros((3, 2, len(b)))
@@ -159,31 +161,35 @@ def _build_wedges(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Slopes of wedges at the beginning and at the end of each edge, and 2 sin(θ/2): (3, m) each.
 
-    `far` (3, 3, m) has the vertices across the edges, in the frames of the triangles.
+    `far` (3, 3, m) has the vertices beyond the edges, in the frames of the triangles.
     """
-    (x, y), (along, across) = (far[:, :2] - corners).swapaxes(0, 1), tangents.swapaxes(0, 1)
-    s, out, high = x * along + y * across, x * across - y * along, far[:, 2]
+    (x, y), (tx, ty) = (far[:, :2] - corners).swapaxes(0, 1), tangents.swapaxes(0, 1)
+    # The vertex beyond an edge: s along the edge, `out` away from T, `high` above its plane.
+    s, out, high = x * tx + y * ty, x * ty - y * tx, far[:, 2]
     reach = np.sqrt(out * out + high * high)
     joined = joined & (reach > 0)
     reach = np.where(joined, reach, 0.0)
     unit = np.where(joined, reach, 1.0)
+    # |(cos θ − 1, sin θ)| = 2 sin(θ/2)
     folds = np.sqrt((out / unit - 1.0) ** 2 + (high / unit) ** 2)
     # Directions (2, 2, 3, m): the neighbour's angles at the beginning of edge k, and at the end of
     # the edge before it.
     angle = np.empty((2, 2, *s.shape))
     angle[0, 0], angle[0, 1] = np.where(joined, s, 1.0), np.where(joined, lengths - s, 1.0)[BEFORE]
     angle[1, 0], angle[1, 1] = reach, reach[BEFORE]
-    x, y = tangents[BEFORE].swapaxes(0, 1)
-    cosine, sine = x * along + y * across, np.maximum(x * across - y * along, 0.0)
-    # Two wedges at a vertex share π less the angle of T. Each may have half of it, or the rest that
-    # the other wedge does not need.
+    # Two wedges at a vertex share π less the angle of T: the angle (cosine, sine) from the edge
+    # before to edge k. Each may have half of it, or the rest that the other wedge does not need.
+    # Cross products compare angles.
+    before_x, before_y = tangents[BEFORE].swapaxes(0, 1)
+    cosine = before_x * tx + before_y * ty
+    sine = np.maximum(before_x * ty - before_y * tx, 0.0)
     other, most = angle[:, ::-1], np.empty_like(angle)
     most[0] = cosine * other[0] + sine * other[1]
     most[1] = sine * other[0] - cosine * other[1]
     half = np.array([1.0 + cosine, sine])[:, np.newaxis]
     most = np.where(half[0] * most[1] <= most[0] * half[1], half, most)
     angle = np.where(angle[0] * most[1] >= most[0] * angle[1], angle, most)
-    # Tangents of angles of at most π.
+    # Slopes of angles in [0, π], at most `STEEPEST`, also where the cosine is not positive.
     steep = angle[0] * STEEPEST <= angle[1]
     slope = np.where(steep, STEEPEST, angle[1] / np.where(steep, 1.0, angle[0])) * SHRUNK
     return slope[0], slope[1][NEXT], folds

@@ -63,9 +63,9 @@ MOST_BLOCK_POINTS = 64
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SecondDerivativeBounds:
-    """M_uu, M_uv and M_vv of the M_u × M_v blocks of P patches: shape (M_u, M_v, P) each.
+    """M_uu, M_uv and M_vv of the n_u × n_v blocks of P patches: shape (n_u, n_v, P) each.
 
-    `across` (M_u, M_v, P) has upper bounds of the diameters of the hulls of blocks. The distance
+    `across` (n_u, n_v, P) has upper bounds of the diameters of the hulls of blocks. The distance
     from a point of the block to a triangle between other points of the block is never larger.
     """
 
@@ -94,7 +94,10 @@ def count_blocks(divisions: int, degree: int) -> int:
 def bound_second_derivatives(
     patches: TensorPatches, divisions: tuple[int, int], blocks: tuple[int, int]
 ) -> SecondDerivativeBounds:
-    """The bounds over the blocks of each patch; `blocks` has their numbers along u and along v."""
+    """The bounds over the n_u × n_v blocks of each patch, which end at lines of the grid.
+
+    `divisions` (R_u, R_v) are those of the grid, `blocks` is (n_u, n_v).
+    """
     p, q = patches.degree
     bounds = np.zeros((4, *blocks, patches.count))
     bounds[3] = patches.diagonal
@@ -105,7 +108,7 @@ def bound_second_derivatives(
         middles = None
         if patches.weights is not None:
             middles = _Middles.of(_cut_into_blocks(net, divisions, blocks))
-            bounds[3, ..., rows] = 2 * middles.radii[:, 0]
+            bounds[3, ..., rows] = 2 * middles.radii[:, 0]  # diameters
         for row, second in enumerate(
             (_subtract_neighbours(du, 1), _subtract_neighbours(du, 2), _subtract_neighbours(dv, 2))
         ):
@@ -175,7 +178,7 @@ def _subtract_neighbours(net: FloatArray, axis: int) -> FloatArray:
 def _cut_into_blocks(
     net: FloatArray, divisions: tuple[int, int], blocks: tuple[int, int]
 ) -> FloatArray:
-    """Nets (d, a, b, m) over every block: (d, a, M_u, b, M_v, m)."""
+    """Nets (d, a, b, m) over every block: (d, a, n_u, b, n_v, m)."""
     planes, rows, columns, count = net.shape
     if blocks == (1, 1):
         return net[:, :, np.newaxis, :, np.newaxis]
@@ -200,7 +203,14 @@ def build_block_shares(degree: int, divisions: int, blocks: int) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Middles:
-    """The middle c, (3, 1, M_u, 1, M_v, m), the radius r and the least weight of every block."""
+    """The middle c, the radius r and the least weight of every block.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (3, 1, n_u, 1, n_v, m)
+    radii : ndarray of float64, shape (n_u, 1, n_v, m)
+    least : ndarray of float64, shape (n_u, n_v, m)
+    """
 
     points: FloatArray
     radii: FloatArray
@@ -208,7 +218,7 @@ class _Middles:
 
     @staticmethod
     def of(nets: FloatArray) -> "_Middles":
-        """The middles of homogeneous nets (4, a, M_u, b, M_v, m)."""
+        """The middles of homogeneous nets (4, a, n_u, b, n_v, m)."""
         points = nets[:3] / nets[3]
         low, high = points.min(axis=(1, 3), keepdims=True), points.max(axis=(1, 3), keepdims=True)
         middles = (low + high) / 2
@@ -217,7 +227,7 @@ class _Middles:
 
 
 def _find_longest(vectors: FloatArray, middles: _Middles | None) -> FloatArray:
-    """Length of the longest of the vectors (d, a, M_u, b, M_v, m) of each block: (M_u, M_v, m).
+    """Length of the longest of the vectors (d, a, n_u, b, n_v, m) of each block: (n_u, n_v, m).
 
     For homogeneous vectors it is the largest |Y| + r |w|, divided by the least weight.
     """
@@ -237,6 +247,6 @@ def _square_lengths(vectors: FloatArray) -> FloatArray:
 
 
 def _find_block_maxima(values: FloatArray) -> FloatArray:
-    """The largest value of each block: (a, M_u, b, M_v, m) to (M_u, M_v, m)."""
+    """The largest value of each block: (a, n_u, b, n_v, m) to (n_u, n_v, m)."""
     largest: FloatArray = values.max(axis=0).max(axis=1)
     return largest

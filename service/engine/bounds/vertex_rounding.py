@@ -1,9 +1,10 @@
 """Bounds of the distance from stored vertices to their points of the surface.
 
 If the error of each corner of a triangle is at most e, then the error of each of its points is at
-most e. So this bound is added to the bound of bending. Parameters are rounded too: i/R is off by
-one unit in the last place. The proof of bending holds for triangles of the rounded parameters;
-their boxes are larger by a share of at most 2^-30 (`STEPS`).
+most e. So this bound is added to the bound of bending: that of the distance between the surface and
+triangles with exact corners (`service.engine.bounds.second_derivatives`). Parameters are rounded
+too: i/R is off by one unit in the last place. The proof of bending holds for triangles of the
+rounded parameters; their boxes are larger by a share of at most 2^-30 (`STEPS`).
 
 The error of a sum of K products is at most K units in the last place of the sum of their sizes, in
 any order of addition (Higham, Accuracy and stability of numerical algorithms, 2nd ed., section
@@ -52,9 +53,10 @@ def bound_vertex_error(
 ) -> float:
     """Bound of the distance from a vertex to its point, for the method `matrix`.
 
-    Grids are evaluated in the precision they are written in, about the middle of their batch if
+    Grids are evaluated in the precision `dtype` of the vertices, about the middle of their batch if
     they are rational; edges in float64, in model coordinates. The bases of both are computed in
-    float64, with errors of at most 12 (p + q + 1) units.
+    float64, with errors of at most 12 (p + q + 1) units. Vertices are stored relative to `origin`.
+    `normals` tells whether normals are computed too, because the formulation depends on it.
     """
     unit, least = PRECISIONS[dtype]
     _, far, near = sizes = _measure_sizes(patches, origin)
@@ -67,21 +69,24 @@ def bound_vertex_error(
         # The numerator and the denominator, their quotient, and adding the middle.
         grids = near * ((2 * (terms + 4) + 1) * unit + 2 * basis + 12 * UNIT) + 3 * far * unit
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
-    tiny = (terms + 8) * find_weight_ratio(patches) * least
-    return MARGIN * (grids + edges) + tiny
+    underflow = (terms + 8) * find_weight_ratio(patches) * least
+    return MARGIN * (grids + edges) + underflow
 
 
 def bound_edge_error(seams: Seams, layout: Layout, method: Method) -> float:
-    """Bound of the errors of edges by matching degrees, and by methods other than `matrix`.
+    """Bound of the errors of samples of edges that two steps cause.
 
-    Samples of edges are float64. The samples beside the grid of a framed patch are compared here
-    with samples by `matrix`; `measure_errors` compares all others with their patch.
+    One is that sides of different degrees were joined as one edge. The other is a method other than
+    `matrix`, by which samples of edges are computed in float64: those beside the grid of a framed
+    patch are compared here with samples by `matrix`; `measure_errors` compares all others with
+    their patch.
     """
     curves = seams.curves
     error = 0.0
+    # Each group has the curves of one degree; curves of degree 0 are single points.
     if len(curves) > 1 and sum(group.points.shape[1] > 1 for group in curves) > 1:
-        far = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
-        error += 10 * SAME_CURVE * far
+        max_coordinate = max(float(np.abs(group.points).max(initial=0.0)) for group in curves)
+        error += 10 * SAME_CURVE * max_coordinate
     if method == "matrix" or not layout.is_framed:
         return error
     largest = 0.0
@@ -101,13 +106,16 @@ def bound_bending_rounding(patches: Patches, along_u: float, along_v: float) -> 
     most 3 n units: 8 (p + q) + 16 in all. If one matrix product takes the second differences
     (`service.engine.bounds.products`), each is a sum of (p + 1)(q + 1) products; the sizes of the
     factors add up to at most 4, and their errors are at most 2 units: 4 ((p + 1)(q + 1) + 2) + 20
-    units at most. All other rounding is relative, and `STEPS` includes it.
+    units at most. The sum of all these, times √3 for three coordinates, is below 8 times `units`,
+    and the formula of the bound has the factor ⅛. All other rounding is relative, and `STEPS`
+    includes it.
     """
     p, q = (patches.degree,) * 2 if isinstance(patches, TrianglePatches) else patches.degree
-    units = ((p + 1) * (q + 1) + 4 * (p + q) + 17) * (p * along_u + q * along_v) ** 2
+    units = (p + 1) * (q + 1) + 4 * (p + q) + 17
+    error = units * (p * along_u + q * along_v) ** 2
     if patches.weights is not None:
-        units *= 2 * find_weight_ratio(patches)
-    return units * UNIT * patches.diagonal / 2
+        error *= 2 * find_weight_ratio(patches)
+    return error * UNIT * patches.diagonal / 2
 
 
 def find_weight_ratio(patches: Patches) -> float:
@@ -121,8 +129,9 @@ def measure_errors(
     """Bounds (m,) of the errors of vertices by methods other than `matrix`.
 
     Vertices are compared with points by `matrix` in float64. For forward differences a bound that
-    depends on the degree alone would be too large to be useful. Each of these methods takes several
-    times as long as the comparison. `positions` (m, samples, 3) are the stored samples.
+    depends on the degree alone would be too large to be useful. The comparison takes only a
+    fraction of the time of each of these methods. `positions` (m, samples, 3) are the stored
+    samples, relative to `origin`.
     """
     shift = origin - patches.middle
     nets = to_homogeneous(patches.points - patches.middle, patches.weights)
@@ -138,6 +147,7 @@ def measure_errors(
         largest[rows] = squares.max(axis=1)
     _, far, near = sizes = _measure_sizes(patches, origin)
     degrees = 2 * patches.degree if isinstance(patches, TrianglePatches) else sum(patches.degree)
+    # The rounding of the points by `matrix`, and of their differences from the vertices.
     compared = (28 * (degrees + 2) * near + 2 * far) * UNIT
     unit = float(np.finfo(positions.dtype).eps) / 2
     edges = _bound_edge_samples(patches, degrees, unit, sizes)
@@ -168,10 +178,9 @@ def _evaluate(nets: FloatArray, resolution: tuple[int, int]) -> FloatArray:
 
 
 def _measure_sizes(patches: Patches, origin: FloatArray) -> tuple[float, float, float]:
-    """Bounds of the lengths of control points.
+    """Bounds (world, far, near) of the distances of control points from three points.
 
-    They are in model coordinates, about the origin of the mesh, and about the middle of the
-    patches.
+    These are the origin of the model, the origin of the mesh, and the middle of the patches.
     """
     (low_x, low_y, low_z), (high_x, high_y, high_z) = patches.box
     x, y, z = origin.tolist()
@@ -187,5 +196,5 @@ def _count_terms(patches: Patches, resolution: tuple[int, int], normals: bool) -
         small = triangle_basis.is_small(n, divisions)
         return triangle.count_points(n) if small else n + 1, 2 * n
     p, q = patches.degree
-    at_once = choose_formulation(patches, resolution, normals) == "kronecker"
-    return (p + 1) * (q + 1) if at_once else p + q + 2, p + q
+    is_kronecker = choose_formulation(patches, resolution, normals) == "kronecker"
+    return (p + 1) * (q + 1) if is_kronecker else p + q + 2, p + q

@@ -1,4 +1,4 @@
-"""Partials up to the second at all samples of a block of patches, in chunks.
+"""Partials up to the second at all samples of patches of one degree, in chunks.
 
 Each net is translated by its middle, scaled, and then differenced in float64. So the second
 partials are as exact as those that `service.engine.points.differential` computes.
@@ -57,20 +57,21 @@ class Chunk:
 def grid_partials(patches: TensorPatches, resolution: tuple[int, int]) -> Iterator[Chunk]:
     """Partials up to the second at the samples (i/Ru, j/Rv), numbered i (Rv + 1) + j."""
     columns = resolution[1] + 1
-    at_once = choose_formulation(patches, resolution, normals=False) == "kronecker"
+    is_kronecker = choose_formulation(patches, resolution, normals=False) == "kronecker"
     for first, last in _patch_runs(patches, (resolution[0] + 1) * columns):
         nets = DerivativeNets(patches, np.arange(first, last))
-        partial_nets = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
+        planes_of_nets = [_planes_first(nets.partial_net(i, j)) for i, j in PARTIALS]
         squared_norm = find_squared_norm(
             *(_require_net(nets.partial_net(i, j)) for i, j in PARTIALS[1:3])
         )
         for begin, end in row_runs(resolution[0] + 1, max(1, CHUNK_SAMPLES // columns)):
             rows = slice(begin, end)
             samples = begin * columns, end * columns
-            empty = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
-            product = _evaluate_grid if at_once else _evaluate_rows
+            # The partials whose order is above the degree.
+            zeros = np.zeros((nets.point.shape[1], last - first, samples[1] - samples[0]))
+            evaluate = _evaluate_grid if is_kronecker else _evaluate_rows
             partials = [
-                empty if net is None else product(net, resolution, rows) for net in partial_nets
+                zeros if net is None else evaluate(net, resolution, rows) for net in planes_of_nets
             ]
             yield Chunk(first, last, *samples, partials, nets.scale, squared_norm)
 
@@ -82,18 +83,19 @@ def triangle_partials(patches: TrianglePatches, divisions: int) -> Iterator[Chun
     for first, last in _patch_runs(patches, triangle.count_points(divisions)):
         local = localize(patches.take(np.arange(first, last)))
         net = to_homogeneous(local.patches.points, local.patches.weights).transpose(1, 2, 0)
-        ds, dt = (n * part for part in partial_nets(net))
+        ds, dt = (n * differences for differences in partial_nets(net))
         nets: list[FloatArray | None] = [net, ds, dt, None, None, None]
         if n > 1:
             dss, dst = partial_nets(ds)
-            nets[3:] = [(n - 1) * part for part in (dss, dst, partial_nets(dt)[1])]
-        squared_norm = find_squared_norm(*(part.transpose(2, 1, 0) for part in (ds, dt)))
+            dtt = partial_nets(dt)[1]
+            nets[3:] = [(n - 1) * differences for differences in (dss, dst, dtt)]
+        squared_norm = find_squared_norm(*(partial.transpose(2, 1, 0) for partial in (ds, dt)))
         is_small = triangle_basis.is_small(n, divisions)
         for begin, end in _row_runs(starts):
             samples = int(starts[begin]), int(starts[end])
-            empty = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
+            zeros = np.zeros((net.shape[1], last - first, samples[1] - samples[0]))
             partials = [
-                empty
+                zeros
                 if partial is None
                 else _evaluate_triangle(
                     partial, divisions, range(begin, end), samples, is_small=is_small
@@ -110,7 +112,8 @@ def _patch_runs(
 
     `samples` is the number of samples of each patch.
     """
-    numbers = len(PARTIALS) * 4 * patches.points[0].size // 3
+    control_points = patches.points[0].size // 3
+    numbers = len(PARTIALS) * 4 * control_points
     return row_runs(patches.count, max(1, min(CHUNK_SAMPLES // samples, CHUNK_NUMBERS // numbers)))
 
 

@@ -36,21 +36,22 @@ class LimitCurvatures:
         Raises
         ------
         TooLarge
-            `too_costly` if there are too many poles.
+            `too_costly` if too many samples are at poles or cusps.
         """
         values = np.empty((2, len(index)))
         for first, last in row_runs(len(index), CHUNK_SAMPLES):
-            block = slice(first, last)
-            places = index[block], u[block], v[block]
+            rows = slice(first, last)
+            samples = index[rows], u[rows], v[rows]
             if isinstance(patches, TrianglePatches):
-                jets = evaluate_triangle_jets(patches, *places, 2)
+                jets = evaluate_triangle_jets(patches, *samples, 2)
             else:
-                jets = evaluate_jets(patches, *places, 2)
+                jets = evaluate_jets(patches, *samples, 2)
             if jets.curvatures is None or jets.degenerate is None:
                 raise ValueError("Jets of order 2 have curvatures.")
-            values[0, block] = jets.curvatures.gaussian
-            values[1, block] = jets.curvatures.mean
-            is_near_pole = find_near_poles(patches, places[0], np.stack(places[1:], axis=1))
+            values[0, rows] = jets.curvatures.gaussian
+            values[1, rows] = jets.curvatures.mean
+            parameters = np.stack([u[rows], v[rows]], axis=1)
+            is_near_pole = find_near_poles(patches, index[rows], parameters)
             count = int((is_near_pole | jets.degenerate).sum())
             self.refuse_if_too_costly(count, patches)
             self.spent += count * count_limit_multiplications(patches)

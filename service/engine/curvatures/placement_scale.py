@@ -29,8 +29,8 @@ def add_stretches(model: AnyModel) -> AnyModel:
     """The model with stretches: a group gets one model for each pair of a surface and a stretch.
 
     A model that is not a group is returned as it is. Copies that are only moved, rotated or
-    reflected share one model. Models that differ in their stretches share their arrays. The
-    function is idempotent.
+    reflected share one model. Models that differ in their stretches share their arrays. Tubes and
+    ribbons (`SweepModel`) have no curvatures, so they get no stretch. The function is idempotent.
     """
     if not isinstance(model, GroupModel):
         return model

@@ -35,7 +35,7 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
     Raises
     ------
     TooLarge
-        `too_costly` if there are too many poles.
+        `too_costly` if too many samples are at poles or cusps.
     """
     rows = np.empty((2, layout.size), dtype=dtype)
     limit_curvatures = LimitCurvatures()
@@ -45,6 +45,7 @@ def layout_curvatures(model: PatchModel, layout: Layout, dtype: Real) -> tuple[C
         batch = stretch_patches(patches, model.stretch)
         _write_block(block, batch, limit_curvatures, out)
         if isinstance(batch, TensorPatches):
+            # The extra samples on sides of framed patches; `along` is the parameter along a side.
             for side, owners, along, sample_rows in layout.iterate_extras(block):
                 across = np.full(len(along), float(side % 2))
                 u, v = (across, along) if side < 2 else (along, across)

@@ -2,8 +2,8 @@
 
     s(t) = ∫ |C′(τ)| dτ
 
-The integrand is analytic except where C′ vanishes. Near such a place the intervals are halved until
-their lengths are negligible.
+The integrand is analytic except where C′ vanishes. Near such a parameter the intervals are halved
+until their lengths are negligible.
 """
 
 import numpy as np
@@ -27,9 +27,9 @@ MAX_HALVINGS = 60
 """The most halvings of an interval. Over an interval of length 2⁻⁶⁰, the arc is negligible."""
 
 MAX_GROWTH = 256
-"""The most open intervals for each initial interval; an interval is open while its length is too
-imprecise. Near a cusp, one of two halves stays open; elsewhere a few halvings are enough. More open
-intervals than this come from rounding, and their lengths are accepted."""
+"""The most open intervals for each initial interval, approximately; an interval is open while its
+length is too imprecise. Near a cusp, one of two halves stays open; elsewhere a few halvings are
+enough. More open intervals than this come from rounding, and their lengths are accepted."""
 
 
 def arc_lengths(pieces: CurvePieces, samples: CurveSamples) -> FloatArray:
@@ -71,7 +71,7 @@ def _refine(
     intervals: tuple[Ints, Ints, FloatArray, FloatArray],
     mean_length: float,
 ) -> None:
-    """Adds to `lengths` the lengths of intervals (number, piece, begin, end), which are halved."""
+    """Adds the lengths of intervals (number, piece, begin, end) to `lengths[number]` by halving."""
     number, piece, begin, end = intervals
     max_intervals = MAX_GROWTH * (len(number) + 1)
     for _ in range(MAX_HALVINGS):

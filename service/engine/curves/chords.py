@@ -30,10 +30,13 @@ def least_tolerance(pieces: CurvePieces, *, is_float32: bool, origin: FloatArray
     """The smallest tolerance, in model units, that the rounding of vertices and nets allows."""
     max_coordinate = float(np.abs(np.stack(pieces.bounds)).max())
     max_stored_coordinate = float(np.abs(np.stack(pieces.bounds) - origin).max())
-    step = EPS * max_coordinate * (pieces.degree + 2)
+    coordinate_error = EPS * max_coordinate * (pieces.degree + 2)
     if is_float32:
-        step += float(FLOAT32.eps) * max_stored_coordinate + float(FLOAT32.smallest_subnormal)
-    return 4 * (2 * step + _bound_rounding(pieces, MAX_HALVINGS))
+        step = float(FLOAT32.eps) * max_stored_coordinate + float(FLOAT32.smallest_subnormal)
+        coordinate_error += step
+    # A vertex of up to 3 coordinates is off by less than 2 coordinate errors. Half of the sum is
+    # for rounding, as in `halve_chords`, with a factor of 2 to spare.
+    return 4 * (2 * coordinate_error + _bound_rounding(pieces, MAX_HALVINGS))
 
 
 def halve_chords(
@@ -59,11 +62,12 @@ def halve_chords(
     """
     min_tolerance = least_tolerance(pieces, is_float32=is_float32, origin=origin)
     _check_tolerance(tolerance, min_tolerance)
-    # Half of the least tolerance is reserved for the rounding of the chord's ends.
+    # Half of the least tolerance is reserved for rounding, of the chord's ends and of the nets.
     allowed = tolerance - min_tolerance / 2
     net = local_nets(pieces)
     block = max(1, CHUNK // net[0].size)
-    begins = [np.array([[pieces.count - 1, 1.0]])]
+    # (piece, t) of the samples: the end of the curve, and the beginning of every accepted chord.
+    samples = [np.array([[pieces.count - 1, 1.0]])]
     count = 1
     stack = [
         (rows, np.zeros(len(rows)), 0, net[rows])
@@ -77,7 +81,7 @@ def halve_chords(
         )
         if depth == MAX_HALVINGS:
             is_near[:] = True  # accepted without a proof: `certify_chords` bounds all chords later
-        begins.append(np.stack([piece[is_near], t[is_near]], axis=1))
+        samples.append(np.stack([piece[is_near], t[is_near]], axis=1))
         count += int(is_near.sum())
         remaining = np.flatnonzero(~is_near)
         _check_count(count + 2 * len(remaining), max_samples)
@@ -89,9 +93,9 @@ def halve_chords(
             half_parameters = np.concatenate([t[rows], t[rows] + step])
             half_pieces = np.concatenate([piece[rows], piece[rows]])
             stack.append((half_pieces, half_parameters, depth + 1, np.concatenate([first, second])))
-    places = np.concatenate(begins)
-    places = places[np.lexsort((places[:, 1], places[:, 0]))]
-    return CurveSamples(places[:, 0].astype(np.intp), places[:, 1])
+    piece, t = np.concatenate(samples).T
+    order = np.lexsort((t, piece))
+    return CurveSamples(piece[order].astype(np.intp), t[order])
 
 
 def _check_tolerance(tolerance: float, min_tolerance: float) -> None:

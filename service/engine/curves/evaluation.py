@@ -24,7 +24,7 @@ ZERO_DERIVATIVE = 2.0**-40
 
 @dataclass(frozen=True, eq=False)
 class CurveSamples:
-    """Places on a curve: numbers of pieces, and parameters t ∈ [0, 1] in them, shapes (N,)."""
+    """Samples of a curve: numbers of pieces, and parameters t ∈ [0, 1] in them, shapes (N,)."""
 
     piece: Ints
     t: FloatArray
@@ -136,7 +136,7 @@ class _LocalPieces:
                 piece[slow_rows], t[slow_rows], limit[slow_rows], before
             )
             length[slow_rows] = np.sqrt((first[slow_rows] * first[slow_rows]).sum(axis=1))
-        tangent: FloatArray = first / length[:, None] + 0.0
+        tangent: FloatArray = first / length[:, None] + 0.0  # turns -0.0 into 0.0
         return tangent
 
     def _limits(self, piece: Ints, t: FloatArray, limit: FloatArray, before: bool) -> FloatArray:
@@ -179,8 +179,9 @@ class _LocalPieces:
         pieces = long_pieces[
             np.where(is_at_end, next_long_piece - 1, next_long_piece % len(long_pieces))
         ]
-        ends, number = np.unique(np.stack([pieces, is_at_end]), axis=1, return_inverse=True)
-        return self.directions(ends[0], ends[1].astype(np.float64), False)[number.ravel()]
+        # Each distinct direction is computed once: at t = 0, or at t = 1 at the end of the curve.
+        (piece, t), number = np.unique(np.stack([pieces, is_at_end]), axis=1, return_inverse=True)
+        return self.directions(piece, t.astype(np.float64), False)[number.ravel()]
 
 
 def _combine(basis: FloatArray, net: FloatArray) -> FloatArray:

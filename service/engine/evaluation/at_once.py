@@ -1,7 +1,8 @@
-"""Patches on grids that fit the cache: all samples of many patches in a few products.
+"""The method `matrix` with all samples of many patches in a few products.
 
-Most requests use this method. Control points and their differences are arrays with the patches
-innermost, and samples are planes of coordinates, so that every step is one operation on long rows.
+Grids that fit the cache (`fits_cache`) are evaluated here, and larger grids of rational bilinear
+patches. Control points and their differences are arrays with the patches innermost, and samples are
+planes of coordinates, so that every step is one operation on long rows.
 
 Rational patches are evaluated in homogeneous coordinates (w x, w y, w z, w) relative to the middle
 of their batch, because S_u = (X_u − w_u S)/w then has the smallest rounding errors; at the end,
@@ -35,7 +36,7 @@ from service.surface.batches import TensorPatches
 
 
 def fits_cache(resolution: tuple[int, int]) -> bool:
-    """Whether the samples of a patch fit the cache."""
+    """Whether the samples of a patch fit the processor's cache."""
     return (resolution[0] + 1) * (resolution[1] + 1) <= CHUNK_SAMPLES
 
 
@@ -44,7 +45,7 @@ def count_chunk(degree: tuple[int, int], resolution: tuple[int, int]) -> int:
     """The number of patches that are evaluated together in one chunk."""
     samples = (resolution[0] + 1) * (resolution[1] + 1)
     fitting = max(1, CHUNK_SAMPLES // max(samples, sum(count_vectors(degree))))
-    # A cache line has 16 numbers: so every plane of a chunk begins at a cache line.
+    # A cache line has 16 float32 numbers: so every plane of a chunk begins at a cache line.
     return fitting // 16 * 16 or fitting
 
 
@@ -59,14 +60,16 @@ def evaluate_at_once(
 ) -> list[NDArray[np.intp]]:
     """Writes points and unit normals; returns the numbers of the doubtful samples.
 
-    Samples are numbered over all patches. The normals of doubtful samples are NaN. The vectors S_u
-    × S_v are computed in the precision of the result, from differences of the control points in
-    float64.
+    A sample is doubtful if S_u × S_v is too short for its direction to be precise; its normal is
+    NaN. Samples are numbered over all patches. The vectors S_u × S_v are computed in the precision
+    of the result, from differences of the control points in float64.
 
     Parameters
     ----------
     patches : TensorPatches
         P patches.
+    origin : ndarray of float64, shape (3,), or None
+        Positions are relative to it.
     positions, normals : ndarray, shape (P, Ru+1, Rv+1, 3)
         The output; `normals` is None if only positions are requested.
     is_separable : bool
@@ -89,6 +92,7 @@ def evaluate_at_once(
         if patches.weights is None:
             work.load_points(origin, scale)
             work.compute_points()
+            # This copy is faster than `np.copyto`.
             np.positive(work.point, out=out.transpose(2, 0, 1))
         else:
             work.load_weighted(patches.weights[rows], largest_weight, patches.middle, scale)
@@ -113,7 +117,8 @@ class _Workspace:
     `planes` is (d, r), with d = 3, or 4 for rational patches. `nets` (K, d, r) are the control
     points, then their differences along u, then those along v; `rounded` has these numbers in the
     working precision. `point` (3, r, samples) is S, and later the vectors S_u × S_v. `products`
-    lists the matrix products that compute S, S_u and S_v: two factors and the result of each.
+    lists the matrix products that compute S, S_u and S_v: two factors and the result of each. S_u
+    and S_v are without the factors p and q, which do not change the direction of S_u × S_v.
     """
 
     def __init__(
@@ -234,8 +239,8 @@ class _Workspace:
         np.subtract(point, term, out=point)
         np.multiply(point, point, out=term)
         np.add.reduce(term, out=self.square)
-        # The least squared length that is precise enough follows from the mean squares of the
-        # differences of each patch along u and along v.
+        # The least squared length that is precise enough is the product of the mean squares of the
+        # differences of each patch along u and along v; `means` includes `PRECISE_SHARE`.
         np.multiply(self.differences, self.differences, out=self.squares)
         np.matmul(self.means, self.squares, out=self.axis_sizes)
         np.add.reduce(self.sizes_by_axis, axis=1, out=self.sizes)

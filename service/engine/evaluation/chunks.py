@@ -14,7 +14,8 @@ CHUNK_SAMPLES = 18_432
 PRECISE_SHARE: dict[Real, float] = {np.float32: 2.0**-6, np.float64: 2.0**-20}
 """If |S_u × S_v| ÷ (mean |Δ_u P| · mean |Δ_v P|) is larger than this, the working precision is
 sufficient for the normal: the error of its direction is at most about 1e-5 radians in float32
-(usually 2e-7), or 1e-10 in float64."""
+(usually 2e-7), or 1e-10 in float64. The means are root mean squares, and S_u and S_v are without
+the factors p and q."""
 
 SUBNORMAL: dict[Real, float] = {np.float32: 2.0**-100, np.float64: 2.0**-900}
 """If |S_u × S_v|² is smaller than this, the squares of its coordinates lose digits to underflow."""
@@ -25,8 +26,10 @@ class ChunkNets:
     """Nets of S and of its partials in float64, for r patches.
 
     `point`, `du` and `dv` have the shapes (p+1, q+1, d, r), (p, q+1, d, r) and (p+1, q, d, r), or
-    (K, d, r) for triangles. `rows` (K, d, r) has the control points of all three nets, one net
-    after another. `threshold` (r,) is the least |S_u × S_v|² whose direction is precise enough.
+    (K, d, r) for triangles. `du` and `dv` are differences, without the factors p and q. `rows`
+    (K, d, r) has the control points of all three nets, one net after another; for triangles, or
+    without partials, those of `point` alone. `threshold` (r,) is the least |S_u × S_v|² whose
+    direction is precise enough.
     """
 
     rows: FloatArray

@@ -33,8 +33,8 @@ arithmetic."""
 def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: bilinear steps, then linear steps.
 
-    While both degrees are above 1, every 2 × 2 block of points is interpolated with the weights (1
-    − u, u) × (1 − v, v). Then neighbours are interpolated in the direction whose degree is above 1.
+    While both degrees are above 1, every 2 × 2 block of points is interpolated along u, then along
+    v. Then neighbours are interpolated in the direction whose degree is above 1.
     The last step is bilinear, because its four points give both partials.
     """
     p, q = work.patches.degree
@@ -45,7 +45,7 @@ def evaluate_grids(work: GridEvaluation) -> None:
         work.patches.count, work.sample_count, (p + 1) * (q + 1)
     ):
         checkpoint()
-        nets = work.load_nets(first, last)
+        nets = work.load_nets(first, last)  # used for the threshold of normals
         net = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
         i, j = np.divmod(np.arange(begin, end), work.shape[1])
         u, v = parameters[0][i], parameters[1][j]
@@ -92,7 +92,7 @@ def evaluate_triangles(work: TriangleEvaluation) -> None:
     for first, last, begin, end in _split_work(
         work.patches.count, work.sample_count, triangle.count_points(degree)
     ):
-        nets = work.load_nets(first, last)
+        nets = work.load_nets(first, last)  # used for the threshold of normals
         r, s, t = triangle.barycentric(work.divisions, begin, end).astype(work.dtype).T
         points = work.load_local(first, last).astype(work.dtype)[..., np.newaxis]
         while len(points) > 3:
@@ -136,7 +136,7 @@ def estimate_effort(model: PatchModel, resolution: tuple[int, int]) -> int:
 
 
 def count_multiplications(patches: Patches) -> int:
-    """The number of multiplications for each sample: of the order of p³."""
+    """The number of multiplications for each sample: of the order of p³ at degree p."""
     planes = 3 if patches.weights is None else 4
     if isinstance(patches, TrianglePatches):
         return planes * 3 * sum(triangle.count_points(n) for n in range(patches.degree))

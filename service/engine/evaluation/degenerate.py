@@ -55,14 +55,14 @@ def limit_normals(
     # `min_length`, no coefficient on a line is.
     has_limit = largest[patch_numbers] > min_length
     normals = np.full((len(patch_numbers), 3), np.nan)
-    # The first line leads inwards from the edge on which the sample lies; at a corner, it leads in
-    # direction v. If this line is a collapsed edge, N vanishes along it, and the next line is
-    # tried.
-    is_on_u_edge_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
+    # The first line leads inwards from the side on which the sample lies; at a corner, or inside
+    # the patch, it leads in direction v. If this line is a collapsed side, N vanishes along it, and
+    # the next line is tried.
+    is_on_u_side_only = ((u == 0) | (u == 1)) & (v > 0) & (v < 1)
     orders: tuple[tuple[NDArray[np.bool_], tuple[Direction, ...]], ...] = (
-        (has_limit & ~is_on_u_edge_only, ("v", "u")),
-        (has_limit & is_on_u_edge_only, ("u", "v")),
-        # Corners where N vanishes along both edges.
+        (has_limit & ~is_on_u_side_only, ("v", "u")),
+        (has_limit & is_on_u_side_only, ("u", "v")),
+        # Corners where N vanishes along both sides.
         (has_limit & ((u == 0) | (u == 1)) & ((v == 0) | (v == 1)), ("diagonal",)),
     )
     for group, directions in orders:
@@ -125,6 +125,7 @@ def trace_inwards(
     boxes = _restrict_to_longer_part(
         _restrict_to_longer_part(coefficients[patch_numbers], u, axis=2), v, axis=3
     )
+    # On the diagonal the coefficients are Σ_{i+j=k} C(p, i) C(q, j) b_ij / C(p+q, k).
     rows, columns = boxes.shape[2:]
     weighted = boxes * np.multiply.outer(binomials(rows - 1), binomials(columns - 1))
     line = np.zeros((*boxes.shape[:2], rows + columns - 1))
@@ -159,15 +160,15 @@ def _find_mean_normals(
     length[rows_without_area] = 1.0
     normals = mean / length[:, None]
     for row in rows_without_area.tolist():
-        edges = np.concatenate(
+        differences = np.concatenate(
             [nets.du[used[row], :3].reshape(3, -1), nets.dv[used[row], :3].reshape(3, -1)], axis=1
         )
-        chord = edges[:, np.square(edges).sum(axis=0).argmax()]
-        # The coordinate axis with the largest angle to the chord; of equal angles the last axis, so
-        # the coordinates are searched from z to x.
+        longest = differences[:, np.square(differences).sum(axis=0).argmax()]
+        # The coordinate axis with the largest angle to this vector; of equal angles the last axis,
+        # so the coordinates are searched from z to x.
         axis = np.zeros(3)
-        axis[2 - np.abs(chord[::-1]).argmin()] = 1.0
-        across = axis - chord * (chord @ axis) / max(float(chord @ chord), 1e-300)
+        axis[2 - np.abs(longest[::-1]).argmin()] = 1.0
+        across = axis - longest * (longest @ axis) / max(float(longest @ longest), 1e-300)
         normals[row] = across / np.linalg.norm(across)
     normals_of_samples: FloatArray = normals[inverse]
     return normals_of_samples

@@ -1,8 +1,8 @@
 """Points and unit normals of a batch of patches at all samples.
 
-`at_once` has two formulations of the matrix method for grids that fit the cache, `large_grids` has
-two for larger grids. This module chooses the one that is fastest for the shape of the batch.
-`triangle_evaluation` computes points and normals on triangles.
+The method `matrix` has three formulations on tensor-product patches, in `at_once` and, for grids
+that do not fit the cache, in `large_grids`. This module chooses the one that is fastest for the
+shape of the batch. `triangle_evaluation` computes points and normals on triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -39,7 +39,7 @@ LARGE_GRIDS: Mapping[Formulation, Callable[[GridEvaluation], None]] = MappingPro
 `kronecker`, for grids of every size."""
 
 MAX_BASIS_NUMBERS = 1 << 20
-"""The most numbers of a cached matrix: 8 MiB, the largest value that the cache accepts."""
+"""The most numbers of a cached matrix: 8 MiB of float64, the largest that the cache accepts."""
 
 GRID_METHODS: Mapping[Method, Callable[[GridEvaluation], None]] = MappingProxyType(
     {
@@ -83,7 +83,9 @@ def evaluate(
     normals : bool
         Whether normals are computed too.
     origin : ndarray of float64, shape (3,), optional
-        Subtracted from the control points before they are rounded to `dtype`.
+        Positions are relative to it. The control points of polynomial patches are translated in
+        float64, before they are rounded to `dtype`; rational patches are evaluated about the middle
+        of the batch, and their points are translated from there.
     method : "matrix", "de_casteljau" or "forward_difference"
         The method that computes the samples. With every method, normals whose rounding errors may
         be too large are computed again.
@@ -169,8 +171,8 @@ def choose_formulation(
         return "normal_polynomial"
     # A bilinear patch has four control points: one product with all four takes as long as each of
     # the two products, with two points each, of the separable formulation.
-    is_bilinear = patches.weights is not None and patches.degree == (1, 1)
-    if is_bilinear and patches.count > 1 and _is_basis_cached(patches.degree, resolution):
+    is_rational_bilinear = patches.weights is not None and patches.degree == (1, 1)
+    if is_rational_bilinear and patches.count > 1 and _is_basis_cached(patches.degree, resolution):
         return "kronecker"
     return "separable"
 
@@ -182,8 +184,9 @@ def _choose_at_once(
     """The faster formulation of `evaluate_at_once`, by counting multiplications and NumPy calls.
 
     The unit of cost is a multiplication of three coordinates in one large product. A multiplication
-    in the two products of `separable` costs 2 units. The NumPy calls of `separable` cost 20,000
-    units for each patch and for each chunk of patches.
+    in the two products of `separable` costs 2 units; the second product has 3 q + 2 for each
+    sample, counted as 3 q + 7. The NumPy calls of `separable` cost 20,000 units for each patch and
+    for each chunk of patches. A large product of few patches costs more for each multiplication.
     """
     q, vectors = degree[1], sum(count_vectors(degree))
     samples, chunk = (resolution[0] + 1) * (resolution[1] + 1), count_chunk(degree, resolution)
@@ -195,6 +198,6 @@ def _choose_at_once(
 
 
 def _is_basis_cached(degree: tuple[int, int], resolution: tuple[int, int]) -> bool:
-    """Whether the cache accepts the basis of all samples, by its size."""
+    """Whether the cache accepts the bases of S, S_u and S_v at all samples, by their size."""
     (p, q), (ru, rv) = degree, resolution
     return 3 * (p + 1) * (q + 1) * (ru + 1) * (rv + 1) <= MAX_BASIS_NUMBERS

@@ -32,7 +32,9 @@ SINGLE_NORMAL_COST = 128
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatchSamples:
-    """Points and unit normals at all samples of a batch: (P, Ru+1, Rv+1, 3); triangles (P, S, 3).
+    """Points and unit normals at all samples of P patches: (P, Ru+1, Rv+1, 3).
+
+    Those of triangular patches have the shape (P, (R+1)(R+2)/2, 3).
 
     `poles` counts the samples at which S_u × S_v vanishes.
     """
@@ -65,7 +67,7 @@ class Evaluation(ABC):
         self.positions = out.positions
         self.normals = out.normals
         self.origin = None if origin is None or not is_moved(origin) else origin
-        # As in `at_once`, points of rational patches are relative to the middle of the batch.
+        # As in `at_once`, nets are scaled and weights are at most 1.
         self.scale = find_scale(patches.extent)
         self.largest_weight = 1.0 if patches.weights is None else float(patches.weights.max())
         self.dimension = 4 if self.is_rational else 3
@@ -74,8 +76,9 @@ class Evaluation(ABC):
     def load_points(self, first: int, last: int, point: FloatArray) -> FloatArray:
         """Writes the control points of patches [first, last), ready for evaluation.
 
-        They are homogeneous if the patches are rational. The patches are the innermost axis, so
-        that differences between neighbours in a net are operations on long contiguous rows.
+        They are relative to the origin; or, if the patches are rational, homogeneous, relative to
+        the batch's middle and scaled. The patches are the innermost axis, so that differences
+        between neighbours in a net are operations on long contiguous rows.
 
         Parameters
         ----------
@@ -121,7 +124,10 @@ class Evaluation(ABC):
         return threshold
 
     def write_positions(self, planes: RealArray, out: RealArray) -> None:
-        """Writes S from its planes; projects homogeneous coordinates in place."""
+        """Writes S from planes of the control points of `load_points`.
+
+        Homogeneous planes are projected in place.
+        """
         if self.is_rational:
             self.write_local(planes, out)
         else:
@@ -145,7 +151,10 @@ class Evaluation(ABC):
         return planes
 
     def write_local(self, planes: RealArray, out: RealArray) -> None:
-        """Writes S from planes about the batch's middle; projects homogeneous planes in place."""
+        """Writes S from planes of the control points of `load_local`.
+
+        Homogeneous planes are projected in place.
+        """
         if self.is_rational:
             planes[:3] /= planes[3]
         write_local(planes, find_shift(self.patches, self.origin), self.scale, out)
@@ -180,8 +189,10 @@ class Evaluation(ABC):
     def partials_to_vectors(self, point: RealArray, du: RealArray, dv: RealArray) -> RealArray:
         """Planes of S_u × S_v up to a positive factor.
 
-        For rational patches `point` must already be projected. The result overwrites `point`.
+        For rational patches `point` must already be projected. The result is in the work array that
+        `sample_planes` returns for S, so it overwrites `point` if that is this array.
         """
+        # `write_normals` reuses this memory under the same name.
         term = scratch("square", (2, *du.shape[1:]), self.dtype)[1]
         if self.is_rational:
             for partial in (du, dv):
@@ -225,6 +236,7 @@ class Evaluation(ABC):
             is_crowded = counts * SINGLE_NORMAL_COST > self.sample_count
             index = np.flatnonzero(is_crowded)
             if len(index):
+                # The evaluation in float64 counts the poles of crowded patches again.
                 poles = int(
                     np.count_nonzero(~is_crowded[doubtful[~is_missing] // self.sample_count])
                 )

@@ -38,9 +38,10 @@ CHUNK_SAMPLES = 1 << 17
 def evaluate_grids(work: GridEvaluation) -> None:
     """Points and normals of tensor-product patches: many rows along v advance together."""
     p, q = work.patches.degree
-    for first, last, begin, end in _split_work(work.patches.count, *work.shape):
+    row_count, row_length = work.shape
+    for first, last, begin, end in _split_work(work.patches.count, row_count, row_length):
         checkpoint()
-        nets = work.load_nets(first, last)
+        nets = work.load_nets(first, last)  # used for the threshold of normals
         local = work.load_local(first, last).reshape(p + 1, q + 1, -1, last - first)
         rows = slice(begin, end)
         point = _evaluate_rows(local, work, rows)
@@ -66,8 +67,9 @@ def _evaluate_rows(net: FloatArray, work: GridEvaluation, rows: slice) -> RealAr
 def evaluate_triangles(work: TriangleEvaluation) -> None:
     """Points and normals of triangles: row m of samples, at t = m/R, has R − m divisions."""
     starts = triangle.row_starts(work.divisions)
-    for first, last, begin, end in _split_work(work.patches.count, *2 * (work.divisions + 1,)):
-        nets = work.load_nets(first, last)
+    row_count = longest_row = work.divisions + 1
+    for first, last, begin, end in _split_work(work.patches.count, row_count, longest_row):
+        nets = work.load_nets(first, last)  # used for the threshold of normals
         local = work.load_local(first, last)
         samples = slice(starts[begin], starts[end])
         point = _evaluate_triangle_rows(local, work.divisions, slice(begin, end), work.dtype)
@@ -96,6 +98,7 @@ def _evaluate_triangle_rows(net: FloatArray, divisions: int, rows: slice, dtype:
     basis = bernstein(tensor_nets.shape[1] - 1, number / divisions)
     curves = np.einsum("mk,rlkd->ldrm", basis, tensor_nets)
     lengths = divisions - number
+    # The last row is one sample: with 1 division in place of 0, its step is finite.
     values = _add_differences(curves, np.maximum(lengths, 1), dtype)
     row = np.repeat(np.arange(len(number)), lengths + 1)
     column = np.concatenate([np.arange(length + 1) for length in lengths.tolist()])
@@ -134,6 +137,7 @@ def _add_differences(curves: FloatArray, divisions: Ints, dtype: Real) -> RealAr
             active_differences[0],
             out=values[j, ..., :active_count],
         )
+        # The operands overlap: NumPy copies them first, so all sums are of old differences.
         np.add(active_differences[:-1], active_differences[1:], out=active_differences[:-1])
     return values
 
@@ -173,12 +177,13 @@ def _count_surjections(degree: int) -> FloatArray:
     return counts
 
 
-def _split_work(count: int, rows: int, samples: int) -> Iterator[tuple[int, int, int, int]]:
+def _split_work(count: int, rows: int, row_length: int) -> Iterator[tuple[int, int, int, int]]:
     """Runs (first, last, begin, end): rows [begin, end) of patches [first, last).
 
-    A run has all rows of several patches, or some rows of one patch.
+    A run has all rows of several patches, or some rows of one patch. Each patch has `rows` rows of
+    at most `row_length` samples.
     """
-    step = max(1, CHUNK_SAMPLES // samples)
+    step = max(1, CHUNK_SAMPLES // row_length)
     patches = max(1, step // rows)
     for first in range(0, count, patches):
         for begin in range(0, rows, step):

@@ -17,8 +17,8 @@ class GridEvaluation(Evaluation):
     """Tensor-product patches on grids of samples.
 
     `shape` is (Ru+1, Rv+1), `sample_count` the product of both numbers; results have the shape
-    (P, Ru+1, Rv+1, 3). If the nets of S, S_u and S_v are in one array, one net after another,
-    `parts` are the rows of each net.
+    (P, Ru+1, Rv+1, 3). `parts` are the rows of the nets of S, S_u and S_v in an array that has one
+    net after another (`ChunkNets.rows`).
     """
 
     patches: TensorPatches
@@ -67,5 +67,5 @@ class GridEvaluation(Evaluation):
         return unit_normals(self.patches, patch, u[i], v[j])
 
     def _write_poles(self, normals: RealArray) -> None:
-        """Writes limit normals along collapsed sides whose cone has a tangent plane."""
+        """Writes limit normals along collapsed sides, unless the pole has no tangent plane."""
         write_pole_normals(self.patches, self.resolution, normals)
