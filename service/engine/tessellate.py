@@ -51,12 +51,14 @@ def tessellate(
     allow : callable
         Called with a model that was cut for joining; it raises an error if the model is too large.
     """
+    # Joining is slow, so it is skipped if it is certain that it would change nothing.
     seams = connect_if_apart(model, options.weld_tolerance)
     if seams is None or may_be_cut(model, seams):
         model, seams = join_further(model, seams, options.weld_tolerance, allow)
+    # A surface without any shared edge is open; `find_closure` need not compare its borders.
     may_close = seams.connectivity.is_joined or model.domain is None
     closure = find_closure(model, seams.connectivity) if may_close else OPEN
-    if seams.connectivity.has_thin:
+    if seams.connectivity.has_thin:  # some patches may be curves
         model = leave_out_curves(model, seams.connectivity)
         seams = connect(model)
     layout = Layout.plan(seams.connectivity, options.resolution)
@@ -116,8 +118,8 @@ def draw_overlays_alone(model: PatchModel, options: MeshOptions) -> tuple[Overla
 def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int]:
     """Upper bounds of vertices, triangles and quads, from shapes and seams, without evaluation.
 
-    The bounds are exact for patches that do not meet; welding and collapsed sides only reduce the
-    numbers.
+    For patches that do not meet, the bounds are exact, except for triangles beside quads. Welding
+    and collapsed sides only reduce the numbers.
     """
     ru, rv = options.resolution
     triangle_patches = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
@@ -126,7 +128,7 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
     cells, border = grids * ru * rv, 2 * (ru + rv) * grids
     size = grids * (ru + 1) * (rv + 1) + triangle_patches * triangle.count_points(max(ru, rv))
     is_framed = False
-    if ru != rv:
+    if ru != rv:  # else no patch is framed, because all edges have the same divisions
         _, seams = join(model, options.weld_tolerance)
         layout = Layout.plan(seams.connectivity, options.resolution)
         size, is_framed = layout.size, layout.is_framed
@@ -134,18 +136,19 @@ def predict_size(model: PatchModel, options: MeshOptions) -> tuple[int, int, int
         shapes = [(b.resolution, len(b.patches)) for b in layout.blocks if not b.is_triangle]
         cells = sum(along_u * along_v * count for (along_u, along_v), count in shapes)
         border = sum(2 * (along_u + along_v) * count for (along_u, along_v), count in shapes)
-    # A patch of V samples, B of them on its border, has 2V - B - 2 triangles: fewer than 2V.
+    # A framed patch of V samples, B of them on its border, has 2V - B - 2 triangles: fewer than 2V.
     if options.faces == "quads":
+        # Quads at collapsed sides become triangles: at most one for each division of a border.
         return size, (2 * size if is_framed else border + triangle_faces), cells
     return size, (2 * size if is_framed else 2 * cells + triangle_faces), 0
 
 
 def _find_sharing(layout: Layout, rows: SampleRows, options: MeshOptions) -> Sharing | None:
-    """Which samples at one place share a vertex; None if all of them do, or without welding.
+    """Which samples at one position share a vertex; None if all of them do, or without welding.
 
-    Samples at one place may have different normals, colours or texture coordinates, and then stay
-    separate. If the mesh has channels, this function also replaces nearly equal normals at a place
-    by their mean, in `rows.normals`.
+    Samples at one position may have different normals, colours or texture coordinates, and then
+    stay separate. If the mesh has channels, this function also replaces nearly equal normals at a
+    position by their mean, in `rows.normals`.
     """
     if not (options.weld and layout.has_shared_samples):
         return None
@@ -169,6 +172,7 @@ def _build_parts(
     if len(model.parts) == 1:
         all_faces = (0, len(plan.triangles)), (0, len(plan.quads))
         return (MeshPart(model.parts[0].name, *all_faces, deviation_bound=mesh_bound),)
+    # The number of triangles, and of quads, before each patch.
     triangles, quads = plan.ends.tolist()
     return tuple(
         MeshPart(

@@ -1,7 +1,6 @@
 """A mesh from a certified triangulation: normals, channels, vertices, parts, lines, report."""
 
 from dataclasses import replace
-from math import inf
 
 import numpy as np
 
@@ -62,17 +61,17 @@ def assemble(
         The result of `find_closure`, for the report.
     """
     dtype, stored = storage.dtype, storage.store_positions(triangulation.positions, origin)
-    if not storage.step:  # on a grid, triangles without area are allowed
+    if not storage.step:  # meshes with positions on a grid keep triangles without area
         triangulation = drop_flat_triangles(triangulation, stored)
     samples, corners = find_samples(faces, triangulation)
     order, parts = _sort_by_part(
         model, faces.first[triangulation.face[triangulation.triangles[:, 0]]]
     )
     corners, bounds = corners[order], triangulation.bounds[order]
-    normals, limits = None, 0
+    normals, poles = None, 0
     angle_matters = options.accuracy is not None and options.accuracy.angle_tolerance is not None
     if options.normals or angle_matters:
-        normals, limits = evaluate_scattered_normals(
+        normals, poles = evaluate_scattered_normals(
             model.batches, samples.patch, samples.u, samples.v
         )
     channels = evaluate_channels(model, samples, dtype, uvs=options.uvs)
@@ -83,20 +82,25 @@ def assemble(
     welds = find_shared_positions(welding) if options.weld else None
     boundary, watertight = count_borders((triangles, _NO_QUADS), welds)
     positions = stored[samples.vertex[welding.samples]]
-    shown = None if normals is None else normals[welding.samples]
+    vertex_normals = None if normals is None else normals[welding.samples]
     uvs, colors, attributes = split_by_kind(tuple(c.take(welding.samples) for c in channels))
     low, high = find_stored_bounds(positions, origin)
-    adding = bound_origin_error(origin, np.array(low), np.array(high))
+    origin_error = bound_origin_error(origin, np.array(low), np.array(high))
     return Mesh(
         name=model.name,
         positions=positions,
-        normals=(shown + 0.0).astype(dtype) if shown is not None and options.normals else None,
+        normals=(
+            (vertex_normals + 0.0).astype(dtype)  # adding 0.0 turns -0.0 into 0.0
+            if vertex_normals is not None and options.normals
+            else None
+        ),
         uvs=uvs,
         triangles=triangles,
         quads=_NO_QUADS,
         parts=tuple(
             replace(
-                part, deviation_bound=_find_largest_bound(bounds[slice(*part.triangles)], adding)
+                part,
+                deviation_bound=_find_largest_bound(bounds[slice(*part.triangles)], origin_error),
             )
             for part in parts
         ),
@@ -114,20 +118,20 @@ def assemble(
             bounds_max=high,
             watertight=watertight,
             boundary_edges=boundary,
-            poles_repaired=limits,
+            poles_repaired=poles,
             closure=closure,
-            deviation_bound=_find_largest_bound(bounds, adding),
+            deviation_bound=_find_largest_bound(bounds, origin_error),
             curvature=find_ranges(attributes),
             merged_knots=model.merged_knots,
             moved=model.moved,
             mesh_deviation_bound=(
                 None
                 if triangulation.mesh_bounds is None
-                else _find_largest_bound(triangulation.mesh_bounds, adding)
+                else _find_largest_bound(triangulation.mesh_bounds, origin_error)
             ),
             normal_angle=(
-                find_largest_angle(triangles, shown)
-                if angle_matters and shown is not None
+                find_largest_angle(triangles, vertex_normals)
+                if angle_matters and vertex_normals is not None
                 else None
             ),
         ),
@@ -147,15 +151,22 @@ def _weld_samples(
     channels: tuple[ChannelRows, ...],
     options: MeshOptions,
 ) -> Welding:
-    """Merge samples to vertices; the place of a sample is the first sample of the same vertex."""
+    """Merge samples at one vertex of the triangulation whose normals and channels agree."""
     number = np.arange(len(samples.vertex))
     first = np.zeros(samples.vertex.max(initial=0) + 1, dtype=np.intp)
     first[samples.vertex[::-1]] = number[::-1]
-    place = first[samples.vertex]
-    if len(first) == len(number) and (place == number).all():
+    leader = first[samples.vertex]  # the first sample at the same vertex
+    if len(first) == len(number) and (leader == number).all():
         return Welding(number, number, number)  # no two samples share a vertex
-    alike = match_values(place, channels) if options.weld and channels else None
-    return weld(place, None, normals, options.crease_angle, options.weld, same_values=alike)
+    alike = match_values(leader, channels) if options.weld and channels else None
+    return weld(
+        leader,
+        used_samples=None,  # triangles use all samples
+        normals=normals,
+        crease_angle=options.crease_angle,
+        is_merged=options.weld,
+        same_values=alike,
+    )
 
 
 def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]:
@@ -163,7 +174,7 @@ def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]
 
     `patch` (T,) has a patch of each triangle. All patches of a face belong to one part.
     """
-    if model.sequence is not None:
+    if model.sequence is not None:  # patch numbers in the order of the parts
         position = np.empty(model.patch_count, dtype=np.intp)
         position[model.sequence] = np.arange(model.patch_count)
         patch = position[patch]
@@ -175,15 +186,15 @@ def _sort_by_part(model: PatchModel, patch: Ints) -> tuple[Ints, list[MeshPart]]
     ]
 
 
-def _find_largest_bound(bounds: FloatArray, adding: float) -> float | None:
-    """The largest bound of triangles, plus `adding`; None without triangles."""
-    return float(bounds.max(initial=-inf)) + adding if len(bounds) else None
+def _find_largest_bound(bounds: FloatArray, origin_error: float) -> float | None:
+    """The largest bound of triangles, plus `origin_error`; None without triangles."""
+    return float(bounds.max()) + origin_error if len(bounds) else None
 
 
 def draw_overlays(
     model: PatchModel, border: Border, options: MeshOptions, storage: Storage, origin: FloatArray
 ) -> tuple[Overlay, ...]:
-    """The overlays of the options, in the precision and relative to the origin of the mesh."""
+    """The overlays of the options, with positions stored as those of the mesh."""
     return tuple(
         _draw_control_net(model, storage, origin)
         if name == "control_net"

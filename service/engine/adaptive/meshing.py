@@ -50,7 +50,7 @@ class ModelMesher:
         self._origin = storage.choose_origin(*model.bounds)
         seams = find_seams(model.batches)
         self._closure = find_closure(model, seams.connectivity)
-        if seams.connectivity.has_thin:
+        if seams.connectivity.has_thin:  # some patches may be curves
             model = leave_out_curves(model, seams.connectivity)
             seams = find_seams(model.batches)
         self.model, self.seams, self._patch_nets = model, seams, PatchNets.of(model)
@@ -86,6 +86,7 @@ class ModelMesher:
         """
         model, options, storage = self.model, self._options, self._storage
         origin = self._origin
+        # The model is not placed here: this only subtracts the rounding of adding the origin.
         goal = move_goal(goal, None, model.bounds, bound_origin_error(origin, *model.bounds))
         rounding = storage.bound_storage_rounding(origin, *model.bounds)
         least = find_least_tolerance(self._patch_nets, rounding)
@@ -110,7 +111,11 @@ class ModelMesher:
                 effort=effort,
             )
             mesh = assemble(
-                *(model, self._faces, triangulation, options, overlays),
+                model,
+                self._faces,
+                triangulation,
+                options,
+                overlays,
                 storage=storage,
                 origin=origin,
                 closure=self._closure,
@@ -156,22 +161,24 @@ class GroupMesher:
         self._joined, self._is_welded = joined, options.weld
         self._group = separate_copies(joined.group) if has_camera else joined.group
         self._storage, self._has_nodes = storage, has_nodes
+        # If copies become one mesh, they are placed before they are rounded.
         node_storage = storage if has_nodes else Storage()
         models = self._group.models
         steps = find_grid_steps(self._group, options) if is_quantized else (0.0,) * len(models)
         self._models = [
             ModelMesher(model, options, replace(node_storage, step=step))
             for model, step in zip(models, steps, strict=True)
-            if isinstance(model, PatchModel)
+            if isinstance(model, PatchModel)  # always: groups with other models are refused before
         ]
 
     def build_mesh(self, goal: Goal, most: int, effort: Effort | None = None) -> Mesh | Scene:
         """The scene or the mesh that meets a goal; errors are those of `ModelMesher`."""
         group, low, high = self._group, *self._group.bounds
-        # If copies become one mesh, they are placed first and then rounded.
-        flat = self._storage.is_float32 and not self._has_nodes
+        is_rounded_last = self._storage.is_float32 and not self._has_nodes
         origin = self._storage.choose_origin(low, high)
-        rounding = self._storage.bound_storage_rounding(origin, low, high) if flat else 0.0
+        rounding = (
+            self._storage.bound_storage_rounding(origin, low, high) if is_rounded_last else 0.0
+        )
         goals = build_model_goals(goal, group, rounding)
         copies = Counter(member.model for member in group.members)
         meshes = []
@@ -188,7 +195,8 @@ class GroupMesher:
         scene = separate_members(scene, self._joined, is_welded=self._is_welded)
         if self._has_nodes:
             return scene
-        return round_to_single(flatten(scene), origin) if flat else flatten(scene)
+        flat_mesh = flatten(scene)
+        return round_to_single(flat_mesh, origin) if is_rounded_last else flat_mesh
 
 
 def build_mesher(

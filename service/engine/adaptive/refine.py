@@ -10,26 +10,27 @@ the reference triangle of the part. The bound of the part is the largest bound o
 
 **Theorem: the rounds end**, with a mesh or with `tolerance_too_small`. Proof: every round with a
 failure makes a leaf a fan, which happens at most once to a leaf, or cuts a leaf in two, or halves
-the height of a strip twice. The number of boxes of places is finite, and so is the number of
-heights.
+the height of a strip twice (the distance of its inner corners from the side of the face). The
+number of boxes of places is finite, and so is the number of heights.
 
 **Only rounding can cause this error.** Let ε be the tolerance, or its least value if it differs
 from place to place.
 
-1. A leaf that is cut is not small. Let the net of a leaf be within ε of each of its points. Then
-   all its triangles pass: each has a vertex of the leaf, which is on the surface over the leaf, so
-   the net over the triangle is within ε of the reference triangle. (If this is another triangle, it
-   has a vertex in common with the triangle.) A leaf is cut in the direction in which the surface
-   bends more, with a bonus for the longer direction. If a leaf becomes short in one direction, it
-   stops bending in this direction and is cut in the other. So its lengths in both directions go
-   to 0. (`_prefer_vertices` may choose the other direction, but not for a leaf that is much longer
-   in this one.)
+1. A leaf that is cut is not small. Let all control points over a leaf be within ε of every point of
+   the surface over the leaf. Then all triangles of the leaf pass: each has a vertex of the leaf,
+   which is on the surface over the leaf, so the net over the triangle is within ε of the reference
+   triangle. (If this is another triangle, it has a vertex in common with the triangle.) A leaf is
+   cut in the direction in which the surface bends more, with a bonus for the longer direction. If a
+   leaf becomes short in one direction, it stops bending in this direction and is cut in the other.
+   So its lengths in both directions go to 0. (`_prefer_vertices` may choose the other direction,
+   but not for a leaf that is much longer in this one.)
 2. As the strip over a segment of the border becomes flat, its nets contract into the hull of the
    net of the segment. This net is within 0.95 ε of the segment (by `divide_border`), and the
    segment is a side of the base triangle of the strip. So the strip passes.
-3. A leaf may be cut because it does not cover a piece of the border, or because one of its edges
-   exists already. This happens only if two of its corners are one vertex. Two places inside a face
-   are different vertices, so the leaf reaches from side to side, and is cut between these sides.
+3. A leaf may be cut because a piece of the border beside it is not an edge of any triangle, or
+   because more than two triangles have one of its edges. This happens only if two of its corners
+   are one vertex. Two places inside a face are different vertices, so the leaf reaches from side to
+   side, and is cut between these sides.
 """
 
 from dataclasses import replace
@@ -100,6 +101,7 @@ def triangulate(
     """
     task = Task(patch_nets, faces, goal, MeshLimits(most, effort or Effort()))
     draft, proofs = Draft(task, border, store), Proofs()
+    # Most faces are cut several times, so the halves of cells are estimated ahead.
     draft.renew(divide_cells(task, build_whole_cells(faces), AHEAD))
     while True:
         task.limits.count(int(draft.triangles.is_written.sum()))
@@ -122,9 +124,11 @@ def replace_failing(task: Task, failing: Leaves, along_v: Bools, is_plain: Bools
     diagonals.
     """
     a, b, c = failing.form[3:6]
+    allowed = failing.form[6]
+    # Columns: triangles of the fan on sides along u, and on sides along v; rows: their edges.
     one, other = (a + 2.0 * b + c) * 0.25, (a - 2.0 * b + c) * 0.25
     heights = maximize_heights(np.array([[a, c], [one, one], [other, other]])).max(axis=0)
-    to_fan = is_plain & ~failing.is_fan & (heights <= failing.form[6])
+    to_fan = is_plain & ~failing.is_fan & (heights <= allowed)
     fans, rest = failing.take(to_fan), failing.take(~to_fan)
     fans = replace(fans, is_fan=np.ones(len(fans), dtype=bool))
     if not len(rest):
@@ -166,6 +170,7 @@ class Proofs:
         """Prove some triangles: against their reference triangles or the bases of their strips."""
         task, triangles, samples, count = draft.task, draft.triangles, draft.samples, len(rows)
         base = triangles.base[rows]
+        # In strips, triangles other than the base are tried against the base, too.
         other = ((base >= 0) & (base != rows)).nonzero()[0]
         measured = np.concatenate([rows, rows[other]])
         references = np.concatenate([triangles.reference[rows], base[other]])
@@ -173,13 +178,14 @@ class Proofs:
         face = samples.face[corners[:, 0]]
         places = np.stack([samples.u[corners], samples.v[corners]], 2)
         task.limits.spend(task.estimate_work(face, places))
-        across = triangles.across[references]
+        across = triangles.across[references]  # vertices beyond the edges of reference triangles
         parts = Parts(face, places, triangles.vertices[references], across, references == measured)
         bounds = certify(task.patch_nets, task.faces, parts, samples.positions, task.goal)
         deviation, allowed = bounds.deviation[:count], bounds.allowed
         meets_goal = bounds.meets_goal[:count]
         mesh = np.zeros(count) if bounds.mesh is None else bounds.mesh[:count]
         if len(other):
+            # From the mesh to the surface a goal allows twice the deviation.
             better = ~meets_goal[other] & (bounds.deviation[count:] <= allowed[count:])
             better &= mesh[other] <= 2.0 * allowed[count:]
             chosen = other[better]
@@ -201,13 +207,17 @@ def _find_failing(draft: Draft, meets_goal: Bools) -> tuple[Ints, Bools, Ints]:
     fails, along_v = np.zeros(len(leaves), dtype=bool), leaves.along_v.copy()
     box = leaves.box
     has_reference = triangles.reference >= 0
+    # Triangles of strips have leaf −1.
     orphans = triangles.leaf[triangles.is_alive & ~has_reference & (triangles.leaf >= 0)]
+    # Leaves with a flat triangle that has no reference triangle, or with a piece of the border that
+    # is not an edge of any triangle.
     degenerate = np.concatenate([orphans, triangles.bare])
     if len(degenerate):
         fails[degenerate] = True
         along_v[degenerate] = (
             box[3, degenerate] - box[2, degenerate] > box[1, degenerate] - box[0, degenerate]
         )
+    # Triangles with an edge that more than two triangles have.
     crossed, edge = triangles.crossed.T
     if len(crossed):
         begin, end = triangles.corners[crossed, edge], triangles.corners[crossed, (edge + 1) % 3]

@@ -36,7 +36,8 @@ class PatchPlaces:
     patch : ndarray of int, shape (N,)
         Numbers of patches in the model.
     u, v : ndarray of float64, shape (N,)
-        Parameters of the patches, in [0, 1]; exact.
+        Parameters of the patches, in [0, 1]; exact. A triangular patch, as a face, is a square of
+        which one side is a point: its own parameters are (u (1 − v), v).
     vertex : ndarray of int, shape (N,)
         The vertex of the triangulation at each sample.
     """
@@ -122,23 +123,20 @@ def _evaluate_channel(
     values = np.empty((len(samples.patch), model.batches[0].channels[number].dimension))
     for batch, first, rows in group_by_batch(model.batches, samples.patch):
         nets = batch.channels[number].nets
-        for part in row_slices(len(rows), nets[0].size, CHUNK_VALUES):
-            samples_of_part = rows[part]
-            nets_of_samples, u, v = (
-                nets[samples.patch[samples_of_part] - first],
-                samples.u[samples_of_part],
-                samples.v[samples_of_part],
-            )
+        for block in row_slices(len(rows), nets[0].size, CHUNK_VALUES):
+            chosen = rows[block]
+            nets_of_samples = nets[samples.patch[chosen] - first]
+            u, v = samples.u[chosen], samples.v[chosen]
             if isinstance(batch, TrianglePatches):
-                places = to_barycentric(u * (1.0 - v), v)
-                basis = triangle_bernstein(degree_of(nets.shape[1]), places)
-                values[samples_of_part] = np.einsum("km,mkd->md", basis, nets_of_samples)
+                barycentric = to_barycentric(u * (1.0 - v), v)
+                basis = triangle_bernstein(degree_of(nets.shape[1]), barycentric)
+                values[chosen] = np.einsum("km,mkd->md", basis, nets_of_samples)
             else:
                 along_u, along_v = (
                     bernstein(nets.shape[axis] - 1, t) for axis, t in ((1, u), (2, v))
                 )
                 lines = np.einsum("mi,mijd->mjd", along_u, nets_of_samples)
-                values[samples_of_part] = np.einsum("mj,mjd->md", along_v, lines)
+                values[chosen] = np.einsum("mj,mjd->md", along_v, lines)
     if model.batches[0].channels[number].kind == "colors":
         np.clip(values, 0.0, 1.0, out=values)
     # Adding 0.0 turns -0.0 into 0.0.

@@ -1,10 +1,11 @@
 """Upper bounds of the size of a mesh by tolerance.
 
-Every triangle within a cell of sides h_u, h_v is within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) /
-8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε')) and so on, with ε' a third of ε, are fine enough for
-ε. Estimates and certificates use nets, which are further away than the surface, but hardly twice as
-far: cells that are fine enough for ε/2 are not cut. So a patch is cut into at most the number of
-cells computed here, where the numbers along u and along v are powers of 2.
+Let M_uu, M_uv and M_vv bound the second derivatives. Every triangle within a cell of sides h_u, h_v
+is within (h_u² M_uu + 2 h_u h_v M_uv + h_v² M_vv) / 8 of the surface. So 1/h_u ≥ √(M_uu / (8 ε'))
+and so on, with ε' a third of ε, are fine enough for ε. Estimates and certificates use nets, which
+are further away than the surface, but hardly twice as far: cells that are fine enough for ε/2 are
+not cut. So a patch is cut into at most the number of cells computed here, where the numbers along u
+and along v are powers of 2.
 
 A cut adds at most two vertices to the inside of a face; a fan, which replaces a cut, adds one. A
 face with V_i vertices inside and V_b on its border has 2 V_i + V_b − 2 triangles. So n cells with b
@@ -45,7 +46,7 @@ neighbouring samples that counts as a smooth turn; samples in one block."""
 def sample_goal_isocurves(
     model: PatchModel, seams: Seams, goal: Goal, options: MeshOptions, most: int
 ) -> list[IsoCurves]:
-    """The curves, as lines that are within the tolerance of a goal.
+    """The isocurves of the options, as lines that are within the tolerance of a goal.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def sample_goal_isocurves(
 
 
 def count_line_pieces(size: tuple[int, int], options: MeshOptions) -> int:
-    """The number that curves of a size (curves, samples) add to the number of triangles.
+    """The number that curves of a size (curves, samples) count towards the limit of triangles.
 
     For lines it is the number of samples, for tubes and ribbons the number of triangles.
     """
@@ -124,14 +125,15 @@ def estimate_least_triangles(model: PatchModel, angle: float) -> float:
 def _bound_cells(model: PatchModel, goal: Goal) -> tuple[int, int]:
     """Upper bounds of the numbers of cells and of pieces of the borders of patches."""
     nearest = np.array([goal.find_nearest_distance(*model.bounds)])
-    part = max(float(goal.find_allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
+    share = max(float(goal.find_allowed(nearest)[0]) / PARTS, float(np.finfo(np.float64).tiny))
     cells = pieces = 0
     for batch in model.batches:
         patches = batch.to_tensor() if isinstance(batch, TrianglePatches) else batch
         bends = bound_second_derivatives(patches, (1, 1), (1, 1))
-        uu, uv, vv = (each[0, 0] / (8 * part) for each in (bends.uu, 2 * bends.uv, bends.vv))
+        uu, uv, vv = (each[0, 0] / (8 * share) for each in (bends.uu, 2 * bends.uv, bends.vv))
         along = [np.exp2(np.clip(np.ceil(np.log2(m + 1e-300) / 2), 0, FINEST)) for m in (uu, vv)]
-        # The mixed term M_uv bounds the product of both numbers.
+        # By the mixed term, the product of both numbers must be at least `uv`; as a power of 2 it
+        # is less than twice that.
         cells += int(np.minimum(np.maximum(along[0] * along[1], 2 * uv), 4.0**FINEST).sum())
         pieces += int(sum(2 * np.maximum(side, FEWEST).sum() for side in along))
     return cells, pieces

@@ -23,7 +23,7 @@ Box: TypeAlias = tuple[FloatArray, FloatArray]
 
 LARGEST_TOLERANCE = 4.0
 """Tolerance of requests without tolerance, in diagonals of the model: no point of the mesh is
-further from any point of the model."""
+further than this from any point of the model."""
 
 NEAR = 1e-3
 """Least distance to the eye that counts, as a share of the model's diagonal: anything nearer fills
@@ -46,8 +46,8 @@ larger than before, in spite of rounding."""
 def build_goal(accuracy: Accuracy, model: PatchModel | GroupModel) -> Goal:
     """The goal of the mesh of a model or group, in its coordinates.
 
-    At the distance d one pixel is 2 d tan(φ/2) / n high: the height of the picture there, divided
-    by the number of its lines.
+    Let φ be the camera's field of view, and n the height of the picture in pixels. At the distance
+    d one pixel is 2 d tan(φ/2) / n high.
     """
     diagonal = model.diagonal
     tolerance = LARGEST_TOLERANCE * diagonal or inf
@@ -95,6 +95,9 @@ def build_model_goals(goal: Goal, group: GroupModel, error: float) -> tuple[Goal
 def move_goal(goal: Goal, matrix: FloatArray | None, bounds: Box, error: float) -> Goal:
     """The goal of a model between these bounds: if the mesh meets it, the placed copy meets `goal`.
 
+    `matrix` (4, 4) is the placement, None if there is none. `error` bounds the rounding that
+    follows it.
+
     Let s and S be the least and the largest scaling. A point of the model at the distance d from
     the eye is, when placed, at least s d from the eye, where a rate r allows r s d. An error there
     is at most S times the error in the model. So the rate of the model is r s / S.
@@ -138,9 +141,9 @@ def tighten_for_border(goal: Goal, rounding: float, bounds: Box) -> Goal:
     """The goal by which edges are divided, if storing moves vertices by up to `rounding`.
 
     Edges are divided until they are within 0.95 tolerances of their chords. Rounding moves the
-    chords. If it may move them by more than the other 0.05, the tolerance for edges is reduced.
-    Otherwise edges are divided by the full goal, so that the division of an edge does not depend on
-    the model that contains it.
+    chords. If it may take more than 1 − `LEAST_REST` = 0.04 of the tolerance, less than the other
+    0.05, the tolerance for edges is reduced. Otherwise edges are divided by the full goal, so that
+    the division of an edge does not depend on the model that contains it.
     """
     less = subtract_rounding(goal, rounding, bounds)
     tight = less.tolerance < LEAST_REST * goal.tolerance

@@ -1,14 +1,14 @@
 """The result of refinement: vertices, triangles and bounds; and how formats store positions.
 
-**Flat triangles** are omitted: triangles of which two corners are at one place in the file. A side
-that is nearly a point, for example, has vertices that differ in float64 but not in float32. If two
-vertices joined by an edge are stored at one place, they become one vertex, and the triangles at
-that edge are removed. The mesh stays closed where it was closed: the two other edges of each
-removed triangle become one edge.
+**Flat triangles** are omitted: triangles of which two corners have equal positions in the file. A
+side that is nearly a point, for example, has vertices that differ in float64 but not in float32. If
+the stored positions of two vertices joined by an edge are equal, they become one vertex, and the
+triangles at that edge are removed. The mesh stays closed where it was closed: the two other edges
+of each removed triangle become one edge.
 
-**Why the bound holds.** A triangle whose corners a and b are at one place is the segment from a to
-c. It is omitted only if this segment is an edge of a triangle of the same face that stays. The part
-of the surface near the segment is at least as near to that triangle, which takes over the bound.
+**Why the bound holds.** A triangle whose corners a and b are equal is the segment from a to c. It
+is omitted only if this segment is an edge of a triangle of the same face that stays. The part of
+the surface near the segment is at least as near to that triangle, which takes over the bound.
 """
 
 from dataclasses import dataclass, replace
@@ -71,7 +71,10 @@ class Storage:
         return positions + 0.0
 
     def restore_positions(self, positions: FloatArray, origin: FloatArray) -> FloatArray:
-        """Stored positions in model coordinates, float64; errors: `bound_origin_error`."""
+        """Store positions (N, 3) in model coordinates, and read them back in model coordinates.
+
+        The results are float64. Adding the origin may round them; `bound_origin_error` bounds this.
+        """
         if not (self.is_float32 or self.step):
             return positions
         read: FloatArray = self.store_positions(positions, origin).astype(np.float64) + origin
@@ -124,7 +127,7 @@ EDGES = ((0, 1), (1, 2), (2, 0))
 
 
 def drop_flat_triangles(triangulation: Triangulation, stored: RealArray) -> Triangulation:
-    """The triangulation without triangles that have two corners at one place.
+    """The triangulation without triangles of which two corners are stored as equal positions.
 
     `stored` (V, 3) are its vertices as the file stores them. The result is the same object if it
     has no flat triangle, or a flat triangle without a triangle beside it that stays.

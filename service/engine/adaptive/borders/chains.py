@@ -72,8 +72,9 @@ class _Steps:
 class _ChainRuns:
     """K distinct chains of one length n, and the runs along them.
 
-    `steps` (K, n) has the steps of each chain, in its order; `turned` (K,) marks chains against
-    whose direction these steps run; `side`, `first`, `chain` and `reversed` are those of `Chains`.
+    `steps` (K, n) has the rows of `_Steps` along each chain, from its first edge to its last;
+    `turned` (K,) marks chains that run against the sides of these rows; `side`, `first`, `chain`
+    and `reversed` are those of `Chains`.
     """
 
     steps: Ints
@@ -108,17 +109,18 @@ def find_chains(faces: Faces, seams: Seams) -> Chains:
         turned = _is_before(back, forth)
         codes = np.where(turned[:, None], back, forth)
         first, number = unique_rows(codes.astype(np.float64))
-        # Either all sides along one chain are complete, or none is.
+        # An edge must have as many uses as its chain. This is true of all sides with these codes,
+        # or of none, so the first of them decides for the chain.
         is_alike = (uses[steps.edge[rows]] == np.bincount(number)[number, None]).all(axis=1)
         is_alike &= (degree[steps.edge[rows]] == degree[steps.edge[rows[:, :1]]]).all(axis=1)
         single[rows[is_alike]] = False
         is_chain = is_alike[first]
         chosen = first[is_chain]
         leaders = np.where(turned[chosen, None], rows[chosen, ::-1], rows[chosen])
-        place = (np.cumsum(is_chain) - 1)[number[is_alike]]
+        chain = (np.cumsum(is_chain) - 1)[number[is_alike]]
         side = steps.side[rows[is_alike, 0]]
         groups.append(
-            _ChainRuns(leaders, turned[chosen], side, np.zeros_like(side), place, turned[is_alike])
+            _ChainRuns(leaders, turned[chosen], side, np.zeros_like(side), chain, turned[is_alike])
         )
     return _join_chains(steps, [_list_single_chains(steps, single), *groups])
 
@@ -181,10 +183,10 @@ def _is_before(rows: Ints, others: Ints) -> Bools:
 def _list_single_chains(steps: _Steps, single: Bools) -> _ChainRuns:
     """Edges as separate chains, in their directions."""
     rows = single.nonzero()[0]
-    first, place = unique_values(steps.edge[rows])
+    first, chain = unique_values(steps.edge[rows])
     leaders, turned = rows[first], steps.backward[rows]
     return _ChainRuns(
-        leaders[:, None], turned[first], steps.side[rows], steps.span[rows], place, turned
+        leaders[:, None], turned[first], steps.side[rows], steps.span[rows], chain, turned
     )
 
 

@@ -27,7 +27,8 @@ class Shapes:
     ----------
     net, curve : ndarray of float64, shape (M,)
         Bounds of distances to the chord: `net` for the net, elevated by one degree, and `curve` for
-        the curve. Nets are elevated because a surface has at least degree 1 across its sides.
+        the curve. Nets are elevated because a net over a triangle at a side has a higher degree
+        than the side: the degrees along and across it are added, and that across is at least 1.
     apart : ndarray of float64, shape (M,)
         Bounds of the distances between curve and chord at equal parameters; 0 if not measured.
     chord : ndarray of float64, shape (M,)
@@ -102,8 +103,8 @@ def measure_shapes(
 def find_tangents(nets: FloatArray, slack: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Unit vectors (M, 3) along curves (M, n+1, …) at their first and last points.
 
-    They have the directions of the first and the last leg of the net that is longer than its
-    rounding; they are 0 if the net has no such leg.
+    They have the directions of the first and the last leg of the net that is longer than `slack`
+    (M,), the rounding of the net; they are 0 if the net has no such leg.
     """
     legs, length = _find_legs(project_nets(nets, 3))
     is_long = length > slack[:, None]

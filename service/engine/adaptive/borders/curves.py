@@ -102,9 +102,9 @@ def build_side_normals(models: Sequence[tuple[Sequence[Patches], Seams]]) -> lis
 def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
     """Numbers of the edges (E,) of each model, equal for equal curves."""
     numbers = [np.zeros(len(seam.users), np.intp) for seam in seams]
-    degrees = {group.points.shape[1] for seam in seams for group in seam.curves}
+    sizes = {group.points.shape[1] for seam in seams for group in seam.curves}
     count = 0
-    for size in sorted(degrees):
+    for size in sorted(sizes):
         ids, rows = [], []
         for number, seam in zip(numbers, seams, strict=True):
             for group in seam.curves:
@@ -123,12 +123,13 @@ def _number_different_edges(seams: Sequence[Seams]) -> list[Ints]:
 
 
 AHEAD = 1 << 11
-"""Coordinates of nets up to which parts of edges, and halves of these, are decided at once."""
+"""Parts of edges are judged at once with their halves, the halves of these, and so on, as long as
+all nets together have at most this many coordinates."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Curves:
-    """Chains of edges of one degree; nets are about the first points of the chains, in their order.
+    """Chains of edges of one degree.
 
     Attributes
     ----------
@@ -139,6 +140,7 @@ class Curves:
     owner : ndarray of int, shape (N,)
         The chain, one of C, that each edge belongs to.
     nets : ndarray of float64, shape (N, n+1, 3), or (N, n+1, 4) if homogeneous
+        Control points of the edges in the direction of the chain, relative to its first point.
     origin, slack : ndarray of float64, shapes (C, 3) and (C,)
         The first points of the chains, and bounds of the rounding of nets.
     edge, backward : ndarray of int and of bool, shape (N,)
@@ -171,7 +173,8 @@ class Curves:
 class Tree:
     """M pieces, level by level: pieces, their halves, the halves of these, and so on.
 
-    Level k has the rows `level[k]`; each piece is a half of the piece `parent` (M,).
+    Level k has the rows `level[k]`; each piece is a half of the piece `parent` (M,). A piece of the
+    first level is its own parent.
     """
 
     level: list[slice]
@@ -186,8 +189,9 @@ class Tree:
     def walk(self, cut: Bools, closed: Bools, again: Bools) -> tuple[Bools, Bools, Bools]:
         """Which pieces exist, which of them are cut, and which must be cut; all (M,).
 
-        A piece of the first level must be cut if it is marked in `again`, any other piece if it is
-        half of a closed piece.
+        `cut` (M,) marks pieces that must be cut for their shape, `closed` (M,) those that end in
+        their first point. A piece of the first level must be cut if it is marked in `again`, any
+        other piece if it is half of a closed piece.
         """
         real, must, cut = np.ones(len(cut), dtype=bool), np.zeros(len(cut), dtype=bool), cut.copy()
         must[self.level[0]] = again

@@ -87,6 +87,7 @@ def divide_chains(
     pieces.add(chains.uses)
     length = chains.length
     every = np.arange(len(length))
+    # The last vertex of each chain; all other vertices are the first points of pieces.
     parts = [(every, length * SPAN, np.zeros((len(every), 3)))]
     parts += [
         _divide_curves(curves, goal, pieces) for curves in group_curves(chains, seams, normals)
@@ -154,13 +155,15 @@ def halve_edges(
         at, nets = halve_nets(tree, parts.at, parts.depth, parts.nets)
         number = np.arange(len(at)) % len(parts.row)
         row, cuts = parts.row[number], parts.cuts[number] + tree.depth
-        halves = _EdgeParts(row, at, cuts, parts.again, parts.depth, nets)
-        decision, slack = _judge_parts(curves, halves, tree.depth, goal)
+        decision, slack = _judge_parts(
+            curves, row, at, nets, goal, cuts=cuts, depth=parts.depth + tree.depth
+        )
         real, cut, _ = tree.walk(decision.cut, decision.closed, parts.again)
         refuse_hopeless(decision, real, slack, goal)
         pieces.add(curves.uses[curves.owner[row[cut]]])
         done = (real & ~cut).nonzero()[0]
         straight_parts.append((row[done], at[done], nets[done, 0]))
+        # The halves of the parts of the last level that must be cut are judged later.
         last = tree.level[-1]
         open_ = last.start + cut[last].nonzero()[0]
         depth = parts.depth + len(tree.level)
@@ -179,24 +182,30 @@ def halve_edges(
 
 
 def _judge_parts(
-    curves: Curves, parts: _EdgeParts, further: Ints, goal: Goal
+    curves: Curves,
+    row: Ints,
+    at: Ints,
+    nets: FloatArray,
+    goal: Goal,
+    *,
+    cuts: Ints,
+    depth: Ints,
 ) -> tuple[CutDecision, FloatArray]:
     """Which parts of edges must be cut, and bounds (M,) of the rounding of their nets.
 
-    `further` (M,) are halvings in addition to `parts.depth`.
+    `row`, `at`, `nets` and `cuts` are as in `_EdgeParts`; `depth` (M,) is the number of halvings
+    that led from the edge to each part.
     """
-    owner, nets, depth = curves.owner[parts.row], parts.nets, parts.depth + further
+    owner = curves.owner[row]
     slack = curves.slack[owner]
     ends = project_nets(nets[:, [0, -1]], 3)
     tangents = find_tangents(nets, slack) if goal.angle < inf else None
     shapes = measure_shapes(
         nets, ends, chord_parts=ends if goal.two_sided else None, tangents=tangents
     )
-    decision = decide_cuts(
-        shapes, goal, parts.cuts, depth, origin=curves.origin[owner], slack=slack
-    )
-    begin = parts.at / SPAN
-    turns = curves.measure_turns(parts.row, begin, begin + 0.5**depth)
+    decision = decide_cuts(shapes, goal, cuts, depth, origin=curves.origin[owner], slack=slack)
+    begin = at / SPAN
+    turns = curves.measure_turns(row, begin, begin + 0.5**depth)
     if turns is None:
         return decision, slack
     half, total = turns

@@ -32,9 +32,9 @@ narrow triangles along a side shrink towards this net, so they pass once they ar
 
 DEVIATION_SHARES = (1 / 16, 1 / 2, 1 / 2)
 """Largest deviations of nets, as shares of their chords, for every tolerance: of a chain that was
-not cut, of its halves, and of their halves. So two vertices always show that a curve turns back on
-itself. And two chains between the same two corners, as at the end of a wing, become one segment
-only if both are nearly straight: they turn by at most some twenty degrees."""
+not cut, of its halves, and of their halves. So a curve that turns back on itself always gets
+vertices that show it. And two chains between the same two corners, as at the end of a wing, become
+one segment only if both are nearly straight: they turn by at most some twenty degrees."""
 
 MOST_CUTS_OF_CLOSED = 8
 """Number of cuts after which a piece is no longer cut because it ends where it began."""
@@ -58,7 +58,8 @@ class CutDecision:
     closed : ndarray of bool
         Pieces that must be cut because they end in their first point.
     hopeless : ndarray of bool
-        Pieces whose rounding errors are too large for any cut to help.
+        Pieces that are too far from their chords, but that no cut helps: their rounding errors are
+        too large, or they are results of `DEPTH` halvings.
     allowed : ndarray of float64
         Allowed deviations.
     """
@@ -85,10 +86,11 @@ def decide_cuts(
     length.
 
     Why equal parameters are enough for two sides: let D be the vector from the chord to the curve.
-    On a flat strip beside the piece, the affine map onto a triangle (a, c, d) differs from the map
-    onto the chord by the D of the corners. So the net of the difference to the surface, a blossom
-    of D less shares of D(c) and D(d), is at most twice as long as the net of D. That is within the
-    two tolerances that are allowed from the mesh to the surface.
+    A flat strip beside the piece has triangles (a, c, d), with a at an end of the piece (D is 0
+    there). The affine map onto such a triangle differs from the map onto the chord by the D of its
+    corners. So the net of the difference to the surface, a blossom of D less shares of D(c) and
+    D(d), is at most twice as long as the net of D. That is within the two tolerances that are
+    allowed from the mesh to the surface.
 
     Parameters
     ----------
@@ -104,10 +106,10 @@ def decide_cuts(
     far |= shapes.curve > CURVE_SHARE * allowed - slack
     far |= shapes.apart > NET_SHARE * allowed - slack
     hopeless = far & ((CURVE_SHARE * allowed <= slack) | (halvings == DEPTH))
-    real = shapes.net > slack
+    deviates = shapes.net > slack
     share = np.array(DEVIATION_SHARES)[np.minimum(cuts, len(DEVIATION_SHARES) - 1)]
-    bent = real & (shapes.net > share * shapes.chord) & (cuts < len(DEVIATION_SHARES))
-    closed = (shapes.chord == 0) | real & (shapes.chord <= NEARLY_CLOSED * shapes.net)
+    bent = deviates & (shapes.net > share * shapes.chord) & (cuts < len(DEVIATION_SHARES))
+    closed = (shapes.chord == 0) | deviates & (shapes.chord <= NEARLY_CLOSED * shapes.net)
     closed &= cuts < MOST_CUTS_OF_CLOSED
     cut = far | bent | closed
     if goal.angle < inf:
@@ -115,8 +117,8 @@ def decide_cuts(
     return CutDecision(cut, closed, hopeless, allowed)
 
 
-def refuse_hopeless(decision: CutDecision, real: Bools, slack: FloatArray, goal: Goal) -> None:
-    """Raise an error if a real piece, shape (M,), is hopeless.
+def refuse_hopeless(decision: CutDecision, exists: Bools, slack: FloatArray, goal: Goal) -> None:
+    """Raise an error if a hopeless piece exists; halves of a piece that is not cut do not exist.
 
     Raises
     ------
@@ -124,7 +126,7 @@ def refuse_hopeless(decision: CutDecision, real: Bools, slack: FloatArray, goal:
         `tolerance_too_small` if it is below the rounding errors, or if `DEPTH` halvings are not
         enough.
     """
-    hopeless = decision.hopeless & real
+    hopeless = decision.hopeless & exists
     if hopeless.any():
         least = float(decision.allowed[hopeless].min())
         raise _build_error(least, float(slack[hopeless].max()), goal)

@@ -20,7 +20,8 @@ from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.bounds.vectors import Columns, Vectors
 
 SHORTEST = 16
-"""Least side of a cell, in units of places, so that a corner can be lifted by a share of it."""
+"""Least side of a cell, in units of places: it leaves room for a corner that is moved into the face
+by a share of it, where the border has no vertex."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,8 +72,9 @@ class Leaves(Cells):
         Whether the triangles are a fan.
     form : ndarray of float64, shape (7, m)
         The cell as a quadratic surface over [0, 1]². Rows E, F, G: the squared length of a step
-        (du, dv) is E du² + 2 F du dv + G dv². Rows a, b, c: the height of the surface over the
-        middle of a chord (du, dv) is a du² + 2 b du dv + c dv². The last row is the allowed
+        (du, dv) is E du² + 2 F du dv + G dv². Rows a, b, c: the height of the middle of a chord
+        (du, dv) over the surface, along the normal of the cell, is a du² + 2 b du dv + c dv². (For
+        cells of several spans, a and c are absolute heights.) The last row is the allowed
         deviation.
     """
 
@@ -117,7 +119,10 @@ class Task:
         return patch
 
     def find_border_sides(self, cells: Cells) -> Bools:
-        """Which sides ab, bc, cd, da of cells are on the border of their face, shape (4, m)."""
+        """Which sides ab, bc, cd, da of cells are on the border of their face, shape (4, m).
+
+        The corners a, b, c, d are those at (u0, v0), (u1, v0), (u1, v1), (u0, v1).
+        """
         (end_u, end_v), (u0, u1, v0, v1) = self.faces.spans[cells.face].T * SPAN, cells.box
         return np.array([v0 == 0, u1 == end_u, v1 == end_v, u0 == 0])
 
@@ -134,10 +139,10 @@ class Task:
         """Approximate cost of certifying triangles (m, 3, 2) of places, in multiplications."""
         costs = np.array([nets.piece_cost for nets in self.patch_nets.groups], dtype=np.float64)
         costs = costs[self.patch_nets.group[self.faces.first[face]]]
+        # A triangle has pieces in half of the patches of its box, and in those along one of its
+        # edges: 1.5 pieces if each face is one patch.
         if int(self.faces.spans.max()) == 1:
             return 1.5 * float(costs.sum())
-        # A triangle has pieces in half of the patches of its box, and in those along one of its
-        # edges.
         first, last = places.min(axis=1) // SPAN, -(-places.max(axis=1) // SPAN)
         long, wide = np.maximum(last - first, 1).T.astype(np.float64)
         pieces = (long * wide + long + wide) / 2

@@ -74,13 +74,15 @@ def estimate_cells(
     flat = planes.flat
     allowed = find_allowed(nets, goal, eye)
     if scale is not None:
-        size = np.sqrt(np.maximum(squares[4], squares[5]))
-        allowed = np.minimum(allowed, find_height_limit(goal.angle, size, scale))
+        # Rows 4 and 5 of `squares` belong to the two diagonals of each cell.
+        diagonal = np.sqrt(np.maximum(squares[4], squares[5]))
+        allowed = np.minimum(allowed, find_height_limit(goal.angle, diagonal, scale))
     over, signed, bends = measure_heights(nine_points, planes, normal, goal.two_sided)
     is_rising = over[0] < over[1] * NEARLY
     if planes.worse.any():
         is_rising = np.where(planes.worse == 0, is_rising, planes.worse < 0)
     best = np.where(is_rising, over[0], over[1])
+    # The largest of three lines along u (ab, cd, through the middle), and of three along v.
     bends = np.maximum.reduce(np.abs(bends).reshape(3, 2, -1), axis=0)
     fits, sides = best <= allowed, np.abs(signed[:4])
     may_fan = ~flat & (sides <= np.where(at_border, CURVE_SHARE, 1.0) * allowed).all(axis=0)
@@ -88,8 +90,8 @@ def estimate_cells(
     tried = (fits | may_fan).nonzero()[0]
     if len(tried):
         normals = np.where(is_rising, planes.normals[:2], planes.normals[2:]).take(tried, axis=-1)
-        net, bare = project_cells(nets.take(tried, axis=-1)), flat[tried]
-        more = measure_remainder(net, at.take(tried, axis=-1), normals, bare, goal.two_sided)
+        net, no_plane = project_cells(nets.take(tried, axis=-1)), flat[tried]
+        more = measure_remainder(net, at.take(tried, axis=-1), normals, no_plane, goal.two_sided)
         more *= REMAINDER_SHARE
         passes = best[tried] + more <= allowed[tried]
         rest = (~passes & may_fan[tried]).nonzero()[0]
@@ -97,11 +99,14 @@ def estimate_cells(
             fan = measure_fans(nine_points.take(tried[rest], axis=-1), goal.two_sided)
             is_fan[tried[rest]] = fan + more[rest] <= FAN_SHARE * allowed[tried[rest]]
         fails[tried] = ~(passes | is_fan[tried])
+        # Cells that fail only because of their remainder are cut as their whole nets bend.
         above = (fails[tried] & fits[tried]).nonzero()[0]
         if len(above):
             net, normals = net.take(above, axis=-1), normals.take(above, axis=-1)
-            bends[:, tried[above]] = measure_sag(net, normals, bare[above], goal.two_sided)
+            bends[:, tried[above]] = measure_sag(net, normals, no_plane[above], goal.two_sided)
     form = build_forms(steps, normal, -signed[4:], allowed)
+    # Rows 0 and 2 of `Leaves.form` are the squared lengths along u and v. Row 4 is b, and 8 b is
+    # (S_00 − S_10 + S_11 − S_01) · n.
     v_first = choose_directions(bends, np.sqrt(form[:3:2]), form[4] * 8.0, allowed)
     if scale is not None:
         turning, turns_along_v = compare_normals(at, goal.angle, scale, nets)
@@ -117,8 +122,9 @@ def build_forms(
 ) -> FloatArray:
     """`Leaves.form` of cells, given their steps and normals (`find_planes`).
 
-    `bends` (2, m) are the heights of cells over chords along u and along v.
+    `bends` (2, m) are the heights of chords along u and along v over the cell, along the normals.
     """
+    # The mean of ab and dc, and that of bc and ad.
     along = (steps[:2] - steps[2:4]) * 0.5
     form = np.empty((7, len(allowed)))
     form[:2], form[2] = dot(along[0], along), dot(along[1], along[1])

@@ -34,6 +34,7 @@ FALLING = 0.8
 """Halving helps if normals turn in each half by at most this share of their turn in the whole."""
 
 CORNERS = ((0, 0), (0, 2), (2, 0), (2, 2))
+"""Indices (i, j) of the corners among the nine points S(i/2, j/2) of a cell."""
 
 PAIRS = np.array(
     [
@@ -45,7 +46,8 @@ PAIRS = np.array(
         if m != j
     ]
 ).transpose(1, 2, 0)
-"""Pairs of places that are not on a line along u or v."""
+"""All pairs of the nine points S(i/2, j/2) that are not on one line along u or v: indices (i, j) of
+the first and the second point, shape (2, 2, 18)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

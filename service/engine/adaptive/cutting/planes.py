@@ -118,7 +118,8 @@ def measure_heights(
     -------
     over : ndarray of float64, shape (2, m)
         Largest heights over the triangles of the rising diagonal, and over those of the falling
-        one.
+        one; distances at equal parameters if a cell has no plane, and at least half of these if the
+        goal has two sides.
     signed : ndarray of float64, shape (6, m)
         Heights of the middles of `BENDS` over the middles of the chords, along the normal of the
         cell.

@@ -43,6 +43,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     points = nine_points.evaluate(piece_cells, patch)
     at = (points + offset).reshape(9, 3, -1)
     # Of the nine points of each cell (3 × 3, u outermost) only the corners are filled.
+    # The pieces of a cell are numbered from `start` to `end`, in lines along v of `width` pieces.
     corner = np.zeros((9, 3, len(cells)))
     corner[0], corner[6] = at[0][:, pieces.start], at[6][:, pieces.end - pieces.width + 1]
     corner[8], corner[2] = at[8][:, pieces.end], at[2][:, pieces.start + pieces.width - 1]
@@ -55,11 +56,12 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     distance_share = np.where(planes.flat, 1.0, 0.5 if goal.two_sided else 0.0)
     box, box_size = cells.box.take(cell, axis=1), cells.box[1::2] - cells.box[::2]
     low, high = ((piece_cells.box[k::2] - box[::2]) / box_size.take(cell, axis=1) for k in (0, 1))
-    places = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
+    # Parameters of the cell, from 0 to 1, at the ends and the middle of each piece: (2, 3, N).
+    shares = np.array([low, (low + high) * 0.5, high]).swapaxes(0, 1)
 
     triangles = _CellTriangles(corner[[0, 6, 8, 2]], planes, distance_share)
-    around = np.repeat(places[0], 3, axis=0), np.tile(places[1], (3, 1))
-    heights = pieces.find_largest(triangles.measure_heights(at, around, cell))
+    shares_of_points = np.repeat(shares[0], 3, axis=0), np.tile(shares[1], (3, 1))
+    heights = pieces.find_largest(triangles.measure_heights(at, shares_of_points, cell))
     # The diagonal with fewer triangles without area is better; if both have equally many, the
     # heights decide.
     is_rising = np.where(planes.worse == 0, heights[0] < heights[1] * NEARLY, planes.worse < 0)
@@ -68,12 +70,14 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     if goal.angle < np.pi:
         fails |= _find_turning(pieces, at, normal, goal.angle)
 
-    bends, lengths = _measure_bends(triangles, pieces, at, places[:, 1], normal)
+    bends, lengths = _measure_bends(triangles, pieces, at, shares[:, 1], normal)
     if not fails.all():
         chosen = np.where(is_rising, planes.normals[:2], planes.normals[2:])
         # The heights of control points over the biquadratic part of the piece; the heights of nets
         # over chords along u and along v.
-        remainder, *sags = _measure_remainders(task, pieces, (points, planes.flat), chosen, ~fails)
+        remainder, *sags = _measure_remainders(
+            task, pieces, points, chosen, flat=planes.flat, cells=~fails
+        )
         fails_by_remainder = ~fails & (best + remainder > allowed)
         fails |= fails_by_remainder
         bends = np.where(fails_by_remainder, sags, bends)
@@ -103,28 +107,28 @@ class _CellTriangles:
     distance_share: FloatArray
 
     def measure_heights(
-        self, points: FloatArray, places: tuple[FloatArray, FloatArray], cell: Ints
+        self, points: FloatArray, shares: tuple[FloatArray, FloatArray], cell: Ints
     ) -> FloatArray:
         """The largest heights (2, N) of points (k, 3, N) over both pairs of triangles.
 
         Parameters
         ----------
-        places : (x, y)
-            Places (k, N) of the points in their cells, from 0 to 1.
+        shares : (x, y)
+            Parameters (k, N) of the points in their cells, from 0 to 1.
         cell : ndarray of int, shape (N,)
             The cell of each column.
         """
-        x, y = places
+        x, y = shares
         under = self.planes.normals.take(cell, axis=-1)
         a, b, c, d = self.corner.take(cell, axis=-1)
         heights = np.empty((2, len(cell)))
-        share = self.distance_share[cell]
+        distance_share = self.distance_share[cell]
         for way, (from_, below) in enumerate(((a, y <= x), (b, x + y <= 1.0))):
             difference = points - from_
             height_below = dot(difference, under[2 * way])
             height_above = dot(difference, under[2 * way + 1])
             height = np.abs(np.where(below, height_below, height_above))
-            if share.any():
+            if distance_share.any():
                 # The points of the triangles at the same parameters.
                 s, t = x[:, np.newaxis], y[:, np.newaxis]
                 if from_ is a:
@@ -133,8 +137,8 @@ class _CellTriangles:
                     lower = a + s * (b - a) + t * (d - a)
                     upper = c + (1.0 - s) * (d - c) + (1.0 - t) * (b - c)
                 offset = points - np.where(below[:, np.newaxis], lower, upper)
-                distance = share * np.sqrt(dot(offset, offset))
-                height = np.maximum(np.where(share == 1.0, 0.0, height), distance)
+                distance = distance_share * np.sqrt(dot(offset, offset))
+                height = np.maximum(np.where(distance_share == 1.0, 0.0, height), distance)
             heights[way] = height.max(axis=0)
         return heights
 
@@ -192,22 +196,26 @@ def _find_allowed(task: Task, pieces: SpanPieces) -> FloatArray:
 def _measure_remainders(
     task: Task,
     pieces: SpanPieces,
-    nine_points: tuple[FloatArray, Bools],
+    points: FloatArray,
     normals: FloatArray,
+    *,
+    flat: Bools,
     cells: Bools,
 ) -> FloatArray:
     """The largest `measure_remainder` and `measure_sag` of the pieces of these cells: (3, m).
 
     Parameters
     ----------
-    nine_points : (points, flat)
-        Nine points of the pieces, (3, 3, 3, N), and whether cells (m,) have no planes.
+    points : ndarray of float64, shape (3, 3, 3, N)
+        Nine points of each piece.
     normals : ndarray of float64, shape (2, 3, m)
         Normals of the triangles of cells.
+    flat : ndarray of bool, shape (m,)
+        Cells without normals.
     cells : ndarray of bool, shape (m,)
         Marks cells to be measured; the values of other cells are 0.
     """
-    (points, flat), two_sided = nine_points, task.goal.two_sided
+    two_sided = task.goal.two_sided
     values = np.zeros((3, len(pieces.cell)))
     for net, rows in build_nets(task, pieces.as_cells, cells[pieces.cell].nonzero()[0]):
         cell, projected = pieces.cell[rows], project_cells(net)
