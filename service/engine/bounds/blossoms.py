@@ -1,8 +1,8 @@
 """Nets of the surface over boxes and triangles of parameters, by blossoming.
 
 A polynomial F of degree (p, q) has a blossom f(u_1 … u_p; v_1 … v_q), symmetric in the u and in the
-v, affine in each, with f(u, …, u; v, …, v) = F(u, v). Its values at mixtures of a few arguments are
-control points:
+v, affine in each, with f(u, …, u; v, …, v) = F(u, v). Control points are its values at mixtures of
+a few arguments, that is, at arguments chosen with repetition:
 
     box [a, b] × [c, d]:      P_ij = f(a …, b i times; c …, d j times)
     triangle of n = p + q:    b_ijk = mean of f over all ways of dealing i copies of the first
@@ -10,10 +10,10 @@ control points:
                               corners giving their u to the first p and their v to the others.
 
 Both are products of matrices with the net: the blossoms of the Bernstein polynomials along u, those
-along v (`build_blossoms`), and the shares of the means. No number in them is negative and every row
-adds up to one, so products are means of the given points, whatever their order of summation. Hence
-rounding moves a point by a few units in the last place of the net's size, also where homogeneous
-points are divided by their weights.
+along v (`build_blossoms`), and the weights of the means. No number in them is negative and every
+row adds up to one, so products are means of the given points, whatever their order of summation.
+Hence rounding moves a point by a few units in the last place of the net's size, also where
+homogeneous points are divided by their weights.
 
 Arrays are (m, …), a matrix for each item: NumPy multiplies stacked matrices one by one, so that the
 bits of an item do not depend on other items.
@@ -46,7 +46,8 @@ box, and the triangles of fans, with a base along u and with a base along v."""
 def list_mixtures(arguments: int, degree: int) -> tuple[Exponents, ...]:
     """The multiplicity of each argument in each mixture, in the order of `build_blossoms`.
 
-    A mixture extends a shorter mixture by one argument. Mixtures are sorted by that argument.
+    A mixture is a choice of `degree` arguments with repetition, in any order. Its last argument
+    extends a mixture of the arguments up to that one; mixtures are sorted by their last argument.
     """
     if degree == 0:
         return ((0,) * arguments,)
@@ -116,29 +117,30 @@ def build_box_nets(nets: FloatArray, along_u: FloatArray, along_v: FloatArray) -
 
 
 def build_triangle_nets(
-    nets: FloatArray, places: FloatArray, *, ordered: bool = True
+    nets: FloatArray, parameters: FloatArray, *, ordered: bool = True
 ) -> FloatArray:
     """Nets (m, D, N) over triangles of parameters, in the order of `list_exponents`.
 
     Parameters
     ----------
     nets : ndarray of float64, shape (m, D, p+1, q+1)
-    places : ndarray of float64, shape (3, 2, m)
-        The corners (u_k, v_k).
+    parameters : ndarray of float64, shape (3, 2, m)
+        The corners (u_k, v_k) of the triangles.
     ordered : bool
-        Whether the corners of a net must be in the order of `places`. Otherwise the nets of
-        triangles with one of the `SHAPES` in their boxes are made of nets over these boxes, which
-        have fewer points.
+        Whether a net must have its corners in the order of `parameters`. Otherwise triangles with
+        one of the `SHAPES` in their boxes get their nets, with corners in the order of `SHAPES`,
+        from the nets over these boxes. That is faster, because these have fewer points than
+        blossoms of three corners.
     """
     p, q = nets.shape[2] - 1, nets.shape[3] - 1
     if ordered:
-        return _blossom(nets, places) @ _build_triangle_shares(p, q)
-    shape, boxes = _find_shapes(places)
+        return _blossom(nets, parameters) @ _build_triangle_shares(p, q)
+    shape, boxes = _find_shapes(parameters)
     triangles = np.empty((*nets.shape[:2], comb(p + q + 2, 2)))
     is_other = shape == len(SHAPES)
     rows, rest = (~is_other).nonzero()[0], is_other.nonzero()[0]
     if len(rest):
-        other_nets = _blossom(nets.take(rest, axis=0), places.take(rest, axis=2))
+        other_nets = _blossom(nets.take(rest, axis=0), parameters.take(rest, axis=2))
         triangles[rest] = other_nets @ _build_triangle_shares(p, q)
     if len(rows):
         box_nets = _blossom(nets.take(rows, axis=0), boxes.take(rows, axis=2))
@@ -150,28 +152,28 @@ def build_triangle_nets(
     return triangles
 
 
-def _blossom(nets: FloatArray, places: FloatArray) -> FloatArray:
+def _blossom(nets: FloatArray, parameters: FloatArray) -> FloatArray:
     """Blossoms of nets (m, D, p+1, q+1) at all mixtures of arguments (k, 2, m): (m, D, U V)."""
-    p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, places.shape[2]
+    p, q, count = nets.shape[2] - 1, nets.shape[3] - 1, parameters.shape[2]
     if p == q:  # one call for both directions is faster than two
-        along = build_blossoms(p, np.concatenate([places[:, 0], places[:, 1]], axis=1))
+        along = build_blossoms(p, np.concatenate([parameters[:, 0], parameters[:, 1]], axis=1))
         both = build_box_nets(nets, along[:count], along[count:])
     else:
         both = build_box_nets(
-            nets, build_blossoms(p, places[:, 0]), build_blossoms(q, places[:, 1])
+            nets, build_blossoms(p, parameters[:, 0]), build_blossoms(q, parameters[:, 1])
         )
     return both.reshape(*both.shape[:2], -1)
 
 
-def _find_shapes(places: FloatArray) -> tuple[Ints, FloatArray]:
+def _find_shapes(parameters: FloatArray) -> tuple[Ints, FloatArray]:
     """The shapes (m,) of triangles (3, 2, m), and boxes (2, 2, m) about them.
 
     A shape is a number in `SHAPES`, or `len(SHAPES)` for all other triangles. A box is given by two
     opposite corners. The triangle has the corners in `SHAPES` if these two are (0, 0) and (1, 1).
     """
-    after, before = places.take(NEXT, axis=0), places.take(BEFORE, axis=0)
-    same_after, same_before, level = places == after, places == before, after == before
-    halfway = 2.0 * places == after + before
+    after, before = parameters.take(NEXT, axis=0), parameters.take(BEFORE, axis=0)
+    same_after, same_before, level = parameters == after, parameters == before, after == before
+    halfway = 2.0 * parameters == after + before
     # Axes: the shape, the corner that is at the right angle or opposite the base, the triangle.
     fits = np.empty((len(SHAPES), *same_after[:, 0].shape), dtype=bool)
     fits[0] = (same_after & same_before[:, ::-1]).any(axis=1)
@@ -180,7 +182,7 @@ def _find_shapes(places: FloatArray) -> tuple[Ints, FloatArray]:
     row = fits.argmax(axis=0)
     every = np.arange(len(row))
     shape, tip = np.where(fits[row, every], row // 3, len(SHAPES)), row % 3
-    tip, one, two = (corners[tip, :, every].T for corners in (places, after, before))
+    tip, one, two = (corners[tip, :, every].T for corners in (parameters, after, before))
     is_right = shape == 0
     boxes = np.empty((2, *tip.shape))
     boxes[0] = np.where(is_right, tip, one)
@@ -199,14 +201,14 @@ def list_exponents(degree: int) -> tuple[Exponents, ...]:
 def _build_triangle_shares(p: int, q: int) -> FloatArray:
     """The matrix (U V, N) from blossoms (u, v) of a surface to the points of a triangle's net."""
     along_u, along_v = list_mixtures(3, p), list_mixtures(3, q)
-    place = {key: number for number, key in enumerate(list_exponents(p + q))}
-    shares = np.zeros((len(along_u), len(along_v), len(place)))
+    column = {key: number for number, key in enumerate(list_exponents(p + q))}
+    shares = np.zeros((len(along_u), len(along_v), len(column)))
     for j, b in enumerate(along_v):
         for i, a in enumerate(along_u):
             both = tuple(x + y for x, y in zip(a, b, strict=True))
             ways = prod(comb(n, k) for n, k in zip(both, a, strict=True))
-            shares[i, j, place[both]] = ways / comb(p + q, p)
-    matrix = shares.reshape(-1, len(place))
+            shares[i, j, column[both]] = ways / comb(p + q, p)
+    matrix = shares.reshape(-1, len(column))
     matrix.flags.writeable = False
     return matrix
 

@@ -13,9 +13,9 @@ No point of the surface is further from the mesh than the largest bound of its p
    (`degree_reduction`).
 3. **No point of a piece is further from a triangle of the mesh, the reference triangle of its part,
    than the farthest point of the net**, because the distance to a convex set is a convex function.
-   Heights over the plane of the reference triangle and places in it may be bounded separately, and
-   the reference triangle may be enlarged by parts of its neighbours (`distance`). Heights are
-   bounded by their quadratic part and a remainder. For rational heights
+   Heights over the plane of the reference triangle and projections onto it may be bounded
+   separately, and the reference triangle may be enlarged by parts of its neighbours (`distance`).
+   Heights are bounded by their quadratic part and a remainder. For rational heights
 
        h = Σ B_ijk w_ijk h_ijk / Σ B_ijk w_ijk
 
@@ -32,7 +32,7 @@ S − A has a net over each piece. The images of the pieces of a part, with one 
 the reference triangle (`clip.find_images`).
 
 As parts shrink, the bound divided by the true distance tends to 1: quadratic parts are exact, and
-both remainders and the terms of neighbours are of third order.
+the remainders and the terms of the neighbours are of third order.
 """
 
 from collections.abc import Iterator
@@ -65,8 +65,8 @@ COVERED = 16
 class PieceMeasure:
     """M pieces of parts, and the mesh that they are measured against: the arguments of `certify`.
 
-    `shares` (3, 3, M) are the images of the corners of pieces in their parts (`find_images`); None
-    unless the goal has two sides.
+    `shares` (3, 3, M) are the corners of pieces in barycentric coordinates of their parts
+    (`find_images`); None unless `goal.two_sided`.
     """
 
     patch_nets: PatchNets
@@ -79,28 +79,31 @@ class PieceMeasure:
     def bound_pieces(self, bounds: FloatArray, rows: Ints) -> None:
         """Write the bounds of these pieces into the columns `rows` of `bounds` (3, M).
 
-        The rows of `bounds` are those of the result of `_bound_parts`.
+        The rows of `bounds`: deviation, distance from the eye, and deviation of the mesh.
         """
         patch_nets, pieces = self.patch_nets, self.pieces
         deviation, eye_distance, mesh = bounds
         for nets, selected in patch_nets.split_by_group(pieces.patch[rows]):
             group, (p, q) = rows[selected], nets.degree
+            # About the numbers in the arrays of one piece. Of high degree, pieces share box nets.
             numbers, is_high = 4 * (p + q + 1) * (p + q + 2), p + q > DIRECT
             if is_high:
                 numbers = 2 * (p + 1) * (q + 1)
-                order = sort_by_box(pieces.patch[group], pieces.places.take(group, axis=2))
+                order = sort_by_box(pieces.patch[group], pieces.parameters.take(group, axis=2))
                 group = group[order]
             for chunk in row_slices(len(group), numbers, CHUNK):
                 pieces_of_chunk = group[chunk]
                 patch = pieces.patch[pieces_of_chunk]
-                places = pieces.places.take(pieces_of_chunk, axis=2)
+                parameters = pieces.parameters.take(pieces_of_chunk, axis=2)
                 frames = self._build_frames(nets, pieces_of_chunk)
                 if is_high:
                     patches, which = np.unique(patch, return_inverse=True)
                     items = nets.items[patch_nets.row[patches]]
-                    local = frames.restrict_reduced(items, which, patch_nets.sizes[patches], places)
+                    local = frames.restrict_reduced(
+                        items, which, patch_nets.sizes[patches], parameters
+                    )
                 else:
-                    local = frames.restrict(nets.items[patch_nets.row[patch]], places)
+                    local = frames.restrict(nets.items[patch_nets.row[patch]], parameters)
                 deviation[pieces_of_chunk] = frames.to_model_units(local.deviation)
                 if self.goal.view is not None:
                     eye = self.goal.view.eye
@@ -123,11 +126,13 @@ class PieceMeasure:
     def _build_frames(self, nets: Nets, rows: Ints) -> LocalFrames:
         """The frames of these pieces, which lie in patches of one degree."""
         part, patch = self.pieces.part[rows], self.pieces.patch[rows]
+        # Where there is no vertex, `beyond` is −1 and takes any vertex, which is not used.
         reference, beyond = self.parts.reference[part].T, self.parts.across[part].T
         vertices, across = (
             np.ascontiguousarray(self.positions.take(ids, axis=0).swapaxes(1, 2))
             for ids in (reference, beyond)
         )
+        # `shares` has a column for each corner, so the corners of nets must keep their order.
         beside, ordered = (across, beyond >= 0), self.goal.two_sided
         return build_local_frames(self.patch_nets, nets, patch, vertices, beside, ordered=ordered)
 
@@ -143,12 +148,14 @@ def find_covering_hulls(measure: PieceMeasure) -> tuple[FloatArray, Bools] | Non
     piece depend on its part alone. The result is None if no part covers `COVERED` patches.
     """
     pieces = measure.pieces
+    # A covered patch has at least two pieces.
     if np.bincount(pieces.part).max(initial=0) < 2 * COVERED:
         return None
+    # Pairs of a part and a patch: the first piece of each pair, and the pair of each piece.
     first, pair = unique_values(pieces.part * len(measure.patch_nets.sizes) + pieces.patch)
     one, two = (pieces.corners[1:] - pieces.corners[0]).astype(np.float64)
-    area = np.bincount(pair, np.abs(one[0] * two[1] - one[1] * two[0]))
-    part, is_covered = pieces.part[first], area >= (2.0 - 1e-9) * SPAN * SPAN
+    twice_area = np.bincount(pair, np.abs(one[0] * two[1] - one[1] * two[0]))
+    part, is_covered = pieces.part[first], twice_area >= (2.0 - 1e-9) * SPAN * SPAN
     has_hulls = (np.bincount(part, is_covered) >= COVERED)[part]
     if not has_hulls.any():
         return None
@@ -172,7 +179,7 @@ class PartBounds:
         No point of the part is further than this from the mesh.
     mesh : ndarray of float64, shape (m,), or None
         No point of the reference triangle is further than this from the surface; 0 where this
-        triangle is not the image of the part (`Parts.is_own`). None unless the goal has two sides.
+        triangle is not the image of the part (`Parts.is_own`). None unless `goal.two_sided`.
     allowed : ndarray of float64, shape (m,)
         The deviation that the goal allows at the part's distance from the eye.
     """
@@ -228,7 +235,7 @@ def _bound_parts(
 ) -> FloatArray:
     """Bounds (3, m) of parts: deviation, distance from the eye, and deviation of the mesh.
 
-    The second row is 0 without a view. The third row is 0 unless the goal has two sides.
+    The second row is 0 without a view. The third row is 0 unless `goal.two_sided`.
     """
     corners = parts.corners.transpose(1, 2, 0)
     pieces = clip_parts(faces, parts.face, corners)
@@ -255,8 +262,12 @@ def _bound_parts(
 
 
 def _join(choose: np.ufunc, values: FloatArray, part: Ints, count: int) -> FloatArray:
-    """The largest or the least value of the pieces of each part; 0 for a part without pieces."""
-    if len(values) == count:
+    """The largest or the least value of the pieces of each of `count` parts.
+
+    `part` is in ascending order. A part has at least one piece, unless its corners are in a line;
+    the value of a part without pieces is 0.
+    """
+    if len(values) == count:  # one piece for each part
         return values
     begins = np.diff(part, prepend=-1).nonzero()[0]
     chosen = np.zeros(count)

@@ -5,9 +5,10 @@ the middle of the patch. Their unit is such that no coordinate of a control poin
 a reference triangle, exceeds 1. So no difference of two points is longer than 2√3 < 4.
 
 **Nets.** From the control points of the request to a net over a triangle, a number is rounded r
-times, in these steps:
+times, in these steps (P a control point, M the middle of its patch, w its weight, a the origin of
+the frame of the reference triangle):
 
-    P − M, times its weight                                2
+    P − M, times w                                         2
     three a level where a row of a triangle is raised      3 max(p, q)
     w a, subtracted; three products added in the frame     5; the frame itself is right to 8 u
     rows of blossoms, two a level, (1 − t) b + t b         2 (p + q); 1 − t is exact
@@ -27,14 +28,15 @@ matrices.
 
 **Distances.** `bound_distances` and `bound_heights` do a few more operations with these
 coordinates: at most 16 in a row, and p + q + 1 more for the value half-way along an edge, one for
-each point of the edge. The greatest value of Q has a factor 4/3, and the net of Q that is
-subtracted for R has at most the factor 8/3 in one row, because 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n ≥ 2.
-Together these are 4 · 4 (n + 1) u and less than 60 u more, which is below 16 (16 + p + q) u. Errors
-of wedges are at most 8 u times the length of an edge (`reference_triangles`).
+each point of the edge. The greatest value of Q, the quadratic part of the heights (`distance`), has
+a factor 4/3, and the net of Q that is subtracted for the remainder has at most the factor 8/3 in
+one row, because 4 Σ i_k i_{k+1} ≤ 4 n²/3 and n = p + q ≥ 2. Together these are 4 · 4 (n + 1) u and
+less than 60 u more, which is below 16 (16 + p + q) u. Errors of wedges are at most 8 u times the
+length of an edge (`reference_triangles`), so less than 64 u.
 
-**Vertices.** X − M is rounded, relative to 1. A position that is stored relative to an origin is
-one number here, which may be off by u |X| in each coordinate. Adding the middle of the patch to a
-point also rounds, but the surface is defined by the control points, which do not change.
+**Vertices.** For a vertex X, X − M is rounded, relative to 1. A position that is stored relative to
+an origin is one number here, which may be off by u |X| in each coordinate. Adding the middle of the
+patch to a point also rounds, but the surface is defined by the control points, which do not change.
 """
 
 import numpy as np
@@ -70,17 +72,19 @@ def find_least_tolerance(patch_nets: PatchNets, step: float = 0.0) -> float:
 
     The bounds of every mesh, however fine, contain the rounding above and the distance of its
     vertices from the surface. This distance comes from evaluation, which rounds less than the
-    certificate does, and from storing, with an error of at most `step`. The sum is doubled to leave
-    room for the bending of the surface. The result is at least `LEAST`, also if all points are 0.
+    certificate does, and from storing, with an error of at most `step`. The sum of the three
+    errors, evaluation counted like the certificate, is doubled to leave room for the bending of the
+    surface. The result is at least `LEAST`, also if all points are 0.
     """
     least = 0.0
     for nets in patch_nets.groups:
         sizes = patch_nets.sizes[nets.patches]
         far = sizes + np.abs(patch_nets.middles[:, nets.patches]).max(axis=0)
-        # Units are powers of two, up to twice the size.
+        # In local units, with a factor 2 as a margin.
         share = 2 * UNIT * count_roundings(*nets.degree)
         if sum(nets.degree) > DIRECT:
             share += SHIFT
+        # A local unit is a power of two, up to twice the size.
         slack = 2 * share * sizes + bound_storage_error(far)
         least = max(least, float(slack.max()))
     return max(4 * (least + patch_nets.lowering) + 2 * step, LEAST)

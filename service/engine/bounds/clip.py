@@ -2,7 +2,7 @@
 
 Where an edge of a part crosses a knot line, it is cut at the nearest place; the coordinates of
 places are integers (`service.engine.bounds.faces`). That place is computed from the two ends of the
-edge, in dictionary order, so it is the same for the two parts that share the edge.
+edge, sorted by their coordinates, so it is the same for the two parts that share the edge.
 
 Theorem: the pieces leave no gap. Proof by parity: before and after the cut, each edge inside the
 face is a side of an even number of triangles, and each edge on the border of the face is a side of
@@ -68,7 +68,7 @@ class PatchPieces:
     part : ndarray of int, shape (M,)
         The part of each piece, in ascending order.
     patch : ndarray of int, shape (M,)
-    places : ndarray of float64, shape (3, 2, M)
+    parameters : ndarray of float64, shape (3, 2, M)
         The corners, as parameters of the patch: multiples of 1 / SPAN, exactly.
     corners : ndarray of int, shape (3, 2, M)
         The corners as places of the face.
@@ -76,7 +76,7 @@ class PatchPieces:
 
     part: Ints
     patch: Ints
-    places: FloatArray
+    parameters: FloatArray
     corners: Ints
 
 
@@ -134,7 +134,9 @@ def find_images(pieces: PatchPieces, corners: Ints) -> FloatArray:
 
 
 def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, Ints]:
-    """Triangles cut at the knot lines of one direction.
+    """Triangles (3, 2, m) cut at the knot lines of one direction.
+
+    `counts` (m,) has the number of spans of the face of each triangle, in that direction.
 
     Returns
     -------
@@ -157,19 +159,23 @@ def _cut_at_knots(corners: Ints, counts: Ints, axis: int) -> tuple[Ints, Ints, I
     rings = _slice_triangles(corners.take(several, axis=2), run, span, axis)
     sources, pieces, spans = [unsplit], [corners.take(unsplit, axis=2)], [begin[unsplit]]
     for k in (1, 2, 3):
-        fan = rings[[0, k, k + 1]]
-        steps = fan - fan[[1, 2, 0]]
+        triangles = rings[[0, k, k + 1]]
+        steps = triangles - triangles[[1, 2, 0]]
+        # Triangles with three different corners.
         proper = ((steps != 0).any(axis=1).all(axis=0)).nonzero()[0]
         sources.append(source[proper])
-        pieces.append(fan.take(proper, axis=2))
+        pieces.append(triangles.take(proper, axis=2))
         spans.append(span[proper])
     return np.concatenate(sources), np.concatenate(pieces, axis=2), np.concatenate(spans)
 
 
 def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints:
-    """The intersections of triangles with spans: convex polygons (5, 2, M); corners may repeat."""
-    # A, B, C: the corners, sorted by their coordinates along the axis, then by the other
-    # coordinate.
+    """The intersections of triangles with spans: convex polygons (5, 2, M); corners may repeat.
+
+    Polygon i is the triangle `source[i]`, where its coordinate `axis` is in span `span[i]`.
+    """
+    # A, B, C: the corners (coordinate along the axis, other coordinate), sorted by the first, then
+    # by the second.
     along, across = corners[:, axis], corners[:, 1 - axis]
     order = np.lexsort((across, along), axis=0)
     along = np.take_along_axis(along, order, axis=0).take(source, axis=1)
@@ -193,13 +199,13 @@ def _slice_triangles(corners: Ints, source: Ints, span: Ints, axis: int) -> Ints
 def _cross_chain(
     a: tuple[Ints, Ints], b: tuple[Ints, Ints], c: tuple[Ints, Ints], at: Ints
 ) -> Ints:
-    """The place at which the line from A over B to C crosses a line of constant coordinate."""
+    """The second coordinate where the line from A over B to C has the first coordinate `at`."""
     return np.where(at <= b[0], _cross_edge(a, b, at), _cross_edge(b, c, at))
 
 
 def _cross_edge(a: tuple[Ints, Ints], b: tuple[Ints, Ints], at: Ints) -> Ints:
-    """The place nearest to the point where an edge crosses a line; ends of edges are exact."""
+    """The second coordinate, rounded, where an edge has the first coordinate `at`."""
     run = np.maximum(b[0] - a[0], 1)
     share = np.clip((at - a[0]) / run, 0.0, 1.0)
-    place = a[1] + np.rint((b[1] - a[1]) * share).astype(a[1].dtype)
-    return np.where(at == b[0], b[1], np.where(at == a[0], a[1], place))
+    between = a[1] + np.rint((b[1] - a[1]) * share).astype(a[1].dtype)
+    return np.where(at == b[0], b[1], np.where(at == a[0], a[1], between))

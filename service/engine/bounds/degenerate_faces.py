@@ -1,13 +1,13 @@
 """Bounds of the distance from the mesh to parts of the surface whose triangles the mesh omits.
 
-If two corners of a triangle are at one place, the triangle has no area, and the mesh omits it. Its
-part of the surface is then near the line between its two places. Usually that line is a side of a
+If two corners of a triangle are one point, the triangle has no area, and the mesh omits it. Its
+part of the surface is then near the line between its two points. Usually that line is a side of a
 face that is in the mesh, so the bound of that face holds. But at a corner between two sides that
 are one edge, or if a patch between two poles has only one division, the line may not be a side of
 any face. Then the triangle is *missing*, and the distance to the nearest vertex of the mesh bounds
 the distance to the mesh.
 
-Only samples on the border of a patch can share their place with others. So only the *rim* is
+Only samples on the border of a patch can be one point with other samples. So only the *rim* is
 examined: the triangles with a corner on the border.
 """
 
@@ -32,7 +32,8 @@ from service.engine.options import Faces, MeshOptions
 NOT_COLLAPSED = (False, False, False, False)
 
 CANDIDATES = 64
-"""The number of vertices examined when a missing triangle has no corner in the mesh."""
+"""The distance to at most this many vertices of the mesh is examined for each missing triangle, and
+the distance to those of its corners that are in the mesh."""
 
 
 def bound_missing_distances(
@@ -43,16 +44,17 @@ def bound_missing_distances(
     Bounds are 0 for patches without missing triangles, thus if `layout.may_lose_faces` is false.
     `positions` (N, 3) are the samples in the precision of the file.
     """
-    # Without welding, two samples share a place only on sides that are one point.
+    # Without welding, two samples are one point only on sides that are one point.
     folds = layout.may_fold and options.weld
     if not (
         folds or any(has_missing_triangles(shape, options.faces) for shape, _ in layout.shapes)
     ):
         return np.zeros(len(layout.base))
-    place = layout.leaders if options.weld else _find_pinched_places(layout)
+    # For each sample, one sample that stands for all samples at its point.
+    point = layout.leaders if options.weld else _find_pinched_points(layout)
     rims = [
         (
-            *build_rim_triangles(shape, place[layout.patch_samples(patches, shape)], options.faces),
+            *build_rim_triangles(shape, point[layout.patch_samples(patches, shape)], options.faces),
             np.repeat(patches, len(_build_rim(shape))),
         )
         for shape, patches in layout.shapes
@@ -71,29 +73,31 @@ def has_missing_triangles(shape: AnyShape, kind: Faces) -> bool:
     """Whether a patch of this shape has missing triangles because some of its sides are points."""
 
     def build() -> Bools:
-        place = merge_collapsed(shape)[np.newaxis]
-        return find_missing_triangles(*build_rim_triangles(shape, place, kind))
+        point = merge_collapsed(shape)[np.newaxis]
+        return find_missing_triangles(*build_rim_triangles(shape, point, kind))
 
     return bool(PLANS.array(("loses", shape, kind), build).any())
 
 
-def _find_pinched_places(layout: Layout) -> Ints:
-    """Places of all samples: one for each side that is one point, otherwise one for each sample."""
-    place = np.arange(layout.size)
+def _find_pinched_points(layout: Layout) -> Ints:
+    """For each sample itself, or one sample that stands for all of a side that is one point."""
+    point = np.arange(layout.size)
     samples, corner = layout.find_collapsed_samples()
     stand_in = np.zeros(layout.connectivity.corner_count, dtype=np.intp)
     stand_in[layout.connectivity.corner] = layout.corner_samples()
-    place[samples] = stand_in[corner]
-    return place
+    point[samples] = stand_in[corner]
+    return point
 
 
-def build_rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints, Bools, Bools]:
-    """The rims of patches whose samples are at places (n, samples).
+def build_rim_triangles(shape: AnyShape, point: Ints, kind: Faces) -> tuple[Ints, Bools, Bools]:
+    """The rims of n patches of one shape.
+
+    `point` (n, samples) has the number of the point of each sample of each patch.
 
     Returns
     -------
     corners : ndarray of int, shape (m, 3)
-        Places of the corners of triangles.
+        Points at the corners of triangles.
     written : ndarray of bool, shape (m,)
         Whether they are in the mesh, by themselves or as half of a quad.
     halves : ndarray of bool, shape (m,)
@@ -103,17 +107,19 @@ def build_rim_triangles(shape: AnyShape, place: Ints, kind: Faces) -> tuple[Ints
         # Quads are written without diagonals, so the shape's diagonals do not matter.
         shape = replace(shape, is_turned=(False, False))
     rim = _build_rim(shape)
-    corners = place[:, rim[:, :3]].reshape(-1, 3)
+    corners = point[:, rim[:, :3]].reshape(-1, 3)
     a, b, c = corners.T
     written = (a != b) & (b != c) & (a != c)
     halves = np.zeros(len(written), dtype=bool)
     if kind == "quads":
-        # The halves of a cell, (00, 10, 01) and (10, 11, 01), follow one another.
-        first = np.flatnonzero(np.tile(rim[:, 3] > 0, len(place)))[::2]
+        # The halves of a quad, (00, 10, 01) and (10, 11, 01), follow one another. They are folded
+        # onto each other if 00 and 11 are one point.
+        first = np.flatnonzero(np.tile(rim[:, 3] > 0, len(point)))[::2]
         is_folded = a[first] == b[first + 1]
         written[first] &= ~is_folded
         written[first + 1] &= ~is_folded
         halves[first] = halves[first + 1] = written[first] & written[first + 1]
+        # (11, 01, 10): the diagonal last
         corners[first + 1] = np.roll(corners[first + 1], -1, axis=1)
     return corners, written, halves
 
@@ -122,9 +128,10 @@ def find_missing_triangles(corners: Ints, written: Bools, halves: Bools) -> Bool
     """Which triangles (m,) are not written and do not lie on a side of a written triangle."""
     checkpoint()
     present, omitted = corners[written], np.sort(corners[~written], axis=1)
+    # The diagonal of a quad is not a side; a single point counts as a side.
     points = np.repeat(present.reshape(-1, 1), 2, axis=1)
     sides = np.concatenate([present[:, :2], present[:, ::2], present[~halves[written], 1:], points])
-    # A triangle without area is a line or a point: the first and the last place are its ends.
+    # A triangle without area is a line or a point: the first and the last number are its ends.
     step = [int(corners.max()) + 1, 1]
     missing = ~written
     missing[~written] = ~np.isin(omitted[:, ::2] @ step, np.sort(sides, axis=1) @ step)
@@ -149,16 +156,16 @@ def _bound_distances(corners: Ints, vertices: Ints, positions: RealArray) -> Flo
 
 
 def _build_rim(shape: AnyShape) -> IndexArray:
-    """Triangles with a corner on the border of the patch, and whether they are half a cell: (m, 4).
+    """Triangles with a corner on the border of the patch, and whether they are half a quad: (m, 4).
 
-    Triangles without area are included; a cell has both of its halves here, or neither.
+    Triangles without area are included; a quad has both of its halves here, or neither.
     """
     if any(shape.collapsed):
         return _build_rim(replace(shape, collapsed=NOT_COLLAPSED))
 
     def build() -> IndexArray:
         corners = build_faces(shape, "triangles")[0]
-        cells = 2 * len(build_faces(shape, "quads")[1])
+        halves = 2 * len(build_faces(shape, "quads")[1])
         if isinstance(shape, TriangleShape):
             border = np.zeros(triangle.count_points(shape.divisions), dtype=bool)
             border[triangle.side_rows(shape.divisions)] = True
@@ -168,8 +175,8 @@ def _build_rim(shape: AnyShape) -> IndexArray:
             border = np.ones(len(merge_collapsed(shape)), dtype=bool)
             border[inside] = False
         rim: Bools = np.asarray(border[corners].any(axis=1))
-        rim[:cells] = np.repeat(rim[:cells].reshape(-1, 2).any(axis=1), 2)
-        half = np.arange(len(corners), dtype=np.uint32) < cells
+        rim[:halves] = np.repeat(rim[:halves].reshape(-1, 2).any(axis=1), 2)
+        half = np.arange(len(corners), dtype=np.uint32) < halves
         return np.column_stack([corners, half]).astype(np.uint32)[rim]
 
     return PLANS.array(("rim", shape), build)

@@ -2,11 +2,12 @@
 
 The triangular net of a tensor net of degree (p, q) has (p+q+1)(p+q+2)/2 points, each a sum of many
 terms. Above a certain degree it is cheaper to use a net V of degree at most (3, 3) that is near the
-net W over the box about the triangle. Let E V be V elevated to the degree of W. Then the hull
-property of the difference gives, for polynomial (first line) and for homogeneous nets,
+net W over the box about the triangle. Let S be the surface of W, S' that of V, and E V the net V
+elevated to the degree of W. Then the hull property of the difference gives, for polynomial nets
+(first line) and for homogeneous nets W = (X, w), V = (X', w'),
 
     |S − S'| ≤ max_i ‖W_i − (E V)_i‖,
-    |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X and X' about C, a corner
+    |S − S'| = |(X − X') − (w − w') (S' − C)| / w            X and X' relative to C, a corner
              ≤ (max_i ‖X_i − (E X')_i‖ + max_i |w_i − (E w')_i| max ‖S' − C‖) / min_i w_i.
 
 The bound holds for every V. The V that is used is the least-squares net in the Bernstein basis with
@@ -30,19 +31,19 @@ LOW = 3
 """Degree to which nets are reduced."""
 
 SHIFT = 2.0**-40
-"""Bound of the rounding in these differences: 4 · 400 u from points at degree 64, a few u from
-sums, and 2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with
-coordinates up to 4 moves by at most this distance. If weights differ, the bound is multiplied by
-their ratio."""
+"""Bound of the rounding in these differences: 4 · 400 u from points, which are rounded fewer than
+400 times at degree (64, 64) (3 (p + q) + 2 times, `certificate_rounding`), a few u from sums, and
+2^-44 from parameters within a box: if they change by 2^-53, a cubic surface with coordinates up to
+4 moves by at most this distance. If weights differ, the bound is multiplied by their ratio."""
 
 
-def sort_by_box(patch: Ints, places: FloatArray) -> Ints:
+def sort_by_box(patch: Ints, parameters: FloatArray) -> Ints:
     """An order of triangles (3, 2, m) of patches (m,) in which equal boxes are neighbours."""
-    return np.lexsort((*places.max(axis=0), *places.min(axis=0), patch))
+    return np.lexsort((*parameters.max(axis=0), *parameters.min(axis=0), patch))
 
 
 def reduce_boxes(
-    nets: FloatArray, patch: Ints, places: FloatArray
+    nets: FloatArray, patch: Ints, parameters: FloatArray
 ) -> tuple[Ints, FloatArray, FloatArray, FloatArray]:
     """Nets over the B different boxes about triangles in the order of `sort_by_box`.
 
@@ -52,7 +53,8 @@ def reduce_boxes(
         Nets of different patches, no coordinate above 1.
     patch : ndarray of int, shape (m,)
         The patch of each triangle, in ascending order.
-    places : ndarray of float64, shape (3, 2, m)
+    parameters : ndarray of float64, shape (3, 2, m)
+        The corners of the triangles.
 
     Returns
     -------
@@ -65,13 +67,13 @@ def reduce_boxes(
     gap : ndarray of float64, shape (B,)
         Bounds of the distance between the surfaces of both nets at equal parameters.
     """
-    sides = np.array([places.min(axis=0), places.max(axis=0)])
+    sides = np.array([parameters.min(axis=0), parameters.max(axis=0)])
     new = np.ones(len(patch), dtype=bool)
     new[1:] = (patch[1:] != patch[:-1]) | (sides[..., 1:] != sides[..., :-1]).any(axis=(0, 1))
     first = new.nonzero()[0]
     along_u, along_v = (
-        _build_matrices(degree - 1, sides[:, axis, first])
-        for axis, degree in enumerate(nets.shape[2:])
+        _build_matrices(count - 1, sides[:, axis, first])
+        for axis, count in enumerate(nets.shape[2:])
     )
     box_nets = build_box_nets(nets[patch[first]], along_u, along_v)
     return np.cumsum(new) - 1, box_nets, *_reduce_nets(box_nets)

@@ -1,16 +1,16 @@
 """Bounds of the distance from a surface to a triangle of a mesh, by a net in the triangle's frame.
 
 Let c_i = (x_i, h_i) be the points of a net that has the hull property: h_i are their heights over
-the plane of the reference triangle T, x_i their places in this plane. A point of the surface is
-S = Σ_i β_i c_i with β_i ≥ 0 and Σ β_i = 1.
+the plane of the reference triangle T, x_i their projections onto this plane. A point of the surface
+is S = Σ_i β_i c_i with β_i ≥ 0 and Σ β_i = 1.
 
 **Distance to T.** The distance to a convex set is a convex function, so its maximum over the hull
 of the c_i is attained at one of them: d(S, T) ≤ max_i √(h_i² + d(x_i, T)²).
 
-**A separate bound of the height.** In the same way d(x, T) ≤ max_i d(x_i, T) for the place x of S.
-If another bound proves that |h(S)| ≤ H, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). This H is the
-exact maximum of the quadratic part of the heights, plus a bound of the remainder by its hull. Let
-m_k be the value of a triangular net h of degree n ≥ 2 half-way along edge k. Then
+**A separate bound of the height.** In the same way d(x, T) ≤ max_i d(x_i, T) for the projection x
+of S. If another bound proves that |h(S)| ≤ H, then d(S, T) ≤ √(H² + max_i d(x_i, T)²). This H is
+the exact maximum of the quadratic part of the heights, plus a bound of the remainder by its hull.
+Let m_k be the value of a triangular net h of degree n ≥ 2 half-way along edge k. Then
 
     h = Q + R,  Q = 4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0),
 
@@ -28,19 +28,20 @@ of cosines is
 
 at most 1/4, and it is replaced by 0 where m_a + m_b ≤ m_c. So 1 − cos² C loses no digits.
 
-**Lens.** Let the lens K be T with its wedges (`reference_triangles`), and let k_i be any points of
-K. Then k = Σ β_i k_i is in K, because K is convex, and both bounds hold for |S − k|, with
-|x_i − k_i| in place of d(x_i, T). If k is in wedge e, its height over edge e is at most δ_e, the
-greatest height of any k_i over edge e, because this height is affine. Folded back into the mesh, k
-moves by at most 2 δ_e sin(θ_e/2). A point is in at most one wedge. So max_e 2 δ_e sin(θ_e/2) is
-added once:
+**Lens.** The wedges of T are triangles in its plane on the other sides of its edges; folded about
+edge e by the angle θ_e, wedge e is in the neighbouring triangle of the mesh. They are so low that T
+with its wedges is convex (`reference_triangles`). This is the lens K. Let k_i be any points of K.
+Then k = Σ β_i k_i is in K, because K is convex, and both bounds hold for |S − k|, with |x_i − k_i|
+in place of d(x_i, T). If k is in wedge e, its height over edge e is at most δ_e, the greatest
+height of any k_i over edge e, because this height is affine. Folded back into the mesh, k moves by
+at most 2 δ_e sin(θ_e/2). A point is in at most one wedge. So max_e 2 δ_e sin(θ_e/2) is added once:
 
     d(S, mesh) ≤ min(d(S, T), d(S, K) + max_e 2 δ_e sin(θ_e/2)),
 
 where d(S, T) and d(S, K) stand for the lesser of their two bounds.
 
-**Few points.** A place inside T has distance 0 from T, and most places of a net are inside. Every
-other place is measured to all three edges, and to the wedges on them.
+**Few points.** A projection inside T has distance 0 from T, and most projections of a net's points
+are inside. All others are measured to all three edges, and to the wedges on them.
 
 A flat patch has distance 0 from two triangles in its plane, whatever its parametrisation, if all
 points of its net lie in these triangles, because θ = 0.
@@ -58,8 +59,8 @@ from service.engine.bounds.blossoms import list_exponents
 from service.engine.bounds.reference_triangles import ReferenceTriangles
 
 INSIDE = 2.0**-46
-"""A place counts as inside T if it is at least this far from every edge; that is more than
-rounding. All other places are measured to the edges."""
+"""A projection counts as inside T if it is at least this far from every edge; that is more than
+rounding. All others are measured to the edges."""
 
 TINY = float(np.finfo(np.float64).tiny)
 """The least positive number with full precision; a divisor in place of 0."""
@@ -95,8 +96,9 @@ def bound_distances(
         size = np.add.reduce(is_beyond, axis=1, dtype=np.intp)
         net, some = np.arange(count).repeat(size), size.nonzero()[0]
         flat = points.reshape(-1)
-        place = beyond + 2 * many * net
-        x, y = flat.take(place), flat.take(place + many)
+        # `beyond` counts points in (m, N), `at` their x in (m, 3, N).
+        at = beyond + 2 * many * net
+        x, y = flat.take(at), flat.take(at + many)
         values = _measure_to_edges(x, y, out.reshape(3, -1).take(beyond, axis=1), triangles, net)
         np.add(squared.reshape(-1).take(beyond), values[:2], out=values[2:4])
         first = (size.cumsum() - size)[some]
@@ -109,11 +111,15 @@ def bound_distances(
 
 
 def _measure_outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles) -> FloatArray:
-    """Signed distances of places (m, N) outside of each edge, − n · (P − A): (3, m, N)."""
+    """Signed distances of points (m, N) of the planes, positive outside of each edge: (3, m, N).
+
+    For an edge from A with the unit tangent t, and a point P, the distance is (P − A) × t.
+    """
     corners, tangents = triangles.corners, triangles.tangents
-    # t × A, computed once for each triangle.
+    # A × t, computed once for each triangle.
     begin = corners[:, 0] * tangents[:, 1] - corners[:, 1] * tangents[:, 0]
     out = np.empty((3, *x.shape))
+    # Edge 0 is on the x axis and begins at 0.
     np.negative(y, out=out[0])
     np.multiply(x, tangents[1:, 1, :, np.newaxis], out=out[1:])
     out[1:] -= y * tangents[1:, 0, :, np.newaxis]
@@ -124,18 +130,18 @@ def _measure_outside(x: FloatArray, y: FloatArray, triangles: ReferenceTriangles
 def _measure_to_edges(
     x: FloatArray, y: FloatArray, out: FloatArray, triangles: ReferenceTriangles, which: Ints
 ) -> FloatArray:
-    """Squared distances of K places from edges and from wedges, and folding distances: (5, K).
+    """Squared distances of K points in planes from T and from the lens; folding distances: (5, K).
 
-    Rows 2 and 3 are for the caller; they are not set.
+    These are rows 0, 1 and 4; rows 2 and 3 are for the caller, and not set.
 
     Parameters
     ----------
     x, y : ndarray of float64, shape (K,)
-        Places in the frames of triangles.
+        Points that do not count as inside their triangles, in the frames of these.
     out : ndarray of float64, shape (3, K)
         Their signed distances outside of each edge.
     which : ndarray of int, shape (K,)
-        The triangle of each place.
+        The triangle of each point.
     """
     corners, tangents = triangles.corners, triangles.tangents
     begin = corners[:, 0] * tangents[:, 0] + corners[:, 1] * tangents[:, 1]
@@ -152,7 +158,7 @@ def _measure_to_edges(
     np.subtract(length, foot, out=foot)
     foot *= triangles.ends.take(which, axis=1)
     np.minimum(wedge, foot, out=wedge)
-    # The lesser of the height of the wedge and the height of the place.
+    # The lesser of the height of the wedge over `foot` and the height of the point over the edge.
     np.minimum(wedge, out, out=wedge)
     np.maximum(wedge, 0.0, out=wedge)
     values = np.empty((5, len(which)))

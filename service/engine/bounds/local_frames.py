@@ -20,7 +20,9 @@ from service.engine.bounds.patch_nets import Nets, PatchNets
 from service.engine.bounds.reference_triangles import ReferenceTriangles, build_reference_triangles
 
 FAR = 2.0**300
-"""Distance, in units of a piece, beyond which neighbours are ignored and eyes are moved nearer."""
+"""Largest coordinate relative to the middle of the patch, in units of the piece. A triangle across
+an edge of the reference triangle is ignored if its opposite vertex has a larger one; if the eye of
+the camera has, it is moved nearer."""
 
 DOUBTFUL = 1 / 8
 """If more than this share of a bound comes from reducing degrees, the full net is bounded too."""
@@ -57,11 +59,13 @@ class LocalFrames:
     unit : ndarray of float64, shape (m,)
         One local unit, in model units.
     slack : ndarray of float64, shape (m,)
-        Bounds of the rounding of positions and of patches, in model units.
+        Bounds of the errors of stored vertices and of lowering (`PatchNets.lowering`), in model
+        units.
     rounding : float
         Bound of the rounding of a point, and of distances, in local units.
     ordered : bool
-        The parameter of `build_triangle_nets`.
+        Whether the corners of each net must be in the order of the corners of its piece, as
+        `bound_reverse_distances` needs; otherwise `build_triangle_nets` is faster.
     """
 
     triangles: ReferenceTriangles
@@ -71,40 +75,51 @@ class LocalFrames:
     rounding: float
     ordered: bool
 
-    def restrict(self, nets: FloatArray, places: FloatArray) -> LocalNets:
+    def restrict(self, nets: FloatArray, parameters: FloatArray) -> LocalNets:
         """The nets of pieces, with bounds of their deviations.
 
-        `nets` (m, D, p+1, q+1) are those of the patches of the pieces, in model units; `places`
+        `nets` (m, D, p+1, q+1) are those of the patches of the pieces, in model units; `parameters`
         (3, 2, m) are the corners of the pieces, as parameters of the patches.
         """
         framed = self.triangles.to_frames(nets, 1.0 / self.unit)
-        net = build_triangle_nets(framed, places, ordered=self.ordered)
+        net = build_triangle_nets(framed, parameters, ordered=self.ordered)
         return LocalNets(net, 0.0, self._bound_deviation(net))
 
     def restrict_reduced(
-        self, nets: FloatArray, patch: Ints, sizes: FloatArray, places: FloatArray
+        self, nets: FloatArray, patch: Ints, sizes: FloatArray, parameters: FloatArray
     ) -> LocalNets:
         """Nets near pieces of patches of high degree, with bounds of the deviations of the pieces.
 
-        The arguments are those of `reduce_boxes`, but nets are in model units; `sizes` (P,) are the
-        sizes of their patches (`PatchNets.sizes`).
+        Parameters
+        ----------
+        nets : ndarray of float64, shape (P, D, p+1, q+1)
+            Nets of different patches, in model units.
+        patch : ndarray of int, shape (m,)
+            The row in `nets` of the patch of each piece; pieces are in the order of `sort_by_box`.
+        sizes : ndarray of float64, shape (P,)
+            The largest absolute coordinate of each net (`PatchNets.sizes`).
+        parameters : ndarray of float64, shape (3, 2, m)
+            The corners of the pieces, as parameters of the patches.
         """
         units = find_units(sizes)
         scaled = nets.copy()
         scaled[:, :3] /= units[:, np.newaxis, np.newaxis, np.newaxis]
-        box, whole, low, gaps = reduce_boxes(scaled, patch, places)
-        share = units[patch] / self.unit
-        begin, end = places.min(axis=0), places.max(axis=0)
+        # The box about each piece; for each box its net, a cubic net near it, and their distance.
+        box, box_nets, cubic_nets, gaps = reduce_boxes(scaled, patch, parameters)
+        scale = units[patch] / self.unit
+        begin, end = parameters.min(axis=0), parameters.max(axis=0)
         wide = end > begin
-        inner = np.where(wide, (places - begin) / np.where(wide, end - begin, 1.0), 0.0)
-        framed = self.triangles.to_frames(low[box], share)
+        # The corners as parameters of the box.
+        inner = np.where(wide, (parameters - begin) / np.where(wide, end - begin, 1.0), 0.0)
+        framed = self.triangles.to_frames(cubic_nets[box], scale)
         net = build_triangle_nets(framed, inner, ordered=self.ordered)
-        gap = gaps[box] * share
+        gap = gaps[box] * scale
         bound = self._bound_deviation(net) + gap
-        # A net may be near the triangle although no cubic net is near that net.
+        # Where the cubic net is not near the net over the box, the latter may still be near the
+        # reference triangle, so its hull is tried too.
         rows = (gap > bound * DOUBTFUL).nonzero()[0]
         if len(rows):
-            hulls = _bound_by_hulls(whole[box[rows]], self.triangles.take(rows), share[rows])
+            hulls = _bound_by_hulls(box_nets[box[rows]], self.triangles.take(rows), scale[rows])
             bound[rows] = np.minimum(bound[rows], hulls)
         return LocalNets(net, gap, bound)
 
@@ -119,7 +134,8 @@ class LocalFrames:
 
     def bound_distances_to_eye(self, piece: LocalNets, eye: FloatArray) -> FloatArray:
         """Lower bounds (m,) of the distances from pieces to the eye (3,), by boxes about nets."""
-        # A distant eye is moved to the border of this box, which never increases its distance.
+        # A distant eye is moved to the nearest point of the cube within `FAR` of the middle. The
+        # piece is in this convex cube, so this never increases the distance.
         difference = np.clip(eye[:, np.newaxis] - self.middle, -FAR * self.unit, FAR * self.unit)
         framed = self.triangles.to_frames(difference.T[..., np.newaxis], 1.0 / self.unit)[..., 0]
         points = project_local_nets(piece.net)
@@ -132,13 +148,14 @@ class LocalFrames:
         return least
 
     def bound_reverse_distances(self, piece: LocalNets, images: FloatArray) -> FloatArray:
-        """Bounds (m,) of |S − A|, where A is the affine map from a piece to its image.
+        """Bounds (m,) of |S − A|, for pieces S and their affine maps A to the reference triangles.
 
-        `images` (3, 3, m) has the images of the corners of pieces, as barycentric coordinates (axis
-        1) on the reference triangles. S − A is (X − w A) / w, where X − w A is a triangular net of
-        one degree more. Its point (i_0, i_1, i_2) is the mean, with weights i_e, of X − w A_e at
-        the point with i_e reduced by 1, over the corners e with i_e > 0. The net of w is elevated
-        in the same way.
+        S is X / w (w = 1 without weights). Axis 0 of `images` (3, 3, m) counts the corners e of
+        pieces, axis 1 the barycentric coordinates of their images A_e in the reference triangles.
+        S − A is (X − w A) / w, where X − w A is a triangular net of one degree more than those of X
+        and w. Its point (i_0, i_1, i_2) is a mean over the corners e with i_e > 0, with weights
+        i_e: of X − w A_e at the points of the nets of X and w with i_e reduced by 1. The net of w
+        is elevated in the same way.
         """
         net = piece.net
         a, b, c = self.triangles.corners
@@ -205,7 +222,7 @@ def project_local_nets(net: FloatArray) -> FloatArray:
 
 
 def find_units(sizes: FloatArray) -> FloatArray:
-    """The least power of two above each size, but at least 2^-1000."""
+    """The least power of two above each size, but at least 2^-1000; 1 for a size of 0."""
     unit: FloatArray = np.ldexp(1.0, np.maximum(np.frexp(sizes)[1], -1000))
     return unit
 
@@ -232,6 +249,8 @@ def build_local_frames(
     beyond : ndarrays of shapes (3, 3, m) and (3, m)
         The vertices across the edges of these triangles, in model coordinates, and whether they
         exist.
+    ordered : bool
+        See `LocalFrames`.
     """
     across, joined = beyond
     middle = patch_nets.middles.take(patch, axis=1)

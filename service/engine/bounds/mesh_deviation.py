@@ -129,10 +129,12 @@ def _bound_chordal(patches: Patches, layout: Layout, block: Block) -> FloatArray
         blocks = count_blocks(ru, p), count_blocks(rv, q)
         bends = bound_second_derivatives(patches, (ru, rv), blocks)
         return bends.bound_deviations(1 / ru, 1 / rv) + rounding
+    # A side has one division more than extra samples.
     strip_divisions = np.where(is_separate, layout.extra_count[patch_numbers] + 1, np.inf)
     # A strip joins a line of m divisions to a line of n divisions. Each of its triangles is at most
-    # 1/m or 1/n long along these lines, and one cell wide across them. A strip may lie anywhere
-    # in the patch, so second derivatives are bounded over the whole patch, and not over blocks.
+    # 1/m or 1/n long along these lines, and one cell of the grid wide across them. A strip may
+    # lie anywhere in the patch, so second derivatives, and rounding, are bounded over the whole
+    # patch, and not over blocks.
     along_v = 1 / np.minimum(rv, strip_divisions[:, :2].min(axis=1))
     along_u = 1 / np.minimum(ru, strip_divisions[:, 2:].min(axis=1))
     bends = bound_second_derivatives(patches, (ru, rv), (1, 1))

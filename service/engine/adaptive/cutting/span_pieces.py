@@ -66,6 +66,7 @@ def count_spans(cells: Cells) -> Ints:
 
 def _count_along(cells: Cells) -> Ints:
     """Number of spans that cells intersect along u and along v: shape (2, m)."""
+    # The rows of a box are u0, u1, v0, v1. The first term is the end, rounded up.
     counts: Ints = -(-cells.box[1::2] // SPAN) - cells.box[::2] // SPAN
     return counts
 
@@ -91,6 +92,7 @@ def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArra
     """Nets of the pieces in these rows, in blocks, with the rows of each block."""
     patch = task.find_patches(cells)
     for nets, selected in task.patch_nets.split_by_group(patch[rows]):
+        # `BLOCK` is for nets of 16 numbers; blocks of larger nets have fewer pieces.
         block = max(16, BLOCK * 16 // nets.values[..., 0].size)
         for k in range(0, len(selected), block):
             chunk = rows[selected[k : k + block]]
@@ -100,30 +102,34 @@ def build_nets(task: Task, cells: Cells, rows: Ints) -> Iterator[tuple[FloatArra
 
 
 class NinePoints:
-    """Nine points of pieces; the points of whole spans are cached."""
+    """Points of pieces at u, v ∈ {0, ½, 1} of each piece; the points of whole spans are cached."""
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self.place = np.full(len(task.patch_nets.sizes), -1)
+        # The column of each patch in `points`, or −1.
+        self.column = np.full(len(task.patch_nets.sizes), -1)
         self.points = np.empty((3, 3, 3, 0))
 
     def evaluate(self, cells: Cells, patch: Ints) -> FloatArray:
-        """Nine points (3, 3, 3, N) of pieces in these patches, about the middles of the patches."""
+        """Nine points (3, 3, 3, N) of pieces in these patches, as in `evaluate_nine_points`.
+
+        Coordinates are relative to the middles of the patches.
+        """
         is_span = (cells.box[1::2] - cells.box[::2] == SPAN).all(axis=0)
-        fresh = (is_span & (self.place[patch] < 0)).nonzero()[0]
+        fresh = (is_span & (self.column[patch] < 0)).nonzero()[0]
         if len(fresh):
             # Pieces of many cells may be the same span.
             fresh = fresh[np.unique(patch[fresh], return_index=True)[1]]
             more = np.empty((3, 3, 3, len(fresh)))
-            self.place[patch[fresh]] = np.arange(len(fresh))
+            self.column[patch[fresh]] = np.arange(len(fresh))
             for net, rows in build_nets(self.task, cells, fresh):
-                more[..., self.place[patch[rows]]] = evaluate_nine_points(net)
-            self.place[patch[fresh]] += self.points.shape[3]
+                more[..., self.column[patch[rows]]] = evaluate_nine_points(net)
+            self.column[patch[fresh]] += self.points.shape[3]
             self.points = np.concatenate([self.points, more], axis=3)
         if is_span.all():
-            return self.points.take(self.place[patch], axis=3)
+            return self.points.take(self.column[patch], axis=3)
         points = np.empty((3, 3, 3, len(patch)))
-        points[..., is_span] = self.points.take(self.place[patch[is_span]], axis=3)
+        points[..., is_span] = self.points.take(self.column[patch[is_span]], axis=3)
         for net, rows in build_nets(self.task, cells, (~is_span).nonzero()[0]):
             points[..., rows] = evaluate_nine_points(net)
         return points

@@ -37,7 +37,7 @@ OVERHEAD = 20
 """Multiplications for every number of a net, in addition to halving."""
 
 AHEAD = 1 << 13
-"""Numbers in the nets of cells and their halves up to which these are estimated in one step."""
+"""Cells and their halves are estimated in one step if their nets have at most this many numbers."""
 
 NORMALS = 2500
 """Multiplications to compare the normals of one cell."""
@@ -51,6 +51,7 @@ def divide_cells(task: Task, start: Cells, ahead: int = 0) -> Leaves:
     start : Cells
         Faces, or cells after cutting.
     ahead : int
+        The most numbers in the nets of cells that are estimated in one step with their halves:
         `AHEAD` for whole faces; 0 for cells of which most need no further cut.
 
     Returns
@@ -90,8 +91,9 @@ def _divide_several_spans(task: Task, start: Cells) -> tuple[list[Leaves], list[
         fails, candidates = estimate_span_cells(task, cells, nine_points)
         leaves.append(candidates.take(~fails))
         cut = cells.take(fails)
-        # A very thin cell is cut in its longer direction, at knots, because along a crease its
-        # normals turn however thin it is. Then its spans are estimated one by one.
+        # A very thin cell is cut in its longer direction: where it contains a crease, its normals
+        # turn however thin it is. That direction has several spans, and `halve` cuts at a knot.
+        # In the end the spans are estimated one by one.
         thin = cut.box[1::2] - cut.box[::2] <= SPAN * FINEST
         along_v = np.where(thin[0] | thin[1], thin[0], candidates.along_v[fails])
         halves = Cells.concatenate([*cut.halve(along_v)])

@@ -8,6 +8,9 @@ there. So every leaf is still a convex polygon, through all vertices on its boun
 and the lifted corners c1 … ck there is a strip: a trapezoid, or a triangle if k = 1.
 
 On a side that is one point all corners are that vertex, at different places.
+
+The *entries* of the border are its vertices side by side (`Border`). A segment of the border has
+the number of the entry at its beginning.
 """
 
 from dataclasses import dataclass
@@ -43,11 +46,12 @@ class CellBoundaries:
     start : ndarray of int, shape (L+1,)
         Polygon k has the samples `corner[start[k] : start[k+1]]`, counter-clockwise from the one
         nearest to (0, 0); the last sample of a fan is its middle.
-    corner : ndarray of int
+    corner : ndarray of int, shape (C,)
+        Samples at the corners of all polygons.
     is_plain : ndarray of bool, shape (L,)
-        Whether a leaf is not a fan and its polygon has only four corners.
+        Whether a leaf is not a fan and its polygon has only four corners, none of them lifted.
     segment : ndarray of int, shape (K,)
-        Entry of the border at which the segment of each lifted corner begins, in ascending order.
+        The segment of the border with each lifted corner, in ascending order.
     lifted : ndarray of int, shape (K,)
         Samples at the lifted corners, in the order of places along their sides.
     ends : ndarray of int, shape (2, K)
@@ -86,13 +90,14 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     """
     count, border, fan = len(leaves), border_places.border, leaves.is_fan.nonzero()[0]
     places, vertex = leaves.box[CORNER_ROWS], np.full((4, count), -1)
-    corner, number, segment, touching = _lift(border_places, leaves, halvings, (places, vertex))
+    corner, leaf, segment, touching = _lift(border_places, leaves, halvings, (places, vertex))
     u0, u1, v0, v1 = leaves.box.take(fan, axis=1)
     face = np.concatenate([*[leaves.face] * 4, border_places.side // 4, leaves.face[fan]])
     u = np.concatenate([places[0].ravel(), border_places.u, (u0 + u1) // 2])
     v = np.concatenate([places[1].ravel(), border_places.v, (v0 + v1) // 2])
     del places
-    # Lines of all faces get different numbers, which are replaced by their ranks.
+    # Each line of constant u, or of constant v, of each face gets a number of its own; the numbers
+    # are replaced by their ranks.
     low_u, low_v = border_places.low
     lines_u, rank_u = _rank(low_u[face] + u)
     lines_v, rank_v = _rank(low_v[face] + v)
@@ -108,7 +113,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     del on_border, vertex, rank_u, rank_v
     fresh = (point_number < 0).nonzero()[0]
     point_number[fresh] = len(border.points) + np.arange(len(fresh))
-    lifted = sample[corner * count + number]
+    lifted = sample[corner * count + leaf]
     entry = sample[4 * count : len(sample) - len(fan)].copy()
     middle = np.zeros((2, count), dtype=np.intp)
     middle[0, fan] = sample[len(sample) - len(fan) :]
@@ -129,7 +134,7 @@ def trace_boundaries(border_places: BorderPlaces, leaves: Leaves, halvings: Ints
     ]
     start, corners = _chain_polygons(np.array(runs), order)
     is_plain = start[1:] - start[:-1] == 4
-    is_plain[number] = False
+    is_plain[leaf] = False
     # Neighbouring leaves may share a lifted corner.
     pairs = segment * len(first) + lifted
     pairs = pairs[unique_values(pairs)[0]]
@@ -173,7 +178,7 @@ def _lift(
     Returns
     -------
     corner, leaf, segment : ndarray of int, shape (k,)
-        The lifted corners and their leaves, and the entries of the border before them.
+        The lifted corners, their leaves and their segments.
     touching : ndarray of int, shape (2, E)
         See `CellBoundaries`.
     """
@@ -196,6 +201,7 @@ def _lift(
     corner, both = CORNERS[lying].T, np.array([leaf, leaf])
     vertex[corner[exact], both[exact]] = border.vertex[entry[exact]]
     segment = entry.copy()
+    # Where the second end of a side of a leaf is a vertex, the side touches the segment before it.
     segment[1] -= exact[1]
     touching = np.array([segment.ravel(), both.ravel()])
     free = (~exact).nonzero()

@@ -90,8 +90,9 @@ class Draft:
                 [rest, divide_cells(self.task, Cells.concatenate([*halves]))]
             )
             cut = np.concatenate([cut, near[of_near]])
+        # Finding neighbours takes much memory, so all temporary arrays are freed before. `pop`
+        # leaves no name for the rows, so that `add` can free them too.
         replacement = [self._replace(boundaries, leaves, fresh, near, (cut, far))]
-        # Finding neighbours takes much memory, so all temporary arrays are freed before.
         del boundaries, leaves, parts, fresh
         self.triangles.add(*replacement.pop(), self.samples)
 
@@ -146,10 +147,11 @@ class Draft:
         return TriangleRows(corners, leaf, triangles.segment, triangles.base), is_removed
 
     def finish(self, deviation: FloatArray, mesh: FloatArray | None) -> Triangulation:
-        """The mesh, given bounds (T,) of the parts over all triangles.
+        """The mesh, given the bounds (T,) of the parts over all triangles.
 
-        The bound of a triangle is the largest bound of the parts that it is the reference triangle
-        of. The draft cannot be renewed after this.
+        `deviation` bounds the distances from the parts to the mesh, `mesh` those from the mesh to
+        the surface. The bound of a triangle is the largest bound of the parts that it is the
+        reference triangle of. The draft cannot be renewed after this.
         """
         triangles, samples = self.triangles, self.samples
         triangles.drop_neighbours()
@@ -194,7 +196,8 @@ def find_crowded(task: Task, leaves: Leaves, size: Ints) -> Ints:
     square = np.maximum((along * along).sum(axis=2), np.finfo(float).tiny)
     difference -= ((difference * along).sum(axis=2) / square)[..., np.newaxis] * along
     distance = np.sqrt((difference * difference).sum(axis=2)).max(axis=0)
-    crowded: Ints = many[(distance > BENT * leaves.form[6, many]) | (size[many] > MOST_CORNERS)]
+    # The last row of `form` is the allowed deviation.
+    crowded: Ints = many[(distance > BENT * leaves.form[-1, many]) | (size[many] > MOST_CORNERS)]
     return crowded
 
 
@@ -202,10 +205,11 @@ def find_crowded_directions(boundaries: CellBoundaries, cells: Cells, crowded: I
     """Whether to halve v, not u, of crowded leaves: whether more of their corners are along v."""
     begin = boundaries.start[crowded]
     size = boundaries.start[crowded + 1] - begin
-    row, place = expand_runs(size, begin)
-    corner = boundaries.corner[place]
+    row, entry = expand_runs(size, begin)
+    corner = boundaries.corner[entry]
     u0, u1, v0, v1 = cells.box.take(crowded[row], axis=1)
     u, v = boundaries.u[corner], boundaries.v[corner]
-    on_u, on_v = (u == u0) | (u == u1), (v == v0) | (v == v1)
-    along_v: Bools = np.bincount(row, on_u) > np.bincount(row, on_v)
+    # The sides u = u0 and u = u1 run along v.
+    has_end_u, has_end_v = (u == u0) | (u == u1), (v == v0) | (v == v1)
+    along_v: Bools = np.bincount(row, has_end_u) > np.bincount(row, has_end_v)
     return along_v

@@ -123,18 +123,18 @@ class DraftTriangles:
     leaf, segment, base : ndarray of int, shape (T,)
         See `TriangleRows`.
     reference : ndarray of int, shape (T,)
-        The reference triangle of the part of the surface over this triangle: the triangle itself
-        unless it is flat, else a triangle beside it, or −1 if the face has no other triangle.
+        The reference triangle of the part of the surface over this triangle: the triangle itself,
+        but for a flat triangle one near it that is not flat, or −1 if none is found.
     across : ndarray of int, shape (T, 3)
-        The vertex opposite edge k, k+1 in the triangle beyond it in the same face, if there is
-        exactly one, otherwise −1.
+        Column k: the opposite vertex of the triangle beyond edge (k, k+1), if exactly one other
+        triangle of the same face has this edge; otherwise −1.
     is_alive : ndarray of bool, shape (T,)
         Whether the triangle is part of the draft now.
     is_changed : ndarray of bool, shape (T,)
         Whether the triangle was added or removed in the last round, or a vertex across one of its
         edges, or its reference triangle, changed.
     bare : ndarray of int
-        Leaves with a piece of the border that is not an edge of any triangle.
+        Leaves with an edge on the border of their face that is an edge of flat triangles only.
     crossed : ndarray of int, shape (X, 2)
         Pairs (triangle, edge k) for edges inside a face that more than two triangles have.
     """
@@ -157,6 +157,7 @@ class DraftTriangles:
 
     def find_replaced(self, leaves: Bools, segments: Bools) -> Bools:
         """Which triangles belong to these leaves (L,), or to strips over these segments (M,)."""
+        # Triangles of strips have leaf −1, which selects the appended entry.
         of_leaves = np.append(leaves, False)
         is_replaced: Bools = of_leaves[self.leaf] | ((self.leaf < 0) & segments[self.segment])
         return self.is_alive & is_replaced
@@ -206,15 +207,15 @@ class DraftTriangles:
         if not has_area.all():
             self._find_references(number, has_area, edges)
         vertex, corners = self.vertices[rows], self.corners[rows]
-        across, crowd = find_neighbours(vertex, has_area, samples.face[corners[:, 0]])
+        across, nonmanifold = find_neighbours(vertex, has_area, samples.face[corners[:, 0]])
         changed = edges & (self.across[rows] != across)
         self.is_changed[number[changed.any(axis=1)]] = True
         self.across[rows] = np.where(edges, across, self.across[rows])
         del across
-        crowd = crowd[edges.ravel()[crowd]]
+        nonmanifold = nonmanifold[edges.ravel()[nonmanifold]]
         self.crossed = np.empty((0, 2), dtype=np.intp)
-        if len(crowd):
-            self.crossed = find_crossed_edges(corners, crowd)
+        if len(nonmanifold):
+            self.crossed = find_crossed_edges(corners, nonmanifold)
         self.crossed[:, 0] = number[self.crossed[:, 0]]
 
     def _find_references(self, rows: Ints, has_area: Bools, edges: Bools) -> None:

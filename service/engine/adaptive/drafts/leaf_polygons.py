@@ -44,8 +44,8 @@ class LeafPolygons:
     def find_affected(self, cut: Ints, flat: Ints, samples: int) -> tuple[Ints, Ints]:
         """The leaves that may change because other leaves are cut, and the leaves around these.
 
-        `cut` and `flat` are the arguments of `Draft.renew`; `samples` is the number of samples of
-        the draft.
+        `cut` has the leaves to be cut, `flat` the segments of the border whose strips became
+        flatter; `samples` is the number of samples of the draft.
         """
         is_cut = np.zeros(len(self.is_present), dtype=bool)
         is_cut[cut] = True
@@ -123,10 +123,11 @@ class LeafPolygons:
         is_removed = ~self.is_present
         is_removed[numbers] = True
         rest = (~is_removed[self.owner]).nonzero()[0]
-        # Polygons that stay keep their order; the new polygons follow.
-        place = np.cumsum(~is_removed[self.owner]) - 1
+        # Corners of polygons that stay keep their order, and `shifted` has their new positions in
+        # `polygon`; the new polygons follow.
+        shifted = np.cumsum(~is_removed[self.owner]) - 1
         staying = (~is_removed[: len(is_removed) - count]).nonzero()[0]
-        self.first[staying] = place[self.first[staying]]
+        self.first[staying] = shifted[self.first[staying]]
         size = size[rows]
         run, corner = expand_runs(size, boundaries.start[rows])
         self.first[numbers], self.size[numbers] = len(rest) + np.cumsum(size) - size, size

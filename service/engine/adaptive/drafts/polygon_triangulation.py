@@ -30,7 +30,8 @@ SHAPE = 0.02
 """Cost of the best shape; the largest allowed deviation costs 1."""
 
 WORST = 1e9
-"""Largest shape number of a triangle; its square is the cost of a triangle of places in a line."""
+"""Largest shape number (`_find_costs`) of a triangle; its square is the cost of a triangle whose
+places are in a line."""
 
 CHUNK = 1 << 13
 """Number of triangles in one block of costs, unless a single polygon has more."""
@@ -84,9 +85,10 @@ def triangulate_polygons(
     size : ndarray of int, shape (m,)
         Number of corners of each. The n corners of all polygons are in one list.
     x, y : ndarray of float64, shape (n,)
-        Places of the corners, counter-clockwise; the leaf is [0, 1]². Equal places have equal
-        numbers.
+        Parameters of the corners, counter-clockwise, scaled so that the leaf is [0, 1]². Corners
+        on one side of a leaf have exactly the same x or y, so a line is recognised as one.
     points : ndarray of float64, shape (3, n)
+        Positions of the corners.
     form : ndarray of float64, shape (7, m)
         See `Leaves`.
 
@@ -106,6 +108,7 @@ def triangulate_polygons(
             for (_, rows), triples in zip(batch, corners, strict=True)
         ]
         every = np.concatenate([triples.reshape(3, -1) for triples in corners], axis=1)
+        # The heights of chords (rows a, b, c) and the allowed deviation.
         own_form = form[3:].take(np.concatenate(owner), axis=1)
         costs = _find_costs(x[every], y[every], points.take(every, axis=1), own_form)
         first = 0
@@ -140,6 +143,7 @@ def _choose_among_all(costs: FloatArray, corners: int) -> Ints:
     """The cheapest way to cut each polygon, (n − 2, m), given costs of `list_triples` (K, m)."""
     ways = list_triangulations(corners)
     total = costs[ways].sum(axis=1)
+    # The first of the ways whose costs are nearly the least: rounding does not choose.
     chosen: Ints = ways[(total * NEARLY <= total.min(axis=0)).argmax(axis=0)].T
     return chosen
 
@@ -157,6 +161,7 @@ def _choose_step_by_step(costs: FloatArray, corners: int) -> Ints:
         total = costs[begin:end].reshape(*j.shape, many) + least[i[:, np.newaxis], j]
         total += least[j, i[:, np.newaxis] + gap]
         lowest = total.min(axis=1)
+        # As in `_choose_among_all`, the first that is nearly the lowest.
         chosen = (total * NEARLY <= lowest[:, np.newaxis]).argmax(axis=1)
         least[i, i + gap] = lowest
         middle[i, i + gap] = begin + i[:, np.newaxis] * (gap - 1) + chosen
@@ -189,20 +194,23 @@ def _find_costs(x: FloatArray, y: FloatArray, points: FloatArray, form: FloatArr
     Parameters
     ----------
     x, y : ndarray of float64, shape (3, K)
+        Scaled parameters of the corners, as in `triangulate_polygons`.
     points : ndarray of float64, shape (3, 3, K)
         Coordinates first.
     form : ndarray of float64, shape (4, K)
-        The last rows of `Leaves.form`.
+        Rows a, b, c of `Leaves.form`, and the allowed deviation.
     """
     dx, dy = x[NEXT] - x, y[NEXT] - y
+    # The heights over the middles of the three sides give the greatest height over the triangle.
     ratio = maximize_heights((form[0] * dx + 2.0 * form[1] * dy) * dx + form[2] * dy * dy) / form[3]
     ratio *= ratio
     steps = (points[:, NEXT] - points).swapaxes(0, 1)
     squares = dot(steps, steps)
     total = squares.sum(axis=0)
     short = total - 2.0 * squares[2]
-    area = np.sqrt(np.maximum(0.75 * (4.0 * squares[0] * squares[1] - short * short), 0.0)) * 2.0
-    shape = total / np.maximum(area, total / WORST + np.finfo(float).tiny)
+    # 4 √3 A = 2 √(0.75 · 16 A²)
+    scaled = 2.0 * np.sqrt(np.maximum(0.75 * (4.0 * squares[0] * squares[1] - short * short), 0.0))
+    shape = total / np.maximum(scaled, total / WORST + np.finfo(float).tiny)
     # The places of a triangle turn to the left unless they are in a line.
     turns = dx[0] * dy[1] > dx[1] * dy[0]
     return np.where(turns, ratio * ratio + SHAPE * shape, WORST * WORST)

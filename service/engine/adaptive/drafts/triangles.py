@@ -88,9 +88,9 @@ def _triangulate_fans(boundaries: CellBoundaries, rows: Ints) -> tuple[Ints, Int
     """Corners (T, 3) and leaves (T,) of the triangles of the fans in these rows."""
     start = boundaries.start[rows]
     middle = boundaries.start[rows + 1] - 1
-    fan, place = expand_runs(middle - start, start)
-    after = np.where(place + 1 == middle[fan], start[fan], place + 1)
-    return boundaries.corner[np.stack([place, after, middle[fan]], axis=1)], rows[fan]
+    fan, entry = expand_runs(middle - start, start)
+    after = np.where(entry + 1 == middle[fan], start[fan], entry + 1)
+    return boundaries.corner[np.stack([entry, after, middle[fan]], axis=1)], rows[fan]
 
 
 def _triangulate_polygons(
@@ -99,8 +99,8 @@ def _triangulate_polygons(
     """Corners (T, 3) and leaves (T,) of the triangles of the polygons in these rows."""
     start = boundaries.start[rows]
     size = boundaries.start[rows + 1] - start
-    polygon, place = expand_runs(size, start)
-    corners = boundaries.corner[place]
+    polygon, entry = expand_runs(size, start)
+    corners = boundaries.corner[entry]
     u0, u1, v0, v1 = leaves.box.take(rows[polygon], axis=1)
     x, y = (boundaries.u[corners] - u0) / (u1 - u0), (boundaries.v[corners] - v0) / (v1 - v0)
     triangles, polygon = triangulate_polygons(
@@ -110,12 +110,12 @@ def _triangulate_polygons(
 
 
 def _triangulate_strips(boundaries: CellBoundaries, rows: Ints) -> TriangleRows:
-    """Triangles of strips: some with the corner a, the base on the whole segment, some with b.
+    """Triangles of strips over segments [a, b]: some at a, the base on all of [a, b], some at b.
 
     The tip of the base is the last lifted corner in the first half of the segment. If one end of
     the segment is a pole, all other triangles have the other end as a corner, because lifted
-    corners may be in line with a pole. `base` counts the triangles of strips. `rows` are the rows
-    of `boundaries.lifted` with the lifted corners of the strips.
+    corners may be in line with a pole. `rows` are the rows of `boundaries.lifted` with the lifted
+    corners of the strips. In the result, `base` has rows of the result, where the bases are first.
     """
     segment, lifted = boundaries.segment[rows], boundaries.lifted[rows]
     count = len(segment)
@@ -172,10 +172,10 @@ def is_among(values: Ints, others: Ints) -> Bools:
 
 def _find_matches(few: Ints, many: Ints) -> tuple[Ints, Ints]:
     """Rows of many numbers that are equal to one of a few sorted numbers, and rows of these."""
-    place = np.searchsorted(few, many)
-    place[place == len(few)] = 0
-    rows = (few[place] == many).nonzero()[0]
-    return rows, place[rows]
+    nearest = np.searchsorted(few, many)
+    nearest[nearest == len(few)] = 0
+    rows = (few[nearest] == many).nonzero()[0]
+    return rows, nearest[rows]
 
 
 def number_edges(vertex: Ints) -> Ints:
@@ -224,8 +224,8 @@ def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, In
     across : ndarray of int32, shape (T, 3)
         For each edge the opposite vertex of the triangle beyond the edge; −1 unless exactly two
         triangles with an area, of one face, have the edge.
-    crowd : ndarray of int
-        The edges of more than two triangles, as 3 · triangle + k.
+    nonmanifold : ndarray of int
+        The edges that more than two triangles, of any faces, have: 3 · triangle + k.
     """
     # Memory is at its peak here: arrays are deleted as soon as possible.
     keys = number_edges(vertex)
@@ -245,19 +245,20 @@ def find_neighbours(vertex: Ints, has_area: Bools, face: Ints) -> tuple[Ints, In
     # Two sides of one face, without a third side.
     two = (mine[1:-1] & ~mine[:-2] & ~mine[2:]).nonzero()[0]
     one, other = sides[two], sides[two + 1]
-    crowd = np.zeros(len(sides), dtype=bool)
+    nonmanifold = np.zeros(len(sides), dtype=bool)
     for step in range(3):
-        crowd[third + step] = True
-    sides = sides[crowd]
+        nonmanifold[third + step] = True
+    sides = sides[nonmanifold]
     del owner, mine, two
     across = np.full(vertex.size, -1, dtype=INDEX)
+    # Opposite edge (k, k + 1) is vertex k + 2, which is k − 1 modulo 3.
     for side, opposite in ((one, other), (other, one)):
         across[side] = vertex[opposite // 3, opposite % 3 - 1]
     return across.reshape(vertex.shape), sides
 
 
-def find_crossed_edges(corners: Ints, crowd: Ints) -> Ints:
-    """Those of the edges `crowd` that are inside faces, as pairs (triangle, k): shape (X, 2)."""
+def find_crossed_edges(corners: Ints, nonmanifold: Ints) -> Ints:
+    """The edges of `nonmanifold` that are inside faces, as pairs (triangle, k): shape (X, 2)."""
     forth, back = number_directed_edges(corners)
-    inside = crowd[is_among(back[crowd], forth)]
+    inside = nonmanifold[is_among(back[nonmanifold], forth)]
     return np.stack([inside // 3, inside % 3], axis=1)
