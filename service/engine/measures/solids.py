@@ -3,16 +3,17 @@
     V = ⅓ Σ ∫∫ (S − o) · N        c = o + ¼ Σ ∫∫ (S − o) ((S − o) · N) / V        N = S_u × S_v
 
 over all patches, by Gauss's theorem for the fields x − o and (x − o)(x − o). The formulas are true
-for any origin o; with the middle of the box as origin the numbers are small. V is positive if
-normals point outwards.
+for any origin o; with the middle of the box about the control points as origin the numbers are
+small. V is positive if normals point outwards.
 
 **Moved control points.** Let all control points of a closed surface move along straight lines, by
 at most ε₀ each, so that it is closed at the end too. Then it is closed at all times, and every
 point S moves by a vector d, |d| ≤ ε₀. By Gauss's theorem V changes by ∫ ∮ d · N_t dt and ∫ x − o dV
 by ∫ ∮ (x − o) d · N_t dt: by at most ε₀ times the largest area on the way, and times the largest |x
-− o|. So the interval includes the errors of lowering, placing and joining. Joining moves control
-points by at most m. Any other way to close the gaps also moves the given control points by at most
-m. The two ways result in control points that are at most 2 m apart.
+− o|. So the interval includes the errors of lowering, placing and joining. Joining closes gaps and
+moves control points by at most m. Every other surface that closes the gaps in this way has control
+points that are at most 2 m from the joined ones. So the interval with 2 m in ε₀ contains its
+volume, too.
 """
 
 from typing import TypeAlias
@@ -52,7 +53,7 @@ def measure_solids(
     groups = group_cells(nets, source.noise + 2 * source.moved, patches)
     (flux, *_), rounding = estimate(groups, "flux")
     diagonal = nets.diagonal / nets.scale
-    # The remainders may be the tolerance times these scales. Then the error of V is at most
+    # The remainders may be at most the tolerance times these scales. Then the error of V is at most
     # REMAINDER_SHARE · tolerance · V. The error of the centroid is at most
     # (3/16 + REMAINDER_SHARE / 2) · tolerance · diagonal, if the centroid is at most half a
     # diagonal from the origin.
@@ -85,13 +86,14 @@ def _solid(sums: FloatArray, errors: FloatArray, nets: QueryNets) -> Solid:
         return volume, None
     centroid = []
     for value, origin in zip(moment, nets.origin.tolist(), strict=True):
-        middle = 0.75 * value / flux
+        # One coordinate of the centroid, in the coordinates of the nets.
+        local = 0.75 * value / flux
         # For the exact flux F and moment G, and the computed f and g:
         # |G / F − g / f| ≤ (|G − g| + |g / f| |F − f|) / |F|
-        error_of_middle = (0.75 * moment_error + abs(middle) * error) / min_flux * (1 + 2.0**-40)
-        error_of_middle += 2.0**-50 * abs(middle)
-        coordinate = origin + middle * nets.scale
+        error_of_local = (0.75 * moment_error + abs(local) * error) / min_flux * UPWARDS
+        error_of_local += 2.0**-50 * abs(local)  # the rounding of `local` itself
+        coordinate = origin + local * nets.scale
         # 2^-52 is for the rounding of this sum. The product is exact: the scale is a power of two.
-        error_of_coordinate = error_of_middle * nets.scale + 2.0**-52 * abs(coordinate)
+        error_of_coordinate = error_of_local * nets.scale + 2.0**-52 * abs(coordinate)
         centroid.append(Interval.about(coordinate, error_of_coordinate))
     return volume, tuple(centroid)

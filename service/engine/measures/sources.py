@@ -24,7 +24,10 @@ from service.surface.sides import BEGINS, ENDS
 
 SIDES = ("u=0", "u=1", "v=0", "v=1")
 TRIANGLE_SIDES = ("s=0", "r=0", "t=0", "t=1")
+"""The fourth side of a triangle is the corner t = 1."""
+
 CORNERS = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+"""(u, v) of the corners 0 to 3 of a patch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +52,12 @@ class SidePlace:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Piece:
+class _JoinedModel:
     """A joined model whose patches begin at `first`, and the `members` that became this model.
 
-    For each member: its number in the group, its placement, and its model in the request.
+    For each member: its number in the group, its placement, and its model in the request. A member
+    alone is joined first and then placed; the members of a cluster are placed first and then
+    joined.
     """
 
     first: int
@@ -74,7 +79,7 @@ class Source:
     noise : float
         A bound of the errors of control points by lowering and placing, in model units.
     moved : float
-        The largest distance by which joining moved a point.
+        An upper bound of the distance by which joining moved any point, in model units.
     """
 
     model: PatchModel
@@ -82,40 +87,44 @@ class Source:
     part: Ints
     noise: float
     moved: float
-    _pieces: tuple[_Piece, ...]
+    _joined_models: tuple[_JoinedModel, ...]
 
     def place(self, number: int) -> SidePlace:
-        """Find where side `number` (patch · 4 + side) is in the request."""
+        """Find where side `number` (patch · 4 + side of `model`) is in the request."""
         patch, side = divmod(number, 4)
-        piece = [candidate for candidate in self._pieces if candidate.first <= patch][-1]
-        index, model = patch - piece.first, piece.model
+        joined = [candidate for candidate in self._joined_models if candidate.first <= patch][-1]
+        index, model = patch - joined.first, joined.model
         ends = CORNERS[[BEGINS[side], ENDS[side]]]
-        surface, placed, patch_model = piece.members[0]
+        surface, placed, patch_model = joined.members[0]
         # A mirrored patch was transposed: side ^ 2 exchanges the sides of u (0, 1) and of v (2, 3).
         # The side r = 0 (1) of a triangle stays.
         is_triangle = bool(triangular_patches(self.model.batches)[patch])
         exchanged_side = side if is_triangle and side == 1 else side ^ 2
         if is_triangle:
             ends = _on_triangle(ends)
-        if not piece.is_cluster and _mirrors(placed):
+        # Placement and joining are undone, the last of them first: `_JoinedModel` has their order.
+        if not joined.is_cluster and _mirrors(placed):
             side, ends = exchanged_side, ends[:, ::-1]
         if model.domains:
+            # From here on, `index` is the number of a parametric surface.
             ends, domain = in_domains(model, np.array([index, index]), ends)
             index = int(domain[0])
-        if piece.is_cluster:
+        if joined.is_cluster:
             counts = [
                 len(patch_model.domains) or patch_model.patch_count
-                for *_, patch_model in piece.members
+                for *_, patch_model in joined.members
             ]
             end_numbers = np.cumsum(counts)
             member = int(np.searchsorted(end_numbers, index, side="right"))
-            surface, placed, patch_model = piece.members[member]
+            surface, placed, patch_model = joined.members[member]
             index -= int(end_numbers[member]) - counts[member]
             if _mirrors(placed):
                 side, ends = exchanged_side, ends[:, ::-1]
         names, patch_number = SIDES, None if len(patch_model.domains) == 1 else index
         if not patch_model.domains:
             if triangular_patches(patch_model.batches)[index]:
+                # A mirrored triangle that was placed alone is a tensor-product patch with (u, v)
+                # until here; the parameters of other triangles do not change.
                 names, ends = TRIANGLE_SIDES, _on_triangle(ends)
             patch_number = index
             if patch_model.request_numbers is not None:
@@ -125,12 +134,14 @@ class Source:
 
 
 def _on_triangle(ends: FloatArray) -> FloatArray:
-    """(s, t) of corners (u, v): the side v = 1 is the point (0, 1)."""
+    """(s, t) of corners (u, v): the side v = 1 is the point (0, 1). Corners (s, t) stay."""
     return np.asarray(np.where(ends[:, 1:] == 1, [[0.0, 1.0]], ends))
 
 
 def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel, Ints, Source]:
     """The placed patches of the request, the part of each, and the joined patches.
+
+    `tolerance` and `allow` are the parameters of `service.engine.joining.join.join`.
 
     Raises
     ------
@@ -144,17 +155,19 @@ def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel,
     assert isinstance(lowered, PatchModel)
     model, seams = join(lowered, tolerance, allow)
     noise = bound_lowering_error(lowered)
-    piece = _Piece(0, model, ((None, None, lowered),), is_cluster=False)
-    return patch_model, part, Source(model, seams, model.part_numbers, noise, model.moved, (piece,))
+    joined = _JoinedModel(0, model, ((None, None, lowered),), is_cluster=False)
+    source = Source(model, seams, model.part_numbers, noise, model.moved, (joined,))
+    return patch_model, part, source
 
 
 def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
     """Place and join the members of a group."""
     joined = join_members(group, tolerance, allow)
     placed = to_patches(joined.group)
+    # Both have the new numbers of members as keys.
     clusters = {joined.new_numbers[cluster.members[0]]: cluster for cluster in joined.clusters}
-    single_members = {m: n for n, m in enumerate(joined.new_numbers) if m not in clusters}
-    part, pieces, first = [], [], 0
+    single_members = {new: old for old, new in enumerate(joined.new_numbers) if new not in clusters}
+    part, joined_models, first = [], [], 0
     noise = moved = 0.0
     for number, member in enumerate(joined.group.members):
         model = joined.group.models[member.model]
@@ -168,13 +181,13 @@ def _join_group(group: GroupModel, tolerance: float, allow: Allow) -> Source:
             numbers = (single_members[number],)
             part.append(np.full(model.patch_count, numbers[0]))
         members = tuple((n, group.members[n], _find_model(group, n)) for n in numbers)
-        pieces.append(_Piece(first, model, members, number in clusters))
+        joined_models.append(_JoinedModel(first, model, members, number in clusters))
         first += model.patch_count
         stretch = _stretch(member)
         moved = max(moved, model.moved * stretch)
         for n in numbers:
             noise = max(noise, _bound_placing_error(group.members[n], _find_model(group, n)))
-    return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(pieces))
+    return Source(placed, connect(placed), np.concatenate(part), noise, moved, tuple(joined_models))
 
 
 def _find_model(group: GroupModel, number: int) -> PatchModel:
@@ -185,7 +198,7 @@ def _find_model(group: GroupModel, number: int) -> PatchModel:
 
 
 def _stretch(member: PlacedModel) -> float:
-    """The largest factor by which a placement stretches a vector."""
+    """An upper bound of the factor by which a placement stretches a vector: a Frobenius norm."""
     return 1.0 if member.matrix is None else float(np.linalg.norm(member.matrix[:3, :3]))
 
 
@@ -196,8 +209,10 @@ def _bound_placing_error(member: PlacedModel, model: PatchModel) -> float:
         return error
     max_coordinates: FloatArray = np.maximum(np.abs(model.bounds[0]), np.abs(model.bounds[1]))
     max_placed = np.abs(member.matrix[:3, :3]) @ max_coordinates + np.abs(member.matrix[:3, 3])
-    raising = 1 if not triangular_patches(model.batches).any() else 32
-    return error + 16 * raising * UNIT * float(np.linalg.norm(max_placed))
+    # Placing a point rounds each coordinate some 6 times; 16 is an upper bound. A mirrored triangle
+    # becomes a tensor-product patch (`to_patches`): raising its degree rounds more often.
+    roundings = 16 * 32 if triangular_patches(model.batches).any() else 16
+    return error + roundings * UNIT * float(np.linalg.norm(max_placed))
 
 
 def _mirrors(member: PlacedModel | None) -> bool:

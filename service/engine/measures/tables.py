@@ -7,9 +7,9 @@ polynomial P_m; the node (1 − x)/2 and the weight 1 / ((1 − x²) P_m′(x)²
 rounded once: their relative errors are at most u. Nodes above ½ are the mirror images of those
 below, and so are the values of a basis there, so that a node near 1 loses no digits.
 
-**Basis.** A value of degree n at a node t ≤ ½ comes from n steps of two products and a sum of
-non-negative numbers, by t and by 1 − t, whose relative errors are at most 2 u: the relative error
-of the value is at most 6 n u.
+**Basis.** A value of degree n at a node t ≤ ½ comes from n steps. Each adds two products of
+non-negative numbers: one with t and one with 1 − t, which have relative errors of at most 2 u. So
+the relative error of the value is at most 6 n u.
 
 **Chebyshev coefficients.** B_i^n(t) = Σ_k c_ik T_k(2t − 1). Since |c_ik| ≤ 2/π ∫ B_i / √(1 − x²),
 and the B_i add up to 1, Σ_i |c_ik| ≤ 2 for every k. In floating point the error of an angle is at
@@ -38,7 +38,7 @@ UNIT = float(np.finfo(np.float64).eps) / 2
 """The unit roundoff u."""
 
 RADII = np.array([1.1, 1.2, 1.35, 1.5, 1.7, 2, 2.4, 2.8, 3.4, 4, 5, 6, 7, 8, 10, 13, 18, 25, 40])
-"""The ρ of the ellipses; a remainder is bounded by the best of these ellipses."""
+"""The ρ of the ellipses. Each gives a bound of the remainder of a rule; the least bound counts."""
 
 
 def gauss(count: int) -> tuple[FloatArray, FloatArray]:
@@ -63,7 +63,7 @@ def _rule(count: int) -> list[tuple[float, float]]:
 
 
 def _legendre(count: int, x: Decimal) -> tuple[Decimal, Decimal]:
-    """P_m(x) and P_m′(x), by the recurrence of three terms."""
+    """P_m(x) and P_m′(x) for m = `count`, by the recurrence of three terms."""
     previous_value, value = Decimal(1), x
     for k in range(2, count + 1):
         previous_value, value = value, ((2 * k - 1) * x * value - (k - 1) * previous_value) / k
@@ -88,7 +88,7 @@ def basis_at_nodes(degree: int, count: int) -> FloatArray:
 
 
 def chebyshev(degree: int) -> FloatArray:
-    """The matrix that converts a Bézier net to Chebyshev coefficients, (degree + 1, degree + 1).
+    """The matrix that converts a Bézier net of degree n to Chebyshev coefficients, (n+1, n+1).
 
         c_k = (2 − [k = 0]) / N Σ_j f(cos φ_j) cos(k φ_j),  φ_j = (j + ½) π / N,  N = n + 1
 
@@ -107,7 +107,7 @@ def chebyshev(degree: int) -> FloatArray:
 
 
 def ellipse_bounds(degree: int) -> FloatArray:
-    """Upper bounds of |T_k| on the ellipses for k = 1 … degree, (R, degree)."""
+    """Upper bounds of |T_k| on the ellipses for k = 1 … degree: shape (len(RADII), degree)."""
 
     def build() -> FloatArray:
         with np.errstate(over="ignore"):

@@ -14,10 +14,11 @@ MAX_TOLERANCE = 0.1
 """The largest tolerance that a query may ask for."""
 
 WELD_TOLERANCE = MeshOptions().weld_tolerance
-"""The default is that of meshes."""
+"""The default of `MeasureQuery.weld_tolerance`: that of meshes."""
 
 BUDGET = 1 << 20
-"""The most control points of the cells of one integral, which takes some seconds."""
+"""The most control points of the cells of one integral, which takes some seconds. A cell is a part
+of a patch over a rectangle of its parameters (`service.engine.measures.cells`)."""
 
 MIN_NORMAL = sys.float_info.min
 """The least normal float64. Below it, products with powers of two are rounded."""
@@ -34,9 +35,9 @@ class MeasureQuery:
     ----------
     tolerance : float
         Largest width of an interval, relative to the area, the length or the volume of the surface;
-        for the centroid, relative to the diagonal.
+        for the centroid, relative to the diagonal of the box about the control points.
     weld_tolerance : float
-        Borders are joined if they are nearer than this share of the diagonal.
+        Borders are joined if they are nearer than this share of the same diagonal.
     budget : int
         The most control points of the cells of one integral; but at least three times those of the
         patches.
@@ -59,7 +60,7 @@ class Interval:
     def about(value: float, error: float, unit: float = 1.0) -> "Interval":
         """The interval [value − error, value + error], rounded outwards, times `unit`.
 
-        `unit` is a power of two, or 0.
+        `unit` is a power of two; or 0, if a small power of two underflowed.
         """
         interval = Interval(value, nextafter(value - error, -inf), nextafter(value + error, inf))
         return interval.times(unit)
@@ -104,7 +105,10 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True)
 class FaultyEdge:
-    """A side whose edge is open or not balanced; because of such sides a surface has no volume."""
+    """A side whose edge is open or not balanced (`service.engine.mesh.orientation`).
+
+    A surface with such sides has no volume.
+    """
 
     is_open: bool
     place: SidePlace
@@ -137,7 +141,7 @@ class Measures:
         Whether the intervals of area, volume, centroid and border length are as narrow as the
         query demands.
     moved : float
-        The largest distance by which joining moved a point, in model units.
+        An upper bound of the distance by which joining moved any point, in model units.
     """
 
     area: Interval

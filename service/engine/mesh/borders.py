@@ -18,26 +18,27 @@ def find_mesh_borders(
 
     Usually that number is the sum of the divisions of open edges. All edges of faces are counted
     only if this sum may be wrong: faces of different patches may share an edge that is not on an
-    edge of the patches, or two faces on an edge of a patch may not share it.
+    edge of the patches, or two faces on an edge of a patch may not share it. The parameters
+    `mesh_faces` and `welds` are those of `count_borders`.
     """
-    seams = layout.connectivity
-    is_line = ~seams.collapsed
+    connectivity = layout.connectivity
+    is_line = ~connectivity.collapsed
     # With one division, two edges of patches between the same corners are one line of the mesh, and
     # a patch between two poles vanishes.
-    is_coarse = layout.divisions[seams.edge[is_line]].min(initial=2) < 2
+    is_coarse = layout.divisions[connectivity.edge[is_line]].min(initial=2) < 2
     # With two divisions, both halves of a side that returns to its beginning are one line.
-    is_loop = is_line & (seams.corner[:, BEGINS] == seams.corner[:, ENDS])
-    is_coarse |= layout.divisions[seams.edge[is_loop]].min(initial=3) < 3
+    is_loop = is_line & (connectivity.corner[:, BEGINS] == connectivity.corner[:, ENDS])
+    is_coarse |= layout.divisions[connectivity.edge[is_loop]].min(initial=3) < 3
     if options.weld:
-        must_count = is_coarse or seams.is_folded or _share_cut_corner(layout)
+        must_count = is_coarse or connectivity.is_folded or _share_cut_corner(layout)
     else:
-        # Each face at a pole has a different vertex there.
+        # Each face at a pole has a different vertex there, so neighbours share no edge there.
         must_count = is_coarse or layout.has_poles
     if must_count:
         return count_borders(mesh_faces, welds)
     if not options.weld:
-        return int(layout.divisions[seams.edge[is_line]].sum()), not is_line.any()
-    uses = np.bincount(seams.edge[is_line], minlength=len(layout.divisions))
+        return int(layout.divisions[connectivity.edge[is_line]].sum()), not is_line.any()
+    uses = np.bincount(connectivity.edge[is_line], minlength=len(layout.divisions))
     boundary_edges = int(layout.divisions[uses == 1].sum())
     return boundary_edges, boundary_edges == 0 and bool((uses <= 2).all())
 
@@ -48,17 +49,19 @@ def _share_cut_corner(layout: Layout) -> bool:
     The meshes of both patches then contain this line. With two divisions, they also contain it if
     the corners are at different ends of the sides.
     """
-    lines = layout.connectivity.cut_corners >> 1
-    codes = (lines[..., 0] * len(layout.connectivity.users) + lines[..., 1])[lines[..., 0] >= 0]
+    # `cut_corners` has 2 · edge, or 2 · edge + 1, for each side of a corner.
+    edges = layout.connectivity.cut_corners >> 1
+    codes = (edges[..., 0] * len(layout.connectivity.users) + edges[..., 1])[edges[..., 0] >= 0]
     return len(np.unique(codes)) < len(codes)
 
 
 def count_borders(
     mesh_faces: tuple[IndexArray, IndexArray], welds: IndexArray | None
 ) -> tuple[int, bool]:
-    """Counts the edges that only one face uses; also returns whether two faces use each edge.
+    """Counts the edges that only one face uses; also returns whether exactly two use each edge.
 
-    `welds` has for each vertex the first vertex at its position; None if all positions differ.
+    `mesh_faces` are triangles (T, 3) and quads (Q, 4). `welds` has for each vertex the first vertex
+    at its position; None if all positions differ.
     """
     lines = np.empty(sum(rows.size for rows in mesh_faces), dtype=np.int64)
     count = 0

@@ -1,7 +1,7 @@
 """Colours, texture coordinates and attributes at all samples of a layout.
 
 On each patch a channel is a polynomial, whose degree may differ from that of the points, so it is
-evaluated separately. If the values of samples at one place differ by rounding alone, they become
+evaluated separately. If the values of samples at one position differ by rounding alone, they become
 equal bit for bit: then welding only compares values for equality.
 """
 
@@ -31,10 +31,11 @@ CHUNK_VALUES = 1 << 20
 """The number of values in one chunk."""
 
 SAME_RANGE = 2.0**-16
-"""Two values count as equal if their difference is below this share of the channel's range."""
+"""Two values of a channel without a unit (see `ChannelRows`) count as equal if their difference is
+at most this share of the channel's range."""
 
 SAME_VALUE = 2.0**-20
-"""Two values also count as equal if their difference is below this share of the largest value:
+"""Two values also count as equal if their difference is at most this share of the largest value:
 eight units in the last place of float32."""
 
 
@@ -46,10 +47,11 @@ TINY = float(np.finfo(np.float32).smallest_subnormal)
 class ChannelRows:
     """The values (N, d) of one channel at all samples, in the precision of the mesh.
 
-    If the channel has a `unit`, large values count as equal if their quotient is nearly 1, and
-    small values if their difference is nearly 0; a value is small if its product with the unit is
-    below 1. Values of a channel with `is_exact` are equal only bit for bit: parameters are exact,
-    because a surface may change much between near parameters.
+    The product of a value and the `unit` has no dimension: for mean curvatures, the unit is the
+    model's size. If the channel has a unit, large values count as equal if their quotient is nearly
+    1, and small values if their difference is nearly 0; a value is small if its product with the
+    unit is below 1. Values of a channel with `is_exact` are equal only bit for bit: parameters are
+    exact, because a surface may change much between near parameters.
     """
 
     name: str
@@ -90,35 +92,34 @@ def split_by_kind(
     return by_kind.get("uvs"), by_kind.get("colors"), named
 
 
-def match_values(place: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
-    """For each sample, the first sample at its place that has the same value in every channel.
+def match_values(position_leaders: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
+    """For each sample, one sample at its position that has the same value in every channel.
 
     Values that differ by rounding alone become equal, channel by channel.
 
     Parameters
     ----------
-    place : ndarray of int, shape (N,)
+    position_leaders : ndarray of int, shape (N,)
         For each sample, the number of one sample at its position, the same for all samples there.
     channels : tuple of ChannelRows
         Their values are overwritten.
     """
-    own_numbers = np.arange(len(place))
-    # Only the few samples that share their place with another sample are compared.
-    is_shared = np.zeros(len(place), dtype=bool)
-    is_shared[place != own_numbers] = True
-    is_shared[place[is_shared]] = True
+    sample_leaders = np.arange(len(position_leaders))
+    # Only the few samples that share their position with another sample are compared.
+    is_shared = position_leaders != sample_leaders
+    is_shared[position_leaders[is_shared]] = True
     rows = np.flatnonzero(is_shared)
-    place_row = np.searchsorted(rows, place[rows])
-    leader = place_row
+    position_rows = np.searchsorted(rows, position_leaders[rows])
+    leader = position_rows
     for channel in channels:
         values = channel.values[rows]
         scaled_values, reach = values, 0.0
         if not channel.is_exact:
             scaled_values, reach = _scale_values(channel, values), 1.0
-        first = find_leaders(place_row, scaled_values, reach)
+        first = find_leaders(position_rows, scaled_values, reach)
         channel.values[rows] = values[first]
+        # Row numbers are whole numbers: at most 0.5 apart, they are equal.
         leader = find_leaders(leader, first[:, np.newaxis].astype(np.float64), 0.5)
-    sample_leaders = own_numbers
     sample_leaders[rows] = rows[leader]
     return sample_leaders
 
@@ -227,15 +228,16 @@ def find_limits(patches: Ints, domains: tuple[Domain, ...]) -> tuple[FloatArray,
         unit = np.tile([0.0, 1.0], (len(patches), 1))
         return unit, unit
     domains = tuple(sorted(domains, key=attrgetter("first")))
-    first, rows, columns = (
+    first, u_counts, v_counts = (
         np.array(numbers)
         for numbers in zip(*((d.first, len(d.u), len(d.v)) for d in domains), strict=True)
     )
     domain_numbers = np.searchsorted(first, patches, side="right") - 1
-    row, column = np.divmod(patches - first[domain_numbers], columns[domain_numbers] - 1)
+    # A domain with n knots along v has n − 1 columns of patches.
+    row, column = np.divmod(patches - first[domain_numbers], v_counts[domain_numbers] - 1)
     # The knots of all domains are in one array, one domain after another.
-    row += (np.cumsum(rows) - rows)[domain_numbers]
-    column += (np.cumsum(columns) - columns)[domain_numbers]
+    row += (np.cumsum(u_counts) - u_counts)[domain_numbers]
+    column += (np.cumsum(v_counts) - v_counts)[domain_numbers]
     u, v = (np.concatenate(knots) for knots in zip(*((d.u, d.v) for d in domains), strict=True))
     return _span_ends(u, row), _span_ends(v, column)
 

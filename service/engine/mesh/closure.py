@@ -9,10 +9,11 @@ the weights are equal up to a common factor. The seam is then
 
 Let t be the tangent of the seam, and a and b the partials across the seam on its two sides. C1
 means that a − b vanishes, G1 that det(a, b, t) vanishes. Multiplied by powers of the weight of the
-seam, both are polynomials of the parameter along the seam. On each patch, their degrees are at most
-2q and 4q − 1 (q and 3q − 1 without weights). They are computed at 4q + 1 parameters: a polynomial
-that vanishes there vanishes everywhere. A computed value counts as zero within the tolerances
-below. Places without a tangent plane, such as poles, are not compared.
+seam, both are polynomials of the parameter along the seam. On each patch, which has degree q along
+the seam, their degrees are at most 2q and 4q − 1 (q and 3q − 1 without weights). They are computed
+at 4q + 1 parameters: a polynomial that vanishes there vanishes everywhere. A computed value counts
+as zero within the tolerances below. Points without a tangent plane, such as poles, are not
+compared.
 """
 
 from dataclasses import dataclass
@@ -75,7 +76,7 @@ def find_closure(model: PatchModel, connectivity: Connectivity | None = None) ->
     for side, (first_patches, last_patches), degree, knots in zip(
         (0, 2), ends, (p, q), (u, v), strict=True
     ):
-        # Most surfaces are open, and comparing their corners is fast.
+        # Most surfaces are open, and comparing the numbers of edges is fast.
         if edge is not None and (edge[first_patches, side] != edge[last_patches, side + 1]).any():
             continuities.append(None)
         else:
@@ -91,7 +92,8 @@ def _find_continuity(
     """The continuity of the seam of two opposite borders of a surface.
 
     The borders are the sides `side` of the first patches, and the sides `side` + 1 of the last
-    patches. None if their control points differ.
+    patches. None if their control points differ. `factors` are the degree across the seam, divided
+    by the widths of the spans from the first to the last patches.
     """
     begin, end = (
         take_side(batch.points, side)[first_patches],
@@ -124,6 +126,8 @@ class _Border:
         """The partial across the border at its points S, (M, K, 3).
 
         S_u = p/h Σ_j B_j w_1j (P_1j − S) / Σ_j B_j w_0j
+
+        where p/h is `factor`, and row 0 of the net is `line`, row 1 `next`.
         """
         total = self.line_weights @ basis.T
         shares = basis * self.next_weights[:, np.newaxis]
@@ -134,7 +138,9 @@ class _Border:
     def along(self, point: FloatArray, basis: FloatArray) -> FloatArray:
         """A tangent of the border at its points S, (M, K, 3), of any length.
 
-        W S' ~ Σ_j B_j^{n−1} (w_{j+1} (P_{j+1} − S) − w_j (P_j − S))
+        (Σ_j B_j^n w_j) S' / n = Σ_j B_j^{n−1} (w_{j+1} (P_{j+1} − S) − w_j (P_j − S))
+
+        The result is the right side.
         """
         change = np.diff(self.line * self.line_weights[..., np.newaxis], axis=1)
         tangent: FloatArray = basis @ change
@@ -168,6 +174,7 @@ def _build_border(batch: TensorPatches, patches: Ints, side: int, factor: float)
     line, next_line = (take_side(batch.points, side, k)[patches] - batch.middle for k in range(2))
     weights = np.ones(batch.points.shape[:-1]) if batch.weights is None else batch.weights
     line_weights, next_weights = (take_side(weights, side, k)[patches] for k in range(2))
+    # On the sides u = 1 and v = 1, the partial points from the next line to the side.
     return _Border(line, next_line, line_weights, next_weights, -factor if side % 2 else factor)
 
 

@@ -85,15 +85,15 @@ def may_be_cut(model: PatchModel, seams: Seams) -> bool:
     if len(model.domains) != 1 or model.patch_count == 1:
         return model.patch_count > 1
     connectivity, (domain,) = seams.connectivity, model.domains
-    if connectivity.border_returns or connectivity.open_count == 2 * (
-        len(domain.u) + len(domain.v) - 2
-    ):
-        return connectivity.border_returns
+    if connectivity.border_returns:
+        return True
+    if connectivity.open_count == 2 * (len(domain.u) + len(domain.v) - 2):
+        return False  # all sides on the border are open: it is one loop
     return _loops_are_near(model.batches[0], domain, connectivity)
 
 
 def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) -> bool:
-    """Whether a spline that closes along u or along v has two open borders whose boxes meet."""
+    """Whether a spline closes along u or v, and has two open borders whose boxes (nearly) meet."""
     assert isinstance(batch, TensorPatches)
     grid = len(domain.u) - 1, len(domain.v) - 1
     # Sides 0 and 1 are u = 0 and u = 1; sides 2 and 3 are v = 0 and v = 1.
@@ -105,10 +105,10 @@ def _loops_are_near(batch: Patches, domain: Domain, connectivity: Connectivity) 
             nets = batch.points.reshape(*grid, *batch.points.shape[1:])
             nets = nets.swapaxes(0, 1).swapaxes(2, 3) if first_side else nets
             first, last = nets[0, :, 0].reshape(-1, 3), nets[-1, :, -1].reshape(-1, 3)
-            distance = np.maximum(
+            gaps = np.maximum(
                 first.min(axis=0) - last.max(axis=0), last.min(axis=0) - first.max(axis=0)
             )
-            return bool(distance.max() <= MAX_WELD_TOLERANCE * batch.diagonal)
+            return bool(gaps.max() <= MAX_WELD_TOLERANCE * batch.diagonal)
     return False
 
 
@@ -135,7 +135,7 @@ def _may_be_near(model: PatchModel, border: FloatArray, distance: float) -> bool
 
 
 def _are_near(weights: FloatArray, tolerance: float) -> bool:
-    """Whether two weights may differ by less than the tolerance, but by more than rounding."""
+    """Whether two weights may differ by more than rounding, but at most by this share of them."""
     ordered = np.sort(weights)
     differences, larger_weights = ordered[1:] - ordered[:-1], ordered[1:]
     return bool(
@@ -166,6 +166,7 @@ def _find_pattern(
     pattern = MESH_PLANS.find(last_key)
     if isinstance(pattern, EdgePattern) and pattern.equal.fits(border, distance):
         return pattern, True
+    # If patches meet like the cells of a grid, the number of its columns determines the pattern.
     columns = 0 if model.domain is None else _count_plain_columns(model.batches[0], model.domain)
     numbers = None if columns else find_equal_points(border)
     pattern = MESH_PLANS.get(

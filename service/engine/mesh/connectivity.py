@@ -25,8 +25,8 @@ SAME_WEIGHT = 2.0**-44
 the largest weight: dividing by a common factor changes the last digits."""
 
 EQUAL_WEIGHT = 2.0**-50
-"""The largest difference of weights that count as equal if all other weights of their edge are
-equal: a few roundings."""
+"""The largest relative difference of two weights that count as equal as they are given, without any
+division: a few roundings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +115,8 @@ class Connectivity:
     def thin_sides(self) -> Ints:
         """For each patch (P,), a side that is one point while the two sides beside it are one edge.
 
-        Patches without this side have −1. On a tensor-product patch, the opposite side must be one
-        point, too; the result is then 0 or 2. A patch with this side may be a curve
+        Patches without such a side have −1. On a tensor-product patch, the opposite side must be
+        one point, too; the result is then 0 or 2. A patch with such a side may be a curve
         (`service.engine.mesh.curve_patches`).
         """
         thin_side = np.full(len(self.edge), -1)
@@ -145,8 +145,8 @@ class Connectivity:
         is_grid = ~self.is_triangle[:, None, None]
         sides = np.where(is_grid, GRID_CORNERS[0], TRIANGLE_CORNERS[0])
         at_end = np.where(is_grid, GRID_CORNERS[1], TRIANGLE_CORNERS[1])
-        places = np.arange(len(self.edge))[:, None, None], sides
-        lines: Ints = 2 * self.edge[places] + (at_end ^ self.backward[places])
+        index = np.arange(len(self.edge))[:, None, None], sides
+        lines: Ints = 2 * self.edge[index] + (at_end ^ self.backward[index])
         lines.sort(axis=2)
         lines[~self.is_triangle, 2] = -1
         return lines
@@ -165,11 +165,12 @@ class Connectivity:
 
 BESIDE_OF_GRID = {0: (2, 3), 2: (0, 1)}
 BESIDE_OF_TRIANGLE = {0: (1, 2), 1: (0, 2), 2: (0, 1)}
-"""For each side, the two sides beside it (`service.surface.sides` numbers the sides)."""
+"""For each side that may be a result of `thin_sides`, the two sides beside it."""
 
 GRID_CORNERS = np.array([[(0, 2), (1, 3), (0, 0)], [(0, 0), (1, 1), (0, 0)]])
 TRIANGLE_CORNERS = np.array([[(0, 2), (1, 2), (0, 1)], [(0, 0), (0, 1), (1, 1)]])
-"""The two sides at each corner that is cut off, and whether each side ends at this corner."""
+"""The two sides at each corner that is cut off, and whether each side ends at this corner. Of
+`GRID_CORNERS`, the third pairs are not used."""
 
 
 def triangular_patches(batches: Sequence[Patches]) -> Bools:

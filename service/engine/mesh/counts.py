@@ -1,6 +1,6 @@
 """Counts the vertices and faces of a mesh without computing them.
 
-The counts depend on which borders are one edge and which are one point, but not on coordinates in
+The counts depend on which sides are one edge and which are one point, but not on coordinates in
 any other way. So the counts follow from the index patterns of the patches, and from the edges and
 corners of the model.
 """
@@ -58,15 +58,15 @@ def count_mesh(model: PatchModel, options: MeshOptions) -> Counts:
     if is_complete and not layout.may_fold and options.weld:
         return Counts(_count_positions(layout, groups), triangles, quads)
 
-    place = layout.leaders
+    leaders = layout.leaders
     if layout.may_fold:
-        counts = [_count_proper_faces(layout, group, kind, place) for group in groups]
-        triangles, quads = (sum(counts_of_groups) for counts_of_groups in zip(*counts, strict=True))
+        counts = [_count_proper_faces(layout, group, kind, leaders) for group in groups]
+        triangles, quads = (sum(group_counts) for group_counts in zip(*counts, strict=True))
     if options.weld and is_complete:
         vertices = _count_positions(layout, groups)
     else:
         vertices = _count_used_positions(
-            layout, groups, kind, place if options.weld else np.arange(layout.size)
+            layout, groups, kind, leaders if options.weld else np.arange(layout.size)
         )
     return Counts(vertices, triangles, quads)
 
@@ -130,17 +130,20 @@ def _count_cell_faces(count: int, kind: Faces) -> tuple[int, int]:
     return (2 * count, 0) if kind == "triangles" else (0, count)
 
 
-def _count_proper_faces(layout: Layout, group: _Group, kind: Faces, place: Ints) -> tuple[int, int]:
+def _count_proper_faces(
+    layout: Layout, group: _Group, kind: Faces, leaders: Ints
+) -> tuple[int, int]:
     """Numbers of triangles and quads of a group, without those that have two equal vertices.
 
-    A quad with two equal neighbouring vertices counts as a triangle.
+    A quad with two equal neighbouring vertices counts as a triangle. `leaders` (N,) are as in
+    `Layout`: they stand for the vertices.
     """
     (triangles, quads), inner_cells = _build_border_faces(group.shape, kind)
-    vertices = place[layout.patch_samples(group.patches, group.shape)]
+    vertices = leaders[layout.patch_samples(group.patches, group.shape)]
     cell_faces = _count_cell_faces(inner_cells * len(group.patches), kind)
-    corner_places = vertices[:, quads]
-    distinct_counts = _count_distinct(corner_places)
-    has_equal_neighbours = (corner_places == np.roll(corner_places, -1, axis=-1)).any(axis=-1)
+    corner_vertices = vertices[:, quads]
+    distinct_counts = _count_distinct(corner_vertices)
+    has_equal_neighbours = (corner_vertices == np.roll(corner_vertices, -1, axis=-1)).any(axis=-1)
     halved_quads = int(((distinct_counts == 3) & has_equal_neighbours).sum())
     return (
         int((_count_distinct(vertices[:, triangles]) == 3).sum()) + halved_quads + cell_faces[0],
@@ -168,11 +171,11 @@ def _count_positions(layout: Layout, groups: Sequence[_Group]) -> int:
 
 
 def _count_used_positions(
-    layout: Layout, groups: Sequence[_Group], kind: Faces, place: Ints
+    layout: Layout, groups: Sequence[_Group], kind: Faces, leaders: Ints
 ) -> int:
     """The number of distinct positions in faces; without faces, of all samples."""
     is_shown = np.zeros(layout.size, dtype=bool)
     for shape, patches, _ in groups:
         samples = layout.patch_samples(patches, shape)
-        is_shown[place[samples[:, find_used_samples(shape, kind)]]] = True
-    return int(np.count_nonzero(is_shown if is_shown.any() else place == np.arange(len(place))))
+        is_shown[leaders[samples[:, find_used_samples(shape, kind)]]] = True
+    return int(np.count_nonzero(is_shown if is_shown.any() else leaders == np.arange(layout.size)))

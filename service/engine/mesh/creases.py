@@ -1,4 +1,4 @@
-"""Creases: decides which samples at one place share a vertex, and averages their normals."""
+"""Creases: decides which samples at one position share a vertex, and averages their normals."""
 
 from dataclasses import dataclass
 from math import sin
@@ -20,7 +20,7 @@ class Averages:
     Attributes
     ----------
     leaders : ndarray of int, shape (G,)
-        The first sample of each group.
+        The sample that leads each group.
     members : ndarray of int, shape (n,)
         The other samples of all groups.
     slot : ndarray of int, shape (n,)
@@ -28,19 +28,19 @@ class Averages:
     pair_count : int
         The number of groups with one member, pairs of a leader and a member; these groups and their
         members come first.
-    first : ndarray of int, shape (n,)
-        The first sample of the group of each member.
+    leader_of_member : ndarray of int, shape (n,)
+        The leader of the group of each member.
     """
 
     leaders: Ints
     members: Ints
     slot: Ints
     pair_count: int
-    first: Ints
+    leader_of_member: Ints
 
     @staticmethod
     def from_leaders(leader: Ints, members: Ints | None = None) -> "Averages":
-        """Makes the groups from `leader` (N,), the first sample of each sample's group.
+        """Makes the groups from `leader` (N,), the leader of each sample's group.
 
         `members` are the samples that are not their own leaders, if the caller knows them.
         """
@@ -61,12 +61,12 @@ class Averages:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sharing:
-    """Which of the samples at one place share a vertex.
+    """Which of the samples at one position share a vertex.
 
     Attributes
     ----------
     leaders : ndarray of int, shape (n,)
-        For each member of the groups of samples at one place, the sample whose vertex it shares.
+        For each member of the groups of samples at one position, the sample whose vertex it shares.
     key : bytes
         A key that is equal for equal leaders.
     is_averaged : bool
@@ -83,38 +83,38 @@ def chord_length(angle: float) -> float:
     return 2 * sin(angle / 2)
 
 
-def find_creases(normals: RealArray, places: Averages, angle: float) -> Sharing | None:
-    """Groups samples at one place whose normals differ by at most an angle: they share a vertex.
+def find_creases(normals: RealArray, groups: Averages, angle: float) -> Sharing | None:
+    """Groups samples at one position whose normals differ by at most an angle: they share a vertex.
 
-    The first sample at a place leads the first group. The first sample whose normal differs by more
-    leads the next group (`service.engine.clustering`).
+    At each position, the leader of all its samples leads the first group. The first sample whose
+    normal differs by more leads the next group (`service.engine.clustering`).
 
     Parameters
     ----------
     normals : ndarray, shape (N, 3)
-    places : Averages
-        The samples at one place.
+    groups : Averages
+        The groups of samples at one position.
     angle : float
         Radians.
 
     Returns
     -------
     Sharing or None
-        None if the mesh has no crease: all samples at one place share one vertex.
+        None if the mesh has no crease: all samples at one position share one vertex.
     """
-    sample_normals = normals.take(places.members, axis=0)
-    step = sample_normals - normals.take(places.first, axis=0)
+    sample_normals = normals.take(groups.members, axis=0)
+    step = sample_normals - normals.take(groups.leader_of_member, axis=0)
     is_near = np.vecdot(step, step) <= chord_length(angle) ** 2
     if np.count_nonzero(is_near) == len(is_near):
         return None
     far_rows = np.flatnonzero(~is_near)
-    slot_of_far = places.slot[far_rows]
-    first = np.empty(len(places.leaders), np.intp)
+    slot_of_far = groups.slot[far_rows]
+    first = np.empty(len(groups.leaders), np.intp)
     # In reverse order, the first member of each slot is written last, and stays.
     first[slot_of_far[::-1]] = np.arange(len(far_rows))[::-1]
     group = find_leaders(first[slot_of_far], sample_normals[far_rows], chord_length(angle))
-    leader = places.first.copy()
-    leader[far_rows] = places.members[far_rows[group]]
+    leader = groups.leader_of_member.copy()
+    leader[far_rows] = groups.members[far_rows[group]]
     return Sharing(leader, hash_arrays(is_near, group))
 
 
@@ -122,7 +122,7 @@ def mean_normals(normals: RealArray, averages: Averages) -> FloatArray:
     """The mean direction (n_0 + … + n_k) / |n_0 + … + n_k| of each group, (G, 3).
 
     Opposite normals have no mean direction. If the crease angle lets them share a vertex, the
-    result is the first normal.
+    result is the normal of the leader.
     """
     first = normals.take(averages.leaders, axis=0).astype(np.float64)
     member_normals = normals.take(averages.members, axis=0).astype(np.float64)

@@ -29,7 +29,7 @@ from service.surface.sides import BEGINS, ENDS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EdgePattern:
-    """A connectivity, and the rows of the border points of its corners and edges.
+    """A connectivity, and the numbers of the border points at its corners and on its edges.
 
     Attributes
     ----------
@@ -91,7 +91,11 @@ class EdgePattern:
         return Seams(self.connectivity, border.take(self.corners, axis=0), tuple(curves))
 
     def has_near_weights(self, weights: FloatArray, tolerance: float) -> bool:
-        """Whether two sides of an edge may have near weights (B,), beyond rounding."""
+        """Whether two sides of an edge may have near weights that do not differ by rounding alone.
+
+        Weights (B,) are near if their logarithms differ by at most the tolerance. The factors 1/8
+        and 4 are margins: in case of doubt, the result is True.
+        """
         for sides, number in self.sides:
             side_weights = weights[sides]
             side_weights /= side_weights.max(axis=1, keepdims=True)
@@ -143,11 +147,11 @@ def _border_rows(is_triangle: bool, p: int, q: int) -> tuple[Ints, tuple[Ints, .
         number = np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1)
         sides = [number[0], number[-1], number[:, 0], number[:, -1]]
     border = np.unique(np.concatenate(sides))
-    begins = [sides[0][0], sides[0][-1], sides[1][0], sides[1][-1]]
+    corners = [sides[0][0], sides[0][-1], sides[1][0], sides[1][-1]]
     if is_triangle:
-        begins[1] = begins[3] = sides[3][0]
+        corners[1] = corners[3] = sides[3][0]  # the fourth side is one point
     rows = tuple(np.searchsorted(border, side) for side in sides)
-    return border, rows, np.searchsorted(border, begins)
+    return border, rows, np.searchsorted(border, corners)
 
 
 def _form(batch: Patches) -> tuple[bool, int, int]:
@@ -159,26 +163,28 @@ def _form(batch: Patches) -> tuple[bool, int, int]:
 
 def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
     """Finds the pattern from a number for each border point, (B,), equal for equal points."""
-    places: dict[int, list[Ints]] = {}
+    numbers_of_sides: dict[int, list[Ints]] = {}  # patch · 4 + side, for each degree
     rows: dict[int, list[Ints]] = {}
     corners: list[Ints] = []
     begin = patch_count = 0
     for batch in batches:
         border, sides, corner_points_of_net = _border_rows(*_form(batch))
-        nets = begin + len(border) * np.arange(batch.count)[:, None]
-        corners.append(nets + corner_points_of_net)
+        first_points = begin + len(border) * np.arange(batch.count)[:, None]
+        corners.append(first_points + corner_points_of_net)
         for k, side in enumerate(sides):
             degree = len(side) - 1
-            places.setdefault(degree, []).append(4 * (patch_count + np.arange(batch.count)) + k)
-            rows.setdefault(degree, []).append(nets + side)
+            patches = patch_count + np.arange(batch.count)
+            numbers_of_sides.setdefault(degree, []).append(4 * patches + k)
+            rows.setdefault(degree, []).append(first_points + side)
         begin, patch_count = begin + len(border) * batch.count, patch_count + batch.count
     edge, backward = np.empty(4 * patch_count, np.intp), np.empty(4 * patch_count, np.bool_)
     collapsed = np.empty(4 * patch_count, np.bool_)
     ids: list[Ints] = []
     edges: list[Ints] = []
     sides_by_degree: list[tuple[Ints, Ints]] = []
-    for degree in sorted(places):
-        side_numbers, side_rows = np.concatenate(places[degree]), np.concatenate(rows[degree])
+    for degree in sorted(rows):
+        side_numbers = np.concatenate(numbers_of_sides[degree])
+        side_rows = np.concatenate(rows[degree])
         order = np.argsort(side_numbers)
         side_numbers, side_rows = side_numbers[order], side_rows[order]
         points = numbers[side_rows]
@@ -220,7 +226,7 @@ def find_pattern(batches: Sequence[Patches], numbers: Ints) -> EdgePattern:
 
 
 def _may_be_raised(connectivity: Connectivity, edges: Sequence[Ints]) -> bool:
-    """Whether lines of different degrees join the same two corners."""
+    """Whether lines of different degrees join the same two corners: they may be one curve."""
     if np.count_nonzero([rows.shape[1] > 1 for rows in edges]) < 2:
         return False
     _, side = np.unique(connectivity.edge, return_index=True)

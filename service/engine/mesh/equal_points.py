@@ -1,8 +1,8 @@
 """Finds points that are equal bit for bit, and the distance within which points count as one.
 
 Connectivity compares points bit for bit; before that, `service.engine.joining` makes near points
-equal. Two points are near if their distance is at most the weld distance. This distance is a share
-of the diagonal of the model, its `weld_tolerance`, unless rounding moves points further:
+equal. Two points are near if their distance is at most the weld distance. This distance is
+`weld_tolerance` times the diagonal of the model, unless rounding moves points further:
 
 - A coordinate x has a rounding error of some 2^-53 |x|.
 - A knot t has a rounding error of some 2^-53 |t|. While the parameter runs over the knot vector, of
@@ -30,7 +30,7 @@ KNOT_ROUNDING = 2.0**-48
 ratio."""
 
 PROJECTION_ROUNDING = 2.0**-49
-"""The rounding error of the projections of two points to a direction, relative to the largest
+"""The rounding error of the projections of two points onto a direction, relative to the largest
 coordinate."""
 
 WEIGHT_FACTOR = 4.0
@@ -83,7 +83,7 @@ class EqualPoints:
         """Whether `points` (N, 3) have these equal points, and unequal points are not near.
 
         Two points are near if their distance is at most `reach`. The result is False if this is
-        uncertain: two leaders are certainly not near if their projections to one direction are
+        uncertain: two leaders are certainly not near if their projections onto `DIRECTION` are
         further apart than `reach`.
         """
         equal = points.take(self.number, axis=0) == points
@@ -119,7 +119,7 @@ def find_possible_neighbours(points: FloatArray, reach: float) -> Ints:
 
 
 def _project(points: FloatArray) -> FloatArray:
-    """The projections of points (N, 3) to `DIRECTION`, (N,)."""
+    """The projections of points (N, 3) onto `DIRECTION`, (N,)."""
     x, y, z = points.T
     projection: FloatArray = x * DIRECTION[0]
     projection += y * DIRECTION[1]

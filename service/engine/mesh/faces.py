@@ -31,7 +31,7 @@ def join_faces(
     if sequence is not None:
         position[sequence] = position.copy()
         counts = counts[:, sequence]
-    parts: list[IndexArray] = []
+    faces: list[IndexArray] = []
     for kind_of_face, corners in enumerate((3, 4)):
         ends = counts[kind_of_face].cumsum()
         out = np.empty((ends[-1], corners), dtype=np.uint32)
@@ -47,8 +47,8 @@ def join_faces(
                 first = ends[position[patches[run.start]]] - len(pattern_faces)
                 rows = slice(first, first + (run.stop - run.start) * len(pattern_faces))
                 out[rows] = corner_numbers[run].reshape(-1, corners)
-        parts.append(out)
-    triangles, quads = parts
+        faces.append(out)
+    triangles, quads = faces
     if welding is not None and layout.may_fold:
         triangles, quads, counts = _drop_slivers(triangles, quads, counts, welding.welds)
     return triangles, quads, _count_before(counts)
@@ -67,25 +67,25 @@ def _count_before(counts: Ints) -> Ints:
 
 
 def _drop_slivers(
-    triangles: IndexArray, quads: IndexArray, counts: Ints, place: Ints
+    triangles: IndexArray, quads: IndexArray, counts: Ints, welds: Ints
 ) -> tuple[IndexArray, IndexArray, Ints]:
-    """Drops faces with two vertices at one place; a quad with one pair of them becomes a triangle.
+    """Drops faces with two vertices at one position; a quad with one such pair becomes a triangle.
 
     Patterns already handle sides that are one point. But if two sides that meet are one edge, the
     diagonal of the cell between them is a point, too. With one division, a side that returns to its
     beginning is a point, and a patch that closes is a line.
 
-    `counts` (2, P) are the numbers of triangles and quads of each patch, `place` (V,) is the first
-    vertex at the place of each vertex. Returns the new triangles, quads and counts.
+    `counts` (2, P) are the numbers of triangles and quads of each patch, `welds` (V,) is the first
+    vertex at the position of each vertex. Returns the new triangles, quads and counts.
     """
     total = counts.shape[1]
     patch_of_triangle, patch_of_quad = (np.repeat(np.arange(total), n) for n in counts)
-    corner_places = place[quads]
-    is_repeated = corner_places == np.roll(corner_places, -1, axis=1)
+    first_vertices = welds[quads]
+    is_repeated = first_vertices == np.roll(first_vertices, -1, axis=1)
     is_quad = (
         ~is_repeated.any(axis=1)
-        & (corner_places[:, 0] != corner_places[:, 2])
-        & (corner_places[:, 1] != corner_places[:, 3])
+        & (first_vertices[:, 0] != first_vertices[:, 2])
+        & (first_vertices[:, 1] != first_vertices[:, 3])
     )
     quads_to_halve = np.flatnonzero(is_repeated.sum(axis=1) == 1)
     # If corner k and the next corner coincide, the triangle has the corners other than k.
@@ -95,8 +95,8 @@ def _drop_slivers(
     )
     triangles = np.concatenate([triangles, triangles_of_quads])
     patch_of_triangle = np.concatenate([patch_of_triangle, patch_of_quad[quads_to_halve]])
-    triangle_places = place[triangles]
-    is_proper = (triangle_places != np.roll(triangle_places, -1, axis=1)).all(axis=1)
+    first_vertices = welds[triangles]
+    is_proper = (first_vertices != np.roll(first_vertices, -1, axis=1)).all(axis=1)
     order = np.flatnonzero(is_proper)[np.argsort(patch_of_triangle[is_proper], kind="stable")]
     new_counts = np.stack(
         [

@@ -124,6 +124,7 @@ def _write_edges(
     positions: RealArray, seams: Seams, layout: Layout, origin: FloatArray, method: Method
 ) -> None:
     """Writes the samples of each edge to its sides, and control points to corners."""
+    # `BorderWrites` describes the table.
     writes = layout.border_writes
     points = [
         sample_edges(seams.curves, is_chosen, divisions, method).reshape(-1, 3)
@@ -137,7 +138,7 @@ def _write_edges(
 
 
 def _write_extra_normals(model: PatchModel, layout: Layout, normals: RealArray) -> int:
-    """Writes the normals of the extra samples of framed sides; returns the number of limits."""
+    """Writes the normals of the extra samples of framed sides; returns how many are limits."""
     total_limits = 0
     for block in layout.blocks:
         batch = model.batches[block.batch]

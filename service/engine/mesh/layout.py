@@ -23,8 +23,8 @@ from service.surface.batches import Patches
 from service.surface.sides import along_sides
 
 FINE = 4
-"""A side that is one point removes only single faces of its patch if the patch has at least this
-number of divisions along u and along v."""
+"""If a patch has at least this number of divisions along u and along v, its triangles without area
+at a side that is one point are lines, which are sides of faces that the mesh keeps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +74,8 @@ class Layout(SampleRuns):
         rus, rvs = np.full(total, ru), np.full(total, rv)
         rus[is_triangle] = rvs[is_triangle] = max(ru, rv)
         side_divisions = np.stack(along_sides(rus, rvs), axis=1)
-        # A shared edge takes the larger of its two numbers of divisions: a triangle never has a
-        # side with more divisions than its rows.
+        # An edge takes the largest of the divisions of its sides. A triangle has max(Ru, Rv) on all
+        # sides, so none of its edges is finer, and a triangle is never framed.
         divisions = np.zeros(len(connectivity.users), dtype=np.intp)
         np.maximum.at(divisions, edge, side_divisions)
         is_finer = (divisions[edge] != side_divisions) & ~collapsed
@@ -98,10 +98,10 @@ class Layout(SampleRuns):
                     blocks.append(block)
                 first += count
         grid_divisions = np.stack(along_sides(rus, rvs), axis=1)
-        is_separate = is_framed[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
-        extra_count = np.where(is_separate, divisions[edge] - 1, 0)
+        has_extra = is_framed[:, None] & (divisions[edge] != grid_divisions) & ~collapsed
+        extra_count = np.where(has_extra, divisions[edge] - 1, 0)
         samples_before = (np.cumsum(extra_count) - extra_count.ravel()).reshape(extra_count.shape)
-        first_extra[is_separate] = size + samples_before[is_separate]
+        first_extra[has_extra] = size + samples_before[has_extra]
         size += int(extra_count.sum())
         return Layout(
             connectivity=connectivity,
@@ -119,6 +119,7 @@ class Layout(SampleRuns):
     @property
     def nbytes(self) -> int:
         """An upper bound of the bytes of the layout and of the values that are cached with it."""
+        # Numbers of 8 bytes: 3 for each sample, 6 for each sample of a side, 30 for each patch.
         border = int(self.divisions[self.connectivity.edge].sum()) + 4 * len(self.base)
         return 8 * (3 * self.size + 6 * border + 30 * len(self.base)) + self.connectivity.nbytes
 
@@ -141,12 +142,12 @@ class Layout(SampleRuns):
 
     @cached_property
     def may_fold(self) -> bool:
-        """Whether index patterns may keep faces that have two vertices at one place."""
+        """Whether index patterns may keep faces that have two vertices at one position."""
         return bool(self.divisions.min() < 2) or self.connectivity.is_folded
 
     @cached_property
     def may_lose_faces(self) -> bool:
-        """Whether omitting faces without area may omit several faces that are neighbours."""
+        """Whether a face without area may not lie on a side of a face that the mesh keeps."""
         is_fine = min(self.ru.min(), self.rv.min()) >= FINE
         return self.may_fold or (self.has_poles and not is_fine)
 
@@ -157,7 +158,7 @@ class Layout(SampleRuns):
 
     @cached_property
     def has_shared_samples(self) -> bool:
-        """Whether two samples, of one patch or of two patches, have one place."""
+        """Whether two samples, of one patch or of two patches, have one position."""
         # A triangle has three corners.
         corners = self.connectivity.corner.size - int(np.count_nonzero(self.is_triangle))
         return (
@@ -168,26 +169,29 @@ class Layout(SampleRuns):
 
     @cached_property
     def leaders(self) -> Ints:
-        """For each sample, the first sample at its place (N,): the same edge, corner or pole."""
-        place = np.arange(self.size)
+        """For each sample, one sample at its position, the same for all samples there, (N,).
+
+        Samples have one position on a shared edge, at a corner or at a pole.
+        """
+        leaders = np.arange(self.size)
         edge = self.connectivity.edge.ravel()
         for divisions, sides in self.side_groups():
             samples = self.find_side_samples(sides, divisions)
             # The first side of each edge represents all its sides.
             _, first, inverse = np.unique(edge[sides], return_index=True, return_inverse=True)
-            place[samples] = samples[first][inverse]
+            leaders[samples] = samples[first][inverse]
         corners = self.corner_samples()
         corner = self.connectivity.corner
         _, first, inverse = np.unique(corner, return_index=True, return_inverse=True)
         first_at_corner = corners.ravel()[first]
-        place[corners] = first_at_corner[inverse.reshape(corners.shape)]
+        leaders[corners] = first_at_corner[inverse.reshape(corners.shape)]
         samples, corner_of_sample = self.find_collapsed_samples()
-        place[samples] = first_at_corner[corner_of_sample]
-        return place
+        leaders[samples] = first_at_corner[corner_of_sample]
+        return leaders
 
     @cached_property
     def averages(self) -> Averages:
-        """The groups of samples at one place; smooth models get the mean of their normals."""
+        """The groups of samples at one position; smooth models get the mean of their normals."""
         return Averages.from_leaders(self.leaders)
 
     @cached_property

@@ -47,7 +47,7 @@ class Overlay:
 class Mesh:
     """Vertices and faces.
 
-    A vertex is a position with its normal, its colour, its (u, v) and so on. Where two surfaces
+    A vertex is a position with its normal, its colour, its (u, v) and so on. Where two patches
     meet at a crease, or at the apex of a cone, several vertices share one position (see `welds`).
 
     Attributes

@@ -67,6 +67,8 @@ def _net_pattern(batch: TensorPatches) -> tuple[Ints, Ints]:
 
 def _triangle_pattern(degree: int) -> Ints:
     """Segments (L, 2) of one triangular net: along its rows, then from row to row."""
+    # Each point but the last of its row begins an upright triangle. The points above these points
+    # have consecutive numbers.
     first_corner = np.delete(
         np.arange(triangle.count_points(degree)), triangle.side_rows(degree)[1]
     )

@@ -60,7 +60,10 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class TriangleShape:
-    """The shape of a triangular patch, which determines its pattern. Triangles are never framed."""
+    """The shape of a triangular patch, which determines its pattern. Triangles are never framed.
+
+    The fourth side of a triangle is always one point.
+    """
 
     divisions: int
     collapsed: tuple[bool, bool, bool, bool] = (False, False, False, True)
@@ -154,6 +157,8 @@ def _build_cells(
 def _build_triangle_rows(shape: TriangleShape) -> IndexArray:
     """Triangles (m,j) (m,j+1) (m+1,j) and (m,j+1) (m+1,j+1) (m+1,j), shape (T, 3)."""
     divisions = shape.divisions
+    # Each sample but the last of its row begins an upright triangle. The samples above these
+    # samples have consecutive numbers.
     ends = triangle.side_rows(divisions)[1]
     first_corner = np.delete(np.arange(triangle.count_points(divisions)), ends).astype(np.uint32)
     above = np.uint32(divisions + 1) + np.arange(len(first_corner), dtype=np.uint32)
@@ -195,6 +200,7 @@ def _turn_corner_cells(shape: Shape, triangles: NDArray[Index]) -> NDArray[Index
     if min(ru, rv) < 2:
         # The other diagonal, too, would join two sides.
         return triangles
+    # The triangles 0, 1, 3 and 1, 2, 3 of the cell become 0, 1, 2 and 0, 2, 3.
     for is_turned, begin in zip(shape.is_turned, (0, (ru - 1) * (rv + 1) + rv - 1), strict=True):
         is_first = (triangles[:, 0] == begin) & (triangles[:, 2] == begin + 1) if is_turned else []
         for row in np.flatnonzero(is_first).tolist():

@@ -1,8 +1,8 @@
 """Vertices and faces of a mesh, planned once for a layout and the samples that share vertices.
 
-If a model is smooth across its edges, all samples at one place become one vertex, and the plan
+If a model is smooth across its edges, all samples at one position become one vertex, and the plan
 depends on the layout alone. If creases, colours or texture coordinates separate samples at one
-place, the plan also depends on which samples share vertices.
+position, the plan also depends on which samples share vertices.
 """
 
 from dataclasses import dataclass
@@ -77,7 +77,8 @@ class FacePlan:
         arrays += [self.is_vertex, self.welds]
         if self.means is not None:
             averages, vertices = self.means
-            arrays += [averages.leaders, averages.members, averages.slot, averages.first, vertices]
+            arrays += [averages.leaders, averages.members, averages.slot]
+            arrays += [averages.leader_of_member, vertices]
         return [array for array in arrays if array is not None]
 
 
@@ -89,7 +90,7 @@ def plan_faces(
     Parameters
     ----------
     sharing : Sharing or None
-        Which samples at one place share a vertex; None if all of them do. It is not used if the
+        Which samples at one position share a vertex; None if all of them do. It is not used if the
         options turn welding off.
     sequence : ndarray of int, shape (P,), or None
         The order of the patches in the mesh.
@@ -120,6 +121,7 @@ def _build_plan(
     checkpoint()
     faces = join_faces(layout, welding, options.faces, sequence)
     if welding is not None and layout.may_fold and options.weld:
+        # Slivers were dropped; without the vertices that only they had, the others are renumbered.
         welding = drop_unused(welding, faces[:2])
         faces = join_faces(layout, welding, options.faces, sequence)
     checkpoint()
@@ -128,9 +130,9 @@ def _build_plan(
     triangles, quads, ends = faces
     welds = find_shared_positions(welding) if options.weld else None
     boundary_edges, watertight = find_mesh_borders(layout, options, (triangles, quads), welds)
-    vertices, is_vertex = layout.size, None
+    vertex_count, is_vertex = layout.size, None
     if welding is not None:
-        vertices, is_vertex = len(welding.samples), np.zeros(layout.size, np.bool_)
+        vertex_count, is_vertex = len(welding.samples), np.zeros(layout.size, np.bool_)
         is_vertex[welding.samples] = True
     plan = FacePlan(
         is_vertex=is_vertex,
@@ -140,7 +142,7 @@ def _build_plan(
         ends=ends,
         grids=_build_grids(layout, welding),
         welds=welds,
-        position_count=count_positions(vertices, welds),
+        position_count=count_positions(vertex_count, welds),
         boundary_edges=boundary_edges,
         watertight=watertight,
     )
