@@ -68,7 +68,7 @@ class CellTree:
         The cells at which queries begin; together they cover all nets.
     models : ndarray of float64, shape (COLUMNS, N)
         Here and below N is at least the number of cells; later columns are spare.
-    place : ndarray of float64, shape (4, N)
+    rectangle : ndarray of float64, shape (4, N)
         The rectangle [u₀, u₁] × [v₀, v₁] of each cell, in the parameters of its net.
     net : ndarray of int, shape (N,)
         Number of the net of each cell.
@@ -92,7 +92,7 @@ class CellTree:
         self.count = self.additions = 0
         total = len(nets.patch)
         self.models = np.empty((table.columns, total))
-        self.place = np.empty((4, total))
+        self.rectangle = np.empty((4, total))
         self.net = np.empty(total, np.intp)
         self.point_sides = np.zeros((4, total), bool)
         self._group = np.empty(total, np.intp)
@@ -103,7 +103,7 @@ class CellTree:
         for number, group in enumerate(nets.groups):
             k = len(group.nets)
             run = self._append(number, group.nets, np.zeros(k, np.intp))
-            self.place[:, run] = np.array([[0.0], [1.0], [0.0], [1.0]])
+            self.rectangle[:, run] = np.array([[0.0], [1.0], [0.0], [1.0]])
             self.net[run] = np.arange(group.first, group.first + k)
             self.point_sides[:, run] = self._find_point_sides(group.nets)
         self.roots = self.count
@@ -206,8 +206,8 @@ class CellTree:
                 ]
                 if len(chosen):
                     nets = self._spaces[group].nets[self._row[chosen]]
-                    place, sides = self.place[:, chosen], self.point_sides[:, chosen]
-                    parts.append(Cells(nets, place, sides, chosen).halve(axes))
+                    rectangle, sides = self.rectangle[:, chosen], self.point_sides[:, chosen]
+                    parts.append(Cells(nets, rectangle, sides, chosen).halve(axes))
             if parts:
                 self._add_children(group, Cells.join(parts))
 
@@ -216,7 +216,7 @@ class CellTree:
         parent = halves.parent
         depth = self._depth[parent] + self._children[parent] // 2
         run = self._append(group, halves.nets, depth)
-        self.place[:, run], self.point_sides[:, run] = halves.place, halves.point_sides
+        self.rectangle[:, run], self.point_sides[:, run] = halves.rectangle, halves.point_sides
         self.net[run] = self.net[parent]
         is_first = np.diff(parent, prepend=-1) != 0
         self._child[parent[is_first]] = run.start + np.flatnonzero(is_first)
@@ -238,7 +238,7 @@ class CellTree:
         """Enlarge all arrays of cells to `size` columns."""
         for name in (
             "models",
-            "place",
+            "rectangle",
             "net",
             "point_sides",
             "_group",

@@ -19,7 +19,7 @@ from service.engine.queries import cell_models as columns
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.distance_bounds import Minima, cell_bounds, least_change
 from service.engine.queries.nearest import ClosestPoints, Nearest
-from service.engine.queries.newton import measure_places
+from service.engine.queries.newton import measure_surface_points
 from service.engine.queries.patch_tree import PatchTree, sphere_bounds
 from service.engine.queries.shares import Share
 
@@ -163,7 +163,7 @@ class ClosestLevels:
         """Compute bounds of pairs; returns which pairs stay open, and squared lower bounds."""
         bounds = cell_bounds(
             self.cells.models.take(cell, axis=1),
-            self.cells.place.take(cell, axis=1),
+            self.cells.rectangle.take(cell, axis=1),
             self.cells.point_sides.take(cell, axis=1),
             self.x.take(point, axis=1),
             self.min_width / 8,
@@ -226,35 +226,31 @@ class ClosestLevels:
         """Compute the minima of settled pairs by Newton's method; returns which pairs ended."""
         is_ended = np.zeros(len(point), bool)
         rows, net, cell_parameters = np.arange(len(point)), self.cells.net[cell], minima.start
-        rectangle = self.cells.place.take(cell, axis=1)
+        rectangle = self.cells.rectangle.take(cell, axis=1)
         errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
         x = self.x.take(point, axis=1)
         for remaining in range(MAX_STEPS, 0, -1):
-            places = measure_places(self.cells, net, rectangle, cell_parameters, x)
+            found = measure_surface_points(self.cells, net, rectangle, cell_parameters, x)
             gradient_error = (
-                errors[:2] * places.distance + errors[2:] + 4 * UNIT * np.abs(places.gradient)
+                errors[:2] * found.distance + errors[2:] + 4 * UNIT * np.abs(found.gradient)
             )
-            change = 2 * least_change(places.gradient, minima.convexity, cell_parameters)
-            low = places.low * places.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
+            change = 2 * least_change(found.gradient, minima.convexity, cell_parameters)
+            low = found.low * found.low + change - 4 * gradient_error.sum(axis=0) - minima.loss
             is_far = low > self.nearest.limit(point)
-            is_narrow = places.high - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(
-                places.high
-            )
+            is_narrow = found.high - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(found.high)
             if remaining > 1:
-                # Near a minimum the distance is exact before the place is: take one more step.
+                # Near a minimum the distance is exact before the parameters: take one more step.
                 is_narrow &= change >= -(MAX_DISTANCE_TO_MINIMUM**2)
             is_narrow &= ~is_far
             is_done = np.flatnonzero(is_narrow | (remaining == 1))
-            self.nearest.add_places(point[is_done], net[is_done], places.take(is_done))
+            self.nearest.add_found(point[is_done], net[is_done], found.take(is_done))
             self.nearest.end_cells(point[is_narrow], low[is_narrow])
             is_narrow |= is_far
             is_ended[rows[is_narrow]] = True
             remaining_rows = np.flatnonzero(~is_narrow)
             if remaining == 1 or not len(remaining_rows):
                 break
-            cell_parameters = places.next(cell_parameters, minima.sides).take(
-                remaining_rows, axis=1
-            )
+            cell_parameters = found.next(cell_parameters, minima.sides).take(remaining_rows, axis=1)
             rows, net, point, minima = (
                 rows[remaining_rows],
                 net[remaining_rows],

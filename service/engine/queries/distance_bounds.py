@@ -63,7 +63,7 @@ class Minima:
     estimate : ndarray of float64, shape (N,)
         Approximate squared distance at `start`.
     start : ndarray of float64, shape (2, N)
-        Approximate place of the minimum, by the model of the cell.
+        Approximate parameters of the minimum, by the model of the cell.
     sides : ndarray of float64, shape (2, N)
         For a and for b: −1 or 1 if the minimum lies on this side of the cell, else 0.
     convexity : ndarray of float64, shape (2, N)
@@ -147,14 +147,14 @@ class CellBounds:
 
 @np.errstate(all="ignore")
 def cell_bounds(
-    model: FloatArray, place: FloatArray, point: Bools, x: FloatArray, flattest: float
+    model: FloatArray, rectangle: FloatArray, point: Bools, x: FloatArray, flattest: float
 ) -> CellBounds:
     """Compute bounds of the distance for N pairs of a point and a cell.
 
     Parameters
     ----------
     model : ndarray of float64, shape (COLUMNS, N)
-    place : ndarray of float64, shape (4, N)
+    rectangle : ndarray of float64, shape (4, N)
         The rectangle of the cell. A side at 0 or 1 is a side of the patch.
     point : ndarray of bool, shape (4, N)
         Which sides are one point.
@@ -184,8 +184,8 @@ def cell_bounds(
     # Theorem 1.
     max_change = (np.abs(forms[::2]) + spread[::2] + mixed) * SAFE + gradient_error
     is_down, is_up = gradient > max_change, gradient < -max_change
-    # Rows 0 and 2 of `place` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
-    is_empty = ((is_down & (place[::2] > 0)) | (is_up & (place[1::2] < 1))).any(axis=0)
+    # Rows 0 and 2 of `rectangle` are the lower ends u₀ and v₀; rows 1 and 3 are the upper ends.
+    is_empty = ((is_down & (rectangle[::2] > 0)) | (is_up & (rectangle[1::2] < 1))).any(axis=0)
     # Theorem 2.
     are_both_convex = (straight > 0).all(axis=0)
     share = np.where(are_both_convex, 1 - SAFE * mixed / np.sqrt(straight).prod(axis=0), 1.0)
@@ -206,9 +206,9 @@ def cell_bounds(
 
 
 def _model_minimum(gradient: FloatArray, forms: FloatArray, sides: FloatArray) -> FloatArray:
-    """Approximate places (2, N) of the minima of quadratic models in [−1, 1]².
+    """Approximate parameters (2, N) of the minima of quadratic models in [−1, 1]².
 
-    If `sides` is −1 or 1 for a or b, the place is on this side.
+    If `sides` is −1 or 1 for a or b, the minimum is on this side.
     """
     (fa, fb), (faa, fab, fbb) = gradient, forms
     determinant = faa * fbb - fab * fab
@@ -231,13 +231,13 @@ def _least(slope: FloatArray, mu: FloatArray, reach: FloatArray | float) -> Floa
     return np.where(inside, -0.5 * slope * slope / np.where(inside, mu, 1.0), at_end)
 
 
-def least_change(gradient: FloatArray, mu: FloatArray, place: FloatArray) -> FloatArray:
-    """Lower bound of Σ (g_i δ_i + ½ μ_i δ_i²) from a place in [−1, 1]² to all others.
+def least_change(gradient: FloatArray, mu: FloatArray, parameters: FloatArray) -> FloatArray:
+    """Lower bound of Σ (g_i δ_i + ½ μ_i δ_i²) from one point of [−1, 1]² to all others.
 
     Parameters
     ----------
-    gradient, mu, place : ndarray of float64, shape (2, N)
-        g, μ ≥ 0, and the place.
+    gradient, mu, parameters : ndarray of float64, shape (2, N)
+        g, μ ≥ 0, and the parameters (a, b) of the point.
 
     Returns
     -------
@@ -245,5 +245,5 @@ def least_change(gradient: FloatArray, mu: FloatArray, place: FloatArray) -> Flo
         At most 0. An error e of g lowers the bound by at most 2 Σ e_i; rounding acts like an error
         of 4 u |g|.
     """
-    reach = np.where(gradient > 0, 1.0 + place, 1.0 - place)
+    reach = np.where(gradient > 0, 1.0 + parameters, 1.0 - parameters)
     return np.asarray(_least(np.abs(gradient), mu, reach).sum(axis=0))

@@ -16,7 +16,7 @@ class Cells:
     ----------
     nets : ndarray of float64, shape (K, p+1, q+1, 3 or 4)
         The nets over the cells.
-    place : ndarray of float64, shape (4, K)
+    rectangle : ndarray of float64, shape (4, K)
         The rectangles [u₀, u₁] × [v₀, v₁] in the parameters of the net.
     point_sides : ndarray of bool, shape (4, K)
         Whether each of the sides u₀, u₁, v₀, v₁ is one point.
@@ -25,7 +25,7 @@ class Cells:
     """
 
     nets: FloatArray
-    place: FloatArray
+    rectangle: FloatArray
     point_sides: Bools
     parent: Ints
 
@@ -34,14 +34,17 @@ class Cells:
         cells = self
         for axis in axes:
             nets = np.stack(halve(cells.nets, axis + 1), axis=1).reshape(-1, *self.nets.shape[1:])
-            place, sides = cells.place.repeat(2, axis=1), cells.point_sides.repeat(2, axis=1)
-            middle = (cells.place[2 * axis] + cells.place[2 * axis + 1]) / 2
+            rectangle, sides = (
+                cells.rectangle.repeat(2, axis=1),
+                cells.point_sides.repeat(2, axis=1),
+            )
+            middle = (cells.rectangle[2 * axis] + cells.rectangle[2 * axis + 1]) / 2
             # Even columns are lower halves, odd columns are upper halves. The lower half ends, and
             # the upper half begins, at the middle: rows 2 axis + 1 and 2 axis.
             for half in (0, 1):
-                place[2 * axis + 1 - half, half::2] = middle
+                rectangle[2 * axis + 1 - half, half::2] = middle
                 sides[2 * axis + 1 - half, half::2] = False
-            cells = Cells(nets, place, sides, cells.parent.repeat(2))
+            cells = Cells(nets, rectangle, sides, cells.parent.repeat(2))
         return cells
 
     @staticmethod
@@ -49,7 +52,7 @@ class Cells:
         """The cells of all parts, one after another."""
         return Cells(
             np.concatenate([part.nets for part in parts]),
-            np.concatenate([part.place for part in parts], axis=1),
+            np.concatenate([part.rectangle for part in parts], axis=1),
             np.concatenate([part.point_sides for part in parts], axis=1),
             np.concatenate([part.parent for part in parts]),
         )

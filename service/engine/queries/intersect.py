@@ -87,7 +87,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
             got = f"more than {max_hits} hits"
             raise TooLarge(Issue("too_many_hits", message, "/rays", got, needed))
     hits = Hits.join(parts)
-    kind = hits.origin  # after merging, `origin` has the `Kind` of each hit
+    kind = hits.label  # after merging, `label` has the `Kind` of each hit
     with np.errstate(all="ignore"):
         lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
         units = nets.scale / lengths
@@ -106,7 +106,7 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
         "t_bounds": np.stack([hits.low * units, high], axis=1),
         "positions": nets.origin + hits.position.T * nets.scale,
     }
-    patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.place.T)
+    patch, local = nets.patch[hits.net], nets.parameters(hits.net, hits.parameters.T)
     columns |= surface_columns(model, patch, local, regular_normals(hits.du.T, hits.dv.T))
     return columns | {
         "kind": NAMES[kind].tolist(),

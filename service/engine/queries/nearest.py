@@ -1,4 +1,4 @@
-"""The state of a search for closest points: the nearest places so far, and proved lower bounds."""
+"""The state of a search for closest points: the nearest points so far, and proved lower bounds."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,15 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import dot
-from service.engine.queries.newton import Places, measure_places
+from service.engine.queries.newton import SurfacePoints, measure_surface_points
 
 TIE_WIDTH = 1 / 16
-"""Two places count as equally near if their distances differ by at most this, in units of the
-tolerance."""
+"""Two points of the surface count as equally near if their distances differ by at most this, in
+units of the tolerance."""
 
 MIN_SEPARATION = 1e-3
-"""Two equally near places count as different if they are farther apart than this, in the
-coordinates of the nets. (Near one minimum there are many almost equally near places.)"""
+"""Two equally near points of the surface count as different if they are farther apart than this, in
+the coordinates of the nets. (Near one minimum there are many almost equally near points.)"""
 
 STEPS = 8
 """The number of steps of Newton's method if no minimum was proved."""
@@ -29,17 +29,17 @@ class ClosestPoints:
     ----------
     net : ndarray of int, shape (m,)
         The number of the net on which the closest point lies.
-    place : ndarray of float64, shape (m, 2)
+    parameters : ndarray of float64, shape (m, 2)
         The parameters (u, v) of the closest point in its net.
     position : ndarray of float64, shape (m, 3)
     distance, low, high : ndarray of float64, shape (m,)
         The distance of the position, and an interval that contains the least distance.
     is_tied : ndarray of bool, shape (m,)
-        Whether another place may be equally near.
+        Whether another point of the surface may be equally near.
     """
 
     net: Ints
-    place: FloatArray
+    parameters: FloatArray
     position: FloatArray
     distance: FloatArray
     low: FloatArray
@@ -48,7 +48,7 @@ class ClosestPoints:
 
 
 class Nearest:
-    """The nearest places to points x (3, m) that a search has found so far.
+    """The points of a surface nearest to points x (3, m) that a search has found so far.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Nearest:
         self._center_best, self._center_cell = np.full(m, np.inf), np.zeros(m, np.intp)
         """For each point, the squared distance of the nearest centre of a cell, and that cell."""
         self._low = np.full(m, np.inf)
-        self._places: list[tuple[Ints, Ints, Places]] = []
+        self._found: list[tuple[Ints, Ints, SurfacePoints]] = []
         self._open_cells: list[tuple[Ints, Ints, FloatArray]] = []
 
     def limit(self, point: Ints) -> FloatArray:
@@ -93,13 +93,13 @@ class Nearest:
             self.best[points] = self._center_best[points] = upper[nearest_rows]
             self._center_cell[points] = cell[nearest_rows]
 
-    def add_places(self, point: Ints, net: Ints, places: Places) -> None:
-        """Record places on the surface."""
-        np.minimum.at(self.best, point, places.high * places.high)
-        self._places.append((point, net, places))
+    def add_found(self, point: Ints, net: Ints, found: SurfacePoints) -> None:
+        """Record points of the surface, one for each of `point`, on the nets `net`."""
+        np.minimum.at(self.best, point, found.high * found.high)
+        self._found.append((point, net, found))
 
     def end_cells(self, point: Ints, low: FloatArray) -> None:
-        """Record squared lower bounds of cells whose minima are recorded as places."""
+        """Record squared lower bounds of cells whose minima are recorded by `add_found`."""
         np.minimum.at(self._low, point, low)
 
     def end_open_cells(self, point: Ints, cell: Ints, low: FloatArray) -> None:
@@ -110,62 +110,66 @@ class Nearest:
     def answer(self) -> ClosestPoints:
         """The result of the search: the closest points, with intervals of their distances."""
         self._descend()
-        point = np.concatenate([point for point, _, _ in self._places])
-        net = np.concatenate([net for _, net, _ in self._places])
-        places = Places.join([places for _, _, places in self._places])
-        chosen = self._choose(point, net, places)
-        position, distance = places.position[:, chosen], places.distance[chosen]
+        point = np.concatenate([point for point, _, _ in self._found])
+        net = np.concatenate([net for _, net, _ in self._found])
+        found = SurfacePoints.join([found for _, _, found in self._found])
+        chosen = self._choose(point, net, found)
+        position, distance = found.position[:, chosen], found.distance[chosen]
         high = np.full(len(distance), np.inf)
-        np.minimum.at(high, point, places.high)
+        np.minimum.at(high, point, found.high)
         high = np.maximum(high, distance)
         low = np.minimum(np.sqrt(np.maximum(self._low, 0.0)), high)
-        is_tied = self._find_ties(point, places, position, distance)
-        place = places.parameters[:, chosen].T
-        return ClosestPoints(net[chosen], place, position.T, distance, low, high, is_tied)
+        is_tied = self._find_ties(point, found, position, distance)
+        parameters = found.parameters[:, chosen].T
+        return ClosestPoints(net[chosen], parameters, position.T, distance, low, high, is_tied)
 
     def _descend(self) -> None:
-        """Find places for points that have no place nearer than the nearest centre of a cell.
+        """Find a surface point for each x that has none nearer than the nearest centre of a cell.
 
         Newton's method begins at this centre; it proves nothing.
         """
         reached = np.full(len(self.best), np.inf)
-        for point, _, places in self._places:
-            np.minimum.at(reached, point, places.high)
+        for point, _, found in self._found:
+            np.minimum.at(reached, point, found.high)
         rows = np.flatnonzero(np.isinf(reached) | (reached * reached > self._center_best))
         cell = self._center_cell[rows]
-        net, rectangle = self._cells.net[cell], self._cells.place[:, cell]
+        net, rectangle = self._cells.net[cell], self._cells.rectangle[:, cell]
         if not len(rows):
             return
         # The search begins at the centres, and no side is proved to contain the minimum.
         center = no_sides = np.zeros((2, len(rows)))
         cell_parameters = center
-        nearest = places = measure_places(self._cells, net, rectangle, center, self._x[:, rows])
+        nearest = found = measure_surface_points(
+            self._cells, net, rectangle, center, self._x[:, rows]
+        )
         for _ in range(1, STEPS):
-            cell_parameters = places.next(cell_parameters, no_sides)
-            places = measure_places(self._cells, net, rectangle, cell_parameters, self._x[:, rows])
-            nearest = nearest.replace_where(places, places.high <= nearest.high)
-        self.add_places(rows, net, nearest)
+            cell_parameters = found.next(cell_parameters, no_sides)
+            found = measure_surface_points(
+                self._cells, net, rectangle, cell_parameters, self._x[:, rows]
+            )
+            nearest = nearest.replace_where(found, found.high <= nearest.high)
+        self.add_found(rows, net, nearest)
 
-    def _choose(self, point: Ints, net: Ints, places: Places) -> Ints:
-        """The row of the nearest place of each point, shape (m,).
+    def _choose(self, point: Ints, net: Ints, found: SurfacePoints) -> Ints:
+        """The row of the nearest point of the surface for each x, shape (m,).
 
-        Of several places that are equally near, the first in the order of nets, u and v is chosen.
+        Of several that are equally near, the first in the order of nets, u and v is chosen.
         """
         min_distance = np.full(len(self.best), np.inf)
-        np.minimum.at(min_distance, point, places.distance)
-        max_distance = min_distance[point] + 4 * (places.high - places.distance)
-        rows = np.flatnonzero(places.distance <= max_distance)
-        u, v = places.parameters[:, rows]
+        np.minimum.at(min_distance, point, found.distance)
+        max_distance = min_distance[point] + 4 * (found.high - found.distance)
+        rows = np.flatnonzero(found.distance <= max_distance)
+        u, v = found.parameters[:, rows]
         rows = rows[np.lexsort((v, u, net[rows], point[rows]))]
         return rows[np.diff(point[rows], prepend=-1) > 0]
 
     def _find_ties(
-        self, point: Ints, places: Places, position: FloatArray, distance: FloatArray
+        self, point: Ints, found: SurfacePoints, position: FloatArray, distance: FloatArray
     ) -> Bools:
-        """Which points (m,) have a second place or open cell that is equally near."""
+        """Which points x (m,) have a second equally near point of the surface, or open cell."""
         is_tied = np.zeros(len(distance), bool)
-        difference = places.position - position[:, point]
-        is_near = places.distance <= distance[point] + TIE_WIDTH * self._tolerance
+        difference = found.position - position[:, point]
+        is_near = found.distance <= distance[point] + TIE_WIDTH * self._tolerance
         is_near &= dot(difference, difference) > MIN_SEPARATION**2
         is_tied[point[is_near]] = True
         for points, cell, low in self._open_cells:

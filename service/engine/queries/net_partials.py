@@ -1,4 +1,4 @@
-"""Points of nets, and partials up to the first or second order, at one place of each net."""
+"""Points of nets, and partials up to the first or second order, at one point of each net."""
 
 import numpy as np
 
@@ -16,14 +16,14 @@ _PARTIAL_ORDERS = {
 """For the highest order 1 or 2: the orders in u, and the orders in v, of all partials."""
 
 
-def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) -> FloatArray:
+def net_partials(nets: QueryNets, net: Ints, parameters: FloatArray, order: int = 2) -> FloatArray:
     """Points S and partials S_u, S_v, S_uu, S_uv, S_vv; result k belongs to the net `net[k]`.
 
     Parameters
     ----------
     nets : QueryNets
     net : ndarray of int, shape (m,)
-    place : ndarray of float64, shape (2, m)
+    parameters : ndarray of float64, shape (2, m)
         The parameters (u, v) in each net, from 0 to 1.
     order : int
         The highest order: 1, or 2 for second partials, too.
@@ -47,7 +47,7 @@ def net_partials(nets: QueryNets, net: Ints, place: FloatArray, order: int = 2) 
         step = max(1, MAX_NUMBERS // group.nets[0].size)
         for first in range(0, len(rows), step):
             chunk = rows[first : first + step]
-            u, v = place[:, chunk]
+            u, v = parameters[:, chunk]
             partials[:, :, chunk] = _evaluate_group(
                 group.nets[net[chunk] - group.first], u, v, order
             )

@@ -146,12 +146,12 @@ class QueryNets:
         moved_points = np.ldexp(difference, -(shift + exponent)[:, np.newaxis])
         return LocalPoints(np.asarray(moved_points), shift, self.scale)
 
-    def parameters(self, net: Ints, place: FloatArray) -> FloatArray:
-        """Convert places (m, 2) in nets to parameters (m, 2) of their patches.
+    def parameters(self, net: Ints, net_parameters: FloatArray) -> FloatArray:
+        """Convert parameters (m, 2) of nets to parameters (m, 2) of their patches.
 
         On a tensor-product patch both are equal, bit for bit.
         """
-        a, b = place.T[:, :, np.newaxis]
+        a, b = net_parameters.T[:, :, np.newaxis]
         lowest, right, left, opposite = self.corners[net].transpose(1, 0, 2)
         # Both sums are exact if the corners are those of the unit square.
         along = lowest + a * (right - lowest)
@@ -210,7 +210,7 @@ def surface_nets(batches: Sequence[Patches]) -> QueryNets:
 
 
 def curve_nets(pieces: CurvePieces) -> QueryNets:
-    """The nets of the pieces of a curve, of degree (n, 0); a place is (t, 0)."""
+    """The nets of the pieces of a curve, of degree (n, 0), with the parameters (t, 0)."""
     points = pieces.space_points
     flat = points.reshape(-1, 3)
     origin, scale, diagonal = frame(flat.min(axis=0), flat.max(axis=0))

@@ -1,9 +1,9 @@
 """A tree of spheres over the patches, so that a query need not examine each of 10,000 patches.
 
 Patches are sorted along a space-filling curve through their centres (Morton order). Each eight
-neighbours get a sphere, each eight of these spheres get a larger sphere, and so on. The centre c of
-a sphere is the centre of a patch in it, hence a point of the surface S. So one distance gives both
-bounds:
+neighbours get a sphere, each eight of these spheres get a larger sphere, and so on. Let S be the
+patches in a sphere with the centre c and the radius R. The centre c is the centre of one of these
+patches, hence a point of S. So one distance gives both bounds:
 
     d(x, c) − R ≤ d(x, S) ≤ d(x, c)
 
@@ -42,17 +42,18 @@ for which the tree leaves too many pairs ends in the tree."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Candidates:
-    """The pairs of a point and a cell that may be the nearest cell, in the order of points.
+    """The pairs of a point and a cell that may be nearest to the point, in the order of points.
 
     Attributes
     ----------
     point, cell : ndarray of int, shape (N,)
     ended : list of (point, cell, low, upper)
-        The pairs of points with too many pairs. Each has a sphere in place of a cell, given by the
-        cell at its centre; a squared lower bound of the distance to all members of the sphere; and
-        a squared upper bound of the distance to its centre.
+        The pairs of points that have too many pairs, one item for each level. These pairs have a
+        sphere, not a cell: `cell` is the cell whose centre is the centre of the sphere, `low` a
+        squared lower bound of the distance to all members, and `upper` a squared upper bound of the
+        distance to the centre.
     max_pairs : int
-        The most pairs on a level before the last.
+        The most pairs on one level of spheres, without the last level.
     """
 
     point: Ints
@@ -71,7 +72,7 @@ class RayCandidates:
     is_ended : ndarray of bool, shape (m,)
         Which rays have too many pairs; their pairs are omitted.
     max_pairs : int
-        The most pairs on a level before the last.
+        The most pairs on one level of spheres, without the last level.
     """
 
     ray: Ints
@@ -81,7 +82,7 @@ class RayCandidates:
 
 
 class PatchTree:
-    """Levels of spheres over the first cells of a `CellTree`.
+    """Levels of spheres over the first cells of a `CellTree`, at which queries begin.
 
     Attributes
     ----------
@@ -89,9 +90,10 @@ class PatchTree:
     order : ndarray of int, shape (N,)
         The first cells in the order of the curve.
     levels : list of ndarray of float64, shape (5, n)
-        For each level the centre, radius and error of its spheres; the level of the largest spheres
-        comes first. Sphere k of a level contains the spheres 8 k … 8 k + 7 of the next level. The
-        spheres of the last level are the balls of the cells, in `order`.
+        For each level the centre, radius and error of its spheres; the error bounds the distance of
+        the computed centre from the surface. The level of the largest spheres comes first. Sphere k
+        of a level contains the spheres 8 k … 8 k + 7 of the next level. The spheres of the last
+        level are those of the models of the cells, in `order`.
     middles : list of ndarray of int, shape (n,)
         For each level the cells whose centres are the centres of the spheres.
     """
@@ -174,7 +176,7 @@ def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, Float
     Parameters
     ----------
     spheres : ndarray of float64, shape (at least 5, N)
-        Centre, radius and error.
+        Centre, radius and error, as in `PatchTree.levels`.
     x : ndarray of float64, shape (3, N)
 
     Returns
@@ -202,8 +204,9 @@ def sphere_bounds(spheres: FloatArray, x: FloatArray) -> tuple[FloatArray, Float
 def _find_met_spheres(spheres: FloatArray, rays: Rays) -> tuple[Ints, Ints]:
     """The pairs of a ray and a sphere that the ray may meet, in the order of rays.
 
-    All pairs of m rays and n spheres are tested, in arrays (m, n). The squared distance of a centre
-    from the line of a ray is |g|² − (g · d)², up to 16 u |g|².
+    All pairs of m rays and n spheres are tested, in arrays (m, n). With g = c − o, the squared
+    distance of a centre from the line of a ray is |g|² − (g · d)², up to 16 u |g|²; twice this
+    error is subtracted.
     """
     pairs = []
     center, radius = spheres[:3, np.newaxis], spheres[3]
@@ -237,9 +240,9 @@ def _members(query: Ints, sphere: Ints, count: int) -> tuple[Ints, Ints]:
 
 
 def _enclose(level: FloatArray) -> tuple[FloatArray, Ints]:
-    """Spheres that enclose eight spheres of a level each, and the numbers of their middle spheres.
+    """The larger spheres of the next level up, and the number of the middle member of each.
 
-    The centre of a new sphere is the centre of the middle one of its eight spheres.
+    A larger sphere encloses eight spheres of `level`, and has the centre of the middle one.
     """
     count = level.shape[1]
     starts = np.arange(0, count, FANOUT)

@@ -24,14 +24,14 @@ from service.surface.lowered import PatchModel
 Columns: TypeAlias = dict[str, NDArray[Any]]
 
 MIN_SINE = 1e-4
-"""If the sine of the angle between S_u and S_v is at most this, the normal is computed as a
-limit."""
+"""If the sine of the angle between S_u and S_v is at most this, or |S_u × S_v| (in the coordinates of
+the nets) at most its square, the normal is computed as a limit."""
 
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, as a share of the diagonal."""
 
 MAX_GAP = 1e-12
-"""A place counts as on a side of its patch if its parameter differs by at most this."""
+"""A point counts as on a side of its patch if its parameter differs by at most this."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,12 +61,12 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     dict of ndarray
         - positions (m, 3); distances (m,); distance_bounds (m, 2), which contain the least distance
         - reached (m,): whether the bounds are as narrow as requested
-        - tied (m,): whether another place may be equally near
-        - patch (m,): the number in the request, unless `uv` determines it
+        - tied (m,): whether another point of the surface may be equally near
+        - patch (m,): the number in the request; omitted if the request is one surface with a domain
         - uv (m, 2): parameters of the surface if it has a domain, else of the patch; (s, t) on
           triangles
         - normals (m, 3)
-        - on_boundary (m,): whether the place is on an open side
+        - on_boundary (m,): whether the closest point is on an open side
         - signs (m,), if requested: NaN where they are uncertain
     """
     nets = surface_nets(model.batches)
@@ -74,11 +74,13 @@ def project_on_surface(model: PatchModel, query: ProjectQuery) -> Columns:
     closest, columns = _closest(nets, local_points, query.relative_tolerance)
     seams = None
     if query.sign:
+        # None if points on borders are nearly equal: then `compute_signs` joins them.
         seams = connect_if_apart(model, WELD_TOLERANCE)
         columns["signs"] = compute_signs(model, seams, nets, local_points.points, closest.low)
     patch = nets.patch[closest.net]
-    local = nets.parameters(closest.net, closest.place)
-    columns |= surface_columns(model, patch, local, net_normals(nets, closest.net, closest.place))
+    local = nets.parameters(closest.net, closest.parameters)
+    normals = net_normals(nets, closest.net, closest.parameters)
+    columns |= surface_columns(model, patch, local, normals)
     columns["on_boundary"] = _on_boundary(model, seams or connect(model), patch, local)
     return columns
 
@@ -96,15 +98,15 @@ def project_on_curve(pieces: CurvePieces, query: ProjectQuery) -> Columns:
     local_points = nets.to_near_points(to_space(query.points))
     closest, columns = _closest(nets, local_points, query.relative_tolerance)
     columns["positions"] = columns["positions"][:, : pieces.dimension]
-    places = CurveSamples(closest.net, closest.place[:, 0])
-    columns["parameters"] = places.parameters(pieces.breaks)
-    columns["tangents"] = evaluate_tangents(pieces, places)
+    samples = CurveSamples(closest.net, closest.parameters[:, 0])
+    columns["parameters"] = samples.parameters(pieces.breaks)
+    columns["tangents"] = evaluate_tangents(pieces, samples)
     return columns
 
 
-def net_normals(nets: QueryNets, net: Ints, place: FloatArray) -> tuple[FloatArray, Bools]:
-    """Unit normals (m, 3) at places (m, 2) of nets, and whether each is precise (m,)."""
-    _, du, dv = net_partials(nets, net, place.T, 1)
+def net_normals(nets: QueryNets, net: Ints, parameters: FloatArray) -> tuple[FloatArray, Bools]:
+    """Unit normals (m, 3) at parameters (m, 2) of nets, and whether each is precise (m,)."""
+    _, du, dv = net_partials(nets, net, parameters.T, 1)
     return regular_normals(du.T, dv.T)
 
 
@@ -122,10 +124,10 @@ def regular_normals(du: FloatArray, dv: FloatArray) -> tuple[FloatArray, Bools]:
 def surface_columns(
     model: PatchModel, patch: Ints, local: FloatArray, regular: tuple[FloatArray, Bools]
 ) -> Columns:
-    """The arrays `uv`, `patch` and `normals` of a response, for places on patches of a model.
+    """The arrays `uv`, `patch` and `normals` of a response, for points on patches of a model.
 
-    `regular` is the result of `regular_normals`; normals that are not precise are computed as
-    limits.
+    `local` (m, 2) are the parameters of the points in their patches, (s, t) on triangles. `regular`
+    is the result of `regular_normals`; normals that are not precise are computed as limits.
     """
     normals, is_regular = regular
     columns: Columns = {}
@@ -139,6 +141,7 @@ def surface_columns(
             "uv": local,
         }
     u, v = local.T
+    # `evaluate_scattered_normals` takes triangles as patches with s = u (1 − v) and t = v.
     if triangular_patches(model.batches).any():
         is_triangle = triangular_patches(model.batches)[patch]
         width_of_row = np.where(is_triangle & (v < 1), 1 - v, 1.0)
@@ -149,9 +152,9 @@ def surface_columns(
 
 
 def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[FloatArray, Ints]:
-    """Convert places on patches to places on the parametric surfaces of a model.
+    """Convert parameters (m, 2) of patches to those of the parametric surfaces of a model.
 
-    Returns the parameters (m, 2) of the surfaces, and the numbers (m,) of the surfaces.
+    Returns the parameters (m, 2), and the numbers (m,) of the surfaces.
     """
     first_patches = np.array([domain.first for domain in model.domains])
     order = np.argsort(first_patches)
@@ -159,6 +162,7 @@ def in_domains(model: PatchModel, patch: Ints, local: FloatArray) -> tuple[Float
     uv = np.empty(local.shape)
     for k in np.unique(surface_numbers).tolist():
         domain, rows = model.domains[k], np.flatnonzero(surface_numbers == k)
+        # The patches of a domain are numbered span by span, with v first.
         spans = np.divmod(patch[rows] - domain.first, len(domain.v) - 1)
         for axis, (knots, span) in enumerate(zip((domain.u, domain.v), spans, strict=True)):
             t, low, high = local[rows, axis], knots[span], knots[span + 1]
@@ -172,7 +176,7 @@ def _closest(
     """Find the closest points; returns them, and the arrays that surfaces and curves share."""
     width = relative_tolerance * nets.diagonal
     closest = ClosestSearch(nets, width / nets.scale).find(local_points.points)
-    # The distances of points that were moved have an error of less than one rounding.
+    # `LocalPoints` moves very far points nearer; their distances have an error below one rounding.
     is_moved = local_points.shift > 0
     low = np.where(is_moved, np.nextafter(closest.low, 0.0), closest.low)
     high = np.where(is_moved, np.nextafter(closest.high, np.inf), closest.high)
@@ -187,10 +191,11 @@ def _closest(
 
 
 def _on_boundary(model: PatchModel, seams: Seams, patch: Ints, local: FloatArray) -> Bools:
-    """Whether places lie on an open side of their patch."""
+    """Whether points with the parameters `local` (m, 2) lie on an open side of their patch."""
     is_open = (seams.users[seams.edge] == 1) & ~seams.collapsed
     u, v = local.T
     gaps = np.stack([u, 1 - u, v, 1 - v], axis=1)
+    # The sides 0, 1 and 2 of a triangle are s = 0, s + t = 1 and t = 0; it has no side 3.
     is_triangle = triangular_patches(model.batches)[patch]
     gaps[is_triangle, 1] = (1 - u - v)[is_triangle]
     gaps[is_triangle, 3] = 1.0

@@ -5,18 +5,20 @@ s = (a, b) in [−1, 1]²,
 
     S = c + A a + B b + ½ (Q_aa a² + 2 Q_ab a b + Q_bb b²) + rest,   g = c − o
 
+Names in capitals are numbers of the model: |rest| ≤ REST, the partials of the rest add up to at
+most 3 REST, and all points of the cell are within RADIUS of c.
+
 With X = B × d, Y = d × A and D = X · A = Y · B = d · (A × B), the functions
 
     G = (X · (S − o), Y · (S − o)) / D = (X · g, Y · g) / D + s + (terms of second order, rest)
 
-vanish where S is on the line of the ray, because X and Y are perpendicular to d. The bounds k cover
-the terms in parentheses: k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb| + |X| REST, divided by |D|;
-k_Y has the same form.
+vanish where S is on the line of the ray, because X and Y are perpendicular to d. The terms in
+parentheses are at most k_X / |D| and k_Y / |D|, with k_X = ½ |X · Q_aa| + |X · Q_ab| + ½ |X · Q_bb|
++ |X| REST; k_Y has the same form.
 
 **Theorem 1 (no hit).** If |X · g| > |D| + k_X, or |Y · g| > |D| + k_Y, or |g × d| > RADIUS, then
 the cell does not meet the line of the ray. If g · d + RADIUS < near, the cell is behind the origin
-of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0. All points of the cell are within
-RADIUS of c. ∎
+of the ray. *Proof.* |X · (S − o)| ≥ |X · g| − |D| − k_X > 0; the rest follows from RADIUS. ∎
 
 **Theorem 2 (at most one).** The matrix of the partials of G over the cell is I + N. The sum of the
 absolute values in the first row of N is at most n_X = (|X · Q_aa| + 2 |X · Q_ab| + |X · Q_bb| + 3
@@ -36,8 +38,8 @@ A cell is *settled* if ν ≤ `MAX_CONTRACTION`.
 are exactly perpendicular to d. The error of each computed product is at most 8 u times the lengths
 of its factors: |B| ROUND covers the products with Q_ij and A, and |B| `slack` covers the products
 with g, including the errors of o and d. The origin o of a ray is moved along the ray to the point
-nearest to the middle of the surface. The new ray is at most 4 u (|o| + |t|) from the old ray, which
-the slack includes.
+nearest to the middle of the surface, which is the point (0, 0, 0) of the nets. The new ray is at
+most 4 u (|o| + |t|) from the old ray, which the slack includes.
 """
 
 from collections.abc import Sequence
@@ -46,7 +48,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.column_vectors import cross, dot, length
 from service.engine.queries.nets import QueryNets
@@ -101,6 +103,7 @@ def local_rays(
     local_origins = np.ascontiguousarray(nets.local(origins).T)
     begins = dot(local_origins, d)
     o = local_origins - begins * d
+    # Points of nets are nearer to the origin than 4.
     slack = 4 * UNIT * (length(local_origins) + np.abs(begins)) + 16 * UNIT * (length(o) + 4)
     slack = np.where(np.isfinite(slack), slack, np.inf)
     return Rays(o, d, begins, slack, np.maximum(thickness, MIN_THICKNESS * slack))
@@ -109,14 +112,14 @@ def local_rays(
 def sphere_misses(
     spheres: FloatArray, rays: Rays, ray: Ints, farthest: FloatArray
 ) -> tuple[Bools, FloatArray]:
-    """For N pairs of a sphere and a ray: whether they do not meet, and a lower bound of t if not.
+    """For N pairs of a sphere and a ray: whether they do not meet, and a lower bound of t in it.
 
     Parameters
     ----------
     spheres : ndarray of float64, shape (at least 4, N)
         Centres and radii.
     ray : ndarray of int, shape (N,)
-    farthest : ndarray of float64, shape (N,)
+    farthest : ndarray of float64, shape (N,) or ()
         The largest t of interest.
     """
     g = spheres[:3] - rays.origin.take(ray, axis=1)
@@ -146,7 +149,7 @@ class RootBounds:
     contraction : ndarray of float64, shape (N,)
         ν.
     start : ndarray of float64, shape (2, N)
-        Approximate place where the model meets the line.
+        The parameters (a, b) at which the model meets the line of the ray, approximately.
     exists : ndarray of bool, shape (N,)
         Whether there is a root (Theorem 3).
     """
@@ -193,12 +196,12 @@ def root_bounds(
     bounds : RootBounds
         The bounds of the settled pairs.
     """
-    m = columns
+    m = model_rows
     a, b = model[m.TANGENT_A : m.TANGENT_A + 3], model[m.TANGENT_B : m.TANGENT_B + 3]
     seconds = [model[k : k + 3] for k in (m.SECOND_AA, m.SECOND_AB, m.SECOND_BB)]
-    q = cross(model[:3] - o, d)
+    q = cross(model[:3] - o, d)  # X · g = −B · q and Y · g = A · q
     x, y = cross(b, d), cross(d, a)
-    lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])
+    lengths = np.sqrt(model[[m.FORM_BB, m.FORM_AA]])  # |B| and |A|
     size = np.abs(determinant := dot(x, a))
     error = (model[m.ROUND] + slack) * lengths
     values, curvature_terms, bounds_k, bounds_n = [], [], [], []
@@ -224,6 +227,7 @@ def root_bounds(
         (aa[rows] / determinant, ab[rows] / determinant, bb[rows] / determinant)
         for aa, ab, bb in curvature_terms
     ]
+    # The root of the model, approximately, by fixed-point iteration.
     s = t = np.zeros(len(rows))
     for _ in range(3):
         s, t = (

@@ -1,19 +1,23 @@
 """Hits of rays, and the merging of hits that several cells report at one place.
 
 Every hit represents some points of the surface on its ray, and has an interval of t that contains
-them all. Hits of one ray whose intervals overlap are at one place, and form a cluster. A cluster is
-merged by these rules:
+them all. It is a root in a cell, which is proved, or only near the border of the cell; or an end of
+a *strip*, the part of a cell to which the ray is almost tangent; or a *point*, a cell much smaller
+than the thickness of the ray. Hits of one ray whose intervals overlap are at one place, and form a
+cluster. A cluster is merged by these rules:
 
-- Each proved hit stays a separate crossing. Two proved hits in a cluster are two sheets of the
-  surface, or the surface meets itself there.
+- Each proved hit stays a separate crossing, except in a hit *along* (see below). Two proved hits in
+  a cluster are two sheets of the surface, or the surface meets itself there.
 - A hit that is not proved, because it is near the border of its cell, is dropped if a proved hit
   crosses in the same direction. The remaining hits of this sort become one hit: a crossing if the
   ray crosses at all of them in one direction (as on a seam), else touching (as on a ridge).
-- Strips and points become one hit, with unproved hits that lie between their ends. It is *along* if
-  its interval is long and the distance from the ray is nearly constant. It is a crossing if all are
-  points and their normals are on one side of the ray (as at a pole). Otherwise it is *touching*.
-  However, a strip next to a proved crossing that is almost tangent only makes the interval of the
-  crossing longer.
+- Strips and points become one hit, with the unproved hits. But unproved hits between two of them at
+  which the ray is not almost tangent are another sheet of the surface, and are merged as above. The
+  one hit is *along* if its interval is long and the distance from the ray is nearly constant; it
+  then includes proved hits in its interval at which the ray is almost tangent. It is a crossing if
+  all are points and their normals are on one side of the ray (as at a pole). Otherwise it is
+  *touching*. However, a strip next to a proved crossing that is almost tangent only makes the
+  interval of the crossing longer.
 """
 
 from collections.abc import Sequence
@@ -41,8 +45,8 @@ MAX_TANGENT_SINE = 1e-3
 """A ray and the surface are almost tangent if the sine of their angle is at most this."""
 
 
-class Origin(IntEnum):
-    """How a hit was found: as a proved root, as a place near the ray, as a strip, or as a point."""
+class Source(IntEnum):
+    """How a hit was found: as a proved root, near the border of a cell, as a strip or a point."""
 
     PROVED = 0
     NEAR = 1
@@ -65,20 +69,21 @@ class Hits:
     Attributes
     ----------
     ray, net : ndarray of int, shape (n,)
-    place : ndarray of float64, shape (2, n)
-        In the parameters of the net.
+    parameters : ndarray of float64, shape (2, n)
+        The parameters (u, v) of the net.
     position, du, dv : ndarray of float64, shape (3, n)
+        The point of the surface, and the partials there.
     t, low, high : ndarray of float64, shape (n,)
         The parameter of the hit, and its interval.
     residual : ndarray of float64, shape (n,)
         The distance of the position from the ray.
-    origin : ndarray of int, shape (n,)
-        Before merging an `Origin`, after merging a `Kind`.
+    label : ndarray of int, shape (n,)
+        Before merging a `Source`, after merging a `Kind`.
     """
 
     ray: Ints
     net: Ints
-    place: FloatArray
+    parameters: FloatArray
     position: FloatArray
     du: FloatArray
     dv: FloatArray
@@ -86,7 +91,7 @@ class Hits:
     low: FloatArray
     high: FloatArray
     residual: FloatArray
-    origin: Ints
+    label: Ints
 
     def take(self, rows: Ints | Bools) -> "Hits":
         """The hits with these rows."""
@@ -97,8 +102,8 @@ class Hits:
         """The hits of all parts, one after another."""
         if not parts:
             vectors, scalars, numbers = np.zeros((3, 0)), np.zeros(0), np.zeros(0, np.intp)
-            places = np.zeros((2, 0)), vectors, vectors, vectors
-            return Hits(numbers, numbers, *places, scalars, scalars, scalars, scalars, numbers)
+            points = np.zeros((2, 0)), vectors, vectors, vectors
+            return Hits(numbers, numbers, *points, scalars, scalars, scalars, scalars, numbers)
         return Hits(
             *(np.concatenate([getattr(p, f.name) for p in parts], axis=-1) for f in fields(Hits))
         )
@@ -116,15 +121,15 @@ class Hits:
 def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     """Merge hits to one hit for each place, in the order of rays and of t.
 
-    `origin` of the merged hits is a `Kind`. `min_length_along` is the least length of the interval
+    `label` of the merged hits is a `Kind`. `min_length_along` is the least length of the interval
     of a hit *along*. If such an interval begins behind the origin of the ray, the hit is at the
     first end of a strip that is not behind the origin.
     """
     sines = hits.sines(rays.direction[:, hits.ray])
     # Enlarge the intervals of strips: a surface that is almost tangent to the ray is also near the
     # ray before and after the strip.
-    pad = np.where(hits.origin == Origin.STRIP, STRIP_PADDING * min_length_along, 0.0)
-    order = np.lexsort((*hits.place[::-1], hits.net, hits.low - pad, hits.ray))
+    pad = np.where(hits.label == Source.STRIP, STRIP_PADDING * min_length_along, 0.0)
+    order = np.lexsort((*hits.parameters[::-1], hits.net, hits.low - pad, hits.ray))
     hits, sines, pad = hits.take(order), sines[order], pad[order]
     variation, is_behind = MAX_VARIATION * rays.thickness[hits.ray], hits.t < rays.near[hits.ray]
     cluster = _number_clusters(hits, pad)
@@ -132,15 +137,18 @@ def merge_hits(hits: Hits, rays: Rays, min_length_along: float) -> Hits:
     sizes = np.diff(first, append=len(cluster))
     kind = np.full(len(cluster), int(Kind.CROSSING))
     is_kept = np.ones(len(cluster), bool)
-    max_origin = np.maximum.reduceat(hits.origin, first) if len(first) else first
-    for k in np.flatnonzero((max_origin > 1) | ((sizes > 1) & (max_origin > 0))).tolist():
+    # A cluster needs merging if it has a strip or a point, or several hits of which one is not
+    # proved.
+    max_source = np.maximum.reduceat(hits.label, first) if len(first) else first
+    needs_merging = (max_source >= Source.STRIP) | ((sizes > 1) & (max_source > Source.PROVED))
+    for k in np.flatnonzero(needs_merging).tolist():
         rows = np.arange(first[k], first[k] + sizes[k])
         is_kept[rows] = False
         for row, merged_kind in _merge_cluster(
             hits, sines, (min_length_along, variation, is_behind), rows
         ):
             is_kept[row], kind[row] = True, merged_kind
-    hits.origin[:] = kind
+    hits.label[:] = kind
     merged = hits.take(is_kept)
     return merged.take(np.lexsort((merged.net, merged.t, merged.ray)))
 
@@ -167,20 +175,20 @@ def _merge_cluster(
     hit *along* and, for each hit, the largest variation of distances, and whether it is behind the
     origin of its ray.
     """
-    origin, t = hits.origin[rows], hits.t[rows]
-    proved, near_rows = rows[origin == Origin.PROVED], rows[origin == Origin.NEAR]
-    strips = rows[origin >= Origin.STRIP]
+    source, t = hits.label[rows], hits.t[rows]
+    proved, near_rows = rows[source == Source.PROVED], rows[source == Source.NEAR]
+    strips = rows[source >= Source.STRIP]
     crossings: list[tuple[int, Kind]] = []
     if len(strips):
-        ends = t[origin >= Origin.STRIP]
+        ends = t[source >= Source.STRIP]
         is_between_ends = (hits.low[near_rows] > ends.min()) & (hits.high[near_rows] < ends.max())
         is_steep = is_between_ends & (np.abs(sines[near_rows]) > MAX_TANGENT_SINE)
         strips, near_rows = np.concatenate([strips, near_rows[~is_steep]]), near_rows[is_steep]
         tangent_rows = proved[np.abs(sines[proved]) <= MAX_TANGENT_SINE]
-        sine, is_point = sines[strips], (hits.origin[strips] == Origin.POINT).all()
-        residuals = hits.residual[rows[origin == Origin.STRIP]]
+        sine, is_point = sines[strips], (hits.label[strips] == Source.POINT).all()
+        residuals = hits.residual[rows[source == Source.STRIP]]
         min_length_along, max_variation, is_behind = limits
-        if np.ptp(ends) > min_length_along and _is_even(residuals, max_variation[rows[0]]):
+        if np.ptp(ends) > min_length_along and _are_nearly_equal(residuals, max_variation[rows[0]]):
             low, high = hits.low[strips].min(), hits.high[strips].max()
             tangent_rows_within = tangent_rows[
                 (hits.low[tangent_rows] <= high) & (hits.high[tangent_rows] >= low)
@@ -219,14 +227,14 @@ def _merge_cluster(
 
 
 def _extend_interval(hits: Hits, chosen: np.intp, rows: Ints) -> int:
-    """Extend the interval of the hit `chosen` to contain all intervals of `rows`; returns it."""
+    """Extend the interval of the hit `chosen` to contain those of `rows`; returns `chosen`."""
     low, high = hits.low[rows].min(), hits.high[rows].max()
     hits.low[chosen], hits.high[chosen] = low, high
     return int(chosen)
 
 
 def _join_to_crossing(hits: Hits, strip: np.intp, tangent_rows: Ints) -> bool:
-    """Join a strip to a crossing of `tangent_rows`, at most the length of the strip away.
+    """Join a strip to the nearest crossing of `tangent_rows`, at most the strip's length away.
 
     Returns whether there is such a crossing.
     """
@@ -240,7 +248,7 @@ def _join_to_crossing(hits: Hits, strip: np.intp, tangent_rows: Ints) -> bool:
     return len(near_rows) > 0
 
 
-def _is_even(residuals: FloatArray, max_variation: float) -> bool:
+def _are_nearly_equal(residuals: FloatArray, max_variation: float) -> bool:
     """Whether three quarters of the ends of strips have nearly the same distance from the ray.
 
     The remaining ends may be at borders, where the distance may be larger.

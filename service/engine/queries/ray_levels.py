@@ -27,7 +27,7 @@ from service.engine.queries.ray_bounds import (
     root_bounds,
     sphere_misses,
 )
-from service.engine.queries.ray_hits import Hits, Origin
+from service.engine.queries.ray_hits import Hits, Source
 from service.engine.queries.ray_newton import (
     find_roots,
     find_strips,
@@ -55,8 +55,8 @@ MAX_DISTANCE_BEHIND = 4
 ray, to find other hits at the same place."""
 
 MAX_NEAR_SHARE = 1 / 4
-"""The farther half of the first pairs joins the search when the open pairs of the nearer half are
-at most this share of the farther half."""
+"""The pairs with farther cells wait at first. They join the search when the open pairs with nearer
+cells are at most this share of them."""
 
 NO_PAIRS = np.zeros(0, np.intp), np.zeros(0, np.intp)
 """An empty list of pairs (ray, cell)."""
@@ -117,13 +117,16 @@ class RayLevels:
         self.only_first = only_first
         self.cells, self.patches, self.rays = patches.cells, patches, rays
         self.farthest = np.full(len(rays.near), np.inf)
+        """For each ray, the largest t of interest."""
         self.reached = np.isfinite(rays.slack)
         self.is_later = np.zeros(len(rays.near), bool)
+        """Which rays have pairs with farther cells that have not joined the search."""
         self.settled_pairs: list[tuple[Ints, Ints, FloatArray, RootBounds]] = []
+        """Pairs for `apply_newton`: rays, cells, lower bounds of t, and bounds of the roots."""
         self.hits: list[Hits] = []
 
     def search(self) -> Hits | None:
-        """Search all levels until no pair is open; None if the tree of patches has too many."""
+        """Search all levels until no pair is open; None if the tree of patches leaves too many."""
         candidates = self.patches.candidates_on(self.rays, self.max_pairs_of_ray)
         if candidates is None:
             return None
@@ -139,6 +142,7 @@ class RayLevels:
                 later_pairs = NO_PAIRS
                 self.is_later[:] = False
             pairs = [self.step(ray, cell)]
+            # Collect settled pairs: a step of Newton's method is faster for many of them together.
             if sum(len(pair[0]) for pair in self.settled_pairs) >= len(pairs[0][0]):
                 pairs.append(self.apply_newton())
             ray, cell = _join_pairs([*pairs, self.waiting_pairs])
@@ -148,13 +152,14 @@ class RayLevels:
     def split_by_distance(
         self, ray: Ints, cell: Ints
     ) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
-        """Split the first pairs in two: those with the nearer, and those with the farther cells.
+        """Split the first pairs into those with the nearer cells, and those with the farther cells.
 
         If all hits are needed, all pairs are in the first list.
         """
         if not self.only_first or not len(ray):
             return (ray, cell), NO_PAIRS
         center, radius = self.cells.models[:3, cell], self.cells.models[model_rows.RADIUS, cell]
+        # The origins of rays are perpendicular to their directions, so (c − o) · d = c · d.
         low = dot(center, self.rays.direction[:, ray]) - radius
         starts = np.flatnonzero(np.diff(ray, prepend=-1))
         middle = (np.minimum.reduceat(low, starts) + np.maximum.reduceat(low, starts)) / 2
@@ -186,6 +191,7 @@ class RayLevels:
         is_coarse = models[model_rows.STRAIN, cell[met_rows]] > MAX_STRAIN
         open_pairs = [(ray[met_rows[is_coarse]], cell[met_rows[is_coarse]])]
         met_rows = met_rows[~is_coarse]
+        # At least one chunk, which may be empty, so that each level has a checkpoint.
         for chunk in (
             met_rows[k : k + CHUNK_PAIRS] for k in range(0, max(len(met_rows), 1), CHUNK_PAIRS)
         ):
@@ -300,7 +306,7 @@ class RayLevels:
                 self.hits.append(hits)
                 open_rows.append(chunk[~is_done])
                 if self.only_first:
-                    is_sure = (hits.origin == Origin.PROVED) & (hits.low > self.rays.near[hits.ray])
+                    is_sure = (hits.label == Source.PROVED) & (hits.low > self.rays.near[hits.ray])
                     self.limit_search(hits.ray[is_sure], hits.t[is_sure])
         rows = np.concatenate(open_rows) if open_rows else np.zeros(0, np.intp)
         return self.halve(ray[rows], cell[rows])

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.cells import CellTree
 from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.grazing import Strips
 from service.engine.queries.net_partials import net_partials
 from service.engine.queries.ray_bounds import Rays, RootBounds
-from service.engine.queries.ray_hits import Hits, Kind, Origin
+from service.engine.queries.ray_hits import Hits, Kind, Source
 
 MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
@@ -21,22 +21,22 @@ STRIP_STEPS = 4
 """The most steps of Newton's method across a strip."""
 
 MIN_SLANT = 1 / 2
-"""A strip may end at a side x = ±1 if |x₁| is at least this (Theorem 2 of `grazing`)."""
+"""A strip, which follows the line x = x₀ + x₁ y in its cell, may end at a side x = ±1 if |x₁| is at
+least this (Theorem 2 of `grazing`)."""
 
 MAX_EXACT_ERROR = 4
-"""A place counts as exact if its distance from the ray is at most this, in units of the rounding
+"""A point counts as exact if its distance from the ray is at most this, in units of the rounding
 error."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _RayPlaces:
-    """One place in each of n cells, the surface there, and its distance from a ray.
+class _RayPoints:
+    """One point of the surface in each of n cells, and its distance from a ray.
 
     Attributes
     ----------
-    cell_parameters, place : ndarray of float64, shape (2, n)
-        The places in the parameters (a, b) ∈ [−1, 1]² of the cells, and in the parameters (u, v) of
-        the nets.
+    cell_parameters, parameters : ndarray of float64, shape (2, n)
+        The parameters (a, b) ∈ [−1, 1]² of the cells, and the parameters (u, v) of the nets.
     half : ndarray of float64, shape (2, n)
         Half the sides of the cells.
     position, du, dv : ndarray of float64, shape (3, n)
@@ -46,11 +46,11 @@ class _RayPlaces:
     across : ndarray of float64, shape (3, n)
         (S − o) × d; its length is the distance from the ray.
     residual, rounding : ndarray of float64, shape (n,)
-        This distance, and a bound of its rounding error.
+        The distance from the ray, and a bound of its rounding error.
     """
 
     cell_parameters: FloatArray
-    place: FloatArray
+    parameters: FloatArray
     half: FloatArray
     position: FloatArray
     du: FloatArray
@@ -60,45 +60,50 @@ class _RayPlaces:
     residual: FloatArray
     rounding: FloatArray
 
-    def move(self, cell_parameters: FloatArray, d: FloatArray) -> "_RayPlaces":
-        """Move to near places `cell_parameters`; the tangent plane replaces the surface."""
+    def move(self, cell_parameters: FloatArray, d: FloatArray) -> "_RayPoints":
+        """Move to near `cell_parameters`; the tangent plane replaces the surface.
+
+        The partials and the distance from the ray stay those of the old points.
+        """
         step = self.half * (cell_parameters - self.cell_parameters)
         difference = step[0] * self.du + step[1] * self.dv
-        place = np.clip(self.place + step, 0.0, 1.0)
+        parameters = np.clip(self.parameters + step, 0.0, 1.0)
         position, t = self.position + difference, self.t + dot(difference, d)
-        return replace(self, cell_parameters=cell_parameters, place=place, position=position, t=t)
+        return replace(
+            self, cell_parameters=cell_parameters, parameters=parameters, position=position, t=t
+        )
 
     def to_hits(
-        self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], origin: Origin
+        self, rows: Ints, ray: Ints, net: Ints, ends: tuple[FloatArray, FloatArray], source: Source
     ) -> Hits:
-        """The places `rows` as hits.
+        """The points `rows` as hits that were found as `source`.
 
-        `ray` and `net` are the numbers of the rays and nets; `ends` are the lower and the upper
-        ends (n,) of the intervals of t.
+        `ray` and `net` are the numbers of their rays and nets; `ends` are the lower and the upper
+        ends of their intervals of t.
         """
         t, residual = self.t[rows], self.residual[rows]
         low, high = ends
-        places = self.place[:, rows], self.position[:, rows], self.du[:, rows], self.dv[:, rows]
-        kinds = np.full(len(rows), origin)
-        return Hits(ray, net, *places, t, low, high, residual, kinds)
+        points = self.position[:, rows], self.du[:, rows], self.dv[:, rows]
+        labels = np.full(len(rows), source)
+        return Hits(ray, net, self.parameters[:, rows], *points, t, low, high, residual, labels)
 
 
-def _evaluate_places(
+def _evaluate_points(
     cells: CellTree, rays: Rays, ray: Ints, cell: Ints, cell_parameters: FloatArray
-) -> _RayPlaces:
+) -> _RayPoints:
     """Evaluate the surface at `cell_parameters` (2, n), with its distances from rays."""
-    rectangle, net = cells.place[:, cell], cells.net[cell]
+    rectangle, net = cells.rectangle[:, cell], cells.net[cell]
     low, half = rectangle[::2], (rectangle[1::2] - rectangle[::2]) / 2
-    place = low + half * (cell_parameters + 1)
-    cell_parameters = (place - low) / half - 1  # again, because `place` was rounded
-    position, du, dv = net_partials(cells.nets, net, place, 1)
+    parameters = low + half * (cell_parameters + 1)
+    cell_parameters = (parameters - low) / half - 1  # again, because `parameters` were rounded
+    position, du, dv = net_partials(cells.nets, net, parameters, 1)
     d = rays.direction[:, ray]
     g = position - rays.origin[:, ray]
     across = cross(g, d)
     residual = np.sqrt(dot(across, across))
     rounding = cells.errors[net] + rays.slack[ray]
-    return _RayPlaces(
-        cell_parameters, place, half, position, du, dv, dot(g, d), across, residual, rounding
+    return _RayPoints(
+        cell_parameters, parameters, half, position, du, dv, dot(g, d), across, residual, rounding
     )
 
 
@@ -108,9 +113,10 @@ def find_roots(
 ) -> tuple[Hits, Bools]:
     """Find the hits of settled pairs by Newton's method.
 
-    A place counts as a hit if it is as near to the ray as rounding allows; or if it is within the
-    thickness and Newton's method cannot come nearer inside the cell. A pair has no hit if Theorem 2
-    of `ray_bounds`, applied at one of the places, proves that the root is outside the cell.
+    A point of the surface counts as a hit if it is as near to the ray as rounding allows; or if it
+    is within the thickness and Newton's method cannot come nearer inside the cell. A pair has no
+    hit if Theorem 2 of `ray_bounds`, applied at one of the iterates, proves that the root is
+    outside the cell. `ray` and `cell` have the numbers (N,) of the pairs.
 
     Returns
     -------
@@ -122,50 +128,49 @@ def find_roots(
     hits_by_step: list[Hits] = []
     rows, cell_parameters = np.arange(len(ray)), bounds.start
     for remaining_steps in range(MAX_STEPS, 0, -1):
-        root_bounds = bounds.take(rows)
-        places = _evaluate_places(cells, rays, ray[rows], cell[rows], cell_parameters)
-        size = root_bounds.determinant
+        bound = bounds.take(rows)
+        points = _evaluate_points(cells, rays, ray[rows], cell[rows], cell_parameters)
+        # G, with a bound of its error, at the parameters s₀; the root s* is at most `reach` away.
         g = (
-            np.stack(
-                [dot(root_bounds.first, places.across), dot(root_bounds.second, places.across)]
-            )
-            / size
+            np.stack([dot(bound.first, points.across), dot(bound.second, points.across)])
+            / bound.determinant
         )
-        error = root_bounds.lengths * places.rounding / np.abs(size)
-        reach = (np.abs(g) + error).max(axis=0) / (1 - root_bounds.contraction)
-        distance = np.abs(places.cell_parameters - g) - root_bounds.contraction * reach - error
-        is_outside = (distance > 1 + 64 * UNIT).any(axis=0)
-        da, db = places.half[0] * places.du, places.half[1] * places.dv
+        error = bound.lengths * points.rounding / np.abs(bound.determinant)
+        reach = (np.abs(g) + error).max(axis=0) / (1 - bound.contraction)
+        min_root = np.abs(points.cell_parameters - g) - bound.contraction * reach - error
+        is_outside = (min_root > 1 + 64 * UNIT).any(axis=0)
+        da, db = points.half[0] * points.du, points.half[1] * points.dv
         d = rays.direction[:, ray[rows]]
         determinant = dot(cross(da, db), d)
-        step = np.stack([dot(db, places.across), -dot(da, places.across)]) / determinant
+        step = np.stack([dot(db, points.across), -dot(da, points.across)]) / determinant
         step = np.where(np.isfinite(step), step, 0.0)
-        next_parameters = np.clip(places.cell_parameters + step, -1.0, 1.0)
-        is_stuck = (np.abs(next_parameters - places.cell_parameters) <= 8 * UNIT).all(axis=0) | (
+        next_parameters = np.clip(points.cell_parameters + step, -1.0, 1.0)
+        is_stuck = (np.abs(next_parameters - points.cell_parameters) <= 8 * UNIT).all(axis=0) | (
             remaining_steps == 1
         )
-        is_exact = places.residual <= MAX_EXACT_ERROR * places.rounding
-        is_near = is_exact | is_stuck & (places.residual <= rays.thickness[ray[rows]])
+        is_exact = points.residual <= MAX_EXACT_ERROR * points.rounding
+        is_near = is_exact | is_stuck & (points.residual <= rays.thickness[ray[rows]])
         hit_columns = np.flatnonzero(is_near & ~is_outside)
         if len(hit_columns):
-            # For exact places, the last step has the size of rounding errors.
-            places = places.move(np.where(is_exact, next_parameters, places.cell_parameters), d)
+            # For exact points, the last step has the size of rounding errors.
+            points = points.move(np.where(is_exact, next_parameters, points.cell_parameters), d)
             hit_rows = rows[hit_columns]
             is_inside = (
-                np.abs(places.cell_parameters[:, hit_columns]) + reach[hit_columns] <= 1
+                np.abs(points.cell_parameters[:, hit_columns]) + reach[hit_columns] <= 1
             ).all(axis=0)
-            model = cells.models[: columns.ROUND + 1, cell[hit_rows]]
-            speed = model[columns.ROUND] / (16 * UNIT) + 3 * model[columns.REST]
-            t = places.t[hit_columns]
-            half_width = reach[hit_columns] * speed + places.rounding[hit_columns]
-            hits = places.to_hits(
+            # |S_a| + |S_b| is at most the sum of the lengths of the model's vectors, plus 3 REST.
+            model = cells.models[: model_rows.ROUND + 1, cell[hit_rows]]
+            speed = model[model_rows.ROUND] / (16 * UNIT) + 3 * model[model_rows.REST]
+            t = points.t[hit_columns]
+            half_width = reach[hit_columns] * speed + points.rounding[hit_columns]
+            hits = points.to_hits(
                 hit_columns,
                 ray[hit_rows],
                 cells.net[cell[hit_rows]],
                 (t - half_width, t + half_width),
-                Origin.NEAR,
+                Source.NEAR,
             )
-            hits.origin[is_inside] = Origin.PROVED
+            hits.label[is_inside] = Source.PROVED
             hits_by_step.append(hits)
         is_done[rows[is_outside | is_near]] = True
         is_open = ~(is_outside | is_near | is_stuck)
@@ -181,8 +186,10 @@ def find_strips(
 ) -> tuple[Hits, Bools]:
     """Find both ends of the strips of thin pairs.
 
-    The curve P = 0 crosses the cell from y = −1 to y = 1, or ends before at a side x = ±1. A pair
-    is done if, at both ends, the surface is within the thickness of the ray.
+    In the notation of `grazing`, a strip follows the curve P = 0, x ≈ x₀ + x₁ y, where y is the
+    parameter a or b along the strip, and x the other one. The curve crosses the cell from y = −1 to
+    y = 1, or ends before at a side x = ±1. A pair is done if, at both ends, the surface is within
+    the thickness of the ray.
 
     Returns
     -------
@@ -192,7 +199,6 @@ def find_strips(
         The cells of the other pairs must be halved.
     """
     x0, x1 = strips.line
-    rows = np.arange(len(ray))
     ends, is_done = [], np.ones(len(ray), bool)
     for y in (-1.0, 1.0):
         x = x0 + x1 * y
@@ -202,6 +208,7 @@ def find_strips(
         is_side = (x * side > 1) & (np.abs(x1) >= MIN_SLANT)
         fixed_parameter = np.where(is_side, side, y)
         free_parameter = np.clip(np.where(is_side, (side - x0) / x1, x), -1.0, 1.0)
+        # The free parameter is x at an end y = ±1, and y at a side; x is a if y is b.
         is_free_a = strips.is_along_b != is_side
         for remaining_steps in range(STRIP_STEPS, -1, -1):
             cell_parameters = np.where(
@@ -209,31 +216,31 @@ def find_strips(
                 np.stack([free_parameter, fixed_parameter]),
                 np.stack([fixed_parameter, free_parameter]),
             )
-            places = _evaluate_places(cells, rays, ray, cell, cell_parameters)
+            points = _evaluate_points(cells, rays, ray, cell, cell_parameters)
             if not remaining_steps:
                 break
-            slope = np.where(is_free_a, places.half[0] * places.du, places.half[1] * places.dv)
-            p = dot(strips.across, places.position - rays.origin[:, ray])
+            slope = np.where(is_free_a, points.half[0] * points.du, points.half[1] * points.dv)
+            p = dot(strips.across, points.position - rays.origin[:, ray])
             free_parameter = np.clip(free_parameter - p / dot(strips.across, slope), -1.0, 1.0)
             free_parameter = np.where(np.isfinite(free_parameter), free_parameter, 0.0)
-        is_done &= places.residual <= rays.thickness[ray]
-        ends.append(places)
+        is_done &= points.residual <= rays.thickness[ray]
+        ends.append(points)
     rows = np.flatnonzero(is_done)
     padding = (rays.thickness[ray] * (1 + strips.spread))[rows]
-    t = np.stack([places.t[rows] for places in ends])
+    t = np.stack([points.t[rows] for points in ends])
     low, high = t.min(axis=0) - padding, t.max(axis=0) + padding
     net = cells.net[cell[rows]]
-    hits = [places.to_hits(rows, ray[rows], net, (low, high), Origin.STRIP) for places in ends]
+    hits = [points.to_hits(rows, ray[rows], net, (low, high), Source.STRIP) for points in ends]
     return Hits.join(hits), is_done
 
 
 def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
-    """Take the centres of cells that are smaller than the thickness as hits."""
-    places = _evaluate_places(cells, rays, ray, cell, np.zeros((2, len(ray))))
-    half_width = 2 * cells.models[columns.RADIUS, cell] + places.rounding
+    """Take the centres of cells that are much smaller than the thickness as hits."""
+    points = _evaluate_points(cells, rays, ray, cell, np.zeros((2, len(ray))))
+    half_width = 2 * cells.models[model_rows.RADIUS, cell] + points.rounding
     rows, net = np.arange(len(ray)), cells.net[cell]
-    return places.to_hits(
-        rows, ray, net, (places.t - half_width, places.t + half_width), Origin.POINT
+    return points.to_hits(
+        rows, ray, net, (points.t - half_width, points.t + half_width), Source.POINT
     )
 
 
@@ -241,28 +248,33 @@ def take_points(cells: CellTree, rays: Rays, ray: Ints, cell: Ints) -> Hits:
 def begin_at_origins(cells: CellTree, rays: Rays, hits: Hits) -> Hits:
     """Move hits *along* that begin behind the origin of their ray to this origin.
 
-    The place of the origin on the surface is found by least squares, from the place of the hit. If
-    this fails, the hit keeps its place. The argument is changed and returned.
+    The parameters of the origin on the surface are found by least squares, from those of the hit.
+    If this fails, the hit stays where it is. The arrays of `hits` are changed.
     """
-    rows = np.flatnonzero((hits.origin == Kind.ALONG) & (hits.low < rays.near[hits.ray]))
+    rows = np.flatnonzero((hits.label == Kind.ALONG) & (hits.low < rays.near[hits.ray]))
     if not len(rows):
         return hits
     ray, net = hits.ray[rows], hits.net[rows]
     point = rays.origin[:, ray] + rays.near[ray] * rays.direction[:, ray]
-    place = hits.place[:, rows]
+    parameters = hits.parameters[:, rows]
     for _ in range(MAX_STEPS):
-        position, du, dv = net_partials(cells.nets, net, place, 1)
+        position, du, dv = net_partials(cells.nets, net, parameters, 1)
         y = point - position
         uu, uv, vv, yu, yv = (
             dot(*pair) for pair in ((du, du), (du, dv), (dv, dv), (y, du), (y, dv))
         )
         size = uu * vv - uv * uv
         step = np.stack([vv * yu - uv * yv, uu * yv - uv * yu]) / size
-        place = np.clip(place + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)
-    position, du, dv = net_partials(cells.nets, net, place, 1)
+        parameters = np.clip(parameters + np.where(np.isfinite(step), step, 0.0), 0.0, 1.0)
+    position, du, dv = net_partials(cells.nets, net, parameters, 1)
     y = point - position
     is_near = np.sqrt(dot(y, y)) <= rays.thickness[ray]
-    for name, values in (("place", place), ("position", position), ("du", du), ("dv", dv)):
+    for name, values in (
+        ("parameters", parameters),
+        ("position", position),
+        ("du", du),
+        ("dv", dv),
+    ):
         getattr(hits, name)[:, rows[is_near]] = values[:, is_near]
     hits.t[rows[is_near]] = rays.near[ray[is_near]]
     return hits

@@ -5,16 +5,18 @@ together, level by level. A pair ends in four cases: the cell does not meet the 
 the ray at most once, and Newton's method decides (`ray_bounds`); the ray is almost tangent to the
 cell and within the thickness (`grazing`); or the cell is smaller than the thickness. Otherwise the
 cell is halved. If only first hits are requested, pairs behind a proved hit end, too. `ray_levels`
-does all this.
+does all this. The *thickness* τ of a ray is a distance: a point of the surface that is nearer to
+the ray may count as a hit.
 
-**Theorem.** Let τ be the thickness. If a ray is `reached`, the t of every point of the surface on
-the ray is in the interval of a reported hit (if only first hits are requested: of every point
-before the first crossing). Every reported position is a point of the surface nearer than τ to the
-ray. *Proof.* A pair is dropped only if its cell does not meet the ray (Theorems 1), or if its place
-is behind the ray's origin by more than τ. A settled pair reports the one place where the cell meets
-the ray, with the interval of Theorem 2 of `ray_bounds`; or, by that theorem, the root is outside
-the cell. A thin pair reports an interval that contains all of its hits by Theorem 2 of `grazing`; a
-small cell reports an interval that contains the cell. Merging only joins intervals. ∎
+**Theorem.** If a ray is `reached`, the t of every point of the surface on the ray is in the
+interval of a reported hit (if only first hits are requested: of every point before the first
+crossing). Every reported position is a point of the surface nearer than τ to the ray. *Proof.* A
+pair is dropped only if its cell does not meet the ray (Theorem 1 of `ray_bounds`, Theorem 1 of
+`grazing`); or, if only first hits are requested, if it is behind a proved crossing. A settled pair
+reports the one place where the cell meets the ray, with the interval of Theorem 2 of `ray_bounds`;
+or, by that theorem, the root is outside the cell. A thin pair reports an interval that contains all
+of its hits by Theorem 2 of `grazing`; a small cell reports an interval that contains the cell.
+Merging only joins intervals. ∎
 
 At a proved hit, the surface and the ray cross. If a ray only comes nearer than τ to the surface, or
 to its border, an edge or a pole, a hit may be reported there, too.
@@ -29,7 +31,7 @@ import numpy as np
 
 from service.bases.arrays import Bools, FloatArray
 from service.cancellation import checkpoint
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cells import CellTree
 from service.engine.queries.nets import QueryNets
 from service.engine.queries.patch_tree import FREE_PAIRS, MAX_PAIRS_IN_TREE, PatchTree
@@ -45,8 +47,9 @@ from service.engine.queries.ray_newton import (
 from service.engine.queries.shares import Share
 
 MIN_CHUNK, FIRST_CHUNK, MAX_CHUNK = 16, 1 << 14, 1 << 16
-"""How many rays are searched together: `FIRST_CHUNK` at first; later down to `MIN_CHUNK` if their
-cells take much memory, and up to `MAX_CHUNK` if they take little."""
+"""How many rays are searched together: `FIRST_CHUNK` at first, later up to `MAX_CHUNK` if their
+cells take little memory. A search of more than `MIN_CHUNK` rays ends if their cells take too much
+memory; then fewer rays are searched again."""
 
 MAX_PAIRS = 8_000_000
 """The most pairs whose bounds are computed in a request. Most rays need 10 to 40; a pair takes 0.5
@@ -66,8 +69,9 @@ class RayHits:
     hits : Hits
         Ordered by ray and by t; t begins at the origin of the request.
     sines : ndarray of float64, shape (n,)
-        Sines of the angles of rays and surface; negative where the ray enters the surface.
+        Sines of the angles of rays and surface; negative where the ray runs against du × dv.
     reached : ndarray of bool, shape (m,)
+        For which rays the theorem holds.
     """
 
     hits: Hits
@@ -92,7 +96,7 @@ class RaySearch:
         max_cells = min(
             MAX_FIRST_CELLS, MAX_NUMBERS // max(group.nets[0].size for group in nets.groups)
         )
-        self.cells.halve_first(max_cells, columns.STRAIN, MAX_STRAIN)
+        self.cells.halve_first(max_cells, model_rows.STRAIN, MAX_STRAIN)
         self.patches = PatchTree(self.cells, MAX_FIRST_CELLS)
         self.most_open = self.in_tree = 0
         self.max_pairs_of_ray = FREE_PAIRS
@@ -114,6 +118,7 @@ class RaySearch:
             share = Share(
                 remaining_pairs * len(chunk_rays.near) // remaining_rays, len(chunk_rays.near)
             )
+            # Twice an equal share, because most rays need much less.
             self.max_pairs_of_ray = max(
                 FREE_PAIRS, 2 * (MAX_PAIRS_IN_TREE - self.in_tree) // remaining_rays
             )
@@ -144,7 +149,7 @@ class RaySearch:
             hits = _take_first_hits(hits)
             # The search ended behind proved crossings, so the intervals of other first hits may be
             # incomplete: search these rays again for all hits.
-            rows = np.flatnonzero(hits.origin != Kind.CROSSING)
+            rows = np.flatnonzero(hits.label != Kind.CROSSING)
             repeated_rays = hits.ray[rows]
             share_of_repeated = Share(share.pairs - int(share.spent.sum()), len(rows))
             complete_result = None
@@ -154,11 +159,11 @@ class RaySearch:
                 )
                 share.spent[repeated_rays] += share_of_repeated.spent
             if complete_result:
-                strips = _take_first_hits(complete_result[0])
-                strips.ray[:] = repeated_rays[strips.ray]
+                complete_hits = _take_first_hits(complete_result[0])
+                complete_hits.ray[:] = repeated_rays[complete_hits.ray]
                 reached[repeated_rays] &= complete_result[1]
-                crossing_rows = np.flatnonzero(hits.origin == Kind.CROSSING)
-                hits = Hits.join([hits.take(crossing_rows), strips])
+                crossing_rows = np.flatnonzero(hits.label == Kind.CROSSING)
+                hits = Hits.join([hits.take(crossing_rows), complete_hits])
                 hits = hits.take(np.argsort(hits.ray, kind="stable"))
         begins = rays.near[hits.ray]
         t, low, high = (np.maximum(ends - begins, 0.0) for ends in (hits.t, hits.low, hits.high))

@@ -48,7 +48,7 @@ import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cells import CellTree
 from service.engine.queries.chord_models import AREA, CORNERS, SPREAD
 
@@ -190,7 +190,8 @@ class _Chunk:
             sphere = model[:4, cell_numbers]
             difference = x - sphere[:3]
             clearance = (
-                np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * columns.UNIT) - sphere[3]
+                np.sqrt((difference * difference).sum(axis=0)) * (1 - 8 * model_rows.UNIT)
+                - sphere[3]
             )
             is_near = clearance <= MIN_CLEARANCE * sphere[3] + self.gap
             clearance[is_near] = 1.0

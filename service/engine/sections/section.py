@@ -194,7 +194,7 @@ class _Search:
         for first, last in row_runs(len(used_nodes), CHUNK_NODES):
             nodes = used_nodes[first:last]
             positions = net_partials(
-                self.nets, segments.node_net[nodes], segments.node_place[:, nodes]
+                self.nets, segments.node_net[nodes], segments.node_parameters[:, nodes]
             )
             points[nodes] = positions[0].T
         rows = np.flatnonzero(arcs.crossing >= 0)

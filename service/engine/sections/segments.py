@@ -51,8 +51,8 @@ class Segments:
     root_at : ndarray of float64, shape (R,)
         The coordinate of each root on its line.
     node_net, node_plane : ndarray of int, shape (N,)
-    node_place : ndarray of float64, shape (2, N)
-        The place of each node: a net and its parameters.
+    node_parameters : ndarray of float64, shape (2, N)
+        The net, the plane and the parameters (u, v) of each node.
     """
 
     corner: Ints
@@ -68,7 +68,7 @@ class Segments:
     root_at: FloatArray
     node_net: Ints
     node_plane: Ints
-    node_place: FloatArray
+    node_parameters: FloatArray
 
 
 def find_segments(cells: CellTable, borders: Borders) -> Segments:
@@ -95,7 +95,7 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
     inner_roots = inner_roots[~is_repeated]
 
     checkpoint()
-    places = cells.corner_places()[:, first_corners]
+    corner_parameters = cells.corner_parameters()[:, first_corners]
     cell_of_node, side_of_node = np.divmod(side[segment[inner_roots]], 4)
     net = np.concatenate([cells.net[first_corners // 4], cells.net[cell_of_node]])
     plane = np.concatenate([cells.plane[first_corners // 4], cells.plane[cell_of_node]])
@@ -118,7 +118,7 @@ def find_segments(cells: CellTable, borders: Borders) -> Segments:
         coordinates,
         net,
         plane,
-        np.concatenate([places, parameters], axis=1),
+        np.concatenate([corner_parameters, parameters], axis=1),
     )
 
 

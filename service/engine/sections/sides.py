@@ -51,7 +51,7 @@ class CellTable:
         ]
         return np.concatenate(ends)
 
-    def corner_places(self) -> FloatArray:
+    def corner_parameters(self) -> FloatArray:
         """Parameters of the corners of cells, (2, 4 n)."""
         u, v = self.place[[0, 0, 1, 1]], self.place[[2, 3, 2, 3]]
         return np.stack([u.T.ravel(), v.T.ravel()]) / ONE

@@ -29,8 +29,8 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     a, b = (side.ravel() for side in np.meshgrid(*[np.linspace(-1, 1, SIDE)] * 2))
     cell = np.repeat(selected_cells, SIDE**2)
     a, b = np.tile(a, len(selected_cells)), np.tile(b, len(selected_cells))
-    # The rows of `place` are the least and the largest u, then the least and the largest v.
-    low, high = cells.place[::2, cell], cells.place[1::2, cell]
+    # The rows of `rectangle` are the least and the largest u, then the least and the largest v.
+    low, high = cells.rectangle[::2, cell], cells.rectangle[1::2, cell]
     half = (high - low) / 2
     partials = net_partials(cells.nets, cells.net[cell], low + half * np.stack([a + 1, b + 1]))
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
