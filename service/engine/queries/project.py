@@ -24,8 +24,8 @@ from service.surface.lowered import PatchModel
 Columns: TypeAlias = dict[str, NDArray[Any]]
 
 MIN_SINE = 1e-4
-"""If the sine of the angle between S_u and S_v is at most this, or |S_u × S_v| (in the coordinates of
-the nets) at most its square, the normal is computed as a limit."""
+"""If the sine of the angle between S_u and S_v is at most this, or if |S_u × S_v|, in coordinates
+of the nets, is at most its square, the normal is computed as a limit."""
 
 RELATIVE_TOLERANCE = 1e-9
 """The default width of intervals of distances, as a share of the diagonal."""
