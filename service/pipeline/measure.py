@@ -6,7 +6,7 @@ from typing import Any
 
 from service.encoders.text import LONGEST_ESCAPE, json_document
 from service.engine.measures.measure import measure
-from service.engine.measures.sources import SidePlace
+from service.engine.measures.sources import RequestSide
 from service.engine.measures.values import (
     BUDGET,
     MAX_LISTED,
@@ -121,7 +121,8 @@ def measures_object(measures: Measures) -> dict[str, Any]:
         "open_edges": measures.open_edges,
         "inconsistent_edges": measures.inconsistent_edges,
         "faulty_edges": [
-            {"open": each.is_open, **_side_object(each.place)} for each in measures.faulty_edges
+            {"open": each.is_open, **_side_object(each.request_side)}
+            for each in measures.faulty_edges
         ],
         "parts": [_part_object(part) for part in measures.parts],
         "reached": measures.reached,
@@ -149,8 +150,8 @@ def _interval_object(interval: Interval) -> dict[str, float]:
     return {"value": interval.value, "low": interval.low, "high": interval.high}
 
 
-def _side_object(place: SidePlace) -> dict[str, Any]:
-    side: dict[str, Any] = {"side": place.side, "uv": place.uv}
-    if place.patch is not None:
-        side = {"patch": place.patch, **side}
-    return side if place.surface is None else {"surface": place.surface, **side}
+def _side_object(request_side: RequestSide) -> dict[str, Any]:
+    side: dict[str, Any] = {"side": request_side.side, "uv": request_side.uv}
+    if request_side.patch is not None:
+        side = {"patch": request_side.patch, **side}
+    return side if request_side.surface is None else {"surface": request_side.surface, **side}

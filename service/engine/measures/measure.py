@@ -17,7 +17,7 @@ from service.engine.measures.cells import Cells, cells_of, group_cells
 from service.engine.measures.integrals import estimate
 from service.engine.measures.precision import REMAINDER_SHARE, Precision
 from service.engine.measures.solids import measure_solids
-from service.engine.measures.sources import Source, sources
+from service.engine.measures.sources import Source, place_and_join
 from service.engine.measures.values import (
     MAX_LISTED,
     Boundary,
@@ -49,7 +49,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         `too_costly`: the budget of the query does not suffice for its tolerance, but for a larger
         one.
     """
-    patch_model, part, source = sources(lowered, query.weld_tolerance, allow)
+    patch_model, part, source = place_and_join(lowered, query.weld_tolerance, allow)
     precision = Precision(query)
     nets = surface_nets(patch_model.batches)
     groups = group_cells(nets, source.noise)
@@ -78,7 +78,7 @@ def measure(lowered: Model, query: MeasureQuery, allow: Allow = allow_any) -> Me
         int(is_open.sum()),
         int((~is_open).sum()),
         tuple(
-            FaultyEdge(bool(is_side_open), source.place(int(side)))
+            FaultyEdge(bool(is_side_open), source.find_request_side(int(side)))
             for side, is_side_open in zip(sides[:MAX_LISTED], is_open, strict=False)
         ),
         tuple(
@@ -143,6 +143,8 @@ def _measure_boundaries(
         return Interval(0.0, 0.0, 0.0), []
     total, *each_length = [length.times(scale) for length in lengths]
     return total, [
-        Boundary(length, len(border.sides), border.is_closed, source.place(border.sides[0]))
+        Boundary(
+            length, len(border.sides), border.is_closed, source.find_request_side(border.sides[0])
+        )
         for length, border in zip(each_length, borders, strict=True)
     ]

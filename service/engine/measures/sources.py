@@ -1,8 +1,8 @@
 """The patches of a surface for measures, after placement and joining.
 
 Areas are measured on the patches of the request. Borders and volumes are measured on the patches
-that `service.engine.joining` makes of these, as for meshes. `Source.place` finds the patch and the
-side in the request to which a side of a joined patch belongs.
+that `service.engine.joining` makes of these, as for meshes. `Source.find_request_side` finds the
+patch and the side in the request to which a side of a joined patch belongs.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ CORNERS = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
 
 
 @dataclass(frozen=True, slots=True)
-class SidePlace:
+class RequestSide:
     """A side of a patch in the numbering of the request.
 
     Attributes
@@ -89,8 +89,8 @@ class Source:
     moved: float
     _joined_models: tuple[_JoinedModel, ...]
 
-    def place(self, number: int) -> SidePlace:
-        """Find where side `number` (patch · 4 + side of `model`) is in the request."""
+    def find_request_side(self, number: int) -> RequestSide:
+        """The side of the request that became side `number` (patch · 4 + side) of `model`."""
         patch, side = divmod(number, 4)
         joined = [candidate for candidate in self._joined_models if candidate.first <= patch][-1]
         index, model = patch - joined.first, joined.model
@@ -130,7 +130,7 @@ class Source:
             if patch_model.request_numbers is not None:
                 patch_number = int(patch_model.request_numbers[index])
         (a, b), (c, d) = ends.tolist()
-        return SidePlace(surface, patch_number, names[side], ((a, b), (c, d)))
+        return RequestSide(surface, patch_number, names[side], ((a, b), (c, d)))
 
 
 def _on_triangle(ends: FloatArray) -> FloatArray:
@@ -138,7 +138,9 @@ def _on_triangle(ends: FloatArray) -> FloatArray:
     return np.asarray(np.where(ends[:, 1:] == 1, [[0.0, 1.0]], ends))
 
 
-def sources(lowered: Model, tolerance: float, allow: Allow) -> tuple[PatchModel, Ints, Source]:
+def place_and_join(
+    lowered: Model, tolerance: float, allow: Allow
+) -> tuple[PatchModel, Ints, Source]:
     """The placed patches of the request, the part of each, and the joined patches.
 
     `tolerance` and `allow` are the parameters of `service.engine.joining.join.join`.

@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass
 from math import inf, nextafter
 
-from service.engine.measures.sources import SidePlace
+from service.engine.measures.sources import RequestSide
 from service.engine.options import MeshOptions
 
 TOLERANCE = 1e-6
@@ -100,7 +100,7 @@ class Boundary:
     length: Interval
     edges: int
     closed: bool
-    first: SidePlace
+    first: RequestSide
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ class FaultyEdge:
     """
 
     is_open: bool
-    place: SidePlace
+    request_side: RequestSide
 
 
 @dataclass(frozen=True, slots=True)

@@ -92,24 +92,24 @@ def split_by_kind(
     return by_kind.get("uvs"), by_kind.get("colors"), named
 
 
-def match_values(position_leaders: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
+def match_values(same_position: Ints, channels: tuple[ChannelRows, ...]) -> Ints:
     """For each sample, one sample at its position that has the same value in every channel.
 
     Values that differ by rounding alone become equal, channel by channel.
 
     Parameters
     ----------
-    position_leaders : ndarray of int, shape (N,)
+    same_position : ndarray of int, shape (N,)
         For each sample, the number of one sample at its position, the same for all samples there.
     channels : tuple of ChannelRows
         Their values are overwritten.
     """
-    sample_leaders = np.arange(len(position_leaders))
+    sample_leaders = np.arange(len(same_position))
     # Only the few samples that share their position with another sample are compared.
-    is_shared = position_leaders != sample_leaders
-    is_shared[position_leaders[is_shared]] = True
+    is_shared = same_position != sample_leaders
+    is_shared[same_position[is_shared]] = True
     rows = np.flatnonzero(is_shared)
-    position_rows = np.searchsorted(rows, position_leaders[rows])
+    position_rows = np.searchsorted(rows, same_position[rows])
     leader = position_rows
     for channel in channels:
         values = channel.values[rows]

@@ -206,7 +206,7 @@ def test_a_reversed_patch_makes_edges_inconsistent() -> None:
     result = measure_surface(replace(torus, patches=patches))
     assert result.volume is None
     assert (result.open_edges, result.inconsistent_edges) == (0, 8)
-    assert {fault.place.patch for fault in result.faulty_edges} >= {5}
+    assert {fault.request_side.patch for fault in result.faulty_edges} >= {5}
     reversed_torus = measure_surface(
         replace(torus, patches=np.array(torus.patches).transpose(0, 2, 1))
     )
@@ -231,8 +231,8 @@ def test_borders_have_the_right_lengths_and_places() -> None:
     assert border.first.patch is None
     assert border.first.uv == ((0.0, 0.0), (0.0, 1.0))
     triangle = measure_surface(find("monkey-saddle").surface())
-    assert [fault.place.side for fault in triangle.faulty_edges] == ["s=0", "r=0", "t=0"]
-    assert triangle.faulty_edges[1].place.uv == ((1.0, 0.0), (0.0, 1.0))
+    assert [fault.request_side.side for fault in triangle.faulty_edges] == ["s=0", "r=0", "t=0"]
+    assert triangle.faulty_edges[1].request_side.uv == ((1.0, 0.0), (0.0, 1.0))
 
 
 def build_halves(is_mirrored: bool) -> GroupSurface:
@@ -260,21 +260,27 @@ def test_open_sides_of_mirrored_triangles_are_reported_as_in_the_request() -> No
     whole = replace(sphere, triangles=half, parts=())
     part = replace(sphere, triangles=half[1:], parts=())
     placement = np.diag([-1.0, 1, 1, 1])
-    places = {(f.place.patch, f.place.side, f.place.uv) for f in measure_surface(part).faulty_edges}
+    faulty_sides = {
+        (f.request_side.patch, f.request_side.side, f.request_side.uv)
+        for f in measure_surface(part).faulty_edges
+    }
     mirrored = measure_surface(GroupSurface((Member(part, matrix=placement),)))
-    assert {(f.place.patch, f.place.side, f.place.uv) for f in mirrored.faulty_edges} == places
+    assert {
+        (f.request_side.patch, f.request_side.side, f.request_side.uv)
+        for f in mirrored.faulty_edges
+    } == faulty_sides
     # Beside the other half, only the sides of the missing triangle are open. Sides of the mirrored
     # member may be reported from either end.
     joined = measure_surface(
         GroupSurface((Member(whole), Member(part, name="part", matrix=placement)))
     )
-    open_sides = [f.place for f in joined.faulty_edges if f.place.surface == 1]
-    assert {(place.patch, place.side) for place in open_sides} <= {
-        (patch, side) for patch, side, _ in places
+    open_sides = [f.request_side for f in joined.faulty_edges if f.request_side.surface == 1]
+    assert {(side.patch, side.side) for side in open_sides} <= {
+        (patch, side) for patch, side, _ in faulty_sides
     }
-    ends = {side: set(uv) for _, side, uv in places}
+    ends = {side: set(uv) for _, side, uv in faulty_sides}
     assert open_sides
-    assert all(set(place.uv) == ends.get(place.side, set(place.uv)) for place in open_sides)
+    assert all(set(side.uv) == ends.get(side.side, set(side.uv)) for side in open_sides)
 
 
 def test_each_closed_member_has_a_volume() -> None:
@@ -293,11 +299,11 @@ def test_each_closed_member_has_a_volume() -> None:
     assert volumes[1] is None
     assert contains(volumes[0], 4 * PI.pi / 3, 1e-14)
     assert contains(volumes[2], 32 * PI.pi / 3, 1e-13)
-    assert result.faulty_edges[0].place.surface == 1
+    assert result.faulty_edges[0].request_side.surface == 1
     mirrored_group = GroupSurface((Member(cap, matrix=far),))
     (first, *_) = measure_surface(mirrored_group).faulty_edges
     plain = measure_surface(cap).faulty_edges
-    assert first.place.side in {fault.place.side for fault in plain}
+    assert first.request_side.side in {fault.request_side.side for fault in plain}
 
 
 def test_closing_gaps_widens_the_interval_of_the_volume() -> None:
