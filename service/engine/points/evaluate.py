@@ -84,8 +84,8 @@ def evaluate_points(model: PatchModel, places: ParameterPoints, order: int) -> C
 def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> int:
     """An estimate of the multiplications of a query if S_u × S_v vanishes at all its places.
 
-    It is a sum over the normal polynomial of each patch with a place (its degree is about (3p, 3q)
-    if rational, else (2p, 2q)), its value at each place, and the series of curvatures at poles.
+    It is a sum over the polynomial S_u × S_v of each patch with a place (its degree is about (3p,
+    3q) if rational, else (2p, 2q)), its value at each place, and the series of curvatures at poles.
     """
     if order == 0:
         return 0
@@ -95,7 +95,7 @@ def estimate_effort(model: PatchModel, places: ParameterPoints, order: int) -> i
         index = places.patch[rows] - first
         first += batch.count
         p, q = batch.degree if isinstance(batch, TensorPatches) else (batch.degree, batch.degree)
-        # The normal polynomial has up to this multiple of the degrees (p, q).
+        # S_u × S_v is a polynomial of up to this multiple of the degrees (p, q).
         factor = 2 if batch.weights is None else 3
         cost_of_patch = (p + 1) * (q + 1) * (2 * p + 1) * (2 * q + 1) * 3**factor
         cost_of_place = 3 * (factor * p + 1) * (factor * q + 1)

@@ -29,15 +29,15 @@ The rest of S_i · S_j is at most |A_i| ρ_j + |A_j| ρ_i + α_i α_j, with α_a
 of (S − c) · S_ij is at most ½ |Q_aa·Q_ij| + |Q_ab·Q_ij| + ½ |Q_bb·Q_ij| + |rest| |Q_ij| + r τ_ij.
 
 **Rounding.** Coordinates are about 1. Halving a curve of degree n replaces the row of its control
-points by the averages of neighbours, n times. The error of an average of two numbers is at most u
-times the average of their absolute values. So after L halvings of degrees p and q the error of a
-control point is at most L (p + q) u M, where M is the largest distance of a control point from the
-origin. The error of a homogeneous control point is at most this times its weight, because |X| ≤ w
-M; the error of the projected point is at most twice as large. ε = 4 (L + 2) (p + q + 2) u M covers
-these errors and those of the sums at the centre. A partial of order i in a and j in b is a sum of
-control points whose factors add up to p^i q^j in absolute value; for rational nets, k = i + j
-quotients follow one another. So its error is at most 8 p^i q^j W^k ε, where W is the ratio of
-weights within the cell. All bounds are enlarged by these errors.
+points by the averages of neighbours, n times. The error of an average of two numbers is at most the
+unit roundoff u times the average of their absolute values. So after L halvings of degrees p and q
+the error of a control point is at most L (p + q) u M, where M is the largest distance of a control
+point from the origin. The error of a homogeneous control point is at most this times its weight,
+because |X| ≤ w M; the error of the projected point is at most twice as large. ε = 4 (L + 2) (p + q
++ 2) u M covers these errors and those of the sums at the centre. A partial of order i in a and j in
+b is a sum of control points whose factors add up to p^i q^j in absolute value; for rational nets, k
+= i + j quotients follow one another. So its error is at most 8 p^i q^j W^k ε, where W is the ratio
+of weights within the cell. All bounds are enlarged by these errors.
 """
 
 import numpy as np
@@ -56,7 +56,7 @@ from service.engine.queries.net_bounds import (
 UNIT = float(np.finfo(np.float64).eps) / 2
 """The unit roundoff u: the largest relative error of one rounded operation."""
 
-# The positions of numbers in the model of a cell; a vector takes three positions.
+# The rows of a model, which is a column of numbers; a vector takes three rows, from this one on.
 CENTER, RADIUS, ERROR = 0, 3, 4
 TANGENT_A, TANGENT_B = 5, 8
 SECOND_AA, SECOND_AB, SECOND_BB = 11, 14, 17
@@ -73,9 +73,9 @@ SPREAD_AA, SPREAD_AB, SPREAD_BB = 26, 27, 28
 BEND_AA, BEND_AB, BEND_BB = 29, 30, 31
 """τ_aa, τ_ab and τ_bb."""
 SLOPE_A, SLOPE_B = 32, 33
-"""Bounds of the errors of A and of B."""
+"""Bounds of the rounding errors of A and of B."""
 LEAST_A, LEAST_B = 34, 35
-"""Bounds of the error of c, times |A| and times |B|."""
+"""Bounds of the rounding error of c, times |A| and times |B|."""
 NORMAL = 36
 """Unit normal n at the centre; 0 where A × B vanishes."""
 LIFT_AA, LIFT_AB, LIFT_BB = 39, 40, 41
@@ -84,15 +84,18 @@ SIZE_A, SIZE_B = 42, 43
 """The greatest length of a row of control points along a, and along b."""
 STRAIN = 44
 """REST / min(|A|, |B|): large in cells that are far from flat; 0 for curves."""
-COLUMNS = 45
+ROW_COUNT = 45
 """How many numbers a model has."""
 VECTORS = TANGENT_A, TANGENT_B, SECOND_AA, SECOND_AB, SECOND_BB, NORMAL
-"""The first positions of A, B, Q_aa, Q_ab, Q_bb and n."""
+"""The first rows of A, B, Q_aa, Q_ab, Q_bb and n."""
+
+_MARGIN = 1.0000001
+"""A factor that is larger than all rounding of the sums and products of a bound."""
 
 
 @np.errstate(all="ignore")
 def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
-    """Compute the models (COLUMNS, K) of cells.
+    """Compute the models (ROW_COUNT, K) of cells.
 
     Parameters
     ----------
@@ -101,7 +104,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     depth : ndarray of int, shape (K,)
         The number of halvings of each cell.
     largest : float
-        M, the largest distance of a control point from the origin.
+        M: no control point is further than this from the origin.
 
     Notes
     -----
@@ -122,15 +125,15 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
     radius = largest_length(points_about_center)
     bounds = bounds_of_partials(points_about_center, weights, radius)
     errors = {(i, j): 8 * error * ratio ** (i + j) * float(p**i * q**j) for i, j in ORDERS}
-    third = [1.0000001 * bounds[item] + errors[item] for item in THIRD]
+    third = [_MARGIN * bounds[item] + errors[item] for item in THIRD]
     a, b, aa, ab, bb = (partials[item] for item in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)))
     normal = _unit_normals(a, b)
     heights = inner(points_about_center, normal)[:, :, np.newaxis]
     bounds = bounds_of_partials(heights, weights, np.abs(heights).max(axis=(0, 1, 2)))
-    lifts = [1.0000001 * bounds[item] + errors[item] for item in THIRD]
-    length_a, length_b, *bends = (length(item) for item in (a, b, aa, ab, bb))
+    lifts = [_MARGIN * bounds[item] + errors[item] for item in THIRD]
+    length_a, length_b, *second_lengths = (length(item) for item in (a, b, aa, ab, bb))
     slope_a, slope_b = errors[1, 0] + 8 * UNIT * length_a, errors[0, 1] + 8 * UNIT * length_b
-    second_errors = [errors[2 - k, k] + 8 * UNIT * bend for k, bend in enumerate(bends)]
+    second_errors = [errors[2 - k, k] + 8 * UNIT * size for k, size in enumerate(second_lengths)]
     value_error = (
         2 * error
         + slope_a
@@ -140,7 +143,7 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         + second_errors[2] / 2
     )
     radius += 2 * error
-    table = np.empty((COLUMNS, nets.shape[3]))
+    table = np.empty((ROW_COUNT, nets.shape[3]))
     table[CENTER : CENTER + 3], table[RADIUS], table[ERROR] = center, radius, error
     for first, item in zip(VECTORS, (a, b, aa, ab, bb, normal), strict=True):
         table[first : first + 3] = item
@@ -155,11 +158,18 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         2 * error * (length_b + slope_b),
     )
     table[STRAIN] = table[REST] / np.minimum(length_a, length_b)
-    table[ROUND] = 16 * UNIT * (length_a + length_b + bends[0] + 2 * bends[1] + bends[2])
-    table[SPREAD_AA : SPREAD_BB + 1] = _spreads(table, (length_a, length_b), bends, second_errors)
-    for column, axis in ((SIZE_A, 0), (SIZE_B, 1)):
+    # Q_ab counts twice, as in the model.
+    table[ROUND] = (
+        16
+        * UNIT
+        * (length_a + length_b + second_lengths[0] + 2 * second_lengths[1] + second_lengths[2])
+    )
+    table[SPREAD_AA : SPREAD_BB + 1] = _spreads(
+        table, (length_a, length_b), second_lengths, second_errors
+    )
+    for row, axis in ((SIZE_A, 0), (SIZE_B, 1)):
         steps = np.diff(points, axis=axis)
-        table[column] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
+        table[row] = np.sqrt(inner(steps, steps)).sum(axis=axis).max(axis=0)
     if q == 0:
         # A curve does not depend on b. Add ½ b², so that the squared distance is least at b = 0.
         table[FORM_BB] = 1.0
@@ -171,22 +181,24 @@ def cell_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
 def _spreads(
     table: FloatArray,
     tangent_lengths: tuple[FloatArray, FloatArray],
-    bends: list[FloatArray],
+    second_lengths: list[FloatArray],
     second_errors: list[FloatArray],
 ) -> list[FloatArray]:
     """The three rows SPREAD of a model.
 
-    `tangent_lengths` are the lengths of A and B, `bends` the lengths of Q_aa, Q_ab and Q_bb, and
-    `second_errors` bounds of the errors of Q.
+    `tangent_lengths` are the lengths of A and B, `second_lengths` the lengths of Q_aa, Q_ab and
+    Q_bb, and `second_errors` bounds of the rounding errors of these three.
     """
     a, b, aa, ab, bb = (table[first : first + 3] for first in VECTORS[:5])
     tau = table[BEND_AA : BEND_BB + 1]
+    # ρ_a and ρ_b, then α and β, with bounds of rounding errors.
     remainders = [
         (tau[k] + tau[k + 1] + second_errors[k] + second_errors[k + 1]) / 2 + table[SLOPE_A + k]
         for k in range(2)
     ]
-    max_changes = [bends[k] + bends[k + 1] + remainders[k] for k in range(2)]
-    slopes = [
+    max_changes = [second_lengths[k] + second_lengths[k + 1] + remainders[k] for k in range(2)]
+    # The coefficients of the linear parts: 0 and 1 for aa, 1 and 2 for ab, 2 and 3 for bb.
+    linear_parts = [
         np.abs(line)
         for line in (
             3 * dot(a, aa),
@@ -196,11 +208,14 @@ def _spreads(
         )
     ]
     rounding = (
-        64 * UNIT * (tangent_lengths[0] + tangent_lengths[1]) * (bends[0] + bends[1] + bends[2])
+        64
+        * UNIT
+        * (tangent_lengths[0] + tangent_lengths[1])
+        * (second_lengths[0] + second_lengths[1] + second_lengths[2])
     )
     spreads = []
     for k, (i, j, second) in enumerate(((0, 0, aa), (0, 1, ab), (1, 1, bb))):
-        value = slopes[k] + slopes[k + 1] + rounding
+        value = linear_parts[k] + linear_parts[k + 1] + rounding
         value += (
             tangent_lengths[i] * remainders[j]
             + tangent_lengths[j] * remainders[i]
@@ -208,8 +223,8 @@ def _spreads(
         )
         value += 0.5 * np.abs(dot(aa, second)) + np.abs(dot(ab, second))
         value += 0.5 * np.abs(dot(bb, second))
-        value += table[REST] * bends[k] + table[RADIUS] * tau[k]
-        spreads.append(1.0000001 * value)
+        value += table[REST] * second_lengths[k] + table[RADIUS] * tau[k]
+        spreads.append(_MARGIN * value)
     return spreads
 
 

@@ -15,23 +15,25 @@ from functools import cached_property
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
+from service.engine.queries.cell_models import cell_models
 from service.engine.queries.halving import Cells, NetSpace
 from service.engine.queries.nets import QueryNets
 
 MAX_HALVINGS = 96
-"""The most halvings of a cell. Such a cell is at least 2^−48 wide and high, so its parameters are
-exact numbers."""
+"""The most halvings of a cell, along both directions together. After 48 along each, the parameters
+of its sides are multiples of 2^−48, which are exact numbers."""
 
 COARSE_HALVINGS = 6
 """A cell that was halved fewer times than this counts as coarse if it is not nearly flat."""
 
 MAX_BYTES = 96 << 20
-"""The most bytes of all cells and their nets, without the first nets."""
+"""The most bytes of all cells and their nets, without the cells that are never dropped."""
 
 MAX_ADDITIONS = 600_000_000
 """The most additions of numbers for halving cells in a request; each takes 6 to 40 ns. At degree 32
-halving a cell takes a millisecond. At low degrees the limit of pairs is reached first."""
+halving a cell takes a millisecond. At low degrees, queries first reach their limits of pairs of a
+point or ray and a cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,20 +43,20 @@ class Table:
     Attributes
     ----------
     models : callable
-        Computes models (columns, K) from the nets of K cells, their numbers of halvings, and the
-        largest coordinate.
-    columns : int
+        Computes models (row_count, K) from the nets of K cells, their numbers of halvings, and a
+        bound of the distances of control points from the origin.
+    row_count : int
         How many numbers a model has.
     sizes : (int, int)
-        The positions in a model of the lengths of a cell along a and along b.
+        The rows of a model with the lengths of a cell along a and along b.
     """
 
     models: Callable[[FloatArray, Ints, float], FloatArray]
-    columns: int
+    row_count: int
     sizes: tuple[int, int]
 
 
-FULL = Table(columns.cell_models, columns.COLUMNS, (columns.SIZE_A, columns.SIZE_B))
+FULL = Table(cell_models, model_rows.ROW_COUNT, (model_rows.SIZE_A, model_rows.SIZE_B))
 """The table of models of second order."""
 
 
@@ -66,8 +68,15 @@ class CellTree:
     nets : QueryNets
     first : ndarray of int
         The cells at which queries begin; together they cover all nets.
-    models : ndarray of float64, shape (COLUMNS, N)
-        Here and below N is at least the number of cells; later columns are spare.
+    count : int
+        The number of cells.
+    roots : int
+        The number of cells that are never dropped: `first`, and the cells of which these are
+        halves.
+    largest : float
+        No control point is further than this from the origin.
+    models : ndarray of float64, shape (row_count, N)
+        Here and below N is at least `count`; later columns are spare.
     rectangle : ndarray of float64, shape (4, N)
         The rectangle [u₀, u₁] × [v₀, v₁] of each cell, in the parameters of its net.
     net : ndarray of int, shape (N,)
@@ -85,21 +94,21 @@ class CellTree:
             float(np.abs(_points(g.nets)).max(initial=0.0)) * 3**0.5 for g in nets.groups
         )
         self.errors = np.repeat(
-            [8 * columns.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
+            [8 * model_rows.UNIT * self.largest * (sum(g.degree) + 2) for g in nets.groups],
             [len(g.nets) for g in nets.groups],
         )
         self._spaces = [NetSpace(g.nets[:0]) for g in nets.groups]
         self.count = self.additions = 0
         total = len(nets.patch)
-        self.models = np.empty((table.columns, total))
+        self.models = np.empty((table.row_count, total))
         self.rectangle = np.empty((4, total))
         self.net = np.empty(total, np.intp)
         self.point_sides = np.zeros((4, total), bool)
         self._group = np.empty(total, np.intp)
         self._row = np.empty(total, np.intp)
         self._depth = np.empty(total, np.intp)
-        self._child = np.empty(total, np.intp)
-        self._children = np.empty(total, np.intp)
+        self._first_child = np.empty(total, np.intp)
+        self._child_count = np.empty(total, np.intp)
         for number, group in enumerate(nets.groups):
             k = len(group.nets)
             run = self._append(number, group.nets, np.zeros(k, np.intp))
@@ -112,7 +121,7 @@ class CellTree:
 
     @property
     def nbytes(self) -> int:
-        """Approximate bytes of the cells that halving added."""
+        """Approximate bytes of the cells that are not among the `roots`."""
         per_cell = 8 * (len(self.models) + 10) + max(g.nets[0].nbytes for g in self.nets.groups)
         return int((self.count - self.roots) * per_cell)
 
@@ -126,22 +135,22 @@ class CellTree:
         )
 
     def drop_if_large(self) -> None:
-        """Drop the cells that halving added, if they take more than half of `MAX_BYTES`."""
+        """Drop all cells but the `roots`, if they take more than half of `MAX_BYTES`."""
         if self.nbytes <= MAX_BYTES // 2:
             return
         self.count = self.roots
         for space, count in zip(self._spaces, self._root_counts, strict=True):
             space.count = count
-        self._child[self.first] = -1
+        self._first_child[self.first] = -1
 
-    def halve_first(self, max_first: int, column: int, limit: float) -> None:
-        """Halve first cells as long as a number of their model is above a limit.
+    def halve_first(self, max_first: int, row: int, limit: float) -> None:
+        """Halve the first cells while the number in a row of their models is above a limit.
 
-        The halves are first cells, too, of which there may be at most `max_first`. `column` is the
-        position of the number in a model.
+        The halves replace these cells among the first cells, of which there may be at most
+        `max_first`.
         """
         while True:
-            is_coarse = self.models[column, self.first] > limit
+            is_coarse = self.models[row, self.first] > limit
             if not is_coarse.any() or len(self.first) + 3 * np.count_nonzero(is_coarse) > max_first:
                 break
             children, _ = self.children(self.first[is_coarse])
@@ -154,14 +163,14 @@ class CellTree:
         return self.nbytes > MAX_BYTES
 
     def is_coarse(self, cells: Ints, strain: float) -> Bools:
-        """Which cells were halved fewer than `COARSE_HALVINGS` times and are not nearly flat."""
-        has_strain = self.models[columns.STRAIN].take(cells) > strain
+        """Which cells have more than this strain, and fewer than `COARSE_HALVINGS` halvings."""
+        has_strain = self.models[model_rows.STRAIN].take(cells) > strain
         return np.asarray(has_strain & (self._depth.take(cells) < COARSE_HALVINGS))
 
     def can_halve(self, cells: Ints) -> Bools:
         """Which cells have children or can be halved."""
         if self.is_full or self.additions > MAX_ADDITIONS:
-            return np.asarray(self._child[cells] >= 0)
+            return np.asarray(self._first_child[cells] >= 0)
         return np.asarray(self._depth[cells] < MAX_HALVINGS)
 
     def children(self, cells: Ints) -> tuple[Ints, Ints]:
@@ -169,14 +178,14 @@ class CellTree:
 
         Returns the children of all cells, and for each child the position of its parent in `cells`.
         """
-        missing = cells[self._child[cells] < 0]
+        missing = cells[self._first_child[cells] < 0]
         if len(missing):
             self._halve(np.unique(missing))
-        counts = self._children[cells]
+        counts = self._child_count[cells]
         parents = np.repeat(np.arange(len(cells)), counts)
         ends = np.cumsum(counts)
         offset = np.arange(len(parents)) - np.repeat(ends - counts, counts)
-        return self._child[cells][parents] + offset, parents
+        return self._first_child[cells][parents] + offset, parents
 
     def _find_point_sides(self, nets: FloatArray) -> Bools:
         """Which sides of nets are one point, up to the rounding of weights: shape (4, K).
@@ -187,14 +196,14 @@ class CellTree:
             return np.zeros((4, len(nets)), bool)
         points = _points(nets)
         sides = points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1]
-        tolerance = 4 * columns.UNIT * self.largest
+        tolerance = 4 * model_rows.UNIT * self.largest
         return np.stack([(np.abs(s - s[:, :1]) <= tolerance).all(axis=(1, 2)) for s in sides])
 
     def _halve(self, cells: Ints) -> None:
         """Halve cells that have no children; cells of one group are halved together."""
         a, b = (self.models[size, cells] for size in self._table.sizes)
         is_halved_along_a, is_halved_along_b = 2 * a >= b, (2 * b > a) & (b > 0)
-        self._children[cells] = np.where(is_halved_along_a & is_halved_along_b, 4, 2)
+        self._child_count[cells] = np.where(is_halved_along_a & is_halved_along_b, 4, 2)
         for group in range(len(self._spaces)):
             is_in_group = self._group[cells] == group
             parts = []
@@ -214,12 +223,12 @@ class CellTree:
     def _add_children(self, group: int, halves: Cells) -> None:
         """Add the children of cells of one group; the children of one cell are consecutive."""
         parent = halves.parent
-        depth = self._depth[parent] + self._children[parent] // 2
+        depth = self._depth[parent] + self._child_count[parent] // 2
         run = self._append(group, halves.nets, depth)
         self.rectangle[:, run], self.point_sides[:, run] = halves.rectangle, halves.point_sides
         self.net[run] = self.net[parent]
         is_first = np.diff(parent, prepend=-1) != 0
-        self._child[parent[is_first]] = run.start + np.flatnonzero(is_first)
+        self._first_child[parent[is_first]] = run.start + np.flatnonzero(is_first)
         self.additions += sum(self.nets.groups[group].degree) * halves.nets.size
 
     def _append(self, group: int, nets: FloatArray, depth: Ints) -> slice:
@@ -229,7 +238,7 @@ class CellTree:
             self._grow(max(end, 2 * len(self.net)))
         run = slice(begin, end)
         self.models[:, run] = self._table.models(nets, depth, self.largest)
-        self._group[run], self._depth[run], self._child[run] = group, depth, -1
+        self._group[run], self._depth[run], self._first_child[run] = group, depth, -1
         self._row[run] = self._spaces[group].append(nets)
         self.count = end
         return run
@@ -244,8 +253,8 @@ class CellTree:
             "_group",
             "_row",
             "_depth",
-            "_child",
-            "_children",
+            "_first_child",
+            "_child_count",
         ):
             old = getattr(self, name)
             new = np.empty((*old.shape[:-1], size), old.dtype)

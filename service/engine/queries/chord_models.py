@@ -1,38 +1,42 @@
 """The models of cells for winding numbers: two triangles, and the areas between sides and chords.
 
 A model has a ball that contains the control points of the cell, the corners of the cell, and the
-sum over its four sides of A = ω³ n h Σ_i δ_i / (n + 1). With these, the theorem of `winding` bounds
-the error of the solid angle of the two triangles over the corners.
+sum over its four sides of A = ω³ n h Σ_i δ_i / (n + 1), a bound of the area between a side of
+degree n and its chord. Here δ_i are the distances of the n + 1 control points from the chord, h is
+the longest distance from one to the next, and ω is the ratio of the greatest weight to the least.
+With these, the theorem of `winding` bounds the error of the solid angle of the two triangles over
+the corners. If two sides that are one edge may differ by a gap g, A grows by ω³ n h g.
 """
 
 import numpy as np
 
 from service.bases.arrays import FloatArray, Ints
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cells import Table
 
-SIZE_A, SIZE_B, AREA, SPREAD, CORNERS, COLUMNS = 5, 6, 7, 8, 9, 21
-"""The positions in a model, after ball and error: of the lengths along a and b, of Σ A without g,
-of the factor of g, and of the corners in the order of the border; and the length of a model."""
+SIZE_A, SIZE_B, AREA, GAP_FACTOR, CORNERS, ROW_COUNT = 5, 6, 7, 8, 9, 21
+"""The rows of a model, after ball and error: the lengths along a and b, Σ A without g, the factor
+of g, and the corners in the order of the border; and the number of rows."""
 
 
 def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
-    """The models (COLUMNS, K) of cells with nets (K, p+1, q+1, 3 or 4).
+    """The models (ROW_COUNT, K) of cells with nets (K, p+1, q+1, 3 or 4).
 
-    `depth` (K,) is the number of halvings of each cell, and `largest` is the largest distance of a
-    control point from the origin.
+    `depth` (K,) is the number of halvings of each cell, and no control point is further than
+    `largest` from the origin.
     """
     p, q = nets.shape[1] - 1, nets.shape[2] - 1
     points = nets[..., :3] / nets[..., 3:] if nets.shape[3] == 4 else nets
-    table = np.empty((COLUMNS, len(nets)))
-    # As in `cell_models`, which has the proof; twice, for the two cells beside an edge.
-    error = 4 * columns.UNIT * largest * (depth + 2) * (p + q + 2)
+    table = np.empty((ROW_COUNT, len(nets)))
+    # A bound of the errors of control points: `cell_models` has the proof. Below it is taken twice,
+    # for the two cells beside an edge.
+    error = 4 * model_rows.UNIT * largest * (depth + 2) * (p + q + 2)
     corners = np.stack([points[:, 0, 0], points[:, -1, 0], points[:, -1, -1], points[:, 0, -1]])
     center = (corners[0] + corners[1] + corners[2] + corners[3]) / 4
     difference = points - center[:, np.newaxis, np.newaxis]
     table[:3] = center.T
     table[3] = np.sqrt(_dot(difference, difference).max(axis=(1, 2))) + 2 * error
-    table[columns.ERROR] = error
+    table[model_rows.ERROR] = error
     table[CORNERS:] = corners.transpose(0, 2, 1).reshape(12, -1)
     sides = (np.s_[:, 0], np.s_[:, -1], np.s_[:, :, 0], np.s_[:, :, -1])
     lenses = []
@@ -40,19 +44,19 @@ def chord_models(nets: FloatArray, depth: Ints, largest: float) -> FloatArray:
         weights = nets[side][..., 3] if nets.shape[3] == 4 else None
         lenses.append(_lens_areas(points[side], weights, 2 * error))
     areas, lengths = np.array(lenses).transpose(1, 0, 2)
-    table[AREA], table[SPREAD] = areas.sum(axis=0), lengths.sum(axis=0)
+    table[AREA], table[GAP_FACTOR] = areas.sum(axis=0), lengths.sum(axis=0)
     table[SIZE_B], table[SIZE_A] = np.maximum(lengths[0], lengths[1]), np.maximum(*lengths[2:])
     return table
 
 
-CHORDS = Table(chord_models, COLUMNS, (SIZE_A, SIZE_B))
-"""The table of these models."""
+CHORDS = Table(chord_models, ROW_COUNT, (SIZE_A, SIZE_B))
+"""The table of the models for winding numbers."""
 
 
 def _lens_areas(
     polygons: FloatArray, weights: FloatArray | None, point_error: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """A without g, and the factor of g, of sides with control points (K, n+1, 3).
+    """A without g, and the factor ω³ n h of g, of sides with control points (K, n+1, 3).
 
     `point_error` (K,) bounds the rounding errors of the control points.
     """

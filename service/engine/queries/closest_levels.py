@@ -15,7 +15,7 @@ import numpy as np
 from service.bases.arrays import Bools, FloatArray, Ints
 from service.bases.row_batches import row_slices
 from service.cancellation import checkpoint
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.distance_bounds import Minima, cell_bounds, least_change
 from service.engine.queries.nearest import ClosestPoints, Nearest
@@ -32,17 +32,19 @@ MAX_PAIRS_OF_POINT, MAX_OPEN_PAIRS = 1000, 1 << 18
 MIN_RELATIVE_WIDTH, MIN_WIDTH = 48 * 2.0**-53, 2.0**-36
 """The search for a point continues while its interval is wider than both. The first width is
 relative to the distance: rounding alone makes intervals 14 to 40 units of 2⁻⁵³ wide. The second is
-in the coordinates of the nets: narrower minima are never settled."""
+in the coordinates of the nets: rounding keeps some cells with narrower intervals from being
+settled."""
 
 MAX_STRAIN = 0.2
-"""A cell with more strain (the remainder of its model, divided by its size) is halved without
-computing bounds, which would be too wide."""
+"""A cell that was halved only a few times (`COARSE_HALVINGS`) and has more strain (the remainder of
+its model, divided by its size) is halved without computing bounds, which would be too wide."""
 
 MAX_STEPS = 8
 """The most steps of Newton's method in a cell; after these, the cell is halved."""
 
 WIDTH_SHARE = 1 / 2
-"""A cell is no longer halved if the interval is at most this wide, in units of the tolerance."""
+"""A cell is no longer halved for a point if the interval of the point would then be at most this
+wide, in units of the tolerance."""
 
 MAX_DISTANCE_TO_MINIMUM = 2.0**-40
 """Newton's method ends at this distance from the minimum, in the coordinates of the nets."""
@@ -66,13 +68,13 @@ class ClosestLevels:
     max_pairs : int
         The most pairs that one point may have in the tree of patches.
     can_split : bool
-        Whether the search may end without a result if too many pairs are open, because the caller
-        can then search fewer points at a time. (The tree of patches may always end in this case.)
+        Whether the search may stop if too many pairs are open, so that the caller searches again
+        with fewer points at a time. (The tree of patches may always stop in this case.)
 
     Attributes
     ----------
     is_crowded : bool
-        Whether the search ended because too many pairs were open.
+        Whether the search stopped because too many pairs were open; its result is then useless.
     most_open : int
         The most pairs that were open on one level.
     in_tree : ndarray of int, shape (m,)
@@ -178,7 +180,8 @@ class ClosestLevels:
     def halve(self, point: Ints, cell: Ints, low: FloatArray) -> tuple[Ints, Ints]:
         """Halve the cells of open pairs; returns the pairs with the halves.
 
-        Pairs end here if their intervals are narrow enough, or if the budget is spent.
+        Pairs end here if their intervals are narrow enough, if their point has too many pairs, or
+        if their cells can no longer be halved.
         """
         best = np.sqrt(self.nearest.best)
         is_ended = best[point] - np.sqrt(np.maximum(low, 0.0)) <= self.allowed_width(best[point])
@@ -227,7 +230,7 @@ class ClosestLevels:
         is_ended = np.zeros(len(point), bool)
         rows, net, cell_parameters = np.arange(len(point)), self.cells.net[cell], minima.start
         rectangle = self.cells.rectangle.take(cell, axis=1)
-        errors = self.cells.models[columns.SLOPE_A : columns.LEAST_B + 1].take(cell, axis=1)
+        errors = self.cells.models[model_rows.SLOPE_A : model_rows.LEAST_B + 1].take(cell, axis=1)
         x = self.x.take(point, axis=1)
         for remaining in range(MAX_STEPS, 0, -1):
             found = measure_surface_points(self.cells, net, rectangle, cell_parameters, x)

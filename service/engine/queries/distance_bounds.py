@@ -1,14 +1,16 @@
 r"""Bounds of the distance of a cell to a point, proved from the model of the cell.
 
-For a point x let y = x − c, d = |y| and f = ½ |x − S|² on a cell, in its own parameters s = (a, b)
-in [−1, 1]². With the bounds of `cell_models`
+The model of a cell (`cell_models`) has its centre c, the partials A, B and Q_ij there, the unit
+normal n, and the bounds whose names are in capitals. For a point x let y = x − c, d = |y| and f = ½
+|x − S|² on the cell, in its own parameters s = (a, b) in [−1, 1]². Then
 
     f_a = −(x − S) · S_a,  at the centre −y · A,
     f_aa = S_a · S_a − (x − S) · S_aa,  over the cell A · A − y · Q_aa ± E_aa,
     E_ij = |S_i · S_j + (S − c) · S_ij − A_i · A_j| + |y · (S_ij − Q_ij)|
          ≤ SPREAD_ij + |y · n| LIFT_ij + √(d² − (y · n)²) BEND_ij
 
-so that f_aa ≥ l_a, f_bb ≥ l_b and |f_ab| ≤ k over the cell.
+and the same for f_b, f_ab and f_bb. So over the cell f_aa ≥ l_a = A · A − y · Q_aa − E_aa, f_bb ≥
+l_b with the same form, and |f_ab| ≤ k = |A · B − y · Q_ab| + E_ab.
 
 **Theorem 1 (no minimum).** If f_a > 0 over the closed cell, and its side a = −1 is not a side of
 the patch, then no minimum of f over the patch lies in the cell. The same is true for f_a < 0 and a
@@ -44,7 +46,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.column_vectors import dot
 
@@ -105,7 +107,7 @@ class CellBounds:
     is_empty, is_settled : ndarray of bool, shape (N,)
         Whether the cell has no minimum of its patch; and whether the cell is settled.
     squared : ndarray of float64, shape (N,)
-        |y|².
+        |y|², less a bound of rounding errors.
     gradient, forms : ndarray of float64, shapes (2, N) and (3, N)
         f_a and f_b, and f_aa, f_ab and f_bb, at the centre.
     side : ndarray of float64, shape (2, N)
@@ -147,23 +149,23 @@ class CellBounds:
 
 @np.errstate(all="ignore")
 def cell_bounds(
-    model: FloatArray, rectangle: FloatArray, point: Bools, x: FloatArray, flattest: float
+    model: FloatArray, rectangle: FloatArray, point_sides: Bools, x: FloatArray, flattest: float
 ) -> CellBounds:
     """Compute bounds of the distance for N pairs of a point and a cell.
 
     Parameters
     ----------
-    model : ndarray of float64, shape (COLUMNS, N)
+    model : ndarray of float64, shape (ROW_COUNT, N)
     rectangle : ndarray of float64, shape (4, N)
         The rectangle of the cell. A side at 0 or 1 is a side of the patch.
-    point : ndarray of bool, shape (4, N)
-        Which sides are one point.
+    point_sides : ndarray of bool, shape (4, N)
+        Which sides of the cell are one point.
     x : ndarray of float64, shape (3, N)
         The points.
     flattest : float
-        A cell may be settled if its convexity is above −`flattest` times the distance.
+        A cell may be settled if μ_a and μ_b, where negative, add up to at least −`flattest` d.
     """
-    m = columns
+    m = model_rows
     y = x - model[:3]
     squared = dot(y, y)
     d = np.sqrt(squared) * SAFE
@@ -195,9 +197,9 @@ def cell_bounds(
     low = squared + 2 * _least(slope + gradient_error, convexity, 1.0).sum(axis=0)
     is_settled = -np.minimum(convexity, 0.0).sum(axis=0) <= flattest * d
     # Theorem 3.
-    is_one = is_down | is_up
-    is_settled |= (is_one & (straight[::-1] > 0)).any(axis=0) | is_one.all(axis=0)
-    is_settled |= ((is_down & point[::2]) | (is_up & point[1::2])).any(axis=0)
+    has_one_sign = is_down | is_up
+    is_settled |= (has_one_sign & (straight[::-1] > 0)).any(axis=0) | has_one_sign.all(axis=0)
+    is_settled |= ((is_down & point_sides[::2]) | (is_up & point_sides[1::2])).any(axis=0)
     is_settled &= ~is_empty
     side = is_up.astype(np.float64) - is_down
     return CellBounds(

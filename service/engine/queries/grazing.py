@@ -1,8 +1,9 @@
 r"""Bounds for cells that a ray is almost tangent to: it may touch the cell, or lie within it.
 
-If the direction d of a ray is almost tangent to a cell, the ray may meet the cell twice, or all
-along the ray, so `ray_bounds` cannot settle the pair. With the unit normal n at the centre, let w =
-d × n / |d × n| and z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is
+If the direction d of a ray o + t d is almost tangent to a cell, the ray may meet the cell twice, or
+all along the ray, so `ray_bounds` cannot settle the pair. The model of the cell (`cell_models`) has
+the partials A, B at its centre, the unit normal n there, and bounds (REST, REST_LIFT). Let w = d ×
+n / |d × n| and z = d × w. Both are perpendicular to the ray; w is tangent to the cell, and z is
 almost ±n. Then P = w · (S − o) and H = z · (S − o) vanish where the cell meets the ray, and there t
 = T = d · (S − o). The partials of P at the centre are P_a = w · A and P_b = w · B. Let x be the
 parameter, a or b, with the larger partial, and y the other parameter.
@@ -22,10 +23,10 @@ lies in the plane of d and n and is perpendicular to d. ∎
 partials of M⁻¹ (T, P) over the cell be I + N with |N| ≤ ν ≤ ⅓ (as in `ray_bounds`). Take two points
 of the cell with P = 0 and y' > y. Then d · S' − d · S has the sign of m_y, where m = M⁻¹ (1, 0). So
 all hits of the cell lie between the two points of the curve P = 0 at y = −1 and y = 1, if these are
-in the cell. *Proof.* (I + N') δ = M⁻¹ (ΔT, 0) gives |δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|,
-because m is perpendicular to (P_a, P_b), so that m_y is its larger component. ∎ If a point of the
-cell has |P| ≤ τ in place of P = 0, this moves T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1);
-`spread` is 4 times the quotient |m'| / |m_y|.
+in the cell. The curve between them is the *strip* of the cell. *Proof.* (I + N') δ = M⁻¹ (ΔT, 0)
+gives |δ − m ΔT| ≤ ν / (1 − ν) |m ΔT| ≤ ½ |m_y ΔT|, because m is perpendicular to (P_a, P_b), so
+that m_y is its larger component. ∎ If a point of the cell has |P| ≤ τ in place of P = 0, this moves
+T by at most 2 |m'| / |m_y| τ with m' = M⁻¹ (0, 1); `spread` is 4 times the quotient |m'| / |m_y|.
 
 If |x₁| = |m_x / m_y| ≥ ½, x is monotone along the curve, too, and a strip may end at a side x = ±1
 in place of y = ±1.
@@ -43,17 +44,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.bases.arrays import Bools, FloatArray, Ints
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cell_models import UNIT
 from service.engine.queries.column_vectors import cross, dot
 from service.engine.queries.ray_bounds import SAFE
 
 _VECTORS = (
-    columns.TANGENT_A,
-    columns.TANGENT_B,
-    columns.SECOND_AA,
-    columns.SECOND_AB,
-    columns.SECOND_BB,
+    model_rows.TANGENT_A,
+    model_rows.TANGENT_B,
+    model_rows.SECOND_AA,
+    model_rows.SECOND_AB,
+    model_rows.SECOND_BB,
 )
 
 MAX_SLOPE = 0.25
@@ -97,7 +98,7 @@ def find_grazed_strips(
 
     Parameters
     ----------
-    model : ndarray of float64, shape (COLUMNS, N)
+    model : ndarray of float64, shape (ROW_COUNT, N)
         The models of the cells.
     o, d : ndarray of float64, shape (3, N)
         Origins and directions of the rays.
@@ -112,7 +113,7 @@ def find_grazed_strips(
     strips : Strips
         The strips of the thin pairs.
     """
-    m = columns
+    m = model_rows
     normal = model[m.NORMAL : m.NORMAL + 3]
     slope_to_ray = np.abs(dot(d, normal))
     w = cross(d, normal)

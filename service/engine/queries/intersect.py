@@ -14,7 +14,7 @@ from service.errors import Issue, TooLarge
 from service.surface.lowered import PatchModel
 
 RELATIVE_THICKNESS = 1e-9
-"""The default thickness of rays, as a share of the diagonal."""
+"""The default thickness of rays, in diagonals of the box of control points."""
 
 NAMES = np.array([kind.name.lower() for kind in Kind])
 """The name of each `Kind`, in lower case."""
@@ -49,7 +49,8 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     dict of ndarray or list
         For m rays:
 
-        - reached (m,): whether all hits are reported
+        - reached (m,): whether the search of the ray was completed, so that no requested hit is
+          missing
         - counts (m,): the number of hits
 
         For n hits:
@@ -91,8 +92,8 @@ def intersect_rays(model: PatchModel, query: RayQuery, max_hits: int) -> dict[st
     with np.errstate(all="ignore"):
         lengths = np.sqrt(np.square(query.directions).sum(axis=1))[hits.ray]
         units = nets.scale / lengths
-    # If a ray begins too far away for the search, its intervals are infinite. Replace their ends:
-    # no point of the surface is farther than this from the origin of the ray.
+    # If a ray begins too far away for the search, its intervals are infinite. Replace their upper
+    # ends: no point of the surface is farther than this from the origin of the ray.
     x, y, z = (nets.origin - query.origins[hits.ray]).T
     farthest = (np.hypot(np.hypot(x, y), z) + nets.diagonal) * (1 + 1e-14) / lengths
     high = np.where(np.isinf(hits.high), farthest, hits.high * units)

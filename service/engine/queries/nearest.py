@@ -17,7 +17,7 @@ MIN_SEPARATION = 1e-3
 """Two equally near points of the surface count as different if they are farther apart than this, in
 the coordinates of the nets. (Near one minimum there are many almost equally near points.)"""
 
-STEPS = 8
+STEPS = 7
 """The number of steps of Newton's method if no minimum was proved."""
 
 
@@ -142,7 +142,7 @@ class Nearest:
         nearest = found = measure_surface_points(
             self._cells, net, rectangle, center, self._x[:, rows]
         )
-        for _ in range(1, STEPS):
+        for _ in range(STEPS):
             cell_parameters = found.next(cell_parameters, no_sides)
             found = measure_surface_points(
                 self._cells, net, rectangle, cell_parameters, self._x[:, rows]
@@ -157,6 +157,7 @@ class Nearest:
         """
         min_distance = np.full(len(self.best), np.inf)
         np.minimum.at(min_distance, point, found.distance)
+        # `high` exceeds `distance` by a bound of its rounding error.
         max_distance = min_distance[point] + 4 * (found.high - found.distance)
         rows = np.flatnonzero(found.distance <= max_distance)
         u, v = found.parameters[:, rows]

@@ -5,7 +5,8 @@ rows take a third of the time of operations on many short rows. The parameters o
 [−1, 1].
 
 The third partials of a polynomial net are Bézier nets, and their longest control vector is a bound.
-For a rational net X / w, with X relative to c, Leibniz' rule for X = w S gives
+For a rational net X / w, with X relative to c, the point of the surface at the centre of the cell,
+Leibniz' rule for X = w S gives
 
     |S_ij| ≤ (|X_ij| + Σ_{(k, l) ≠ 0} C(i, k) C(j, l) |w_kl| |S_{i−k, j−l}|) / min w
 

@@ -36,7 +36,8 @@ def net_partials(nets: QueryNets, net: Ints, parameters: FloatArray, order: int 
     -----
     The rounding error of S is at most 4 (p + q + 2) u M, with the largest coordinate M and the unit
     roundoff u, because bases are sums of products that are not negative. The error of a partial of
-    order (i, j) is p^i q^j times larger; for rational nets the ratio of weights is another factor.
+    order (i, j) is (2 p)^i (2 q)^j times larger; for rational nets the ratio of weights is another
+    factor.
     """
     partials = np.empty((len(_PARTIAL_ORDERS[order][0]), 3, len(net)))
     for group in nets.groups:

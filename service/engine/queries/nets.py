@@ -4,18 +4,20 @@ Every query works on tensor-product Bézier nets over [0, 1]² whose coordinates
 
     net = (P − origin) / scale,   scale a power of two, so that dividing is exact
 
-A rational net is homogeneous: (w x, w y, w z, w). A triangular patch becomes three nets without a
-singular point, one for each corner. The corner, the middles of the two sides at it, and the
-centroid of the triangle form a quadrilateral s(a, b) = (1 − a)(1 − b) A + a (1 − b) B + b (1 − a) D
-+ a b C, and S(s(a, b)) is a polynomial of degree (n, n). Its coefficients follow by replacing the
-arguments of the blossom by s(a, b), one after another. Each replacement multiplies by the Bernstein
-polynomials of degree (1, 1),
+A rational net is homogeneous: (w x, w y, w z, w). A triangular patch (up to degree
+`MAX_SPLIT_DEGREE`) becomes three nets without a singular point, one for each corner. The corner
+s₀₀, the middles s₁₀ and s₀₁ of the two sides at it, and the centroid s₁₁ of the triangle form a
+quadrilateral s(a, b) = (1 − a)(1 − b) s₀₀ + a (1 − b) s₁₀ + (1 − a) b s₀₁ + a b s₁₁, and S(s(a, b))
+is a polynomial of degree (n, n). Its coefficients follow by replacing the arguments of the blossom
+by s(a, b), one after another. Each replacement multiplies by the Bernstein polynomials of degree
+(1, 1),
 
-    G_{m+1}[i, j] = Σ_{α, β ∈ {0, 1}} c_iα c_jβ G_m[i − α, j − β](corner αβ),
+    G_{m+1}[i, j] = Σ_{α, β ∈ {0, 1}} c_iα c_jβ G_m[i − α, j − β](s_αβ),
     c_i1 = i / (m + 1),  c_i0 = 1 − c_i1
 
-where G_m[i, j] are triangular nets of degree n − m. All factors are between 0 and 1. A curve is a
-net of degree (n, 0).
+where G_m[i, j] are triangular nets of degree n − m, and G(s) is the net of degree one lower after
+one step of de Casteljau's algorithm at s. All factors are between 0 and 1. A curve is a net of
+degree (n, 0).
 
 References
 ----------
@@ -46,7 +48,7 @@ _QUADRILATERALS = tuple(
 (1, 0), (0, 1) and (1, 1)."""
 
 _CHOICES = ((0, 0), (1, 0), (0, 1), (1, 1))
-"""The values (α, β) of the sum above."""
+"""The values (α, β) of the sum in the docstring of this module."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -221,7 +223,10 @@ def curve_nets(pieces: CurvePieces) -> QueryNets:
 
 
 def frame(low: FloatArray, high: FloatArray) -> tuple[FloatArray, float, float]:
-    """The middle of a box, a power of two near its longest side, and its diagonal."""
+    """The middle of a box, the least power of two above its longest side, and its diagonal.
+
+    The power is 1 if the box is a point.
+    """
     sides = high - low
     longest = float(sides.max())
     scale = ldexp(1.0, frexp(longest)[1]) if longest > 0 else 1.0
@@ -238,17 +243,19 @@ def _quadrilateral_nets(nets: FloatArray, degree: int) -> FloatArray:
         # G_m: shape (m+1, m+1, K, points of degree n − m, D).
         step = nets[np.newaxis, np.newaxis]
         for m in range(degree):
+            # De Casteljau's algorithm combines each point of the net (but the last of a row) with
+            # the next point and with the point `above`, in the next row.
             starts = triangle.row_starts(degree - m)
-            ends = np.arange(degree - m + 1)
-            corner_rows = np.delete(np.arange(starts[-1]), starts[1:] - 1)
-            row = np.searchsorted(starts, corner_rows, side="right") - 1
-            above = corner_rows + len(ends) - row
+            first_points = np.delete(np.arange(starts[-1]), starts[1:] - 1)
+            row = np.searchsorted(starts, first_points, side="right") - 1
+            above = first_points + (degree - m + 1) - row
+            # c_i1 for i = 1 … m + 1, and c_i0 for i = 0 … m.
             rising = np.arange(1, m + 2) / (m + 1)
             falling = rising[::-1]
-            size = (m + 2, m + 2, len(nets), len(corner_rows), nets.shape[-1])
+            size = (m + 2, m + 2, len(nets), len(first_points), nets.shape[-1])
             raised = np.zeros(size)
             for (r, s, t), (alpha, beta) in zip(corners, _CHOICES, strict=True):
-                value = r * step[:, :, :, corner_rows] + s * step[:, :, :, corner_rows + 1]
+                value = r * step[:, :, :, first_points] + s * step[:, :, :, first_points + 1]
                 value += t * step[:, :, :, above]
                 value *= (rising if alpha else falling)[:, None, None, None, None]
                 value *= (rising if beta else falling)[:, None, None, None]

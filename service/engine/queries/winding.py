@@ -50,7 +50,7 @@ from service.bases.arrays import FloatArray, Ints
 from service.cancellation import checkpoint
 from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cells import CellTree
-from service.engine.queries.chord_models import AREA, CORNERS, SPREAD
+from service.engine.queries.chord_models import AREA, CORNERS, GAP_FACTOR
 
 MAX_BOUND = 0.95 * 2 * pi
 """The largest sum of bounds with which the winding number is certain."""
@@ -181,7 +181,7 @@ class _Chunk:
         """
         distinct_cells, number = np.unique(cell, return_inverse=True)
         model = self.cells.models[:, distinct_cells]
-        areas = model[AREA] + model[SPREAD] * self.gap
+        areas = model[AREA] + model[GAP_FACTOR] * self.gap
         corners = model[CORNERS:].reshape(4, 3, -1)
         angle, bound = np.empty(len(point)), np.empty(len(point))
         for first in range(0, len(point), CHUNK_PAIRS):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from service.engine.models import to_patches
-from service.engine.queries import cell_models as columns
+from service.engine.queries import cell_models as model_rows
 from service.engine.queries.cells import CellTree
 from service.engine.queries.net_bounds import ORDERS
 from service.engine.queries.net_partials import net_partials
@@ -36,19 +36,19 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
     s = partials * scale[:, np.newaxis]
     model = cells.models[:, cell]
-    center, *vectors = (model[k : k + 3] for k in (columns.CENTER, *columns.VECTORS))
+    center, *vectors = (model[k : k + 3] for k in (model_rows.CENTER, *model_rows.VECTORS))
     da, db, daa, dab, dbb, normal = vectors
     offset = s[0] - center
     remainder = offset - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
-    observed = [(np.linalg.norm(offset, axis=0), columns.RADIUS)]
-    observed += [(np.linalg.norm(remainder, axis=0), columns.REST)]
-    observed += [(np.abs((remainder * normal).sum(axis=0)), columns.REST_LIFT)]
+    observed = [(np.linalg.norm(offset, axis=0), model_rows.RADIUS)]
+    observed += [(np.linalg.norm(remainder, axis=0), model_rows.REST)]
+    observed += [(np.abs((remainder * normal).sum(axis=0)), model_rows.REST_LIFT)]
     for k, (i, j, second) in enumerate(PAIRS):
         second_difference = s[second] - vectors[second - 1]
         spread = (s[i] * s[j] + offset * s[second] - vectors[i - 1] * vectors[j - 1]).sum(axis=0)
-        observed += [(np.linalg.norm(second_difference, axis=0), columns.BEND_AA + k)]
-        observed += [(np.abs((second_difference * normal).sum(axis=0)), columns.LIFT_AA + k)]
-        observed += [(np.abs(spread), columns.SPREAD_AA + k)]
+        observed += [(np.linalg.norm(second_difference, axis=0), model_rows.BEND_AA + k)]
+        observed += [(np.abs((second_difference * normal).sum(axis=0)), model_rows.LIFT_AA + k)]
+        observed += [(np.abs(spread), model_rows.SPREAD_AA + k)]
     for value, column in observed:
         slack = 1e-13 * (1 + np.abs(s).max())
         assert (value <= model[column] + slack).all(), column
