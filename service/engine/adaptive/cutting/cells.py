@@ -73,9 +73,8 @@ class Leaves(Cells):
     form : ndarray of float64, shape (7, m)
         The cell as a quadratic surface over [0, 1]². Rows E, F, G: the squared length of a step
         (du, dv) is E du² + 2 F du dv + G dv². Rows a, b, c: the height of the middle of a chord
-        (du, dv) over the surface, along the normal of the cell, is a du² + 2 b du dv + c dv². (For
-        cells of several spans, a and c are absolute heights.) The last row is the allowed
-        deviation.
+        (du, dv) over the surface, along the normal of the cell, is a du² + 2 b du dv + c dv². The
+        last row is the allowed deviation.
     """
 
     along_v: Bools

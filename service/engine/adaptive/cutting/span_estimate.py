@@ -70,7 +70,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
     if goal.angle < np.pi:
         fails |= _find_turning(pieces, at, normal, goal.angle)
 
-    bends, lengths = _measure_bends(triangles, pieces, at, shares[:, 1], normal)
+    signed, bends, lengths = _measure_bends(triangles, pieces, at, shares[:, 1], normal)
     if not fails.all():
         chosen = np.where(is_rising, planes.normals[:2], planes.normals[2:])
         # The heights of control points over the biquadratic part of the piece; the heights of nets
@@ -81,7 +81,7 @@ def estimate_span_cells(task: Task, cells: Cells, nine_points: NinePoints) -> tu
         fails_by_remainder = ~fails & (best + remainder > allowed)
         fails |= fails_by_remainder
         bends = np.where(fails_by_remainder, sags, bends)
-    form = build_forms(steps, normal, bends, allowed)
+    form = build_forms(steps, normal, -signed, allowed)
     # Row 4 of `Leaves.form` is b, and 8 b is (S_00 − S_10 + S_11 − S_01) · n of the corners.
     along_v = choose_directions(bends, lengths, form[4] * 8.0, allowed)
     is_fan = np.zeros(len(cells), dtype=bool)
@@ -149,24 +149,36 @@ def _measure_bends(
     at: FloatArray,
     middle: FloatArray,
     normal: Vectors,
-) -> tuple[FloatArray, FloatArray]:
-    """Largest heights of middles of pieces over chords, and largest lengths of chords: (2, m) each.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Heights of middles of pieces over chords, and lengths of chords; rows are for u and for v.
 
-    Rows are for u and for v. A chord joins the middles of the outer sides of the first and the last
-    piece of a line of pieces; `middle` (2, N) is the share of the chord at which the middle of each
-    piece is.
+    A chord joins the middles of the outer sides of the first and the last piece of a line of
+    pieces; `middle` (2, N) is the share of the chord at which the middle of each piece is.
+
+    Returns
+    -------
+    signed : ndarray of float64, shape (2, m)
+        The height with the largest absolute value, along the normal of each cell.
+    bends : ndarray of float64, shape (2, m)
+        The largest absolute height, or share of the distance (`distance_share`).
+    lengths : ndarray of float64, shape (2, m)
+        The largest length of a chord.
     """
     share = triangles.distance_share[pieces.cell]
-    bends, lengths = np.empty((2, 2, len(pieces.start)))
+    signed, bends, lengths = np.empty((3, 2, len(pieces.start)))
     for axis, (first, last) in enumerate(pieces.find_line_ends()):
         begin = at[(1, 3)[axis]][:, first]
         chord = at[(7, 5)[axis]][:, last] - begin
         difference = at[4] - (begin + middle[axis] * chord)
-        height = np.abs(dot(difference, normal[:, pieces.cell]))
+        height = dot(difference, normal[:, pieces.cell])
+        above, below = pieces.find_largest(height), pieces.find_largest(-height)
+        signed[axis] = np.where(above >= below, above, -below)
+        bends[axis] = np.maximum(above, below)
         if share.any():
-            height = np.maximum(height, share * length(difference))
-        bends[axis], lengths[axis] = pieces.find_largest(height), pieces.find_largest(length(chord))
-    return bends, lengths
+            distance = pieces.find_largest(share * length(difference))
+            bends[axis] = np.maximum(bends[axis], distance)
+        lengths[axis] = pieces.find_largest(length(chord))
+    return signed, bends, lengths
 
 
 def _find_turning(pieces: SpanPieces, at: FloatArray, normal: Vectors, angle: float) -> Bools:

@@ -1,11 +1,18 @@
-"""Quadratic forms of cells."""
+"""Quadratic forms of cells, of one span and of several spans."""
 
 import numpy as np
 import pytest
 
 from service.bases.arrays import FloatArray
+from service.engine.adaptive.cutting.cells import build_whole_cells
 from service.engine.adaptive.cutting.estimate import build_forms
 from service.engine.adaptive.cutting.planes import find_planes, measure_heights
+from service.engine.adaptive.cutting.span_estimate import estimate_span_cells
+from service.engine.adaptive.cutting.span_pieces import NinePoints
+from service.engine.bounds.faces import SPAN
+from service.engine.bounds.goal import Goal
+from service.surface.bspline import BsplineSurface
+from tests.engine.adaptive.cutting.test_subdivision import build_task
 
 
 @pytest.mark.parametrize("bend", [1.0, -1.0])
@@ -23,3 +30,23 @@ def test_form_is_height_of_chords_over_a_quadratic_surface(bend: float) -> None:
         middle = evaluate(begin[0] + du / 2, begin[1] + dv / 2)
         height = ((evaluate(*begin) + evaluate(*end)) / 2 - middle) @ normal[:, 0]
         assert height == pytest.approx(a * du**2 + 2 * b * du * dv + c * dv**2)
+
+
+@pytest.mark.parametrize("bend", [1.0, -1.0])
+def test_form_of_several_spans_is_that_of_one_span(bend: float) -> None:
+    """The surface z = bend (u² + v²/2) + 0.3 u v as a spline of 3 × 3 spans, by blossoming."""
+    knots = np.array([0, 0, 0, 1 / 3, 2 / 3, 1, 1, 1])
+    means, products = (knots[1:-2] + knots[2:-1]) / 2, knots[1:-2] * knots[2:-1]
+    x, y = np.meshgrid(means, means, indexing="ij")
+    z = bend * (products[:, np.newaxis] + products / 2) + 0.3 * x * y
+    net = np.stack([x, y, z], axis=-1)
+    task = build_task(BsplineSurface(net, (2, 2), (knots, knots)).lower(), Goal(1.0))
+    cells = build_whole_cells(task.faces)
+    assert cells.box.ravel().tolist() == [0, 3 * SPAN, 0, 3 * SPAN]
+    _, leaves = estimate_span_cells(task, cells, NinePoints(task))
+    # The normal of the cell is orthogonal to both diagonals, (1, 1, 1.5 bend + 0.3) and
+    # (−1, 1, −bend / 2); its last coordinate is n.
+    normal = np.cross([1, 1, 1.5 * bend + 0.3], [-1, 1, -bend / 2])
+    n = normal[2] / np.linalg.norm(normal)
+    expected = np.array([bend / 4, 0.3 / 8, bend / 8]) * n
+    np.testing.assert_allclose(leaves.form[3:6, 0], expected, rtol=1e-12)
