@@ -1,7 +1,7 @@
 """A tree of cells: rectangles of the parameters of nets, which are halved when a query needs it.
 
 Cell k is column k of several arrays: its model (`cell_models`), its rectangle of parameters, its
-net and its children. The first cells are the whole nets. A cell is halved along the direction in
+net and its children. The tree begins with the whole nets. A cell is halved along the direction in
 which it is longer; or along both directions, if neither length is twice the other. So cells become
 about square on the surface, also at poles. All cells that one step of a query needs are halved
 together. The data of a cell depend only on its net and its rectangle, not on the order in which
