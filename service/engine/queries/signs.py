@@ -37,7 +37,7 @@ def compute_signs(
     Parameters
     ----------
     seams : Seams or None
-        Seams of the model, from `connect_if_apart`.
+        Seams of the model, from `connect_if_apart`; None if points on borders are nearly equal.
     nets : QueryNets
         Nets of the model.
     x : ndarray of float64, shape (m, 3)
@@ -45,6 +45,7 @@ def compute_signs(
     low : ndarray of float64, shape (m,)
         Lower bounds of their distances from the surface, in the coordinates of the nets.
     """
+    # Borders that are equal up to rounding, or up to knots and degree, are edges, as in a mesh.
     joined, seams = join_further(model, seams, WELD_TOLERANCE, allow_any)
     if not orient_sides(seams).is_closed:
         return np.full(len(x), np.nan)

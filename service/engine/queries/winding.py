@@ -92,12 +92,13 @@ def compute_winding_numbers(
     """
     lowest, highest = cells.box
     is_inside = ((x >= lowest) & (x <= highest)).all(axis=1)
-    gap += 2.0**-44 * cells.largest
+    gap += 2.0**-44 * cells.largest  # for rounding
+    # The strips that close gaps reach only some gaps from the surface.
     is_off_surface = low > 4 * gap
     numbers = np.where(is_inside | ~is_off_surface, np.nan, 0.0)
     rows = np.flatnonzero(is_inside & is_off_surface)
-    places, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
-    is_inside = ((places >= lowest) & (places <= highest)).all(axis=1)
+    grid_points, inverse = np.unique(_grid_points(x[rows], low[rows]), axis=0, return_inverse=True)
+    is_inside = ((grid_points >= lowest) & (grid_points <= highest)).all(axis=1)
     distinct_numbers = np.where(is_inside, np.nan, 0.0)
     inner = np.flatnonzero(is_inside)
     remaining_pairs, first, size = MAX_PAIRS, 0, max(MIN_CHUNK, CHUNK_PAIRS // cells.roots)
@@ -105,7 +106,7 @@ def compute_winding_numbers(
         checkpoint()
         chunk = inner[first : first + size]
         for small_bound in SMALL_BOUNDS:
-            search = _Chunk(cells, places[chunk].T, gap, small_bound)
+            search = _Chunk(cells, grid_points[chunk].T, gap, small_bound)
             distinct_numbers[chunk] = search.numbers()
             remaining_pairs -= search.pair_count
             chunk = chunk[search.bound > MAX_BOUND]
@@ -114,7 +115,7 @@ def compute_winding_numbers(
         if cells.is_full and size > MIN_CHUNK:
             distinct_numbers[inner[first : first + size]] = np.nan
             # Search again with fewer points, whose cells take less memory.
-            size = min(size, len(inner) - first) // 4
+            size = max(MIN_CHUNK, min(size, len(inner) - first) // 4)
         else:
             first += size
         cells.drop_if_large()
@@ -126,13 +127,14 @@ def _grid_points(x: FloatArray, low: FloatArray) -> FloatArray:
     """For each point a grid point whose distance from it is at most half of `low`."""
     _, exponent = np.frexp(0.57 * low)  # half of a diagonal of a grid cell is √3 / 2 of its side
     step = np.ldexp(1.0, exponent - 1)[:, np.newaxis]
-    return np.asarray(np.rint(x / step) * step + 0.0)
+    return np.asarray(np.rint(x / step) * step + 0.0)  # + 0.0 turns −0.0 into 0.0
 
 
 class _Chunk:
     """The search for the winding numbers of some points (3, m).
 
-    Cells with bounds of at most `small_bound` are not halved.
+    Cells with bounds of at most `small_bound` are not halved. `angle` and `bound` are the sums of
+    the angles and of their bounds so far; `is_open` marks points with cells that cannot be halved.
     """
 
     def __init__(self, cells: CellTree, x: FloatArray, gap: float, small_bound: float) -> None:
@@ -181,7 +183,7 @@ class _Chunk:
         """
         distinct_cells, number = np.unique(cell, return_inverse=True)
         model = self.cells.models[:, distinct_cells]
-        areas = model[AREA] + model[GAP_FACTOR] * self.gap
+        areas = model[AREA] + model[GAP_FACTOR] * self.gap  # Σ A, with g added to each δ_i
         corners = model[CORNERS:].reshape(4, 3, -1)
         angle, bound = np.empty(len(point)), np.empty(len(point))
         for first in range(0, len(point), CHUNK_PAIRS):

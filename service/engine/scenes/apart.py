@@ -1,5 +1,6 @@
-"""Separates the mesh of joined members again: a node for each member, with its name and colour.
+"""Separates the meshes of joined members: a node for each member, with its name and colour.
 
+Members of a group that share a curve were joined into one model (`service.engine.joining.members`).
 Positions on a common edge stay equal in all members. The report of the scene stays the same.
 """
 
@@ -27,6 +28,7 @@ def separate_members(scene: Scene, joined: JoinedGroup, *, is_welded: bool) -> S
         mesh = scene.meshes[scene.nodes[joined.new_numbers[cluster.members[0]]].model]
         for k, number in enumerate(cluster.members):
             placed = joined.originals[number]
+            # Without a matrix: the mesh of joined members is in the coordinates of the scene.
             new_nodes[number] = PlacedModel(placed.name, len(meshes), placed.color)
             meshes.append(_take_member(mesh, cluster, k, placed.name))
     nodes = [new_nodes.get(k) or scene.nodes[number] for k, number in enumerate(joined.new_numbers)]
@@ -74,7 +76,7 @@ def _take_member(mesh: Mesh, cluster: Cluster, k: int, name: str) -> Mesh:
         ),
         grids=(),
         welds=_take_welds(mesh.welds, rows),
-        overlays=(),
+        overlays=(),  # members with overlays are not joined
     )
 
 

@@ -28,8 +28,8 @@ def merge_meshes(meshes: Sequence[Mesh], name: str) -> Mesh:
         uvs=_fill_rows([mesh.uvs for mesh in meshes], counts, 0.0),
         colors=_fill_rows([mesh.colors for mesh in meshes], counts, 1.0),
         attributes=tuple(
-            (name, np.concatenate([dict(mesh.attributes)[name] for mesh in meshes]))
-            for name, _ in meshes[0].attributes
+            (title, np.concatenate([dict(mesh.attributes)[title] for mesh in meshes]))
+            for title, _ in meshes[0].attributes
         ),
         triangles=_shift_faces([mesh.triangles for mesh in meshes], first_vertices),
         quads=_shift_faces([mesh.quads for mesh in meshes], first_vertices),
@@ -74,7 +74,7 @@ def add_reports(reports: Sequence[MeshReport]) -> MeshReport:
 
 
 def _find_largest(reports: Sequence[MeshReport], name: str) -> float | None:
-    """The largest value in all reports; None if the value of a report with faces is None."""
+    """The largest value in all reports with faces; None if there is none, or if a value is None."""
     values = [getattr(report, name) for report in reports if report.triangles + report.quads]
     return None if not values or None in values else max(values)
 
@@ -106,7 +106,10 @@ def _fill_rows(
 
 
 def _shift_faces(faces: Sequence[IndexArray], first_vertices: IndexArray) -> IndexArray:
-    """Faces of all meshes, with the vertex numbers of the merged mesh."""
+    """Faces of all meshes, with the vertex numbers of the merged mesh.
+
+    `first_vertices` has one number more than there are meshes: the number of all vertices.
+    """
     return np.concatenate(
         [rows + start for rows, start in zip(faces, first_vertices, strict=False)]
     )
@@ -131,7 +134,7 @@ def _join_parts(meshes: Sequence[Mesh]) -> tuple[MeshPart, ...]:
 
 
 def _join_welds(meshes: Sequence[Mesh], first_vertices: IndexArray) -> IndexArray | None:
-    """The first vertex at each position; no position belongs to two meshes."""
+    """For each vertex, the first vertex of its mesh at its position; None if all mesh welds are."""
     if all(mesh.welds is None for mesh in meshes):
         return None
     rows = (

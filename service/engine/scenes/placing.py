@@ -1,4 +1,4 @@
-"""The effect of placements on distances: bounds of the scaling and of rounding errors."""
+"""The effect of placements L x + t on distances: bounds of the scaling and of rounding errors."""
 
 from math import hypot
 
@@ -14,8 +14,8 @@ value, hundreds of times smaller than this bound."""
 COPY_ERROR = 2.0**-36
 """Bound of the error of the positions of copies, as a share of the size of the placed model. If
 this service multiplies the vertices, the error of L x is at most 2^-50 |L| |x|. If a node of the
-file has a rotation and scalings, the error is at most 1.5e-11, because columns count as
-perpendicular, and scalings as 1, up to 1e-12."""
+file has a rotation and scalings, the error is some 1e-12, because columns count as perpendicular,
+and scalings as 1, up to 1e-12."""
 
 EPS = float(np.finfo(np.float64).eps)
 

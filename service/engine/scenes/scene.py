@@ -78,6 +78,7 @@ def _join_welds(
     first = np.cumsum([0, *(len(copy.positions) for copy in copies)])
     for nodes in joined:
         rows = np.concatenate([np.arange(first[n], first[n + 1]) for n in nodes])
+        # + 0.0 turns −0.0 into 0.0, because rows are compared bit by bit.
         leader, number = unique_rows(mesh.positions[rows].astype(np.float64) + 0.0)
         welds[rows] = rows[leader[number]]
     return welds
@@ -125,7 +126,7 @@ def round_to_single(mesh: Mesh, origin: FloatArray | None = None) -> Mesh:
 
 
 def move_to_zero(mesh: Mesh) -> Mesh:
-    """Converts float32 positions about an origin to model coordinates, for other formats."""
+    """The mesh with float32 positions about (0, 0, 0), for formats without a local origin."""
     return round_to_single(place_mesh(mesh, None), ZERO) if mesh.origin.any() else mesh
 
 

@@ -1,5 +1,9 @@
 """Arcs of a section: pairs of nodes on the border of a cell that are the two ends of one piece.
 
+The section is the zero set of f (`heights`) in the cells, and a piece is a connected part of it in
+one cell. The nodes are the roots of f on the borders of cells; corners of cells have numbers of
+nodes, too (`segments`).
+
 If the section is a graph in a cell, its nodes in the order of the parameter are in turn beginnings
 and ends of pieces. If f ≤ 0 in the whole cell, the section meets at most the border of the cell. As
 f = 0 counts as positive, the two nodes at the ends of a run of places with f = 0 are one piece,
@@ -27,7 +31,7 @@ from service.engine.sections.sides import CellSides, CellTable
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Arcs:
-    """The A arcs of some sections, and their crossings.
+    """The A arcs of sections in n cells, and their crossings.
 
     Attributes
     ----------
@@ -50,6 +54,7 @@ class Arcs:
 
 def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     """Find the arcs in all cells."""
+    # One entry for each root on a side of a cell; `key` orders the entries of a cell for pairing.
     cell, side, root = _incidences(segments)
     node = segments.root_node[root]
     node_count = len(segments.node_net)
@@ -72,6 +77,7 @@ def find_arcs(cells: CellTable, segments: Segments, borders: Borders) -> Arcs:
     arcs_in_plane, sense_in_plane = _sides_in_plane(cells, segments)
     crossing = _number_crossings(cells, segments)
     checkpoint()
+    # A node is on the border of a crossing if only one singular cell has its segment.
     is_singular = kind == SINGULAR
     is_on_border = _count_sides(segments, cells.kind == SINGULAR)[segments.root_segment[root]] == 1
     is_joined = is_singular & is_on_border
@@ -109,7 +115,9 @@ def _find_positions(
 
     In these cells the section is not a graph. Positions increase from the corner (u₀, v₀) along the
     sides v₀, u₁, v₁ and u₀. If this corner lies between two nodes of one piece, the first node gets
-    a position at the end.
+    a position at the end. This is so if the corner has the sign that the rest of the border has
+    not: f = 0 counts as positive, and the sign at a corner, which all its cells share, may be
+    negative by rounding in a cell above.
     """
     (cell, side), (u, v) = sides, parameters
     rectangle = cells.place[:, cell] / ONE
@@ -126,7 +134,7 @@ def _find_positions(
     is_first[1:] = cell[order][1:] != cell[order][:-1]
     first_nodes = order[is_first]
     first_nodes = first_nodes[must_move[first_nodes]]
-    key[first_nodes] += 8.0
+    key[first_nodes] += 8.0  # after all others, which are at most 4
     return np.asarray(key)
 
 
@@ -175,6 +183,7 @@ def _sides_in_plane(cells: CellTable, segments: Segments) -> tuple[Ints, FloatAr
     sense = side_of_plane[:, np.newaxis] * np.array([-1.0, 1.0, 1.0, -1.0])
     sense[segments.backward] *= -1
     sense_of_segment = np.zeros(len(segments.ends))
+    # A side of one segment gives its sense to the segment.
     is_single = segments.last - segments.first == 1
     np.add.at(sense_of_segment, segments.first[is_single], sense[is_single])
     return segments.ends[arcs], np.sign(sense_of_segment[arcs])
@@ -193,12 +202,14 @@ def _number_crossings(cells: CellTable, segments: Segments) -> Ints:
     counts = last - first
     cell_of_segment = np.repeat(np.repeat(singular, 4), counts)
     offset = np.arange(len(cell_of_segment)) - np.repeat(np.cumsum(counts) - counts, counts)
-    n, places = len(cells.kind), len(segments.value)
+    # A graph whose vertices are all cells, then all corners, then all segments; a singular cell is
+    # connected with its corners and segments.
+    n, corners = len(cells.kind), len(segments.value)
     first_vertices = np.concatenate([np.repeat(singular, 4), cell_of_segment])
     second_vertices = np.concatenate(
-        [n + segments.corner[singular].ravel(), n + places + np.repeat(first, counts) + offset]
+        [n + segments.corner[singular].ravel(), n + corners + np.repeat(first, counts) + offset]
     )
-    label = components(n + places + len(segments.ends), first_vertices, second_vertices)
+    label = components(n + corners + len(segments.ends), first_vertices, second_vertices)
     crossing[singular] = np.unique(label[singular], return_inverse=True)[1]
     return crossing
 

@@ -9,6 +9,9 @@ The lines are the distinct edges of the patches (`service.engine.mesh.connect`),
 medians of every triangle, from the middle of a side to the centroid. The medians are the borders
 between the three nets of a triangle (`service.engine.queries.nets`). Coordinates of lines run from
 0 to `LINE`, parameters of nets from 0 to `ONE`.
+
+A place has a name of two numbers: the line and the coordinate; at a corner of patches, −1 and the
+number of the corner; at the centroid of a triangle, `CENTROID` and the number of the patch.
 """
 
 from dataclasses import dataclass
@@ -27,11 +30,10 @@ ONE = 1 << MAX_HALVINGS
 """The integer that stands for the parameter 1 of a net."""
 
 LINE = 2 * ONE
-"""The coordinate of the end of a line."""
+"""The coordinate of the end of a line: twice `ONE`, because nets of a triangle have half a side."""
 
 CENTROID = -2
-"""The first number in the name of a place at the centroid of a triangle. At a corner, the first
-number is −1."""
+"""The first number in the name of a place at the centroid of a triangle."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,7 +49,7 @@ class Borders:
     is_point : ndarray of bool, shape (L,)
         Whether each line is one point.
     ends : ndarray of int, shape (L, 2, 2)
-        The names of the places at both ends of each line; a name is two numbers.
+        The names of the places at both ends of each line.
     """
 
     line: Ints

@@ -1,14 +1,14 @@
 """Cells: rectangles of parameters of a patch, with the coefficients of f over each rectangle.
 
-A cell belongs to a pair of a plane and a net; f is the Bézier polynomial of `heights`. The search
-halves cells.
+A cell belongs to a pair of a plane and a net; f is the Bézier polynomial of `heights`: the height
+over the plane times the weight. The search halves cells.
 
 Rounding. Halving takes means of two numbers. With u = 2⁻⁵³, it moves coefficients by at most p u
 max |f| along u, and by at most q u max |f| along v. There are at most 30 halvings in each
 direction, and |f| ≤ 3.5, as coordinates are at most 1. So the errors of coefficients are at most
 105 (p + q) u. This is less than `THICKNESS` for p + q ≤ 78, and 1.5e-12 for degrees of 64. The
 section in each cell is therefore exactly the section of a surface whose points are moved by at most
-this along n.
+this perpendicular to the plane.
 
 On a side, f is computed from the control points of this side alone, by the same operations in both
 directions. So f has the same bits in two patches whose control points on an edge are the same. If
@@ -17,8 +17,9 @@ triangles), f differs by at most
 
     2 n u Σ_k min(3.5, 7 n / 2^k) ≤ 7 n u (log₂ n + 3),
 
-where n is the degree on the edge, because max |f| halves with a cell that meets the plane. This
-difference and the rounding of the control points together are less than `NOISE` for n ≤ 10.
+where n is the degree on the edge and k counts halvings, because max |f| halves with a cell that
+meets the plane. This difference and the rounding of the control points together are less than
+`NOISE` for n ≤ 10.
 """
 
 from dataclasses import dataclass, replace

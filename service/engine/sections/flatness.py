@@ -104,6 +104,7 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
             direction / np.sqrt(dot(direction, direction))[:, np.newaxis]
         )
     direction_across = cross(normal, direction_along)
+    # x = e · (P − A), y = g · (P − A) and the height h of all control points P.
     points = points_of(restrict(nets, pieces.low, pieces.high))
     difference = points - first[:, np.newaxis, np.newaxis]
     x = np.matmul(difference, direction_along[:, np.newaxis, :, np.newaxis])[..., 0]
@@ -112,6 +113,8 @@ def _bounds(group: NetGroup, planes: LocalPlanes, pieces: Pieces) -> FloatArray:
     h_slope = _slopes(h)
     squared_slope = dot(h_slope, h_slope)
     squared_slope[squared_slope == 0] = np.inf
+    # λ is `slide_y` and μ is `slide_x`. They bring the slopes of y near 0, and those of x near
+    # `target`: |AB| along the axis of the graph, or half of this along both axes.
     target = np.zeros((len(length), 2))
     sense = np.where(pieces.end >= pieces.begin, 1.0, -1.0)
     for axis, share in enumerate(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])):
@@ -154,11 +157,11 @@ def slack_of(nets: FloatArray) -> float:
     return float(SLACK * max(1.0, (rows + columns - 2) / 64))
 
 
-def _points_at(nets: FloatArray, place: FloatArray) -> FloatArray:
-    """Points (m, 3) of nets (m, p+1, q+1, 3 or 4), each at one place (m, 2)."""
+def _points_at(nets: FloatArray, parameters: FloatArray) -> FloatArray:
+    """Points (m, 3) of nets (m, p+1, q+1, 3 or 4), each at its `parameters` (m, 2)."""
     m, rows, columns, width = nets.shape
-    basis_u = bernstein(rows - 1, place[:, 0])[:, np.newaxis]
-    basis_v = bernstein(columns - 1, place[:, 1])[:, np.newaxis]
+    basis_u = bernstein(rows - 1, parameters[:, 0])[:, np.newaxis]
+    basis_v = bernstein(columns - 1, parameters[:, 1])[:, np.newaxis]
     lines = np.matmul(basis_u, nets.reshape(m, rows, -1)).reshape(m, columns, width)
     return points_of(np.matmul(basis_v, lines)[:, 0])
 

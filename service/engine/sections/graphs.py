@@ -70,10 +70,10 @@ def classify(nets: FloatArray) -> tuple[Ints, FloatArray, Bools]:
     return kind, sense, graphs == 2
 
 
-def crossings(
-    nets: FloatArray, floor: FloatArray, place: FloatArray, axis: int
+def find_border_points(
+    nets: FloatArray, floor: FloatArray, rectangle: FloatArray, axis: int
 ) -> tuple[Ints, FloatArray]:
-    """Find the places where graphs cross the borders of their cells.
+    """Find the points where graphs cross the borders of their cells.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def crossings(
         Coefficients of f.
     floor : ndarray of float64, shape (n,)
         As in `roots`.
-    place : ndarray of float64, shape (4, n)
+    rectangle : ndarray of float64, shape (4, n)
         u₀, u₁, v₀, v₁ of the cells.
     axis : int
         0 for graphs over u, 1 over v.
@@ -89,21 +89,21 @@ def crossings(
     Returns
     -------
     cell : ndarray of int, shape (k,)
-        The cell of each place, ascending. Each cell occurs an even number of times.
-    place : ndarray of float64, shape (k, 2)
-        The parameters (u, v); for each cell, they ascend along the axis.
+        The cell of each point, ascending. Each cell occurs an even number of times.
+    parameters : ndarray of float64, shape (k, 2)
+        The parameters (u, v) of each point; for each cell, they ascend along the axis.
     """
-    cells, places = [], []
+    cells, points = [], []
     for side in range(4):
         row, t = roots(take_side(nets, side), floor)
         across, along = side // 2, 1 - side // 2
         parameters = np.empty((len(row), 2))
-        low, high = place[2 * along, row], place[2 * along + 1, row]
-        parameters[:, across], parameters[:, along] = place[side, row], low + t * (high - low)
+        low, high = rectangle[2 * along, row], rectangle[2 * along + 1, row]
+        parameters[:, across], parameters[:, along] = rectangle[side, row], low + t * (high - low)
         cells.append(row)
-        places.append(parameters)
+        points.append(parameters)
     checkpoint()
-    cell, parameters = np.concatenate(cells), np.concatenate(places)
+    cell, parameters = np.concatenate(cells), np.concatenate(points)
     order = np.lexsort((parameters[:, axis], cell))
     return cell[order], parameters[order]
 

@@ -29,7 +29,7 @@ from service.engine.sections.cells import (
     join_cells,
 )
 from service.engine.sections.flatness import Pieces, is_zero, piece_bounds, side_bounds
-from service.engine.sections.graphs import bound_slopes, classify, crossings
+from service.engine.sections.graphs import bound_slopes, classify, find_border_points
 from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
 from service.surface.sides import take_side
 
@@ -157,9 +157,9 @@ class CellSearch:
         The second result, of shape (n,), says in which of the cells a piece may reach every value
         of the other parameter.
         """
-        cell, place = crossings(cells.nets, cells.floor, cells.place / ONE, axis)
+        cell, parameters = find_border_points(cells.nets, cells.floor, cells.place / ONE, axis)
         checkpoint()
-        cell_of_piece, begin, end = cell[::2], place[::2], place[1::2]
+        cell_of_piece, begin, end = cell[::2], parameters[::2], parameters[1::2]
         low = np.stack([cells.place[0], cells.place[2]], axis=1)[cell_of_piece] / ONE
         high = np.stack([cells.place[1], cells.place[3]], axis=1)[cell_of_piece] / ONE
         low[:, axis], high[:, axis] = begin[:, axis], end[:, axis]

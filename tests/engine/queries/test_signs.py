@@ -167,6 +167,16 @@ def test_open_and_inconsistent_surfaces_have_no_signs() -> None:
         assert np.isnan(project(model, inner_point)["signs"][0]) != is_closed
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_signs_of_few_points_whose_cells_take_too_much_memory_are_right_or_unknown(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = np.array([[0.0, 0.0, 0.9999], [0.1, 0.2, 0.9], [0.3, 0.4, 0.8]])[:count]
+    for max_bytes in (1 << 12, 1 << 16, 1 << 19):
+        monkeypatch.setattr(cells, "MAX_BYTES", max_bytes)
+        assert (np.nan_to_num(project(SPHERE, points)["signs"], nan=-1) == -1).all()
+
+
 def test_signs_do_not_depend_on_other_points(monkeypatch: pytest.MonkeyPatch) -> None:
     points = RNG(7).uniform(-1.5, 1.5, (80, 3))
     all_signs = project(SPHERE, points)["signs"]
