@@ -1,10 +1,10 @@
 """Hits of rays, and the merging of hits that several cells report at one place.
 
 Every hit represents some points of the surface on its ray, and has an interval of t that contains
-them all. It is a root in a cell, which is proved, or only near the border of the cell; or an end of
-a *strip*, the part of a cell to which the ray is almost tangent; or a *point*, a cell much smaller
-than the thickness of the ray. Hits of one ray whose intervals overlap are at one place, and form a
-cluster. A cluster is merged by these rules:
+them all. A hit is a root in a cell, which is proved, or only near the border of the cell; or an end
+of a *strip*, the part of a cell to which the ray is almost tangent; or a *point*, a cell much
+smaller than the thickness of the ray. Hits of one ray whose intervals overlap are at one place, and
+form a cluster. A cluster is merged by these rules:
 
 - Each proved hit stays a separate crossing, except in a hit *along* (see below). Two proved hits in
   a cluster are two sheets of the surface, or the surface meets itself there.
