@@ -87,9 +87,11 @@ class AdaptiveMesher:
             The pointer leads to the option that is the cause.
         """
         work = self._work
+        # The limit of the service, which is that of an accuracy without a budget.
         max_triangles, limit_pointer = adaptive_triangles(Accuracy(), work.limits), accuracy.pointer
         if accuracy.max_triangles is not None and accuracy.max_triangles < max_triangles:
             max_triangles, limit_pointer = accuracy.max_triangles, "/max_triangles"
+        # `work.cost` has the lesser of these triangles and of those that fit into memory.
         requested = work.options.accuracy or accuracy
         allowed_triangles = adaptive_triangles(requested, work.limits, work.stored.patches)
         memory = (
@@ -179,7 +181,7 @@ def search_budget(
     _check_budget("/max_bytes", "bytes", len(content), accuracy.max_bytes)
 
     def attempt(tolerance: float) -> Attempt[tuple[AnyMesh, Content]] | None:
-        effort.reserve_rest(effort_for_mesh)
+        effort.reserve_rest(effort_for_mesh)  # all but the work of this mesh
         try:
             return try_tolerance(accuracy, tolerance)
         except TooLarge:
@@ -218,7 +220,7 @@ def size_of_mesh(mesh: AnyMesh, size: MeshSize) -> MeshSize:
         size,
         vertices=sum(len(each.positions) for each in meshes),
         triangles=sum(len(each.triangles) for each in meshes),
-        quads=0,
+        quads=0,  # meshes by tolerance have none
         overlay_points=sum(len(overlay.positions) for overlay in overlays),
         overlay_segments=sum(len(overlay.segments) for overlay in overlays),
         overlay_cells=sum(0 if o.cells is None else len(o.cells) for o in overlays),
@@ -255,6 +257,7 @@ def _explain(
             got=f"more than {count_nouns(max_triangles, 'triangles')}",
             needed=needed,
         )
+    # If a file of `max_triangles` triangles exceeds the budget, more memory would not help.
     if accuracy.max_bytes is not None and MIN_TRIANGLE_BYTES * max_triangles > accuracy.max_bytes:
         return _too_many_bytes(f"more than {accuracy.max_bytes} bytes", accuracy.max_bytes)
     message = "The mesh would take more memory than this service has for a mesh by tolerance."

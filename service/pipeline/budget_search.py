@@ -20,7 +20,8 @@ MIN_COST = 1.0 - 2.0**-6
 """The search ends when a mesh costs at least this share of the budget."""
 
 MAX_ATTEMPTS = 24
-"""Each attempt about halves the interval of logarithms; no interval needs more attempts."""
+"""Each attempt about halves the interval between the logarithms of the two tolerances; no interval
+needs more attempts."""
 
 TARGET_COST = 1.0 - 2.0**-7
 """Share of the budget for which tolerances are guessed; with 1, half of the guesses would cost too
@@ -71,6 +72,7 @@ def search_tolerances(
         Positive; a finer tolerance is not tried.
     """
     best = coarsest
+    # The coarsest mesh fits its own bound as a tolerance.
     coarse, coarse_cost, fine, fine_cost = coarsest.bound, coarsest.cost, 0.0, inf
     for _ in range(MAX_ATTEMPTS):
         if best.cost >= MIN_COST or coarse <= min_tolerance or coarse <= fine * CLOSE_FACTOR:
@@ -92,6 +94,7 @@ def _guess_tolerance(coarse: float, coarse_cost: float, fine: float, fine_cost: 
         # Near both tolerances τ is about a + b/cost, so this line gives τ for the cost
         # `TARGET_COST`.
         share = (1 / coarse_cost - 1 / TARGET_COST) / (1 / coarse_cost - 1 / fine_cost)
+        # Each attempt reduces the interval by at least 1/8.
         return coarse + (fine - coarse) * min(max(share, 0.125), 0.875)
     guess = coarse * min(max(coarse_cost / TARGET_COST, MIN_FACTOR), 1 / CLOSE_FACTOR)
     # The guess may be finer than a tolerance that did not fit.

@@ -97,6 +97,7 @@ def _check_accuracy(options: MeshOptions, where: str, fmt: Format, encode: Encod
             "/method",
             where,
         )
+    # Only the format OOGL has an exact form, and reads `oogl`.
     if encode.oogl is not None and encode.oogl != "off" and fmt.encode_exact is not None:
         message = (
             "The exact form needs no mesh."
@@ -230,7 +231,8 @@ def sum_counts(model: Model, counts: Sequence[Counts]) -> tuple[Counts, Counts]:
     if isinstance(model, GroupModel):
         copy_counts = [counts[member.model] for member in model.members]
     distinct_counts, all_counts = (
-        Counts(*map(sum, zip(*map(astuple, group), strict=True))) for group in (counts, copy_counts)
+        Counts(*map(sum, zip(*map(astuple, summands), strict=True)))
+        for summands in (counts, copy_counts)
     )
     return distinct_counts, all_counts
 

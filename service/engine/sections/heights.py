@@ -27,8 +27,8 @@ THICKNESS = 2.0**-40
 """The largest height that counts as zero, in the coordinates of the nets."""
 
 NOISE = 2.0**-44
-"""On a common edge of two patches, f differs by at most this. If |f| is larger, f has the same sign
-in both."""
+"""On a common edge, the polynomials f of two patches differ by at most this. If |f| is larger, both
+have the same sign."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,10 +41,10 @@ class LocalPlanes:
     @staticmethod
     def of(planes: Planes, nets: QueryNets) -> "LocalPlanes":
         """The planes n · x = (d − n · origin) / scale."""
-        middle = np.einsum("mk,k->m", planes.normals, nets.origin)
+        offset_of_origin = np.einsum("mk,k->m", planes.normals, nets.origin)
         # Planes that are too far away get infinite offsets, and cut nothing.
         with np.errstate(over="ignore"):
-            return LocalPlanes(planes.normals, (planes.offsets - middle) / nets.scale)
+            return LocalPlanes(planes.normals, (planes.offsets - offset_of_origin) / nets.scale)
 
     def heights(self, plane: Ints, points: FloatArray) -> FloatArray:
         """Heights (m, …) of points (m, …, 3): row k over plane `plane[k]`."""
@@ -69,8 +69,9 @@ class Boxes:
     def candidates(self, planes: LocalPlanes, first: int, last: int) -> tuple[Ints, Ints]:
         """Pairs of a plane of first … last − 1 and a net that it may cut, ordered by plane."""
         normals = planes.normals[first:last]
-        gap = normals @ self.middle.T - planes.offsets[first:last, np.newaxis]
-        may_meet = np.abs(gap) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
+        height = normals @ self.middle.T - planes.offsets[first:last, np.newaxis]
+        # Heights of at most `THICKNESS` count as zero; the second `THICKNESS` covers rounding.
+        may_meet = np.abs(height) <= np.abs(normals) @ self.half.T + 2 * THICKNESS
         plane, net = np.nonzero(may_meet)
         return plane + first, net
 
@@ -85,12 +86,18 @@ def height_nets(
 ) -> tuple[FloatArray, FloatArray, Bools]:
     """Compute the polynomials f of pairs of a plane and a net of a group.
 
+    Parameters
+    ----------
+    plane, net : ndarray of int, shape (m,)
+        The plane and the net of each pair; `net` counts the nets of all groups.
+
     Returns
     -------
     nets : ndarray of float64, shape (m, p+1, q+1)
+        Bernstein coefficients of f.
     floor : ndarray of float64, shape (m,)
         If |f| is at most this, a point is at most `THICKNESS` from the plane, whatever its weight.
-    coplanar : ndarray of bool, shape (m,)
+    is_coplanar : ndarray of bool, shape (m,)
         Whether the patch lies in the plane.
     """
     nets = group.nets[net - group.first]
@@ -120,16 +127,17 @@ def restrict(nets: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
 def _restrictions(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
     """Matrices (m, n+1, n+1) that restrict curve k to [low_k, high_k].
 
-    Each is the product of the restriction to [0, e] and then to [s, e].
+    Each restricts first to [0, high_k], and then, in the new parameter, to [low_k / high_k, 1].
     """
-    share = low / np.where(high > 0, high, 1.0)
-    begins = _beginnings(degree, high)
-    ends = _beginnings(degree, 1.0 - share)[:, ::-1, ::-1]
-    return np.asarray(np.matmul(ends, begins))
+    new_low = low / np.where(high > 0, high, 1.0)
+    to_high = _beginnings(degree, high)
+    # The end of a curve is the beginning of the reversed curve.
+    from_low = _beginnings(degree, 1.0 - new_low)[:, ::-1, ::-1]
+    return np.asarray(np.matmul(from_low, to_high))
 
 
 def _beginnings(degree: int, end: FloatArray) -> FloatArray:
-    """Matrices (m, n+1, n+1) that restrict curves to [0, e]; row j has the values B_k^j(e)."""
+    """Matrices (m, n+1, n+1) that restrict curves to [0, e], e = `end`; row j is B_k^j(e)."""
     matrices = np.zeros((len(end), degree + 1, degree + 1))
     matrices[:, 0, 0] = 1.0
     t = end[:, np.newaxis]

@@ -29,7 +29,7 @@ class Planes:
     normals : ndarray of float64, shape (m, 3)
         Unit normals n.
     offsets : ndarray of float64, shape (m,)
-        Distances d of the planes from zero, along their normals, in model units.
+        Distances d of the planes from the point 0, along their normals, in model units.
     """
 
     normals: FloatArray
@@ -39,8 +39,9 @@ class Planes:
     def axes(self) -> tuple[FloatArray, FloatArray]:
         """Unit vectors x and y, shape (m, 3) each, within each plane, with x × y = n.
 
-        Of x, y, z take the axis that follows the one with the largest component of n. The vector x
-        is the projection of this axis. So for a plane z = d, x and y are the axes of space.
+        The vector x is the projection of a coordinate axis: the next axis, in cyclic order, after
+        that of the component of n with the largest absolute value. So for n = (0, 0, 1), x and y
+        are the first two coordinate axes.
         """
         rows = np.arange(len(self.normals))
         start = np.zeros_like(self.normals)
@@ -81,6 +82,7 @@ class SectionTolerance:
         min_tolerance = MIN_RELATIVE_TOLERANCE * model.diagonal
         if is_float32:
             max_coordinate = float(np.abs(np.stack([low, high]) - choose_origin(low, high)).max())
+            # Rounding to float32 moves a point by less than 1/8 of this.
             min_tolerance = max(min_tolerance, 8 * SINGLE * max_coordinate)
         tolerance = self.relative * model.diagonal if self.distance is None else self.distance
         if tolerance < min_tolerance:

@@ -3,11 +3,12 @@
 The number of sign changes of the coefficients is the number of roots in the open interval, with
 multiplicities, plus an even number (Descartes' rule in Bernstein form). So an interval without sign
 changes has no root, and an interval with one change has one root. Other intervals are halved. Zero
-counts as positive, both for coefficients and for values; so a root at an end belongs to the
-interval in which the polynomial becomes negative. If all coefficients of an interval are at most
-`floor` in absolute value, they count as zero. Such an interval has one root if the signs at its
-ends differ, else a double root, where the section touches the side or crosses itself. The same rule
-is used for an interval after `MAX_HALVINGS` halvings.
+counts as positive, both for coefficients and for values; so of two intervals that meet at a root,
+the one in which the polynomial is negative has the root. If all coefficients of an interval are at
+most `floor` in absolute value, they count as zero. Such an interval has one root if the signs at
+its ends differ, else a double root: the polynomials are those of a section on the sides of cells,
+and there the section touches the side or crosses itself. The same rule is used for an interval
+after `MAX_HALVINGS` halvings.
 
 All operations are elementwise, so the roots of one row do not depend on the other rows.
 
@@ -46,33 +47,34 @@ def roots(rows: FloatArray, floor: FloatArray) -> tuple[Ints, FloatArray]:
         The roots of each row, ascending; double roots occur twice. A root at an end is exactly 0 or
         1 if the coefficient at this end is 0.
     """
-    number, begin, nets, depth = np.arange(len(rows)), np.zeros(len(rows)), rows, 0
+    # Of each interval to examine: its row, begin and coefficients. Its length is 0.5**depth.
+    row_of, begin, nets, depth = np.arange(len(rows)), np.zeros(len(rows)), rows, 0
     parts: list[tuple[Ints, FloatArray]] = []
-    while len(number):
+    while len(row_of):
         checkpoint()
         is_negative = nets < 0
         changes = np.count_nonzero(is_negative[:, 1:] != is_negative[:, :-1], axis=1)
-        is_small = (np.abs(nets).max(axis=1) <= floor[number]) | (depth == MAX_HALVINGS)
+        is_small = (np.abs(nets).max(axis=1) <= floor[row_of]) | (depth == MAX_HALVINGS)
         signs_differ = is_negative[:, 0] != is_negative[:, -1]
         has_single = (changes == 1) | (is_small & signs_differ)
-        double_rows = np.flatnonzero((changes > 1) & is_small & ~signs_differ)
+        doubles = np.flatnonzero((changes > 1) & is_small & ~signs_differ)
         parts.append(
             (
-                np.repeat(number[double_rows], 2),
-                np.repeat(begin[double_rows] + 0.5 ** (depth + 1), 2),
+                np.repeat(row_of[doubles], 2),
+                np.repeat(begin[doubles] + 0.5 ** (depth + 1), 2),
             )
         )
         if has_single.any():
             t = _find_single(nets[has_single], is_negative[has_single])
-            parts.append((number[has_single], begin[has_single] + t * 0.5**depth))
-        open_rows = np.flatnonzero((changes > 1) & ~is_small)
-        if not len(open_rows):
+            parts.append((row_of[has_single], begin[has_single] + t * 0.5**depth))
+        to_halve = np.flatnonzero((changes > 1) & ~is_small)
+        if not len(to_halve):
             break
         depth += 1
-        low, high = _halves(nets[open_rows])
+        low, high = _halves(nets[to_halve])
         nets = np.concatenate([low, high])
-        number = np.concatenate([number[open_rows], number[open_rows]])
-        begin = np.concatenate([begin[open_rows], begin[open_rows] + 0.5**depth])
+        row_of = np.concatenate([row_of[to_halve], row_of[to_halve]])
+        begin = np.concatenate([begin[to_halve], begin[to_halve] + 0.5**depth])
     if not parts:
         return np.zeros(0, np.intp), np.zeros(0)
     row, t = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -93,7 +95,7 @@ def _halves(nets: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _find_single(nets: FloatArray, is_negative: Bools) -> FloatArray:
-    """The only place in [0, 1] at which each polynomial changes its sign."""
+    """The only parameter (m,) in [0, 1] at which each polynomial changes its sign."""
     low, high = np.zeros(len(nets)), np.ones(len(nets))
     # The secant gives a better start than the middle.
     first, last = nets[:, 0], nets[:, -1]
@@ -105,19 +107,19 @@ def _find_single(nets: FloatArray, is_negative: Bools) -> FloatArray:
     t[~is_negative[:, 0] & ~((nets != 0) & is_before_change).any(axis=1)] = 0.0
     t[is_negative[:, 0] & ~((nets != 0) & ~is_before_change).any(axis=1)] = 1.0
     rows = np.flatnonzero((t > 0) & (t < 1))
-    begin_sign = is_negative[:, 0].copy()
+    begins_negative = is_negative[:, 0]
     for _ in range(MAX_STEPS):
         if not len(rows):
             break
         t_now = t[rows]
         value, slope = _values(nets[rows], t_now)
-        is_before = (value < 0) == begin_sign[rows]
+        is_before = (value < 0) == begins_negative[rows]
         low[rows] = np.where(is_before, t_now, low[rows])
         high[rows] = np.where(is_before, high[rows], t_now)
         with np.errstate(all="ignore"):
-            step = t_now - value / slope
-        is_inside = (step >= low[rows]) & (step <= high[rows])
-        next_t = np.where(is_inside, step, (low[rows] + high[rows]) / 2)
+            newton_t = t_now - value / slope
+        is_inside = (newton_t >= low[rows]) & (newton_t <= high[rows])
+        next_t = np.where(is_inside, newton_t, (low[rows] + high[rows]) / 2)
         t[rows] = next_t
         has_moved = np.abs(next_t - t_now) > 2.0**-53
         rows = rows[has_moved & (value != 0) & (high[rows] - low[rows] > 2.0**-53)]

@@ -4,9 +4,9 @@ A cell in which the section is not a graph (`graphs`) is halved in both directio
 graph is halved along the parameter of the graph, until each piece of the graph is within the
 tolerance of its chord (`flatness`); cells with a side in the plane are halved in the same way. If
 the section is still not a graph in a cell of the size `MIN_SIZE`, the cell is *singular*: near it
-the surface touches the plane, or the section crosses itself. If more than `MAX_OPEN_CELLS` cells of
-one patch are not graphs, they lie along a curve; then a cell is singular already at a larger size,
-`SIZE_SHARE` of the tolerance.
+the surface touches the plane, or the section crosses itself. If the section is not a graph in more
+than `MAX_UNCLEAR_CELLS` cells of one patch, these lie along a curve; then a cell is singular
+already at a larger size, `SIZE_SHARE` of the tolerance.
 """
 
 from collections.abc import Callable
@@ -34,12 +34,13 @@ from service.engine.sections.heights import NOISE, LocalPlanes, height_nets
 from service.surface.sides import take_side
 
 MIN_SIZE = 2.0**-20
-"""The size of singular cells, in the coordinates of the nets. Heights in such cells are about
-`THICKNESS`."""
+"""The size of singular cells, in the coordinates of the nets. Heights grow with the square of the
+distance from a point where the surface touches the plane, so in such cells they are about
+`heights.THICKNESS`."""
 
-MAX_OPEN_CELLS = 128
-"""If more cells of one patch are open, they lie along a curve, because there are only about 16 open
-cells around a point where a section crosses itself."""
+MAX_UNCLEAR_CELLS = 128
+"""If the section by one plane is not a graph in more cells of one patch, these cells lie along a
+curve, because only about 16 such cells lie around a point where a section crosses itself."""
 
 SIZE_SHARE = 1 / 8
 """The size of singular cells along a curve, in units of the tolerance."""
@@ -49,7 +50,7 @@ MAX_CHANGE = 0.1
 the next."""
 
 MAX_NUMBERS = 1 << 18
-"""How many coefficients one array has at most, to bound the memory."""
+"""The most coefficients in one array, to bound the memory."""
 
 
 @dataclass(eq=False, slots=True)
@@ -73,11 +74,12 @@ class CellSearch:
     allow: Callable[[int, float], None]
     deviation: float = 0.0
     _ended: list[Cells] = field(default_factory=list)
+    """The cells that need no further halving."""
     _pieces: float = 0.0
-    """The expected number of pieces: the sum of √(bound / tolerance) over the cells of a level,
-    because bounds are of the second order in the size of cells. In tests this sum was 0.6 to 1.7
-    times the final number from the third level on, and 0.6 to 1 times if it changed by less than
-    `MAX_CHANGE`."""
+    """The expected number of pieces in the cells of the present level: the sum of √(bound /
+    tolerance), because bounds are of the second order in the size of cells. In tests this sum was
+    0.6 to 1.7 times the final number from the third level on, and 0.6 to 1 times if it changed by
+    less than `MAX_CHANGE`."""
 
     def find(self, plane: Ints, net: Ints) -> tuple[Cells, Bools]:
         """Find the cells that the sections meet, for m pairs of a plane and a net.
@@ -109,13 +111,14 @@ class CellSearch:
         checkpoint()
         self._pieces = 0.0
         sizes_in_units = cells.place[1::2] - cells.place[::2]
-        is_open = kind == SINGULAR
-        open_counts = np.bincount(cells.pair[is_open], minlength=1)
+        is_unclear = kind == SINGULAR
+        unclear_counts = np.bincount(cells.pair[is_unclear], minlength=1)
         is_crowded = np.zeros(len(cells), bool)
-        is_crowded[is_open] = open_counts[cells.pair[is_open]] > MAX_OPEN_CELLS
+        is_crowded[is_unclear] = unclear_counts[cells.pair[is_unclear]] > MAX_UNCLEAR_CELLS
         min_size = np.where(is_crowded, self.tolerance * SIZE_SHARE, MIN_SIZE)
-        is_open &= self._sizes(cells, sizes_in_units) > min_size
-        is_halved = np.stack([is_open, is_open])
+        is_unclear &= self._sizes(cells, sizes_in_units) > min_size
+        is_halved = np.stack([is_unclear, is_unclear])
+        # The kinds `OVER_U` and `OVER_V` are 0 and 1, the axes of these parameters.
         for axis in (OVER_U, OVER_V):
             graphs = np.flatnonzero(kind == axis)
             for chunk in row_slices(len(graphs), cells.nets[0].size, MAX_NUMBERS):
@@ -128,12 +131,12 @@ class CellSearch:
         for side in range(4):
             checkpoint()
             axis = 1 - side // 2
-            is_flat = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
-            # The section has no polylines inside a patch that lies in the plane.
-            is_flat &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
-            rows = np.flatnonzero(is_flat & ~is_halved[axis])
+            is_in_plane = is_zero(take_side(cells.nets, side)) & (kind != SINGULAR)
+            # Of a patch that lies in the plane, only the border is a polyline.
+            is_in_plane &= (kind != COPLANAR) | (cells.place[side] == (side % 2) * ONE)
+            rows = np.flatnonzero(is_in_plane & ~is_halved[axis])
             if len(rows):
-                is_halved[axis, rows] = ~self._have_flat_side(cells.take(rows), side, axis)
+                is_halved[axis, rows] = ~self._have_straight_side(cells.take(rows), side, axis)
         is_halved &= sizes_in_units > 1
         return is_halved[0], is_halved[1]
 
@@ -164,7 +167,8 @@ class CellSearch:
         high = np.stack([cells.place[1], cells.place[3]], axis=1)[cell_of_piece] / ONE
         low[:, axis], high[:, axis] = begin[:, axis], end[:, axis]
         across = 1 - axis
-        # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends.
+        # With slopes of at most K, v is at most K Δu / 2 from the mean of its values at both ends;
+        # 2⁻⁵⁰ covers rounding.
         middle = (begin[:, across] + end[:, across]) / 2
         reach = (
             bound_slopes(cells, axis)[cell_of_piece] * (end[:, axis] - begin[:, axis]) / 2
@@ -175,9 +179,14 @@ class CellSearch:
         is_tight = is_monotone[cell_of_piece]
         low[is_tight] = np.minimum(begin[is_tight], end[is_tight])
         high[is_tight] = np.maximum(begin[is_tight], end[is_tight])
-        kinds = np.where(is_tight, 2, axis)
         pieces = Pieces(
-            cells.plane[cell_of_piece], cells.net[cell_of_piece], begin, end, low, high, kinds
+            cells.plane[cell_of_piece],
+            cells.net[cell_of_piece],
+            begin,
+            end,
+            low,
+            high,
+            axis=np.where(is_tight, 2, axis),
         )
         bound, slack = piece_bounds(self.group, self.planes, pieces)
         max_bound = np.zeros(len(cells))
@@ -192,8 +201,8 @@ class CellSearch:
         self._record_bounds((bound + slack)[is_flat[cell_of_piece]])
         return is_flat, is_wide & ~is_monotone
 
-    def _have_flat_side(self, cells: OpenCells, side: int, axis: int) -> Bools:
-        """Which cells have a side in the plane that is near enough to its chord."""
+    def _have_straight_side(self, cells: OpenCells, side: int, axis: int) -> Bools:
+        """In which cells this side, which lies in the plane, is near enough to its chord."""
         low = np.stack([cells.place[0], cells.place[2]], axis=1) / ONE
         high = np.stack([cells.place[1], cells.place[3]], axis=1) / ONE
         low[:, 1 - axis] = high[:, 1 - axis] = cells.place[side] / ONE

@@ -30,7 +30,8 @@ from service.engine.sections.values import Polyline, Section, Sections
 from service.surface.lowered import PatchModel
 
 CHUNK_NUMBERS = 1 << 16
-"""How many coefficients of f, before halving, the patches in one chunk have."""
+"""How many coefficients of the polynomials f (`heights`) one chunk of pairs of a plane and a net
+has, before halving; more only if one plane alone has more."""
 
 MIN_TOLERANCE = 2.0**-38
 """The least tolerance in the coordinates of the nets, for a surface that is one point."""
@@ -64,9 +65,9 @@ def cut_surface(
     tolerance : float
         Model units.
     allow : callable
-        Is called with lower bounds of the number of pieces; raises an error if the number is too
-        large. It is also called with estimates that the number will probably exceed, so that a
-        refusal comes before the work.
+        Is called with lower bounds of the number of pieces, which are the cells that a section
+        meets; raises an error if the number is too large. It is also called with estimates that the
+        number will probably exceed, so that a refusal comes before the work.
     """
     nets = surface_nets(model.batches)
     borders = find_border_lines(nets, seams, triangular_patches(model.batches))
@@ -93,7 +94,7 @@ def cut_surface(
 
 @dataclass(eq=False, slots=True)
 class _Search:
-    """The state of cutting a surface: the pieces so far, and the largest deviation."""
+    """The state of cutting a surface; lengths are in the coordinates of the nets."""
 
     nets: QueryNets
     borders: Borders
@@ -103,6 +104,7 @@ class _Search:
     allow: Callable[[int], None]
     deviation: float = 0.0
     count: int = 0
+    """The number of pieces so far."""
     _earlier_count: int = 0
     """The number of pieces before the last call of `begin`."""
     _pairs: tuple[int, int] = 0, 0
@@ -114,7 +116,7 @@ class _Search:
         self._earlier_count, self._pairs = self.count, (pairs, 0)
 
     def cut(self, numbers: range, plane: Ints, net: Ints) -> list[Section]:
-        """The sections by planes `numbers`, from all pairs (plane, net) whose boxes meet."""
+        """The sections by planes `numbers`, from all pairs of a plane and a net that it may cut."""
         pairs, begun_pairs = self._pairs
         self._pairs = pairs, begun_pairs + len(plane)
         parts: list[Cells] = []
@@ -151,13 +153,16 @@ class _Search:
         self.allow(self.count + count)
         pairs, begun_pairs = self._pairs
         pieces = self.count - self._earlier_count + expected
-        # The sections by other planes may have fewer pieces.
+        # The sections by the other planes may have fewer pieces: expect half as many.
         self.allow(int(self._earlier_count + pieces * max(1.0, pairs / begun_pairs / 2)))
 
     def _draw(
         self, parts: tuple[Cells, ...], first: int, polylines: list[list[Polyline]]
     ) -> tuple[FloatArray, Ints]:
-        """Add polylines to those of each plane; return touching points, and their planes."""
+        """Add polylines to those of each plane; return touching points, and their planes.
+
+        `polylines[k]` belongs to the plane with the number `first` + k.
+        """
         cells = CellTable.of(parts)
         segments = find_segments(cells, self.borders)
         arcs = find_arcs(cells, segments, self.borders)
@@ -165,11 +170,11 @@ class _Search:
         points, plane = self._points(cells, segments, arcs)
         x, y = (axes[plane] for axes in self.planes.axes)
         places_in_plane = np.stack([(points * x).sum(axis=1), (points * y).sum(axis=1)], axis=1)
-        model = self.nets.origin + points * self.nets.scale
+        model_points = self.nets.origin + points * self.nets.scale
         checkpoint()
         touching = [arcs.touching]
         for line in join_arcs(arcs.ends, arcs.sense, places_in_plane, self.tolerance):
-            rows = model[line.nodes]
+            rows = model_points[line.nodes]
             is_kept = np.ones(len(rows), bool)
             is_kept[1:] = (rows[1:] != rows[:-1]).any(axis=1)
             if is_kept.sum() > 1:
@@ -179,7 +184,7 @@ class _Search:
                 touching.append(line.nodes[:1])
         degree = np.bincount(arcs.ends.ravel(), minlength=len(points))
         separate = _keep_separate(points, np.concatenate(touching), np.flatnonzero(degree > 2))
-        return model[separate], plane[separate]
+        return model_points[separate], plane[separate]
 
     def _points(self, cells: CellTable, segments: Segments, arcs: Arcs) -> tuple[FloatArray, Ints]:
         """The points (N, 3) of all nodes, and the number of the plane of each node, (N,).
@@ -197,24 +202,29 @@ class _Search:
                 self.nets, segments.node_net[nodes], segments.node_parameters[:, nodes]
             )
             points[nodes] = positions[0].T
+        # A crossing, a group of singular cells, is one node: the mean of the middles of its cells.
         rows = np.flatnonzero(arcs.crossing >= 0)
         if len(rows):
-            hub = arcs.crossing[rows]
+            crossing = arcs.crossing[rows]
             middle = (cells.place[::2, rows] + cells.place[1::2, rows]) / (2 * ONE)
             positions = net_partials(self.nets, cells.net[rows], middle)[0].T
-            sums = np.stack([np.bincount(hub, positions[:, k]) for k in range(3)], axis=1)
-            means = sums / np.bincount(hub)[:, np.newaxis]
+            sums = np.stack([np.bincount(crossing, positions[:, k]) for k in range(3)], axis=1)
+            means = sums / np.bincount(crossing)[:, np.newaxis]
             points = np.concatenate([points, means])
             plane_of_crossing = np.zeros(len(means), np.intp)
-            plane_of_crossing[hub] = cells.plane[rows]
+            plane_of_crossing[crossing] = cells.plane[rows]
             plane = np.concatenate([plane, plane_of_crossing])
-            self._note_crossings(cells, rows, np.sqrt(((positions - means[hub]) ** 2).sum(axis=1)))
+            distances = np.sqrt(((positions - means[crossing]) ** 2).sum(axis=1))
+            self._note_crossings(cells, rows, distances)
         checkpoint()
         height = self.local.heights(plane, points)
         return points - height[:, np.newaxis] * self.local.normals[plane], plane
 
     def _note_crossings(self, cells: CellTable, rows: Ints, distances: FloatArray) -> None:
         """Include in the deviation the distance of the section from the arcs at crossings.
+
+        `rows` (k,) are the singular cells; `distances` (k,) are those of their middles from their
+        crossings.
 
         The point of a crossing is the mean of the middles of a group of singular cells. The section
         in such a cell, and the ends of arcs on its border, are at most r = distance + size from

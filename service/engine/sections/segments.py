@@ -2,11 +2,11 @@
 
 Cells of different sizes meet along a line. Their sides on this line are dyadic intervals, so two
 sides are nested or disjoint. The smallest sides are the *segments*; each side is a row of segments,
-except for gaps in which f has no root. A root of f on a segment is a *node*. It is computed once
-for all cells that have the segment on a side; so neighbours share their nodes, and polylines have
-no gaps. The sign of f at a corner of several cells is decided once, too, because the values of two
-patches may differ by rounding; the polynomials on segments get these signs at their ends. Zero
-counts as positive.
+except for gaps, where the search dropped the cells beside it because f has no root. A root of f on
+a segment is a *node*. It is computed once for all cells that have the segment on a side; so
+neighbours share their nodes, and polylines have no gaps. The sign of f at a corner of several cells
+is decided once, too, because the values of two patches may differ by rounding; the polynomials on
+segments get these signs at their ends. Zero counts as positive.
 """
 
 from dataclasses import dataclass
@@ -28,12 +28,12 @@ becomes −MIN_NEGATIVE."""
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Segments:
-    """The segments, places and nodes of n cells.
+    """The segments, the V distinct places at corners, and the N nodes of n cells.
 
     Attributes
     ----------
     corner : ndarray of int, shape (n, 4)
-        The number of the place at each corner of a cell. Place k is node k, too.
+        The number of the place at each corner of a cell. The places are also the first V nodes.
     value : ndarray of float64, shape (V,)
         f at the places.
     first, last : ndarray of int, shape (n, 4)
@@ -45,14 +45,15 @@ class Segments:
     side_in_plane : ndarray of bool, shape (n, 4)
         Whether each side of a cell lies in the plane.
     backward : ndarray of bool, shape (n, 4)
-        Whether each side and its line run in opposite directions.
+        Whether each side and its line (`sides`) run in opposite directions.
     root_segment, root_node : ndarray of int, shape (R,)
         The segment and the node of each root; segments ascend.
     root_at : ndarray of float64, shape (R,)
         The coordinate of each root on its line.
     node_net, node_plane : ndarray of int, shape (N,)
+        A net on which each node lies, and the plane of its section.
     node_parameters : ndarray of float64, shape (2, N)
-        The net, the plane and the parameters (u, v) of each node.
+        The parameters of each node in this net.
     """
 
     corner: Ints
@@ -173,17 +174,19 @@ def _segment_roots(
     parts: list[tuple[Ints, FloatArray]] = []
     group = np.searchsorted(cells.first, cell, side="right") - 1
     for k, part in enumerate(cells.parts):
-        for side_number, rows_of_side in enumerate(part.rows):
+        for side_number, coefficients in enumerate(part.rows):
             segments_of_side = np.flatnonzero((group == k) & (number == side_number))
-            rows = rows_of_side[cell[segments_of_side] - cells.first[k]]
+            rows = coefficients[cell[segments_of_side] - cells.first[k]]
             rows = np.where(is_reversed[segments_of_side, np.newaxis], rows[:, ::-1], rows)
             in_plane[segments_of_side] = is_zero(rows)
-            for end, sign in (
+            for end, is_negative in (
                 (0, ends[segments_of_side, 0] < 0),
                 (-1, ends[segments_of_side, 1] < 0),
             ):
-                has_wrong_sign = (rows[:, end] < 0) != sign
-                rows[has_wrong_sign, end] = np.where(sign[has_wrong_sign], -MIN_NEGATIVE, 0.0)
+                has_wrong_sign = (rows[:, end] < 0) != is_negative
+                rows[has_wrong_sign, end] = np.where(
+                    is_negative[has_wrong_sign], -MIN_NEGATIVE, 0.0
+                )
             row, t = roots(rows, part.floor[cell[segments_of_side] - cells.first[k]])
             parts.append((segments_of_side[row], t))
     segment, t = (np.concatenate(column) for column in zip(*parts, strict=True))

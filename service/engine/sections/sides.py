@@ -1,8 +1,8 @@
 """The cells of all groups in one table, and the lines and places on which their sides lie.
 
 Cells of different patches meet on lines of `borders`; cells of one patch also meet on lines within
-the patch. Lines and places have numbers as names. Cells that share a line or a corner compute the
-same name for it.
+the patch. Lines have numbers, places have names of two numbers. Cells that share a line or a corner
+compute the same number or name for it.
 """
 
 from dataclasses import dataclass
@@ -45,6 +45,7 @@ class CellTable:
 
     def corner_values(self) -> FloatArray:
         """Values of f at the corners of cells, (n, 4)."""
+        # Corners 0 and 1 are the ends of side u = 0, corners 2 and 3 those of side u = 1.
         ends = [
             np.stack([p.rows[0][:, 0], p.rows[0][:, -1], p.rows[1][:, 0], p.rows[1][:, -1]], axis=1)
             for p in self.parts
@@ -149,12 +150,15 @@ def number_corners(cells: CellTable, borders: Borders) -> tuple[Ints, Ints]:
         For each place, the first of the 4 n corners at this place.
     """
     n = len(cells.net)
+    # The name of a place: (borders.count + net, u and v as one number) inside a net, (line,
+    # coordinate) on a line of `borders`, and as in `Borders.ends` at an end of such a line.
     names = np.zeros((2, n, 4), np.int64)
     for corner in range(4):
         u, v = cells.place[corner // 2], cells.place[2 + corner % 2]
         names[0, :, corner] = borders.count + cells.net
         names[1, :, corner] = u * LINE + v
         for side, t, other_parameter in ((2 + corner % 2, v, u), (corner // 2, u, v)):
+            # The cells whose corner is on this side of the net.
             rows = np.flatnonzero(t == (side % 2) * ONE)
             net = cells.net[rows]
             line = borders.line[net, side]

@@ -54,23 +54,24 @@ def join_arcs(ends: Ints, sense: FloatArray, places: FloatArray, reach: float) -
     senses = sense.tolist()
     is_done = bytearray(len(ends))
     order = np.argsort(node, kind="stable")
+    # First the lines that begin at an end, then the closed lines, which begin anywhere.
     starts = [*order[mate[order] < 0].tolist(), *range(0, 2 * len(ends), 2)]
     for start in starts:
         if is_done[start >> 1]:
             continue
-        half, path, votes = start, [nodes[start]], 0.0
+        half, path, sense_of_path = start, [nodes[start]], 0.0
         while True:
             if not len(path) % CHECKPOINT_NODES:
                 checkpoint()
             arc = half >> 1
             is_done[arc] = 1
-            votes += senses[arc] if half & 1 == 0 else -senses[arc]
+            sense_of_path += senses[arc] if half & 1 == 0 else -senses[arc]
             path.append(nodes[half ^ 1])
             half = mates[half ^ 1]
             if half < 0 or is_done[half >> 1]:
                 break
         checkpoint()
-        line = np.array(path if votes >= 0 else path[::-1])
+        line = np.array(path if sense_of_path >= 0 else path[::-1])
         yield Line(line, path[0] == path[-1])
 
 

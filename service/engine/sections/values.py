@@ -27,7 +27,7 @@ class Section:
     touching : ndarray of float64, shape (k, 3)
         Points where the surface touches the plane, up to rounding.
     coplanar : ndarray of int, shape (c,)
-        Patches that lie in the plane; polylines run along their border.
+        Numbers of the patches that lie in the plane; polylines run along their border.
     """
 
     polylines: tuple[Polyline, ...]

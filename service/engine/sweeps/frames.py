@@ -2,7 +2,7 @@
 
 Every step from one sample to the next is a rotation, composed of two reflections: the first maps
 one point to the next, the second then maps the reflected tangent to the next tangent. The error of
-a curve is of fourth order in the step.
+the normals along a whole curve is of fourth order in the step.
 
 Wang, Jüttler, Zheng and Liu, Computation of rotation minimizing frames, ACM TOG 27(1), 2008.
 """
@@ -54,7 +54,7 @@ def compute_frames(
 
 
 def find_perpendicular(vectors: FloatArray) -> FloatArray:
-    """A unit vector perpendicular to each vector (…, 3), in the plane with a coordinate axis."""
+    """A unit vector perpendicular to each vector (…, 3): the perpendicular part of an axis."""
     axis = np.eye(3)[np.abs(vectors).argmin(axis=-1)]
     return _find_normal_parts(axis, vectors)
 

@@ -2,10 +2,10 @@
 
 A station is a place on a curve where a tube has a ring, or a ribbon has a crossbar (the line across
 it). A smooth curve has a station at every sample. A corner, where the tangent turns by more than
-the crease angle, has two stations, one for each direction. Up to a turn of 90° a corner is
-*mitred*: both stations are in the plane that halves the corner, with equal points and without faces
-between them. A sharper corner, or a cusp, is *rounded*: more stations between the two turn from one
-direction to the other in steps of at most 22.5°.
+the crease angle or more than 22.5°, has two stations, one for each direction. Up to a turn of 90° a
+corner is *mitred*: both stations are in the plane that halves the corner, with equal points and
+without faces between them. A sharper corner, or a cusp, is *rounded*: more stations between the two
+turn from one direction to the other in steps of at most 22.5°.
 """
 
 from dataclasses import dataclass
@@ -43,9 +43,9 @@ class Paths:
         The parameters of the stations in the functions of radii and widths, 0 to 1.
     mitres : ndarray of float64, shape (K, m, 3), or None
         The unit normals of the planes of the stations; None if the tangents are these normals.
-    is_mitred : ndarray of bool, shape (m,)
+    is_mitred : ndarray of bool, shape (m,), or None
         Whether each station is the second station of a mitred corner: it has the point of the
-        station before, without faces between them.
+        station before, without faces between them. None if no station is.
     speeds : ndarray of float64, shape (K, m), or None
         The derivatives of the length by the parameters.
     """
@@ -65,8 +65,8 @@ class Paths:
     ) -> "Paths":
         """Smooth curves from their samples and unit tangents, (K, m, 3) each.
 
-        Lengths are the lengths of the polylines. Points may repeat, but each curve needs two
-        different points.
+        Lengths are the lengths of the polylines. Points may repeat; if all steps of a curve are so
+        short that their squares are 0, its stations count as evenly spaced.
         """
         steps = np.sqrt(np.square(np.diff(points, axis=1)).sum(axis=2))
         lengths = np.cumsum(np.pad(steps, ((0, 0), (1, 0))), axis=1)
@@ -97,8 +97,9 @@ def build_path(
     has_mitre, is_smooth = counts == 2, counts == 1
     tangents_before[is_smooth] = tangents_after[is_smooth] = mean_tangents[is_smooth]
     if closed:
-        # The first and the last sample are one place; all stations of its corner but one are at the
-        # end.
+        # The first and the last sample are one corner. If it is mitred, its first station is at the
+        # end of the curve and its second at the beginning. If it is rounded, all of its stations
+        # are at the end, and the last is repeated at the beginning.
         counts[0] = 1
         counts[-1] -= has_mitre[-1]
     lengths = arc_lengths(pieces, samples)
@@ -130,7 +131,10 @@ def build_path(
 
 
 def bound_station_count(pieces: CurvePieces, divisions: int, crease_angle: float) -> int:
-    """An upper bound of the number of stations, exact except for cusps within pieces."""
+    """An upper bound of the number of stations.
+
+    It is exact, unless a piece may have a cusp, or a closed curve has a corner at its ends.
+    """
     joints = CurveSamples.uniform(pieces.count, 1)
     turn = _angles(*_directions(pieces, joints, _move_joints_to_ends(joints), pieces.closed))
     corners = int((_count_stations(turn, crease_angle) - 1).sum())
@@ -217,8 +221,12 @@ def _mean(a: FloatArray, b: FloatArray) -> FloatArray:
     return mean
 
 
-def _find_min_turn(crease_angle: float) -> float:
-    """The least turn that counts as a corner: smaller turns need one ring, or are rounding."""
+def _find_max_smooth_turn(crease_angle: float) -> float:
+    """The largest turn that does not count as a corner.
+
+    A turn below 1e-6 is rounding; a turn above `ROUND_STEP` is too large for one station, even if
+    the crease angle is larger.
+    """
     return min(max(crease_angle, 1e-6), ROUND_STEP)
 
 
@@ -226,7 +234,7 @@ def _count_stations(turn: FloatArray, crease_angle: float) -> Ints:
     """Numbers of stations at every sample: 1 on a smooth curve, 2 at a mitred corner, else more."""
     steps = np.ceil(turn / ROUND_STEP).astype(np.intp)
     corner_stations = np.where(turn <= MAX_MITRE_TURN, 2, steps + 1)
-    stations: Ints = np.where(turn <= _find_min_turn(crease_angle), 1, corner_stations)
+    stations: Ints = np.where(turn <= _find_max_smooth_turn(crease_angle), 1, corner_stations)
     return stations
 
 

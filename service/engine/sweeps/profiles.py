@@ -14,7 +14,7 @@ A ribbon of width w about C that faces a direction f:
 
 The vector s has the direction of the crossbar, the line across the ribbon. The normal of the ribbon
 is the part of f that is perpendicular to the curve. Where C′ has the direction of f, s is not
-defined; there the crossbar of the station before is repeated.
+defined; there the last crossbar before is repeated, or else the first crossbar after.
 """
 
 from dataclasses import replace
@@ -63,7 +63,7 @@ def build_tubes(
     ring = _build_ring(normals, cross(normals, paths.tangents), sides)
     ring_in_plane = ring
     if paths.mitres is not None:
-        # Along the curve up to the plane of the station.
+        # Move the vectors along the tangent to the plane of the station.
         plane = paths.mitres[:, :, None]
         slide = -(ring * plane).sum(axis=-1) / (tangents * plane).sum(axis=-1)
         ring_in_plane = ring + slide[..., None] * tangents
@@ -78,12 +78,12 @@ def build_tubes(
     uvs = np.empty((count, stations, sides + 1, 2))
     uvs[..., 0], uvs[..., 1] = paths.fractions[:, :, None], share
     rows = Rows(
-        positions,
-        ring_normals,
-        uvs,
-        ~_find_mitres(paths)[1:],
-        radius == 0,
-        _find_same_rows(paths),
+        positions=positions,
+        normals=ring_normals,
+        uvs=uvs,
+        has_faces=~_find_mitres(paths)[1:],
+        is_point=radius == 0,
+        equal_row=_find_equal_rows(paths),
         is_ring=True,
     )
     if caps and not paths.closed:
@@ -105,8 +105,11 @@ def build_ribbons(
     ----------
     widths : float, or ndarray of float64, shape (m,)
         The width at every station, not negative; where it is 0, the ribbon is pointed.
-    facing, camera : ndarray of float64, shape (3,)
-        The direction that the ribbon faces, or the point; exactly one of them.
+    facing : ndarray of float64, shape (3,) or (K, m, 3), optional
+        The direction that the ribbons face, everywhere or at every station.
+    camera : ndarray of float64, shape (3,), optional
+        The point that the ribbons face, instead of a direction. Without both, any direction across
+        the curve is a crossbar.
     """
     stations = paths.points.shape[1]
     width = np.broadcast_to(np.asarray(widths, dtype=np.float64), stations)
@@ -134,7 +137,7 @@ def build_ribbons(
         uvs=uvs,
         has_faces=~_find_mitres(paths)[1:],
         is_point=width == 0,
-        first_equal_row=_find_same_rows(paths),
+        equal_row=_find_equal_rows(paths),
         is_ring=False,
     )
     return join_rows(rows, faces)
@@ -179,12 +182,12 @@ def _find_mitres(paths: Paths) -> Bools:
     return np.zeros(paths.points.shape[1], bool) if paths.is_mitred is None else paths.is_mitred
 
 
-def _find_same_rows(paths: Paths) -> Ints:
-    """For each station the first station whose row has the same positions."""
-    first_equal_row = np.arange(paths.points.shape[1]) - _find_mitres(paths)
+def _find_equal_rows(paths: Paths) -> Ints:
+    """For each station an earlier station whose row has the same positions, or itself."""
+    equal_row = np.arange(paths.points.shape[1]) - _find_mitres(paths)
     if paths.closed:
-        first_equal_row[-1] = 0
-    return first_equal_row
+        equal_row[-1] = 0
+    return equal_row
 
 
 def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
@@ -200,13 +203,14 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
         disc = 0.5 + 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         disc[:, -1] = disc[:, 0]
         cap_rows = [(rim, disc), (centre, np.full_like(disc, 0.5))]
-        count = len(rows.first_equal_row)
+        # The rim has the positions of the first or last ring, the centre those of no other row.
+        count = len(rows.equal_row)
         if is_at_end:
-            first_equal_row = [*rows.first_equal_row.tolist(), rows.first_equal_row[-1], count + 1]
+            equal_row = [*rows.equal_row.tolist(), rows.equal_row[-1], count + 1]
         else:
             cap_rows.reverse()
-            first_equal_row = [0, 2, *(rows.first_equal_row + 2).tolist()]
-        positions = np.stack([place for place, _ in cap_rows], axis=1)
+            equal_row = [0, 2, *(rows.equal_row + 2).tolist()]
+        positions = np.stack([points for points, _ in cap_rows], axis=1)
         rows = _add_rows(
             rows,
             replace(
@@ -217,14 +221,14 @@ def _add_caps(rows: Rows, paths: Paths, has_caps: tuple[bool, bool]) -> Rows:
                 has_faces=np.array([True]),
                 is_point=np.array([False, True] if is_at_end else [True, False]),
             ),
-            np.array(first_equal_row),
+            np.array(equal_row),
             is_at_end,
         )
     return rows
 
 
-def _add_rows(rows: Rows, cap_rows: Rows, first_equal_row: Ints, is_at_end: bool) -> Rows:
-    """Rows with added rows before or after them, without faces between."""
+def _add_rows(rows: Rows, cap_rows: Rows, equal_row: Ints, is_at_end: bool) -> Rows:
+    """Rows with added rows before or after them, without faces between; `equal_row` of all rows."""
     first, second = (rows, cap_rows) if is_at_end else (cap_rows, rows)
     return Rows(
         np.concatenate([first.positions, second.positions], axis=1),
@@ -232,6 +236,6 @@ def _add_rows(rows: Rows, cap_rows: Rows, first_equal_row: Ints, is_at_end: bool
         np.concatenate([first.uvs, second.uvs], axis=1),
         np.concatenate([first.has_faces, [False], second.has_faces]),
         np.concatenate([first.is_point, second.is_point]),
-        first_equal_row,
+        equal_row,
         rows.is_ring,
     )

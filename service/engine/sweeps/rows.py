@@ -21,9 +21,8 @@ class SweptGrids:
     uvs : ndarray of float64, shape (N, 2)
         u is the fraction of the length along the curve, v the fraction of the width or of the turn
         around the curve; on caps, both are coordinates on a disc.
-    place : ndarray of int, shape (N,)
-        For each sample, the number of a sample with the same position; equal for all samples at one
-        position.
+    same_position : ndarray of int, shape (N,)
+        For each sample, one sample at its position, the same for all samples there.
     triangles, quads : ndarray of uint32, shapes (T, 3) and (Q, 4)
         Numbers of samples, counter-clockwise seen from the normal's tip. Each curve has the same
         number of faces.
@@ -34,7 +33,7 @@ class SweptGrids:
     positions: FloatArray
     normals: FloatArray
     uvs: FloatArray
-    place: Ints
+    same_position: Ints
     triangles: IndexArray
     quads: IndexArray
     grids: tuple[IndexArray, ...]
@@ -52,7 +51,7 @@ class Rows:
         Whether there are faces between each row and the next.
     is_point : ndarray of bool, shape (rows,)
         Whether each row is one point.
-    first_equal_row : ndarray of int, shape (rows,)
+    equal_row : ndarray of int, shape (rows,)
         For each row, an earlier row with the same positions, or the row itself.
     is_ring : bool
         Whether the last column has the positions of the first.
@@ -63,7 +62,7 @@ class Rows:
     uvs: FloatArray
     has_faces: Bools
     is_point: Bools
-    first_equal_row: Ints
+    equal_row: Ints
     is_ring: bool
 
 
@@ -71,13 +70,14 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     """Grids of the samples, which are numbered curve by curve and row by row."""
     count, height, width = rows.positions.shape[:3]
     number = np.arange(height * width).reshape(height, width)
-    place = number[_first(rows.first_equal_row)]
-    place[rows.is_point] = place[rows.is_point, :1]
+    on_one_curve = number[_find_first_equal_rows(rows.equal_row)]
+    on_one_curve[rows.is_point] = on_one_curve[rows.is_point, :1]
     if rows.is_ring:
-        place[:, -1] = place[:, 0]
+        on_one_curve[:, -1] = on_one_curve[:, 0]
     first_samples = np.arange(count)[:, None] * (height * width)
-    places = (first_samples + place.ravel()).ravel()
-    positions = rows.positions.reshape(-1, 3)[places]
+    same_position = (first_samples + on_one_curve.ravel()).ravel()
+    # Samples that are equal up to rounding become equal.
+    positions = rows.positions.reshape(-1, 3)[same_position]
     checkpoint()
     triangles, quads = _faces(number, rows, faces)
     checkpoint()
@@ -85,7 +85,7 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
         positions,
         rows.normals.reshape(-1, 3),
         rows.uvs.reshape(-1, 2),
-        places,
+        same_position,
         _repeat(triangles, first_samples),
         _repeat(quads, first_samples),
         tuple(
@@ -95,15 +95,15 @@ def join_rows(rows: Rows, faces: Faces) -> SweptGrids:
     )
 
 
-def _first(first_equal_row: Ints) -> Ints:
+def _find_first_equal_rows(equal_row: Ints) -> Ints:
     """For each row the first row with the same positions, after following all references."""
-    while (first_equal_row[first_equal_row] != first_equal_row).any():
-        first_equal_row = first_equal_row[first_equal_row]
-    return first_equal_row
+    while (equal_row[equal_row] != equal_row).any():
+        equal_row = equal_row[equal_row]
+    return equal_row
 
 
 def _faces(number: Ints, rows: Rows, faces: Faces) -> tuple[Ints, Ints]:
-    """Triangles and quads between the rows of one curve, numbers of samples."""
+    """Triangles (T, 3) and quads (Q, 4) between the rows of one curve, as numbers of samples."""
     corner = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     is_low_point, is_high_point = rows.is_point[:-1], rows.is_point[1:]
     is_quad = rows.has_faces & ~is_low_point & ~is_high_point

@@ -17,8 +17,8 @@ MAX_SLOPE = 1e6
 normal almost like the normal of a disc."""
 
 EFFORT = 40
-"""To compute the length up to a station takes at most this number times (degree + 1)²
-multiplications: for two rules of quadrature, on up to two intervals."""
+"""The length up to a station takes about this number times (degree + 1)² multiplications: two rules
+of quadrature with together 18 nodes, on up to two intervals, and on more only near cusps."""
 
 
 def sweep(model: SweepModel, options: MeshOptions, *, is_float32: bool = False) -> Mesh:
@@ -35,6 +35,7 @@ def sweep_grids(model: SweepModel, options: MeshOptions) -> SweptGrids:
     divisions, crease = options.resolution[0], options.crease_angle
     paths = build_path(model.pieces, divisions, crease, closed=model.closed)
     profile = model.profile
+    # The radius or the width at every station.
     spread = _evaluate(profile.spread, paths.parameters)
     if isinstance(profile, Ribbon):
         facing, camera = profile.facing, profile.camera
@@ -49,12 +50,14 @@ def predict_sweep(model: SweepModel, options: MeshOptions) -> tuple[int, int, in
     stations = bound_station_count(model.pieces, options.resolution[0], options.crease_angle)
     is_tube = isinstance(model.profile, Tube)
     columns = model.profile.sides if isinstance(model.profile, Tube) else 1
-    rows = stations + 4 * is_tube
+    rows = stations + 4 * is_tube  # each of two caps has a rim and a centre
     cells = (rows - 1) * columns
-    corners = stations - model.pieces.count * options.resolution[0]
-    grids = corners + 2 * is_tube
+    # Mitred corners separate runs of stations, each of which is a grid.
+    runs = stations - model.pieces.count * options.resolution[0]  # at most
+    grids = runs + 2 * is_tube
     if options.faces == "triangles":
         return rows * (columns + 1), 2 * cells, 0, grids
+    # Quads become triangles at pointed stations, and in both caps.
     triangles_at_points = cells if (model.profile.spread == 0).any() else 2 * columns
     return rows * (columns + 1), triangles_at_points, cells, grids
 

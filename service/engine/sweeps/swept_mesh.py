@@ -36,7 +36,7 @@ def build_swept_mesh(
         The control polygon of the curve.
     """
     checkpoint()
-    normals = swept.normals.copy() if options.normals else None
+    normals = swept.normals.copy() if options.normals else None  # `weld` writes means into them
     welding = _weld(swept, normals, options)
     triangles, quads = (
         welding.vertex[rows].astype(np.uint32) for rows in (swept.triangles, swept.quads)
@@ -52,7 +52,9 @@ def build_swept_mesh(
     checkpoint()
     boundary_edges, watertight = count_borders((triangles, quads), welds)
     low, high = (bound.astype(np.float64) + origin for bound in find_extent(stored))
-    has_polygon = "control_net" in options.overlays and polygon is not None
+    overlays: tuple[Overlay, ...] = ()
+    if polygon is not None and "control_net" in options.overlays:
+        overlays = (_polygon_overlay(polygon, origin, dtype),)
     return Mesh(
         name=name,
         positions=stored,
@@ -63,7 +65,7 @@ def build_swept_mesh(
         parts=(MeshPart(name, (0, len(triangles)), (0, len(quads))),),
         grids=tuple(welding.vertex[grid].astype(np.uint32) for grid in swept.grids),
         welds=welds,
-        overlays=(_polygon_overlay(polygon, origin, dtype),) if has_polygon else (),
+        overlays=overlays,
         origin=origin,
         up=up,
         report=MeshReport(
@@ -81,25 +83,27 @@ def build_swept_mesh(
 
 
 def _polygon_overlay(
-    polygon: FloatArray | None, origin: FloatArray, dtype: type[np.float32] | type[np.float64]
+    polygon: FloatArray, origin: FloatArray, dtype: type[np.float32] | type[np.float64]
 ) -> Overlay:
     """The control polygon of a curve, (K, 3), as an overlay."""
-    points = np.empty((0, 3)) if polygon is None else polygon - origin
-    number = np.arange(max(len(points), 1), dtype=np.uint32)
+    number = np.arange(len(polygon), dtype=np.uint32)
     segments = np.stack([number[:-1], number[1:]], axis=1)
-    return Overlay("control_net", points.astype(dtype), segments)
+    return Overlay("control_net", (polygon - origin).astype(dtype), segments)
 
 
 def _weld(swept: SweptGrids, normals: RealArray | None, options: MeshOptions) -> Welding:
     """Make vertices from samples: one for each sample, or one for each set of welded samples."""
-    own_numbers = np.arange(len(swept.place))
+    own_numbers = np.arange(len(swept.same_position))
     if not options.weld:
-        return Welding(own_numbers, own_numbers, own_numbers)
-    is_used = np.zeros(len(swept.place), dtype=bool)
+        return Welding(vertex=own_numbers, samples=own_numbers, welds=own_numbers)
+    is_used = np.zeros(len(swept.same_position), dtype=bool)
     is_used[swept.triangles] = True
     is_used[swept.quads] = True
+    # With texture coordinates every sample stays a vertex, because those of a seam differ.
     is_merged = not options.uvs
-    return weld(swept.place, np.flatnonzero(is_used), normals, options.crease_angle, is_merged)
+    return weld(
+        swept.same_position, np.flatnonzero(is_used), normals, options.crease_angle, is_merged
+    )
 
 
 def _welds(welding: Welding) -> IndexArray | None:

@@ -56,7 +56,7 @@ def build_line_mesh(
     origin: FloatArray,
     dtype: Real,
 ) -> Mesh:
-    """A mesh without faces, from overlays in the precision and with the origin of the file."""
+    """A mesh without faces, from overlays of this dtype and relative to this origin."""
     no_vertices = np.empty((0, 3), dtype)
     low, high = _find_bounds(overlays, origin, model.bounds)
     return Mesh(
@@ -144,9 +144,12 @@ def _add_solids(
         report = replace_bounds(wires.report, low, high)
         wires = replace(wires, positions=positions, report=report, step=mesh.step)
     (part,) = wires.parts
-    zeros = ((name, np.zeros((len(wires.positions), rows.shape[1]), rows.dtype))
-             for name, rows in mesh.attributes)  # fmt: skip
-    wires = replace(wires, parts=(replace(part, color=COLOR),), attributes=tuple(zeros))
+    # Meshes can be merged only if they have the same attributes: those of wires are 0.
+    attributes = tuple(
+        (name, np.zeros((len(wires.positions), rows.shape[1]), rows.dtype))
+        for name, rows in mesh.attributes
+    )
+    wires = replace(wires, parts=(replace(part, color=COLOR),), attributes=attributes)
     if mesh.colors is not None:
         # If the mesh has colours, vertices of wires need them too, in place of a base colour.
         color = np.array(COLOR[: mesh.colors.shape[1]], mesh.colors.dtype)
@@ -182,7 +185,8 @@ def bound_solid_counts(curves: int, samples: int, options: MeshOptions) -> tuple
 
     There are `curves` curves with together `samples` samples.
     """
-    # If two curves are joined, the last station of one and the first of the other both remain.
+    # Where two curves are joined, a path has at most two stations, as they have samples there. A
+    # tube has two caps, each with two rows of samples and one row of triangles.
     if options.wires == "ribbons":
         return 2 * samples, 2 * samples, samples
     ring_samples = options.wire_sides + 1
@@ -200,8 +204,11 @@ def _join_sweeps(swept: Sequence[SweptGrids]) -> SweptGrids:
         positions=np.concatenate([grids_of_sweep.positions for grids_of_sweep in swept]),
         normals=np.concatenate([grids_of_sweep.normals for grids_of_sweep in swept]),
         uvs=np.concatenate([grids_of_sweep.uvs for grids_of_sweep in swept]),
-        place=np.concatenate(
-            [grids_of_sweep.place + k for grids_of_sweep, k in zip(swept, first, strict=True)]
+        same_position=np.concatenate(
+            [
+                grids_of_sweep.same_position + k
+                for grids_of_sweep, k in zip(swept, first, strict=True)
+            ]
         ),
         triangles=_shift([grids_of_sweep.triangles for grids_of_sweep in swept], first),
         quads=_shift([grids_of_sweep.quads for grids_of_sweep in swept], first),

@@ -4,8 +4,8 @@ Curves are divided evenly, finely enough for the goal. A chord over an interval 
 within h² max |C″| / 8 of its curve, at equal parameters. The second derivatives of all curves of a
 patch along u are at most M_uu of the patch, and those along v at most M_vv
 (`service.engine.bounds.second_derivatives`). Edges have bounds of their own, from their own nets.
-The curves of a triangular patch are parallel to its sides, so the bounds for small triangles hold
-for these curves.
+The curves of a triangular patch are parallel to its sides, so their chords are sides of small
+triangles, for which `bound_triangle_deviations` holds.
 
 For angles: a Bézier curve turns by no more than its control polygon, so the number of its pieces is
 the turn of the polygon divided by the angle. As for meshes, the angle is a goal, not a proved
@@ -34,8 +34,9 @@ CHORD_SHARE = 0.75
 MAX_PIECES = 1 << 12
 """Most divisions for angles: at a cusp no number of divisions is enough."""
 
-BLOCKS = 8
-"""Number of divisions of each direction for which second derivatives are bounded block by block."""
+GRID_DIVISIONS = 8
+"""Second derivatives are bounded in blocks of a grid with this number of divisions in each
+direction, because the bounds of small blocks are closer."""
 
 
 def count_goal_divisions(model: PatchModel, seams: Seams, goal: Goal) -> Divisions:
@@ -60,10 +61,12 @@ def _divide_edges(group: EdgeCurves, goal: Goal) -> Ints:
 def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
     """Numbers of divisions (P,) along u, and along v, of the patches of a batch."""
     points = batch.points.reshape(batch.count, -1, 3)
+    # With a camera, the tolerance of a patch depends on its distance from the eye.
     allowed = CHORD_SHARE * goal.find_allowed(
         goal.measure_distances_to_eye(points.min(axis=1), points.max(axis=1))
     )
     if isinstance(batch, TrianglePatches):
+        # At R divisions the deviation is at most bound / R²; `_count_pieces` divides by 8 R².
         bound = bound_triangle_deviations(batch, MAX_RESOLUTION) * MAX_RESOLUTION**2
         pieces = _count_pieces(8 * bound, allowed)
         if goal.angle < np.inf:
@@ -74,15 +77,16 @@ def _divide_batch(batch: Patches, goal: Goal) -> tuple[Ints, Ints]:
             pieces = np.maximum(pieces, _count_pieces_by_angle(turns, goal))
         return pieces, pieces
     p, q = batch.degree
-    blocks = count_blocks(BLOCKS, max(p, 1)), count_blocks(BLOCKS, max(q, 1))
-    bends = bound_second_derivatives(batch, (BLOCKS, BLOCKS), blocks)
-    divisions = []
+    divisions = GRID_DIVISIONS
+    blocks = count_blocks(divisions, max(p, 1)), count_blocks(divisions, max(q, 1))
+    bends = bound_second_derivatives(batch, (divisions, divisions), blocks)
+    counts = []
     for bend, points in ((bends.uu, batch.points), (bends.vv, batch.points.swapaxes(1, 2))):
         pieces = _count_pieces(bend.max(axis=(0, 1)), allowed)
         if goal.angle < np.inf:
             pieces = np.maximum(pieces, _count_pieces_by_angle(_measure_turns(points), goal))
-        divisions.append(pieces)
-    return divisions[0], divisions[1]
+        counts.append(pieces)
+    return counts[0], counts[1]
 
 
 def _count_pieces(bend: FloatArray, allowed: FloatArray) -> Ints:

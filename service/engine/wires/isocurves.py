@@ -34,7 +34,8 @@ _CORNERS = np.array(
         [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
     ]
 )
-"""Parameters of the corners, of a grid and of a triangle, where the last two are one point."""
+"""Parameters (u, v) of the corners of a tensor-product patch, and (s, t) of those of a triangle,
+whose corners 1 and 3 are one point (`service.surface.sides`)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,21 +134,22 @@ def sample_divided_isocurves(
         none. A triangle takes the larger for all three directions.
     """
     runs = list(_sample_borders(seams, divisions.edges, counts))
-    across_u, across_v = (_EdgePoints(seams, count) for count in counts)
+    # The points where curves of constant u, and of constant v, begin and end.
+    ends_of_u_curves, ends_of_v_curves = (_EdgePoints(seams, count) for count in counts)
     # All three directions of a triangle have the larger count.
-    larger = across_u if counts[0] >= counts[1] else across_v
+    ends_in_triangles = ends_of_u_curves if counts[0] >= counts[1] else ends_of_v_curves
     first = 0
     for batch in model.batches:
         patches = np.arange(first, first + batch.count)
         first += batch.count
         if isinstance(batch, TrianglePatches):
-            for count, rows in _groups(divisions.along_u[patches], larger):
+            for count, rows in _groups(divisions.along_u[patches], ends_in_triangles):
                 runs += _sample_across_triangles(
-                    _take_patches(batch, rows), patches[rows], count, larger
+                    _take_patches(batch, rows), patches[rows], count, ends_in_triangles
                 )
             continue
         for axis, (along, ends) in enumerate(
-            ((divisions.along_v, across_u), (divisions.along_u, across_v))
+            ((divisions.along_v, ends_of_u_curves), (divisions.along_u, ends_of_v_curves))
         ):
             for count, rows in _groups(along[patches], ends):
                 runs += _sample_across_grids(
@@ -159,7 +161,7 @@ def sample_divided_isocurves(
 def _groups(divisions: Ints, ends: "_EdgePoints | None" = None) -> Iterator[tuple[int, Ints]]:
     """For each distinct number of divisions, ascending: the number, and the rows that have it.
 
-    Yields nothing if no curve runs between the `ends`.
+    Yields nothing if no curve runs across patches between the `ends`.
     """
     if ends is not None and ends.count < 2:
         return
@@ -188,7 +190,7 @@ class _EdgePoints:
         self.count = count
         self._seams = seams
         if count > 1:
-            self._points = sample_edges(seams.curves, None, count)
+            self._points = sample_edges(seams.curves, None, count)  # None: of all edges
 
     def at(self, patches: Ints, side: int, i: int) -> FloatArray:
         """The points at i/n of one side of some patches, in the side's own direction: (n, 3)."""
@@ -204,8 +206,8 @@ class _EdgePoints:
 def _sample_borders(seams: Seams, divisions: Ints, counts: tuple[int, int]) -> Iterator[IsoCurves]:
     """Sample every edge that is drawn once, with the parameters of one of its patches."""
     sides = np.flatnonzero(_find_drawn(seams, counts))
-    edges, place = np.unique(seams.edge.ravel()[sides], return_index=True)
-    first_sides = sides[place]
+    edges, first_use = np.unique(seams.edge.ravel()[sides], return_index=True)
+    first_sides = sides[first_use]
     is_backward = seams.backward.ravel()[first_sides]
     kind = seams.connectivity.is_triangle[first_sides // 4].astype(np.intp)
     begin, end = (_CORNERS[kind, corner[first_sides % 4]] for corner in (BEGINS, ENDS))
@@ -239,14 +241,9 @@ def _sample_across_grids(
         # A curve of constant u begins and ends on the sides v = 0 and v = 1, and the reverse.
         low, high = (2, 3) if axis == 0 else (0, 1)
         points[:, 0], points[:, -1] = ends.at(patches, low, i), ends.at(patches, high, i)
-        place = np.full(len(patches), i / ends.count)
-        begins, ends_of_curves = (np.full(len(patches), end) for end in (0.0, 1.0))
-        corners = (
-            ([place, begins], [place, ends_of_curves])
-            if axis == 0
-            else ([begins, place], [ends_of_curves, place])
-        )
-        yield IsoCurves(points, patches, *(np.stack(corner, axis=1) for corner in corners))
+        first, last = np.zeros((len(patches), 2)), np.ones((len(patches), 2))
+        first[:, axis] = last[:, axis] = i / ends.count
+        yield IsoCurves(points, patches, first, last)
 
 
 def _sample_across_triangles(
@@ -258,7 +255,8 @@ def _sample_across_triangles(
     """
     n = ends.count
     for i in range(1, n):
-        # With this count, samples of the mesh on the curve are also samples of the curve.
+        # With this count, samples of the mesh on the curve are also samples of the curve: if there
+        # are any, divisions · i / n is a whole number.
         count = -(-divisions * (n - i) // n)
         fraction, remainder = i / n, (n - i) / n
         for begin, end, sides in (
@@ -288,7 +286,10 @@ def _find_lines(points: FloatArray) -> Bools:
 def bound_isocurves(
     grids: int, triangles: int, resolution: tuple[int, int], counts: tuple[int, int]
 ) -> tuple[int, int]:
-    """Upper bounds of the curves and of their samples, for these numbers of patches."""
+    """Upper bounds of the curves and of their samples.
+
+    `grids` and `triangles` are the numbers of tensor-product and of triangular patches.
+    """
     max_divisions = max(resolution)
     # In each of the three directions of a triangle, one border and n − 1 curves across it.
     curves = triangles * 3 * max(counts)

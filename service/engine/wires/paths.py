@@ -121,7 +121,7 @@ def _find_joints(model: PatchModel, curves: Sequence[_Curve], crease_angle: floa
     """
     ends = np.array([curve.points[end] for curve in curves for end in (0, -1)]).reshape(-1, 3)
     corners = np.concatenate([batch.corners.reshape(-1, 3) for batch in model.batches])
-    _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)
+    _, number = unique_rows(np.concatenate([ends, corners]) + 0.0)  # + 0.0: −0 becomes 0
     is_at_corner = np.zeros(number.max() + 1, dtype=bool)
     is_at_corner[number[len(ends) :]] = True
     number = number[: len(ends)]
@@ -165,7 +165,9 @@ def _find_continuations(number: Ints, outwards: FloatArray, angle: float) -> Int
     """
     lines = (outwards[:, :, None] * outwards[:, None]).reshape(-1, 9)
     _, first, row_number = np.unique(number, return_index=True, return_inverse=True)
-    pairs = _find_pairs(find_leaders(first[row_number], lines, 2.0**0.5 * angle))
+    # Ends at one point and on nearly one line get one number, that of their leader.
+    leaders = find_leaders(first[row_number], lines, 2.0**0.5 * angle)
+    pairs = _find_pairs(leaders)
     first_tangents, second_tangents = outwards[pairs[:, 0]], outwards[pairs[:, 1]]
     continuing_pairs: Ints = pairs[np.einsum("nd,nd->n", first_tangents, second_tangents) < 0]
     return continuing_pairs
@@ -203,8 +205,7 @@ def _split_at_bends(chain: list[_Curve], *, closed: bool) -> Iterator[tuple[list
         chain = chain[breaks[0] :] + chain[: breaks[0]]
         breaks = [k - breaks[0] for k in breaks[1:]]
     for first, last in zip([0, *breaks], [*breaks, len(chain)], strict=True):
-        if last > first:
-            yield chain[first:last], False
+        yield chain[first:last], False
 
 
 def _mean_length(a: FloatArray, b: FloatArray) -> float:
@@ -216,6 +217,7 @@ def _join_chain(
     chain: list[_Curve], closed: bool, crease_angle: float
 ) -> tuple[_Curve, FloatArray, Bools]:
     """One curve of a chain, its tangents before each sample, and which samples are bends."""
+    # The first sample of each later curve is the last of the curve before, and is omitted.
     tangents_after = np.concatenate([curve.tangents[bool(k) :] for k, curve in enumerate(chain)])
     tangents_before = tangents_after.copy()
     joints = np.cumsum([len(curve.tangents) - 1 for curve in chain])

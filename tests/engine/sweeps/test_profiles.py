@@ -32,7 +32,9 @@ def build_curve(points: Sequence[Sequence[float]]) -> CurvePieces:
 def is_closed(swept: SweptGrids) -> bool:
     """Whether exactly two faces use each edge, in opposite directions."""
     rows = (swept.triangles, swept.quads)
-    return count_topology(face for faces in rows for face in swept.place[faces].tolist()).watertight
+    return count_topology(
+        face for faces in rows for face in swept.same_position[faces].tolist()
+    ).watertight
 
 
 def build_trefoil(count: int) -> tuple[FloatArray, FloatArray]:
