@@ -17,7 +17,7 @@ Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 # No test uses TLS, but each client of httpx would read all certificates of the system.
 os.environ["SSL_CERT_DIR"] = os.path.dirname(__file__)
 
-# Every run tests each property on the same six examples, and no example is too slow.
+# Every run tests each property on the same six examples, and no example has a time limit.
 # `make test-properties` uses 300 random examples.
 hypothesis.settings.register_profile("surface", derandomize=True, deadline=None, max_examples=6)
 hypothesis.settings.register_profile("deep", deadline=None, max_examples=300)

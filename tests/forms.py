@@ -164,6 +164,7 @@ ADAPTIVE: Mapping[str, Json] = MappingProxyType(
         "group by tolerance": {
             "surface": SURFACES["group"]
             | {
+                # The service refuses to mesh tubes by tolerance.
                 "members": [
                     member
                     for member in SURFACES["group"]["members"]
@@ -183,6 +184,7 @@ WITH_CURVATURES: Mapping[str, Json] = MappingProxyType(
         for name, request in (
             ("patches and triangles", {"surface": TENT, "resolution": [3, 4]}),
             ("bezier with channels", ADAPTIVE["bezier with channels by tolerance"]),
+            # One-sided, because `ADAPTIVE` has the two-sided group.
             ("group", ADAPTIVE["group by tolerance"] | {"two_sided": False}),
         )
     }
@@ -195,7 +197,8 @@ REQUESTS: Mapping[str, Json] = MappingProxyType(
     | dict(ADAPTIVE)
     | dict(WITH_CURVATURES)
 )
-"""All whole requests: each surface by resolution, and the three tables above."""
+"""All whole requests: each surface by resolution, wireframes, meshes by tolerance and with
+curvatures."""
 
 CURVES: Mapping[str, Json] = MappingProxyType(
     {

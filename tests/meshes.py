@@ -45,6 +45,7 @@ def build_silo(
     steps = np.arange(rows + 1) / rows
 
     def revolve(radius: FloatArray, height: FloatArray) -> FloatArray:
+        # Points or normals, by their distances from the axis and their z.
         columns = (np.outer(cosine, radius), np.outer(sine, radius))
         # Adding 0.0 turns -0.0 into 0.0.
         return np.stack([*columns, np.broadcast_to(height, columns[0].shape)], axis=-1) + 0.0

@@ -39,7 +39,7 @@ def spell_surface(surface: Json, random: Random) -> str:
 
 
 def _spell_definition(content: Json, random: Random) -> Json:
-    """An equal definition: each default is written or left out, and lists may become one value."""
+    """An equal definition: each default is written or left out; `[x, x]` or `[x]` may be `x`."""
     kind = content.get("type", "bezier")
     defaults = {"up": "y", "name": NAMES.get(kind, "surface")} | DEFAULTS[kind]
     if "camera" in content:
@@ -98,6 +98,7 @@ def _spell_value(value: Any, random: Random, *, whole: bool) -> str:
     blank = random.choice(("", "", "", " ", "\n\t ")) if random.random() < 0.2 else ""
     if isinstance(value, dict):
         keys = random.sample(list(value), len(value))
+        # Only a definition has a `type`; attributes may have the same names as `WHOLE_NUMBERS`.
         items = (
             f"{_spell_string(key, random)}{blank}:"
             + _spell_value(
@@ -152,5 +153,6 @@ def _spell_string(text: str, random: Random) -> str:
 
 
 def _escape_character(character: str) -> str:
+    """The character as escapes of JSON whose digits are lower case, then upper case."""
     units = character.encode("utf-16-be")
     return "".join(f"\\u{units[k]:02x}{units[k + 1]:02X}" for k in range(0, len(units), 2))

@@ -88,6 +88,7 @@ def test_lock_files_pin_checksums_and_name_no_host(lock: Path) -> None:
     for name, version in expected.items():
         # A package that is installed under another name has the version `npm:NAME@VERSION`.
         assert packages[f"node_modules/{name}"]["version"] == version.rpartition("@")[2]
+    # The package without a name is the project itself.
     assert all("integrity" in package for name, package in packages.items() if name)
 
 

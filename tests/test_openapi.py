@@ -65,7 +65,7 @@ DOCUMENT: dict[str, Any] = json.loads(COMMITTED_FILE.read_text(encoding="utf-8")
 SCHEMAS = DOCUMENT["components"]["schemas"]
 SETTINGS = {
     "everything": build_full_settings(),
-    "defaults": Settings(memory_bytes=1 << 44),
+    "defaults": Settings(memory_bytes=1 << 44),  # not the memory of this machine
     "no metrics": Settings(metrics="off", rate_limit=60),
 }
 """Settings by name. The document depends on the settings, so each of these has its own document."""
@@ -351,6 +351,7 @@ def test_files_of_control_nets_are_documented_and_their_examples_accepted(client
 
 def test_get_requests_with_all_examples_and_defaults_succeed(client: Client) -> None:
     """Swagger UI prefills requests with the examples and defaults of all parameters."""
+    # The example of the id of a stored surface is the id of the saddle.
     assert client.post("/v1/surfaces", client.get("/v1/surfaces/saddle").json()).is_success
     for path, item in DOCUMENT["paths"].items():
         query: dict[str, Any] = {}
@@ -365,6 +366,7 @@ def test_get_requests_with_all_examples_and_defaults_succeed(client: Client) -> 
             elif value is not None:
                 headers[name] = value
         if "get" in item:
+            # In lower case, because True must be `true`.
             response = client.get(f"{url}?{urlencode(query).lower()}", headers)
             assert response.status_code == 200, (path, query, response.text)
 
@@ -433,6 +435,7 @@ def test_examples_of_meshes_show_both_kinds_of_normals() -> None:
     assert list_errors("Mesh", patch) == list_errors("Mesh", crease) == []
     assert "attribute_faces" not in patch
     assert len(patch["normals"]) == len(patch["vertices"]) == 4
+    # Two quads meet at a crease: its two vertices have two normals each.
     assert (len(crease["vertices"]), len(crease["normals"])) == (6, 8)
     corners = [len(face) for face in crease["attribute_faces"]]
     assert corners == [len(face) for face in crease["faces"]] == [4, 4]
@@ -460,6 +463,7 @@ def test_field_examples_are_accepted() -> None:
         ("/v1/surfaces/sphere", "SurfaceDocument"),
         ("/v1/surfaces/tea-service", "SurfaceDocument"),
         ("/v1/surfaces/tea-service/mesh.json?resolution=1&overlays=boundary", "Mesh"),
+        # The document of a surface is also a request for its mesh.
         ("/v1/surfaces/utah-teapot", "MeshRequest"),
         ("/v1/surfaces/utah-teapot/mesh.json?resolution=2&uvs=true&overlays=boundary", "Mesh"),
         ("/v1/surfaces/sphere/mesh.json?resolution=2&faces=quads&normals=false", "Mesh"),
@@ -525,7 +529,10 @@ def test_schemas_accept_the_shortest_knot_vectors() -> None:
 
 
 def list_schemas(name: str, schema: Any) -> Iterator[tuple[str, Any]]:
-    """A schema and the schemas of all properties in it, each with its path, as `Mesh.report`."""
+    """A schema and the schemas of all properties in it, each with its path, as `Mesh.report`.
+
+    The elements of an array have no path of their own, only their properties have.
+    """
     yield name, schema
     for field, inner in schema.get("properties", {}).items():
         yield from list_schemas(f"{name}.{field}", inner)

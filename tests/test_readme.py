@@ -26,6 +26,7 @@ TEXT = "".join((ROOT / name).read_text(encoding="utf-8") for name in PAGES)
 SERVED_AT = "http://127.0.0.1:8000"
 """URL of the service in the examples of all pages."""
 
+# Each member of the union is `Annotated[model, Tag(kind)]`.
 MODELS = {
     get_args(member)[1].tag: get_args(member)[0]
     for member in get_args(get_args(SurfaceDefinition.__value__)[0])

@@ -24,7 +24,7 @@ def trefoil_tube() -> TubeSurface:
 
 
 def streamer() -> RibbonSurface:
-    """A ribbon in waves that faces the reader, pointed at both ends."""
+    """A ribbon in waves that faces the direction +z, pointed at both ends."""
     polygon = [(0, 0, 0), (1, 2, 1), (3, -2, 1), (5, 2, -1), (7, -2, -1), (9, 1, 1), (10, 0, 0)]
     curve = BsplineCurve(np.array(polygon, dtype=np.float64), 3, "clamped")
     width = np.array([0.0, 0.9, 0.9, 0.9, 0.0])

@@ -18,6 +18,7 @@ def tea_service(pot: PatchSurface) -> GroupSurface:
     z is up. Two of the cups are mirrored, so that their handles point in the opposite direction
     around the pot.
     """
+    # The top of the tray is at z = 0.
     tray = np.diag([6.2, 6.2, 0.08, 1.0])
     tray[2, 3] = -0.08
     members = [
@@ -26,15 +27,15 @@ def tea_service(pot: PatchSurface) -> GroupSurface:
     ]
     cup_surface, ball = cup(), sphere()
     for corner in range(4):
-        place = _build_rotation(corner * pi / 2 + pi / 4)
-        place[:3, 3] = place[:3, :3] @ (4.4, 0.0, 0.04)
-        saucer = place @ np.diag([1.3, 1.3, 0.07, 1.0])
-        cup_place = place @ np.diag([1.0, 1.0 if corner < 2 else -1.0, 1.0, 1.0])
-        cup_place[2, 3] += 0.06
+        placement = _build_rotation(corner * pi / 2 + pi / 4)
+        placement[:3, 3] = placement[:3, :3] @ (4.4, 0.0, 0.04)
+        saucer_placement = placement @ np.diag([1.3, 1.3, 0.07, 1.0])
+        cup_placement = placement @ np.diag([1.0, 1.0 if corner < 2 else -1.0, 1.0, 1.0])
+        cup_placement[2, 3] += 0.06
         color = RUST if corner % 2 else SAGE
         members += [
-            Member(ball, f"saucer {corner + 1}", color, saucer),
-            Member(cup_surface, f"cup {corner + 1}", color, cup_place),
+            Member(ball, f"saucer {corner + 1}", color, saucer_placement),
+            Member(cup_surface, f"cup {corner + 1}", color, cup_placement),
         ]
     return GroupSurface(tuple(members), up="z", name="tea-service")
 
@@ -52,8 +53,9 @@ def _handle(radius: float, thickness: float) -> list[Patch]:
     for quarter in range(4):
         arc = [turn(x, y, w, quarter) for x, y, w in ARC]
         ring = revolve([(radius + thickness * x, thickness * z, w) for x, z, w in arc])
-        patches += (ring[0], ring[3])
-    # Tilted like the wall, by an angle of sine 7/25 and cosine 24/25.
+        patches += (ring[0], ring[3])  # the half of the torus at x ≥ 0
+    # The x axis becomes the outward direction y, tilted like the wall by an angle of sine 7/25 and
+    # cosine 24/25. The centre of the torus is at y = 0.93, z = 0.62.
     return [
         [
             [(z, 0.93 + 0.96 * x + 0.28 * y, 0.62 - 0.28 * x + 0.96 * y, w) for x, y, z, w in row]
@@ -65,6 +67,6 @@ def _handle(radius: float, thickness: float) -> list[Patch]:
 
 def _build_rotation(angle: float) -> FloatArray:
     """The rotation about z by an angle in radians, as a matrix (4, 4)."""
-    place = np.eye(4)
-    place[:2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]
-    return place
+    matrix = np.eye(4)
+    matrix[:2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]
+    return matrix

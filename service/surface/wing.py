@@ -18,7 +18,7 @@ CHORDWISE = (0, 0, 0, 0, 1e-8, 8e-7, 2e-5, 3e-4, 2e-3, 8e-3, 0.03, 0.1, 0.3, 0.6
 chord there."""
 
 SPANWISE = (0, 0, 0, 0, 3, 5.5, 8, 11, 13.5, 15, 15.5, 16, 16.5, 17, 17.5, 18.5, 18.5, 18.5, 18.5)
-"""Knots along the leading edge, in metres: close where the tip turns up."""
+"""Knots along the leading edge, in metres, dense where the tip turns up."""
 
 CHORDS = ((0.0, 5.5, 15.0, 16.8, 18.5), (6.4, 3.9, 1.9, 1.35, 0.6))
 """Positions along the leading edge, and the chord (the length from front to back) at each of them;
@@ -38,9 +38,10 @@ DIHEDRAL = radians(5)
 
 def wing() -> MultipatchSurface:
     """The right wing: a closed body of four B-splines. x points backwards, y right, z up."""
-    upper, lower = (_skin(side) for side in (1.0, -1.0))
+    upper, lower = (_skin(sign) for sign in (1.0, -1.0))
     chordwise, spanwise = np.array(CHORDWISE), np.array(SPANWISE)
-    # The lower skin and the root are reversed, so that all normals point outwards.
+    # u and v of the lower skin are exchanged, and v of the root reversed, compared with the upper
+    # skin and the tip: so all normals point outwards.
     skins = (
         BsplineSurface(upper, (3, 3), (chordwise, spanwise), name="upper skin"),
         BsplineSurface(lower.swapaxes(0, 1), (3, 3), (spanwise, chordwise), name="lower skin"),
@@ -55,8 +56,8 @@ def wing() -> MultipatchSurface:
     return MultipatchSurface((*skins, *caps), "z", "swept-wing")
 
 
-def _skin(side: float) -> FloatArray:
-    """Control points (chordwise, spanwise, 3) of the upper skin (side = 1) or lower skin (−1).
+def _skin(sign: float) -> FloatArray:
+    """Control points (chordwise, spanwise, 3) of the upper skin (sign = 1) or lower skin (−1).
 
     Each control point is the point of the wing at its Greville abscissae (Schoenberg's
     approximation).
@@ -64,13 +65,15 @@ def _skin(side: float) -> FloatArray:
     chordwise, spanwise = (
         np.convolve(knots[1:-1], np.full(3, 1 / 3), "valid") for knots in (CHORDWISE, SPANWISE)
     )
-    net = [[_place(u, t, side) for t in spanwise.tolist()] for u in chordwise.tolist()]
+    net = [[_find_point(u, t, sign) for t in spanwise.tolist()] for u in chordwise.tolist()]
     # Rounded, since the last digits of sines depend on the machine.
     return np.round(np.array(net), 9)
 
 
-def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
+def _find_point(u: float, t: float, sign: float) -> tuple[float, float, float]:
     """The point of a skin at the fraction √u of the chord, t metres along the leading edge.
+
+    `sign` is 1 for the upper skin, −1 for the lower.
 
     The section is a four-digit NACA section with a closed trailing edge: Abbott and von Doenhoff,
     Theory of Wing Sections, section 6.4.
@@ -86,7 +89,7 @@ def _place(u: float, t: float, side: float) -> tuple[float, float, float]:
     if x > SUMMIT:
         camber = CAMBER / (1 - SUMMIT) ** 2 * (1 - x) * (1 + x - 2 * SUMMIT)
     chord = float(np.interp(t, *CHORDS))
-    height = chord * (camber + side * half_thickness)
+    height = chord * (camber + sign * half_thickness)
     # The tip turns up along an arc, from the angle `DIHEDRAL` to the angle `CANT`.
     share = min(max((t - BEND) / BEND_LENGTH, 0.0), 1.0)
     angle = DIHEDRAL + (CANT - DIHEDRAL) * share

@@ -1,4 +1,4 @@
-"""Splitting and restricting Bézier patches and triangles, and half of a patch as a triangle."""
+"""Splits Bézier patches and triangles, restricts patches, and makes triangles of their halves."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +17,6 @@ from service.surface.convert.nets import (
     apply_along,
     check_count,
     check_degree,
-    check_size,
     count_channel_numbers,
     map_channels,
     move_axis,
@@ -50,11 +49,13 @@ def split_patch(
     rows, columns = (max(net.shape[axis] for net in nets) for axis in (0, 1))
     pieces = 2 ** sum(t is not None for t in cuts)
     degree = rows - 1, columns - 1
-    check_size(degree, pieces, allowed, count_channel_numbers(patch.channels))
+    check_degree(max(degree), allowed)
+    check_count(pieces * rows * columns, allowed, count_channel_numbers(patch.channels))
     batch = Batch((patch.control_net, patch.weights), patch.channels)
     batch = batch.apply(partial(_cut_net, cuts=cuts, degree=degree))
-    titles = surface.parts if isinstance(surface, PatchSurface) else ()
-    parts = tuple((title, tuple(range(pieces))) for title, _ in titles)
+    # At most one part: the patch, under a name. Then all pieces form this part.
+    named_parts = surface.parts if isinstance(surface, PatchSurface) else ()
+    parts = tuple((name, tuple(range(pieces))) for name, _ in named_parts)
     return share_vertices(batch, None, parts, surface.up, surface.name)
 
 
@@ -84,7 +85,7 @@ def restrict_patches(
 def split_triangle(
     surface: TriangleSurface | PatchSurface, operation: Split, allowed: SizeLimits
 ) -> PatchSurface:
-    """Split a triangle into three, which form a surface of patches over shared vertices.
+    """Split a triangle at a point into three, which form a surface of patches.
 
     Points and channels are elevated to the highest degree among them.
     """
@@ -105,8 +106,9 @@ def split_triangle(
     r, s, t = (x / sum(operation.at) for x in operation.at)
     batch = Batch((patch.control_net, patch.weights), patch.channels)
     batch = batch.apply(partial(_cut_triangle, point=(r, s, t), degree=degree))
-    titles = surface.parts if isinstance(surface, PatchSurface) else ()
-    parts = tuple((title, (0, 1, 2)) for title, _ in titles)
+    # At most one part: the triangle, under a name. Then all pieces form this part.
+    named_parts = surface.parts if isinstance(surface, PatchSurface) else ()
+    parts = tuple((name, (0, 1, 2)) for name, _ in named_parts)
     return share_vertices(None, batch, parts, surface.up, surface.name)
 
 
@@ -125,6 +127,7 @@ def triangle_of_patch(
     for net in (patch.control_net, *(net for _, _, _, net in patch.channels.each())):
         check_degree(sum(net.shape[:2]) - 2, allowed)
     check_count(triangle.count_points(sum(patch.degree)), allowed)
+    # A batch without the axis of patches: it only applies `half` to all nets.
     half = partial(_take_half, is_upper=operation.half == "upper")
     batch = Batch((patch.control_net, patch.weights), patch.channels).apply(half)
     points, weights = batch.net
@@ -132,7 +135,7 @@ def triangle_of_patch(
 
 
 def check_inside(name: str, parameter: float, domain: Interval) -> None:
-    """Refuse a parameter that is not strictly inside the domain: one side would be empty."""
+    """Refuse a parameter that is not strictly inside the domain: one piece would be empty."""
     first, last = domain
     if not first < parameter < last:
         raise InvalidRequest(

@@ -17,7 +17,6 @@ from service.surface.convert.nets import (
     apply_along,
     check_count,
     check_degree,
-    check_size,
     count_channel_numbers,
 )
 from service.surface.convert.operations import Elevate, degree_pointer
@@ -33,8 +32,11 @@ def elevate_bezier(
 ) -> BezierSurface:
     """Elevate one patch; channels keep their own degrees."""
     check_degrees(surface.degree, operation.degree)
-    check_size(operation.degree, 1, allowed)
-    points, weights = elevate_nets((surface.control_net, surface.weights), operation.degree)
+    p, q = operation.degree
+    for axis, n in enumerate((p, q)):
+        check_degree(n, allowed, degree_pointer((p, q), axis))
+    check_count((p + 1) * (q + 1), allowed)
+    points, weights = elevate_nets((surface.control_net, surface.weights), (p, q))
     return replace(surface, control_net=points, weights=weights)
 
 
@@ -55,7 +57,7 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
     if shapes <= {(degree[0] + 1, degree[1] + 1)} and (
         triangles is None or surface.triangle_degree == degree[0]
     ):
-        return surface
+        return surface  # every patch has the degree already
     if degree[0] != degree[1]:
         _check_seams([batch.net[0] for batch in grids])
     pairs: list[tuple[Net, FloatArray]] = []
@@ -67,7 +69,7 @@ def elevate_patches(surface: PatchSurface, operation: Elevate, allowed: SizeLimi
         triangles = triangles.apply(partial(elevate_triangle_nets, degree=degree[0]))
         pairs.append((net, triangles.net[0]))
     match_shared_edges(pairs)
-    all_grids = Batch.join(grids, [members for members, _ in surface.by_degree]) if grids else None
+    all_grids = Batch.join(grids, [numbers for numbers, _ in surface.by_degree]) if grids else None
     return share_vertices(all_grids, triangles, surface.parts, surface.up, surface.name)
 
 

@@ -47,24 +47,24 @@ def bezier_of_multipatch(
     """All surfaces as one surface of Bézier patches; each becomes a part with its name.
 
     All triangles are elevated to the highest degree among them. If several surfaces have one name,
-    their parts get this name and a number.
+    the names of the second part and of later ones end with a number.
     """
     triangles = [s for s in surface.surfaces if isinstance(s, TriangleSurface)]
     degree = max(map(_triangle_degree, triangles), default=1)
-    pieces: list[PatchSurface] = []
+    converted: list[PatchSurface] = []
     for single in surface.surfaces:
         if isinstance(single, BsplineSurface):
-            pieces.append(bezier_of_spline(single, operation, allowed))
+            converted.append(bezier_of_spline(single, operation, allowed))
         else:
-            pieces.append(_to_patches(single, degree))
-        point_count = pieces[-1].index_count
+            converted.append(_to_patches(single, degree))
+        point_count = converted[-1].index_count
         check_count(point_count, allowed)
         allowed = replace(allowed, control_points=allowed.control_points - point_count)
-    return _join_pieces(surface, pieces)
+    return _join_surfaces(surface, converted)
 
 
 def _triangle_degree(single: TriangleSurface) -> int:
-    """The highest degree of a triangle and its channels."""
+    """The highest degree among a triangle and its channels."""
     return max(degree_of(len(net)) for net in _nets(single))
 
 
@@ -95,43 +95,46 @@ def _add_batch_axis(net: Net) -> Net:
     return points[np.newaxis], None if weights is None else weights[np.newaxis]
 
 
-def _join_pieces(surface: MultipatchSurface, pieces: Sequence[PatchSurface]) -> PatchSurface:
-    """Join surfaces of patches, all with the same channels, to one; `pieces` become its parts."""
-    first_vertices = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+def _join_surfaces(surface: MultipatchSurface, sources: Sequence[PatchSurface]) -> PatchSurface:
+    """Join surfaces of patches, all with the same channels, to one; each becomes a part."""
+    first_vertices = np.cumsum([0, *(len(source.vertices) for source in sources)])
     grids = [
         grid + start
-        for piece, start in zip(pieces, first_vertices, strict=False)
-        for _, patches in group_by_degree(piece.patches)
+        for source, start in zip(sources, first_vertices, strict=False)
+        for _, patches in group_by_degree(source.patches)
         for grid in patches
     ]
     triangles = [
-        piece.triangles + start
-        for piece, start in zip(pieces, first_vertices, strict=False)
-        if len(piece.triangles)
+        source.triangles + start
+        for source, start in zip(sources, first_vertices, strict=False)
+        if len(source.triangles)
     ]
     parts: dict[str, tuple[int, ...]] = {}
     # The next patch number of the grids, and of the triangles, which come after all grids.
     next_numbers = [0, len(grids)]
-    for single, piece in zip(surface.surfaces, pieces, strict=True):
-        kind, count = (1, 1) if len(piece.triangles) else (0, len(piece.patches))
+    for single, source in zip(surface.surfaces, sources, strict=True):
+        kind, count = (1, 1) if len(source.triangles) else (0, len(source.patches))
         name, number = single.name, 2
         while name in parts:
             name, number = f"{single.name} {number}", number + 1
         parts[name] = tuple(range(next_numbers[kind], next_numbers[kind] + count))
         next_numbers[kind] += count
     weights = None
-    if any(piece.weights is not None for piece in pieces):
-        ones = (np.ones(len(p.vertices)) if p.weights is None else p.weights for p in pieces)
-        weights = np.concatenate(list(ones))
-    nets = zip(*([net for *_, net in p.channels.each()] for p in pieces), strict=True)
+    if any(source.weights is not None for source in sources):
+        all_weights = [
+            np.ones(len(source.vertices)) if source.weights is None else source.weights
+            for source in sources
+        ]
+        weights = np.concatenate(all_weights)
+    nets = zip(*([net for *_, net in source.channels.each()] for source in sources), strict=True)
     values = map(np.concatenate, nets)
     return PatchSurface(
-        np.concatenate([piece.vertices for piece in pieces]),
+        np.concatenate([source.vertices for source in sources]),
         tuple(grids),
         weights,
         tuple(parts.items()),
         surface.up,
         surface.name,
-        map_channels(pieces[0].channels, lambda _: next(values)),
+        map_channels(sources[0].channels, lambda _: next(values)),
         np.concatenate(triangles or [NO_TRIANGLES]),
     )

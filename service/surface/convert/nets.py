@@ -12,7 +12,6 @@ from service.errors import InvalidRequest, Issue, TooLarge, count_nouns
 from service.surface.bezier import BezierSurface
 from service.surface.channels import MAX_NUMBERS, Channels
 from service.surface.checks import MAX_DEGREE
-from service.surface.convert.operations import degree_pointer
 from service.surface.patches import PatchSurface
 from service.surface.triangle import TriangleSurface
 
@@ -33,7 +32,7 @@ def apply_along(net: Net, axis: int, change: NetChange) -> Net:
 
 
 def move_axis(net: Net, target: int, axis: int) -> Net:
-    """The net with one of its axes moved to another position."""
+    """The net with its axis `axis` moved to the position `target`."""
     points, weights = net
     return (
         np.moveaxis(points, axis, target),
@@ -78,12 +77,9 @@ def require_patch(surface: BezierSurface | PatchSurface) -> BezierSurface:
 
 
 def require_triangle(surface: TriangleSurface | PatchSurface) -> TriangleSurface:
-    """A surface of one triangle as a triangle surface.
+    """A surface of one triangle, and of nothing else, as a triangle surface.
 
-    Raises
-    ------
-    InvalidRequest
-        `several_patches`.
+    The caller checks that a surface of patches is of this form (`split_patches`).
     """
     if isinstance(surface, TriangleSurface):
         return surface
@@ -98,23 +94,12 @@ def count_channel_numbers(channels: Channels) -> int:
     return sum(net.shape[-1] for _, _, _, net in channels.each())
 
 
-def check_size(
-    degree: tuple[int, int], patches: int, allowed: SizeLimits, channel_numbers: int = 0
-) -> None:
-    """Refuse grids whose degree or number of control points is above the limits.
-
-    `channel_numbers` is the number of numbers that all channels have at each control point.
-    """
-    for axis, n in enumerate(degree):
-        check_degree(n, allowed, degree_pointer(degree, axis))
-    check_count(patches * (degree[0] + 1) * (degree[1] + 1), allowed, channel_numbers)
-
-
 def check_count(count: int, allowed: SizeLimits, channel_numbers: int = 0) -> None:
     """Refuse too many control points.
 
     `channel_numbers` is the number of numbers that all channels have at each control point.
     """
+    # The 4 are x, y, z and the weight.
     max_count = min(allowed.control_points, MAX_NUMBERS // (4 + channel_numbers))
     if count > max_count:
         raise TooLarge(

@@ -132,7 +132,7 @@ class ToBezier:
 
 @dataclass(frozen=True, slots=True)
 class ToTriangle:
-    """Convert half of a patch, on one side of the diagonal (1, 0)–(0, 1), to a triangular patch."""
+    """Convert half of a patch to a triangular patch: lower for u + v ≤ 1, upper for u + v ≥ 1."""
 
     half: Half
 

@@ -1,7 +1,7 @@
 """Computes a B-spline over a piece of its domain and in a higher degree.
 
-To elevate, restrict or split a B-spline is one such change along one axis: multiplicities of knots
-increase, and the new control points are weighted means of the old ones.
+B-splines are elevated, restricted and split by such changes, each along one axis: multiplicities of
+knots increase, and the new control points are weighted means of the old ones.
 """
 
 from dataclasses import replace
@@ -66,6 +66,8 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     check_length(shortest, find_least_span(*find_domain(surface, axis)), where)
     count = len(target) - degree - 1
     counts = surface.control_net.shape[:2]
+    # A channel with as many control points is a spline over the same knots; any other is a Bézier
+    # net, which gets no new control points.
     channel_numbers = sum(
         n.shape[-1] for _, _, _, n in surface.channels.each() if n.shape[:2] == counts
     )
@@ -74,11 +76,13 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     vectors[axis], degrees[axis] = target, degree
     check_bezier_points((vectors[0], vectors[1]), (degrees[0], degrees[1]), where)
     _check_work(count * degree * old_degree, where)
+    # New control point j is the mean of the rows index[:, j], with the weights shares[:, j].
     index, shares = find_refinement(knots, old_degree, target, degree)
     is_periodic = isinstance(surface.knots[axis], str) and surface.knots[axis] == "periodic"
 
     def refine(net: Net) -> Net:
         if is_periodic:
+            # `knot_vectors` is for a net whose first p rows are repeated at its end.
             points, weights = net
             net = (
                 knot.wrap_points(points, old_degree),
@@ -90,13 +94,14 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     new_counts = list(counts)
     new_counts[axis] = count
     low, high = find_domain(surface, axis)
+    # The piece in the parameters of a Bézier channel, which run from 0 to 1.
     ends = tuple((t - low) / (high - low) for t in piece)
 
     def change_channel(net: FloatArray) -> FloatArray:
         if net.shape[:2] == counts:
             return apply_along((net, None), axis, refine)[0]
         restrict = partial(polynomials.restrict, first=ends[0], last=ends[1])
-        return _elevate_ambiguous(
+        return _avoid_shape(
             apply_along((net, None), axis, restrict)[0], (new_counts[0], new_counts[1])
         )
 
@@ -112,37 +117,37 @@ def refine_over(surface: BsplineSurface, change: Change, allowed: SizeLimits) ->
     )
 
 
-def _close_rows(closed_net: Net, net: Net, index: Ints, shares: FloatArray) -> Net:
-    """Copy the first row of `closed_net` to its last if both are equal but for rounding.
+def _close_rows(new_net: Net, old_net: Net, index: Ints, shares: FloatArray) -> Net:
+    """Copy the first row of `new_net` to its last if both are equal but for rounding.
 
     The ends of a periodic spline are equal in exact arithmetic, and must stay equal after rounding.
-    Both rows are weighted means of rows of `net`, by `index` and `shares`: they are equal if the
-    rows are equal and the shares differ by rounding alone.
+    Both rows are weighted means of rows of `old_net`, by `index` and `shares`: they are equal if
+    these rows are equal and the shares differ by rounding alone.
     """
     first, last = (np.flatnonzero(shares[:, end]) for end in (0, -1))
     has_same_shares = len(first) == len(last) and bool(
         (np.abs(shares[first, 0] - shares[last, -1]) <= SAME_SHARE).all()
     )
     begin, end = index[first, 0], index[last, -1]
-    if has_same_shares and all(np.array_equal(v[begin], v[end]) for v in net if v is not None):
-        for values in closed_net:
+    if has_same_shares and all(np.array_equal(v[begin], v[end]) for v in old_net if v is not None):
+        for values in new_net:
             if values is not None:
                 values[-1] = values[0]
-    return closed_net
+    return new_net
 
 
-def _elevate_ambiguous(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
-    """The Bézier net of a channel, elevated as long as it has `counts` rows and columns.
+def _avoid_shape(net: FloatArray, counts: tuple[int, int]) -> FloatArray:
+    """The Bézier net of a channel, elevated by one degree if its shape begins with `counts`.
 
-    A channel whose net has the shape of the control net would count as a spline
-    (`BsplineSurface.channels`).
+    `counts` are the rows and columns of the control net: a channel with as many would count as a
+    spline (`BsplineSurface.channels`).
     """
+    if net.shape[:2] != counts:
+        return net
     axis = 0 if len(net) <= MAX_DEGREE else 1
-    while net.shape[:2] == counts:
-        net = apply_along((net, None), axis, partial(polynomials.elevate, degree=net.shape[axis]))[
-            0
-        ]
-    return net
+    # Along this axis the degree is net.shape[axis] − 1.
+    elevate = partial(polynomials.elevate, degree=net.shape[axis])
+    return apply_along((net, None), axis, elevate)[0]
 
 
 def _check_work(work: int, where: str) -> None:

@@ -32,7 +32,8 @@ class _Side:
     weights : ndarray of float64, shape (P, m+1)
         Weights of the side before elevation.
     elevated : ndarray of float64
-        Points after elevation: of the side (P, n+1, 3) for grids, of the whole net for triangles.
+        Points after elevation, a view that `write` changes: of the side, shape (P, n+1, 3), for
+        grids; of the whole net for triangles.
     rows : ndarray of int, shape (n+1,), or None
         For triangles, the rows of the net on this side.
     """
@@ -57,6 +58,8 @@ class _Side:
 
 def match_shared_edges(pairs: list[tuple[Net, FloatArray]]) -> None:
     """Make the elevated points of every edge equal in all patches that share the edge.
+
+    Batches without weights need no change: elevation makes equal points of equal points.
 
     Parameters
     ----------
@@ -91,7 +94,10 @@ def _sides_of_triangles(
 
 
 def _match_sides(sides: list[_Side]) -> None:
-    """Where sides of one degree had equal points and weights, make their elevated points equal."""
+    """Make elevated points equal on sides with equal points, and with weights equal up to a factor.
+
+    All sides have the same degree before elevation, and the same after it.
+    """
     old_points = np.concatenate([side.points for side in sides])
     weights = np.concatenate([side.weights for side in sides])
     new_points = np.concatenate([side.new_points for side in sides])
@@ -109,9 +115,9 @@ def _match_sides(sides: list[_Side]) -> None:
         side.write(values)
 
 
-def _find_first_equal(rows: FloatArray) -> Ints:
+def _find_first_equal(sides: FloatArray) -> Ints:
     """For each side, the number of the first side with the same points: shape (N,)."""
-    first, number = unique_rows(rows.reshape(len(rows), -1))
+    first, number = unique_rows(sides.reshape(len(sides), -1))
     first_equal: Ints = first[number]
     return first_equal
 
@@ -119,7 +125,8 @@ def _find_first_equal(rows: FloatArray) -> Ints:
 def _find_reversed(sides: FloatArray) -> Bools:
     """Which sides must be reversed to get a common direction, shape (N,).
 
-    Of both directions of a side, the common one has the numbers that come first in lexical order.
+    Of both directions of a side, the common one comes first in the lexicographic order of its
+    numbers.
     """
     forwards = sides.reshape(len(sides), -1)
     backwards = sides[:, ::-1].reshape(forwards.shape)

@@ -23,6 +23,9 @@ class Batch(NamedTuple):
     `net` has points of shape (P, p+1, q+1, 3) for grids, or (P, (n+1)(n+2)/2, 3) for triangles.
     Its weights, or None, have the same shape without the last axis. The nets of channels differ
     from the points only in the last axis.
+
+    A batch may begin as one patch, without the axis of patches and with channels of other degrees,
+    if a function that adds the axis and elevates the nets is then applied to it.
     """
 
     net: Net
@@ -39,19 +42,23 @@ class Batch(NamedTuple):
         return Batch((surface.vertices[indices], weights), channels)
 
     @staticmethod
-    def join(batches: Sequence["Batch"], members: Sequence[Ints]) -> "Batch":
-        """Join batches of one degree; `members` has their patch numbers in the joined batch."""
+    def join(batches: Sequence["Batch"], numbers: Sequence[Ints]) -> "Batch":
+        """Join batches of one degree.
+
+        `numbers` has, for each batch, the numbers of its patches in the joined batch.
+        """
         if len(batches) == 1:
             return batches[0]
-        order = np.argsort(np.concatenate(members))
+        order = np.argsort(np.concatenate(numbers))
 
         def join(arrays: Iterable[FloatArray]) -> FloatArray:
             return np.concatenate(list(arrays))[order]
 
         first_batch = batches[0]
-        nets = [iter(batch.channels.each()) for batch in batches]
+        # Every batch has the same channels, in the same order.
+        nets_of_batches = [iter([net for *_, net in batch.channels.each()]) for batch in batches]
         channels = map_channels(
-            first_batch.channels, lambda _: join(next(channels_left)[3] for channels_left in nets)
+            first_batch.channels, lambda _: join(next(nets) for nets in nets_of_batches)
         )
         weights = None
         if first_batch.net[1] is not None:
@@ -92,6 +99,7 @@ def share_vertices(
     first, indices = find_first_rows(rows)
     vertices = iter([column[first] for column in columns])
     count = 0 if grids is None else grids.net[0].size // 3
+    # `next` takes the columns in the order of `Batch.columns`.
     return PatchSurface(
         vertices=next(vertices),
         channels=map_channels(batches[0].channels, lambda _: next(vertices)),

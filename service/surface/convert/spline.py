@@ -12,8 +12,8 @@ from service.surface.convert.cut import barycentric_issue, check_inside, check_w
 from service.surface.convert.elevate import check_degrees, elevate_nets
 from service.surface.convert.nets import (
     SizeLimits,
+    check_count,
     check_degree,
-    check_size,
     count_channel_numbers,
     map_channels,
 )
@@ -137,7 +137,7 @@ def reverse_spline(
     vector = knots[axis]
     order = np.arange(surface.control_net.shape[axis])[::-1]
     if not isinstance(vector, str):
-        knots[axis] = 0.0 - vector[::-1]
+        knots[axis] = 0.0 - vector[::-1]  # not −x, which would make −0 of 0
     elif vector == "periodic":
         # The p points that `wrap_points` repeats at the end must come first after the reversal.
         order = np.roll(order, surface.degree[axis])
@@ -148,6 +148,7 @@ def reverse_spline(
         control_net=np.take(surface.control_net, order, axis),
         knots=(knots[0], knots[1]),
         weights=weights,
+        # A channel with another number of control points is one Bézier net over the domain.
         channels=map_channels(
             surface.channels,
             lambda net: (
@@ -175,13 +176,16 @@ def bezier_of_spline(
     rows, columns = (
         len(knot.spans(u, p)) for u, p in zip(surface.knot_vectors, surface.degree, strict=True)
     )
-    check_size(degree, rows * columns, allowed, count_channel_numbers(surface.channels))
+    p, q = degree
+    check_degree(max(p, q), allowed)
+    point_count = rows * columns * (p + 1) * (q + 1)
+    check_count(point_count, allowed, count_channel_numbers(surface.channels))
     (batch,) = surface.lower().batches
-    nets = iter(batch.channels)
+    lowered_channels = iter(batch.channels)
 
     def lower_channel(net: FloatArray) -> FloatArray:
-        values = next(nets).nets
-        if net.shape[:2] != counts:
+        values = next(lowered_channels).nets
+        if net.shape[:2] != counts:  # one Bézier net over the domain, cut into the spans
             values = _join_nets(values.reshape(rows, columns, *values.shape[1:]).copy())
             values = values.reshape(rows * columns, *values.shape[2:])
         # Rounding must not move values out of the range of the net: colours must not exceed 1.
@@ -194,9 +198,9 @@ def bezier_of_spline(
 
 
 def _join_nets(nets: FloatArray) -> FloatArray:
-    """Make the nets of one polynomial on neighbouring cells equal, bit for bit, where they meet.
+    """Make the nets of one polynomial over neighbouring spans equal, bit for bit, where they meet.
 
-    `nets` has shape (rows, columns, a+1, b+1, d), is overwritten and returned.
+    `nets`, of degree (a, b) and shape (rows, columns, a+1, b+1, d), is overwritten and returned.
     """
     nets[1:, :, 0] = nets[:-1, :, -1]
     nets[:, 1:, :, 0] = nets[:, :-1, :, -1]

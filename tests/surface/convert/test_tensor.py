@@ -225,3 +225,11 @@ def test_too_large_results_are_refused_before_they_are_built() -> None:
         convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], SizeLimits(63))
     with pytest.raises(TooLarge):
         convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], SizeLimits(63))
+
+
+def test_a_split_above_the_degree_limit_names_the_operation() -> None:
+    """A split has no field `degree`, so the error has the pointer of the operation."""
+    with pytest.raises(SurfaceError) as caught:
+        convert(random_bezier((3, 2), 1, False), [Split(u=0.5)], SizeLimits(degree=2))
+    issue = caught.value.issues[0]
+    assert (issue.code, issue.pointer) == ("degree_too_high", "/operations/0")
