@@ -16,7 +16,7 @@ from service.surface.sizes import SurfaceSize
 def min_vertices(size: SurfaceSize, options: MeshOptions) -> int:
     """The number of samples of a mesh, before vertices are added at bends or removed by welding."""
     ru, rv = options.resolution
-    swept_vertices = size.stations * ru
+    swept_vertices = size.swept_vertices * ru
     if not options.has_faces:
         return swept_vertices
     return (
@@ -42,9 +42,9 @@ def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
             # edges. A grid of one division then also gets a line of samples inside.
             vertices += size.grids * (2 * max_divisions + (max_divisions + 1) * (min(ru, rv) < 2))
             cells, faces = max(cells, vertices), 2 * vertices
-    swept_faces = size.stations * ru + size.rings
+    swept_faces = size.swept_vertices * ru + size.extra_vertices
     return Counts(
-        vertices + size.rings, faces + 2 * swept_faces, cells + swept_faces if quads else 0
+        vertices + size.extra_vertices, faces + 2 * swept_faces, cells + swept_faces if quads else 0
     )
 
 
@@ -59,7 +59,7 @@ def mesh_size(
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0
     names: list[str] = [*options.overlays]
-    patches, max_divisions = size.patches + size.rings // 2, max(options.resolution)
+    patches, max_divisions = size.patches + size.extra_vertices // 2, max(options.resolution)
     if "control_net" in options.overlays:
         points, segments, cells = size.net_points, size.net_segments, size.net_cells
     if "boundary" in options.overlays:

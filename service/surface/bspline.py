@@ -27,9 +27,9 @@ BLOCK_POINTS = 1 << 16
 """A net is lowered along v in blocks of about this number of control points, so that a block stays
 in the processor's cache."""
 
-BLOCKS = 40 << 20
-"""The most temporary memory of lowering, in bytes, for nets that need several blocks: five times
-8 MiB."""
+MAX_BLOCK_MEMORY = 40 << 20
+"""The most temporary memory of lowering, in bytes, for nets that need several blocks: five arrays
+of 8 MiB, the size of a block of `BLOCK_POINTS` points that have 16 numbers each."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,7 +104,7 @@ class BsplineSurface(SurfaceKind):
 
     @property
     def knot_vectors(self) -> tuple[FloatArray, FloatArray]:
-        """The knots as numbers; for a periodic direction they fit the result of `wrap_points`."""
+        """The knots as numbers; in a periodic direction they fit the control points of `_wrap`."""
         u, v = (
             build_knot_vector(self.knots[k], self.control_net.shape[k], self.degree[k])
             for k in range(2)
@@ -120,27 +120,33 @@ class BsplineSurface(SurfaceKind):
         height, width = self.control_net.shape[0] + p, self.control_net.shape[1] + q
         numbers = 3 + (weights is not None) + size.width
         bezier_nets = [net for *_, net in channels.each() if not self._is_spline_net(net)]
-        restricting_bytes = sum(
-            rows * n.shape[0] ** 2 + columns * n.shape[1] ** 2 for n in bezier_nets
+        # A Bézier net is restricted to all patches by a matrix for each span along u and along v.
+        restricted_numbers = sum(
+            rows * net.shape[0] ** 2 + columns * net.shape[1] ** 2 for net in bezier_nets
         )
-        restricting_bytes += 3 * patches * sum(net.size for net in bezier_nets)
+        restricted_numbers += 3 * patches * sum(net.size for net in bezier_nets)
+        # The matrices of extraction, with temporary copies of them.
         extracting_bytes = 4 * (rows * (p + 1) ** 2 + columns * (q + 1) ** 2) * NUMBER
-        result_bytes = (size.control_points * numbers + restricting_bytes) * NUMBER
+        result_bytes = (size.control_points * numbers + restricted_numbers) * NUMBER
         line_bytes = (rows * (p + 1) + height) * width * numbers * NUMBER
         # A block has at least one span along u with all columns, or one span along v with all rows.
         block = (p + 1) * (width + columns * (q + 1)) + (q + 1) * height
-        block_bytes = min(5 * max(result_bytes, line_bytes), BLOCKS + 5 * block * numbers * NUMBER)
-        net = height * width
+        block_bytes = min(
+            5 * max(result_bytes, line_bytes), MAX_BLOCK_MEMORY + 5 * block * numbers * NUMBER
+        )
+        # The control net for drawing, which the model contains too.
+        net_points = height * width
+        drawn_bytes = 3 * net_points * NUMBER
         return replace(
             size,
-            net_points=net,
-            net_segments=2 * net,
-            net_cells=net,
+            net_points=net_points,
+            net_segments=2 * net_points,
+            net_cells=net_points,
             surface_bytes=self.control_net.size // 3 * (3 + (weights is not None)) * NUMBER
-            + sum(n.nbytes for *_, n in channels.each())
+            + sum(net.nbytes for *_, net in channels.each())
             + (height + width + 2) * NUMBER,
-            arrays=result_bytes + 3 * net * NUMBER,
-            peak=result_bytes + 3 * net * NUMBER + line_bytes + block_bytes + extracting_bytes,
+            arrays=result_bytes + drawn_bytes,
+            peak=result_bytes + drawn_bytes + line_bytes + block_bytes + extracting_bytes,
         )
 
     def lower(self) -> PatchModel:
@@ -183,19 +189,18 @@ class BsplineSurface(SurfaceKind):
         weights = None if weights is None else self._wrap(weights)
         extraction_u = plan_extraction(knots_u, p, net, weights)
         lines, line_weights = extraction_u.combine(net, weights)
-        # Rows and columns are exchanged, so that control points along v are rows again.
+        # `combine` works along axis 0, so v becomes axis 0.
         lines = lines.swapaxes(0, 1)
         line_weights = None if line_weights is None else line_weights.T
         extraction_v = plan_extraction(knots_v, q, lines, line_weights)
-        rows, columns, width = (
-            *(len(a.point_numbers) for a in (extraction_u, extraction_v)),
-            net.shape[-1],
-        )
+        rows, columns = len(extraction_u.point_numbers), len(extraction_v.point_numbers)
+        width = net.shape[-1]
         points = np.empty((rows, columns, p + 1, q + 1, width))
         bezier_weights = None if line_weights is None else np.empty(points.shape[:-1])
         for block in row_slices(rows, (p + 1) * columns * (q + 1), BLOCK_POINTS):
-            places = extraction_u.point_numbers[block]
-            block_points = slice(places[0, 0], places[-1, -1] + 1)
+            point_numbers = extraction_u.point_numbers[block]
+            first = point_numbers[0, 0]
+            block_points = slice(first, point_numbers[-1, -1] + 1)
             values, weight = extraction_v.combine(
                 np.ascontiguousarray(lines[:, block_points]),
                 None if line_weights is None else line_weights[:, block_points],
@@ -203,7 +208,8 @@ class BsplineSurface(SurfaceKind):
             # For each control point of the patches, its position in `values`.
             count = values.shape[1]
             index = extraction_v.point_numbers[:, np.newaxis] * count
-            index = index + (places - places[0, 0])[:, np.newaxis, :, np.newaxis]
+            index = index + (point_numbers - first)[:, np.newaxis, :, np.newaxis]
+            # All indices are valid; with mode="clip" NumPy writes to `out` without a copy.
             values.reshape(-1, width).take(index, axis=0, out=points[block], mode="clip")
             if weight is not None and bezier_weights is not None:
                 weight.reshape(-1).take(index, out=bezier_weights[block], mode="clip")
@@ -219,8 +225,8 @@ class BsplineSurface(SurfaceKind):
     def _wrap(self, net: FloatArray, lines: int | None = None) -> FloatArray:
         """A net, with its first rows or columns repeated at the end of each periodic direction.
 
-        `lines` is the number of repeated rows or columns, by default the degree. One repeated line
-        closes the net for drawing.
+        `lines` is the number of repeated rows or columns; by default the degree, as the knots need.
+        One repeated line closes the net for drawing.
         """
         for axis, (knots, degree) in enumerate(zip(self.knots, self.degree, strict=True)):
             if isinstance(knots, str) and knots == "periodic":

@@ -27,7 +27,7 @@ def validate_values(
     path : tuple of str
         The field of the surface, for pointers.
     min_dimension, max_dimension : int
-        The allowed numbers d of one value.
+        The least and the greatest allowed length d of one value.
     needed : str
         Text for the client: the value that is expected.
     """
@@ -46,7 +46,7 @@ def validate_values(
         )
     check_finite(net, where)
     check_stored(net, where)
-    net += 0.0
+    net += 0.0  # −0 becomes 0, so that equal nets have equal bytes
     net.flags.writeable = False
     return net
 
@@ -55,17 +55,17 @@ def check_colors(colors: FloatArray) -> None:
     """Refuse colours with numbers outside [0, 1], for example 255 for white."""
     is_outside = (colors < 0) | (colors > 1)
     if is_outside.any():
-        places = np.argwhere(is_outside)[:MAX_ISSUES]
+        positions = np.argwhere(is_outside)[:MAX_ISSUES]
         raise InvalidRequest(
             *(
                 Issue(
                     "out_of_range",
                     "Colours are sRGB, each number from 0 to 1.",
-                    "/colors" + pointer(place),
-                    format_number(colors[tuple(place)]),
+                    "/colors" + pointer(position),
+                    format_number(colors[tuple(position)]),
                     "0 to 1",
                 )
-                for place in places.tolist()
+                for position in positions.tolist()
             )
         )
 
@@ -97,6 +97,7 @@ def check_names(names: list[str]) -> None:
         if name.upper() in known_names:
             raise InvalidRequest(_name_clash(name, "a name that differs from another in case only"))
         known_names.add(name.upper())
+    # glTF splits an attribute `name` of more than four numbers into `_NAME_0`, `_NAME_1`, ….
     for name in names:
         base = re.sub(r"_[0-9]+\Z", "", name)
         if base != name and base.upper() in known_names:
@@ -112,7 +113,8 @@ def _name_clash(name: str, got: str) -> Issue:
     """The issue for an attribute whose name is equal to another in glTF."""
     return Issue(
         "name_clash",
-        "glTF writes the names of attributes in upper case, and numbers the pieces of long ones.",
+        "glTF writes the names of attributes in upper case, and splits an attribute of more than "
+        "four numbers into pieces, each with its number after the name.",
         pointer(("attributes", name)),
         got,
         "another name",

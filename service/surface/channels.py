@@ -35,7 +35,7 @@ class Channels:
     """Control nets of the channels of a surface.
 
     The last axis of a net has the numbers of one value. Which axes are before it depends on the
-    kind of surface: rows and columns, one run of a triangle, or one value for each vertex.
+    kind of surface: rows and columns; the points of a triangle, row after row; or the vertices.
 
     Attributes
     ----------
@@ -158,12 +158,13 @@ class Channels:
                 )
             _check_numbers(where, indices * net.shape[-1])
 
-    def lower(self, nets: Callable[[FloatArray], FloatArray]) -> tuple[Channel, ...]:
+    def lower(self, lower_net: Callable[[FloatArray], FloatArray]) -> tuple[Channel, ...]:
         """The channels of a batch of patches.
 
-        `nets` converts the net of a channel of the surface to nets (P, a+1, b+1, d) of its patches.
+        `lower_net` converts the net of a channel of the surface to the nets of its P patches, shape
+        (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) for triangles.
         """
-        return tuple(Channel(name, kind, nets(net)) for name, kind, _, net in self.each())
+        return tuple(Channel(name, kind, lower_net(net)) for name, kind, _, net in self.each())
 
 
 def keep_channels(model: PatchModel, kinds: frozenset[ChannelKind]) -> PatchModel:

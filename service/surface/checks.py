@@ -32,7 +32,7 @@ MAX_WEIGHT_RATIO = 1e8
 digits near the control points with the least weight, also in normals."""
 
 USUAL_EXPONENT = 64
-"""Weights are scaled unless the largest is between 2^-64 and 2^64, so that powers and quotients of
+"""Weights are scaled unless the largest is between 2^-65 and 2^64, so that powers and quotients of
 weights stay in the range of float64. Scaling does not change the surface, which depends only on the
 quotients of weights."""
 
@@ -78,8 +78,8 @@ def validate_points(
         )
     # Valid points need only this one reduction. The comparison is false for NaN, too.
     if not np.maximum.reduce(np.abs(points), axis=None, initial=0.0) <= MAX_COORDINATE:
-        _refuse(points, name, ~np.isfinite(points), _not_finite)
-        _refuse(points, name, np.abs(points) > MAX_COORDINATE, _too_large)
+        _refuse(points, f"/{name}", ~np.isfinite(points), _not_finite)
+        _refuse(points, f"/{name}", np.abs(points) > MAX_COORDINATE, _too_large)
     points.flags.writeable = False
     return points
 
@@ -109,8 +109,8 @@ def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
                 f"shape {_shape_text(shape)}",
             )
         )
-    _refuse(weights, "weights", ~np.isfinite(weights), _not_finite)
-    _refuse(weights, "weights", weights <= 0, _not_positive)
+    _refuse(weights, "/weights", ~np.isfinite(weights), _not_finite)
+    _refuse(weights, "/weights", weights <= 0, _not_positive)
     low, high = float(weights.min()), float(weights.max())
     if high > MAX_WEIGHT_RATIO * low:
         raise InvalidRequest(
@@ -131,12 +131,12 @@ def validate_weights(values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 
 def check_finite(values: FloatArray, where: str) -> None:
     """Refuse NaN and infinities; `where` is the JSON pointer to the array."""
-    _refuse(values, where[1:], ~np.isfinite(values), _not_finite)
+    _refuse(values, where, ~np.isfinite(values), _not_finite)
 
 
 def check_stored(values: FloatArray, where: str) -> None:
     """Refuse numbers that single precision cannot store; `where` is the pointer to the array."""
-    _refuse(values, where[1:], np.abs(values) > MAX_COORDINATE, _too_large)
+    _refuse(values, where, np.abs(values) > MAX_COORDINATE, _too_large)
 
 
 def check_grid(rows: int, columns: int, name: str) -> None:
@@ -205,17 +205,20 @@ def check_up(up: str) -> None:
 
 def _refuse(
     values: FloatArray,
-    name: str,
+    where: str,
     is_wrong: NDArray[np.bool_],
     describe: Callable[[str, float], Issue],
 ) -> None:
-    """Raise one issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true."""
-    places = np.argwhere(is_wrong)[:MAX_ISSUES]
-    if len(places):
+    """Raise one issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true.
+
+    `where` is the JSON pointer to `values`.
+    """
+    positions = np.argwhere(is_wrong)[:MAX_ISSUES]
+    if len(positions):
         raise InvalidRequest(
             *(
-                describe(f"/{name}" + pointer(place), float(values[tuple(place)]))
-                for place in places.tolist()
+                describe(where + pointer(position), float(values[tuple(position)]))
+                for position in positions.tolist()
             )
         )
 

@@ -1,8 +1,8 @@
 """Example surfaces with channels: one has colours by its height, one has a temperature.
 
-If the colours of the control points are an affine function of their positions, then the colour of
-every point of the surface is the same function of its position, because the basis functions add up
-to one. So the colours by height are exact, not sampled.
+If the colours of the control points of a polynomial surface are an affine function of their
+positions, then the colour of every point of the surface is the same function of its position,
+because the basis functions add up to one. So the colours by height are exact, not sampled.
 """
 
 from dataclasses import replace

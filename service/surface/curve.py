@@ -120,7 +120,7 @@ class BsplineCurve:
         check_degree(self.degree, "/degree")
         knots = validate_knots(self.knots, len(points), self.degree, "/knots", "/control_points")
         object.__setattr__(self, "knots", knots)
-        _check_continuous(self.knot_vector, self.degree)
+        _check_continuous(self.knots, len(points), self.degree)
         check_bezier_points((self.knot_vector,), (self.degree,), "/control_points")
         if self.weights is not None:
             object.__setattr__(self, "weights", validate_weights(self.weights, (len(points),)))
@@ -134,7 +134,10 @@ class BsplineCurve:
 
     @property
     def knot_vector(self) -> FloatArray:
-        """The knots as numbers; for a periodic curve they fit the result of `wrap_points`."""
+        """The knots as numbers.
+
+        Those of a periodic curve fit its control points with the first p repeated at the end.
+        """
         return build_knot_vector(self.knots, len(self.control_points), self.degree)
 
     def lower(self) -> CurvePieces:
@@ -186,19 +189,22 @@ def _check_count(count: int) -> None:
         )
 
 
-def _check_continuous(knots: FloatArray, degree: int) -> None:
-    """Refuse knots at which the curve would be discontinuous."""
-    low, high = knot.domain(knots, degree)
-    distinct, counts = knot.multiplicities(knots)
+def _check_continuous(knots: Knots, count: int, degree: int) -> None:
+    """Refuse the knots of a curve with `count` control points if it would be discontinuous."""
+    vector = build_knot_vector(knots, count, degree)
+    low, high = knot.domain(vector, degree)
+    distinct, counts = knot.multiplicities(vector)
     jumps = distinct[(counts > degree) & (distinct > low) & (distinct < high)]
     if len(jumps):
-        index = int(np.searchsorted(knots, jumps[0]))
+        # The pointer counts the knots of the request, which may have omitted the first.
+        omitted = int(len(knots) < len(vector))
+        last_equal = int(np.searchsorted(vector, jumps[0])) + degree - omitted
         raise InvalidRequest(
             Issue(
                 "knot_multiplicity",
                 "At degree + 1 equal knots inside its domain the curve would be discontinuous; "
                 "make two curves.",
-                f"/knots/{index + degree}",
+                f"/knots/{last_equal}",
                 f"{degree + 1} equal knots",
                 f"at most {degree} inside the domain",
             )

@@ -96,13 +96,16 @@ def _saddle() -> BezierSurface:
 
 
 def _monkey_saddle() -> TriangleSurface:
-    """Control points of the blossom Re(a b c) over the cube roots of unity a, b, c."""
+    """The graph of z = Re((x + iy)³) over the triangle whose corners are the cube roots of unity.
+
+    The control points have the heights Re(a b c), the blossom of z, where a, b, c are corners.
+    """
     half = sqrt(3) / 2
     corners = np.array([1, complex(-0.5, half), complex(-0.5, -half)])
-    # For each control point, the numbers of the three roots that are its arguments.
+    # For each control point, the numbers of the three corners a, b, c.
     rows = ["000 001 011 111", "002 012 112", "022 122", "222"]
-    roots = np.array([[corners[int(c)] for c in word] for row in rows for word in row.split()])
-    middles, products = roots.mean(axis=1), roots.prod(axis=1)
+    arguments = np.array([[corners[int(c)] for c in word] for row in rows for word in row.split()])
+    middles, products = arguments.mean(axis=1), arguments.prod(axis=1)
     # The exact heights are multiples of 1/2: cosines of multiples of 120°.
     heights = np.round(2 * products.real) / 2
     net = np.stack([middles.real, middles.imag, heights], axis=1)
@@ -265,4 +268,4 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType(
         )
     }
 )
-"""The examples by id, in the order of lists."""
+"""The examples by id, in the order in which the service lists them."""

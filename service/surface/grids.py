@@ -54,7 +54,8 @@ def group_by_degree(grids: Grids) -> tuple[tuple[Ints, IndexGrid], ...]:
     for number, grid in enumerate(grids):
         numbers.setdefault(grid.shape, []).append(number)
     return tuple(
-        (np.array(rows, np.intp), np.stack([grids[k] for k in rows])) for rows in numbers.values()
+        (np.array(group, np.intp), np.stack([grids[k] for k in group]))
+        for group in numbers.values()
     )
 
 
@@ -74,17 +75,17 @@ def check_indices(grids: Grids, count: int, name: str) -> None:
     # Viewed as unsigned integers, negative indices are the largest.
     if not grids.size or np.maximum.reduce(grids.view(np.uint64), axis=None) < count:
         return
-    places = np.argwhere((grids < 0) | (grids >= count))[:MAX_ISSUES]
+    positions = np.argwhere((grids < 0) | (grids >= count))[:MAX_ISSUES]
     raise InvalidRequest(
         *(
             Issue(
                 "index_out_of_range",
                 "Patches index the list of vertices from 0.",
-                f"/{name}" + pointer(place),
-                str(grids[tuple(place)]),
+                f"/{name}" + pointer(position),
+                str(grids[tuple(position)]),
                 f"0 to {count - 1}",
             )
-            for place in places.tolist()
+            for position in positions.tolist()
         )
     )
 

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from service.surface import Surface
 
 MAX_MEMBERS = 4096
-"""The most members of a group. Each distinct surface takes at least 0.5 ms, a tube 2 ms, even if
-small."""
+"""The most members of a group: even a small surface takes at least 0.5 ms, a tube 2 ms."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,8 +32,7 @@ class Member:
     """One surface of a group.
 
     A name that equals the surface's name becomes None; a matrix that is the identity becomes None,
-    too.
-    An opacity of 1 is removed from the colour. So equal members have equal values.
+    too. An opacity of 1 is removed from the colour. So equal members have equal values.
 
     Attributes
     ----------
@@ -116,7 +114,7 @@ class GroupSurface(SurfaceKind):
                 )
             )
         for index, member in enumerate(self.members):
-            _check_place(member, self.up, index)
+            _check_placement(member, self.up, index)
         surfaces, numbers = distinct_surfaces(self.members)
         object.__setattr__(self, "_distinct", (surfaces, numbers))
         sizes = group_sizes(
@@ -172,7 +170,8 @@ def nested_issue(where: str) -> Issue:
 def content_key(value: Any) -> Hashable:
     """A key that is equal for two values if and only if they have equal content.
 
-    Two surfaces are compared field by field, and arrays by shape and numbers.
+    Two surfaces are compared field by field, arrays by shape, type and numbers, and mappings by
+    their entries in order.
     """
     if isinstance(value, np.ndarray):
         # Adding 0 turns −0 into 0, so that equal numbers have equal bytes.
@@ -202,7 +201,7 @@ def distinct_surfaces(members: tuple[Member, ...]) -> tuple[list["Surface"], lis
     return surfaces, numbers
 
 
-def _check_place(member: Member, up: Up, index: int) -> None:
+def _check_placement(member: Member, up: Up, index: int) -> None:
     """Refuse a member whose control points, after placement, float32 could not store."""
     matrix = turn_upright(member.matrix, member.surface.up, up)
     low, high = place_bounds(_bounds(member.surface), matrix)
@@ -220,7 +219,10 @@ def _check_place(member: Member, up: Up, index: int) -> None:
 
 
 def _bounds(surface: "Surface") -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates that enclose a surface, computed without lowering it."""
+    """Least and greatest coordinates that enclose a surface.
+
+    Only tubes and ribbons are lowered for this: their lowering computes nothing.
+    """
     if isinstance(surface, MultipatchSurface):
         lows, highs = zip(*map(_bounds, surface.surfaces), strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)

@@ -15,8 +15,8 @@ from service.surface.bspline import BsplineSurface
 from service.surface.channels import Channels
 from service.surface.multipatch import MultipatchSurface
 
-LENGTH, BREADTH, DRAUGHT, KEEL = 30.0, 7.6, 2.6, 0.3
-"""In metres. `KEEL` is half the breadth of the flat keel."""
+LENGTH, BREADTH, DRAUGHT, HALF_KEEL = 30.0, 7.6, 2.6, 0.3
+"""In metres. `HALF_KEEL` is half the breadth of the flat keel."""
 
 ARCH = 0.16
 """The middle of the deck is higher than its borders: its control points are raised by this fraction
@@ -36,6 +36,8 @@ def hull() -> MultipatchSurface:
     for name, rows in (("aft", slice(0, middle + 1)), ("fore", slice(middle, None))):
         starboard = side[rows]
         port = starboard * (1, -1, 1)
+        # The normals of `port` point outwards. Those of its mirror image would point inwards, so u
+        # and v are exchanged there.
         surfaces += [
             _spline(starboard.swapaxes(0, 1), (3, 3), f"starboard {name}", NAVY),
             _spline(port, (3, 3), f"port {name}", NAVY),
@@ -43,6 +45,7 @@ def hull() -> MultipatchSurface:
             _spline(_span_sides(port[:, 0], 0.0), (3, 2), f"keel {name}", NAVY),
         ]
     stern = np.stack([side[0], side[0] * (1, 0, 1), side[0] * (1, -1, 1)])
+    # The top row of the transom is the border of the deck, whose middle is raised.
     stern[1, -1] = _span_sides(side[:1, -1], ARCH)[0, 1]
     surfaces.append(_spline(stern, (2, 3), "transom", WHITE))
     return MultipatchSurface(tuple(surfaces), "z", "ship-hull")
@@ -74,21 +77,17 @@ def _point(length_share: float, girth_share: float) -> tuple[float, float, float
         max((0.4 - length_share) / 0.4, 0.0),
     )
     half_breadth = BREADTH / 2 * (1 - fore_share**2.6) * (1 - 0.18 * aft_share**2)
-    keel = -DRAUGHT * (1 - 0.75 * aft_share**1.8)
-    rail = 1.5 + 1.6 * fore_share**2 + 0.3 * aft_share**2
+    keel_height = -DRAUGHT * (1 - 0.75 * aft_share**1.8)
+    rail_height = 1.5 + 1.6 * fore_share**2 + 0.3 * aft_share**2
     # Round amidships, sharp at the bow.
     fullness = 0.55 + 1.1 * fore_share**1.5 + 0.15 * aft_share
     angle = girth_share * pi / 2
-    half_flat = KEEL * (1 - fore_share**2)
-    across = (
-        half_flat
-        if girth_share == 0
-        else half_flat
-        + (half_breadth - half_flat) * (sin(angle) if girth_share < 1 else 1.0) ** fullness
-    )
-    height = rail - (rail - keel) * (cos(angle) if girth_share < 1 else 0.0)
-    share = max(height - keel, 0.0) / (rail - keel)
-    rake = 3.4 * fore_share**4 * share**1.5 - 0.6 * aft_share**4 * girth_share
+    half_flat = HALF_KEEL * (1 - fore_share**2)
+    across = half_flat + (half_breadth - half_flat) * sin(angle) ** fullness
+    height = rail_height - (rail_height - keel_height) * cos(angle)
+    # At the keel, rounding could make the difference negative.
+    height_share = max(height - keel_height, 0.0) / (rail_height - keel_height)
+    rake = 3.4 * fore_share**4 * height_share**1.5 - 0.6 * aft_share**4 * girth_share
     return LENGTH * length_share + rake, across, height
 
 

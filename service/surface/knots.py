@@ -28,12 +28,13 @@ MIN_PERIODIC = 3
 """The fewest control points of a periodic spline: two points cannot form a loop."""
 
 MIN_SPAN, MIN_RATIO = 2.0**-40, 2.0**-49
-"""Least length of a span as a fraction of the domain's length, and as a fraction of the largest
-absolute value of a knot. Knots that are closer differ by rounding alone, and are made equal."""
+"""Least length of a span as a fraction of the domain's length, and as a fraction of the larger
+absolute value of the domain's ends. Knots that are closer differ by rounding alone, and are made
+equal."""
 
 MIN_LENGTH = float(np.finfo(np.float32).tiny)
-"""Least length of any span. Single precision rounds shorter spans to 0, and derivatives over
-shorter spans may exceed the range of float64."""
+"""Least length of any span. Programs in single precision may round shorter spans to 0, and
+derivatives over shorter spans may exceed the range of float64."""
 
 MAX_BEZIER_POINTS = 4_000_000
 """The most control points of all Bézier patches together, and the most entries of the extraction
@@ -107,7 +108,7 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points_poi
         )
     _check_values(vector, where)
     _check_order(vector, degree, full_length, where)
-    vector += 0.0
+    vector += 0.0  # −0 becomes 0, so that equal surfaces have equal bytes
     vector.flags.writeable = False
     return vector
 
@@ -115,9 +116,9 @@ def validate_knots(knots: Knots, count: int, degree: int, where: str, points_poi
 def build_knot_vector(knots: Knots, count: int, degree: int) -> FloatArray:
     """The n + p + 2 knots with which a spline is computed.
 
-    The knots of "periodic" fit the control points that `wrap_points` returns. If a request omits
-    the first and the last knot, they become equal to their neighbours, because they have no effect
-    inside the domain. Knots that differ by rounding alone are made equal.
+    The knots of "periodic" fit the control points with the first p repeated at the end. If a
+    request omits the first and the last knot, they become equal to their neighbours, because they
+    have no effect inside the domain. Knots that differ by rounding alone are made equal.
     """
     if not isinstance(knots, str):
         knots = _complete(knots, count + degree + 1)
@@ -171,7 +172,7 @@ def check_bezier_points(
 
 
 def find_least_span(low: float, high: float) -> float:
-    """Least length of a span in a knot vector from `low` to `high`."""
+    """Least length of a span if the domain of the knots is from `low` to `high`."""
     return max(MIN_SPAN * (high - low), MIN_RATIO * max(abs(low), abs(high)), MIN_LENGTH)
 
 
@@ -234,12 +235,13 @@ def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) 
         raise InvalidRequest(
             Issue(
                 "empty_domain",
-                "The domain of degree p is between the knots p and n − p of n + 1 knots.",
+                "The domain of degree p is between the knots p and m − p of the knots 0 to m.",
                 where,
                 f"{low:.6g} to {high:.6g}",
                 "a domain of some length",
             )
         )
+    # `merge_knots` does not make knots equal if this would give too high a multiplicity.
     span_numbers = knot.spans(knots, degree)
     lengths = np.diff(knots)
     _refuse(
@@ -254,8 +256,8 @@ def _check_order(vector: FloatArray, degree: int, full_length: int, where: str) 
     )
 
 
-def _refuse(places: Ints, where: str, describe: Callable[[int], Issue]) -> None:
-    """Raise one issue for each of the first `MAX_ISSUES` positions."""
-    issues = [(k, describe(k)) for k in places[:MAX_ISSUES].tolist()]
+def _refuse(positions: Ints, where: str, describe: Callable[[int], Issue]) -> None:
+    """Raise one issue for each of the first `MAX_ISSUES` positions in the knots of the request."""
+    issues = [(k, describe(k)) for k in positions[:MAX_ISSUES].tolist()]
     if issues:
         raise InvalidRequest(*(replace(issue, pointer=f"{where}/{k}") for k, issue in issues))

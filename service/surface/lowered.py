@@ -81,8 +81,8 @@ class PatchModel:
     control_nets : tuple of TensorPatches and TrianglePatches
         The control nets of the request; empty if they are the nets of the patches.
     stretch : ndarray of float64, shape (4, 4), or None
-        An affine matrix: the linear part of the model's placement, up to a rotation. Curvatures are
-        computed on the surface after this matrix.
+        For copies in a group: their placement without its translation and rotation. Curvatures are
+        those of the surface after this matrix.
     merged_knots : int
         Number of knots that differed from the knot before by rounding alone and were made equal.
     moved : float

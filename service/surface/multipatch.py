@@ -16,7 +16,7 @@ from service.surface.batches import Channel, Patches
 from service.surface.bezier import UNIT_SQUARE, BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.checks import Up, check_up
-from service.surface.lowered import Domain, Part, PatchModel
+from service.surface.lowered import Part, PatchModel
 from service.surface.sizes import NUMBER, SurfaceKind, SurfaceSize, add_sizes
 from service.surface.triangle import TriangleSurface
 
@@ -28,7 +28,7 @@ MAX_SURFACES = 4096
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MultipatchSurface(SurfaceKind):
-    """Bézier patches, B-splines and triangles that form one surface; each is a part of its name.
+    """Bézier patches, B-splines and triangles that form one surface; each is a part, with its name.
 
     Attributes
     ----------
@@ -80,20 +80,20 @@ class MultipatchSurface(SurfaceKind):
         return replace(size, arrays=size.arrays + joined_bytes, peak=size.peak + joined_bytes)
 
     def lower(self) -> PatchModel:
-        """A batch for each form and degree of patches; each surface is a part with its domain."""
+        """A batch for all patches that have one `_form`; each surface is a part with its domain."""
         models = [surface.lower() for surface in self.surfaces]
         forms: dict[tuple[object, ...], list[int]] = {}
         for number, model in enumerate(models):
             forms.setdefault(_form(model.batches[0]), []).append(number)
         counts = np.array([model.patch_count for model in models])
+        # Patches are numbered form after form, so surfaces have their patches in this order.
         order = [number for numbers in forms.values() for number in numbers]
         first_patches = np.empty_like(counts)
         first_patches[order] = np.cumsum(counts[order]) - counts[order]
         ends = np.cumsum(counts).tolist()
-        unit_square = UNIT_SQUARE.u, UNIT_SQUARE.v
         domains = (
-            Domain(*((d.u, d.v) if (d := model.domain) else unit_square), first=begin)
-            for model, begin in zip(models, first_patches.tolist(), strict=True)
+            replace(model.domain or UNIT_SQUARE, first=first_patch)  # a triangle has no domain
+            for model, first_patch in zip(models, first_patches.tolist(), strict=True)
         )
         nets = tuple(net for model in models for net in model.nets)
         return PatchModel(
@@ -119,7 +119,11 @@ def _describe_channels(surface: Single) -> list[tuple[str, int]]:
 
 
 def _form(batch: Patches) -> tuple[object, ...]:
-    """A key that is equal for two batches if they can be joined to one."""
+    """A key that is equal for two batches if they can be joined to one.
+
+    That is: tensor-product or triangular, the degree, rational or not, and the shapes of the nets
+    of channels.
+    """
     nets = tuple(channel.nets.shape[1:] for channel in batch.channels)
     return type(batch), batch.degree, batch.weights is None, nets
 
@@ -144,6 +148,9 @@ def join_batches(batches: Sequence[Patches]) -> Patches:
 
 
 def _list_patches(first: Ints, counts: Ints) -> Ints:
-    """Numbers of the patches in the order of the surfaces, whose patches begin at `first`."""
+    """The numbers of all patches, surface by surface.
+
+    Surface k has the patches `first[k]`, `first[k]` + 1, …; their number is `counts[k]`.
+    """
     offsets = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.asarray(np.repeat(first, counts) + offsets)

@@ -34,7 +34,7 @@ def order_parts(
     order : ndarray of int, shape (count,), or None
         Patch numbers in the new order; None if the order does not change, since `parts` is empty.
     ranges : tuple of Part
-        The range of each part in the new order.
+        The range of each part in the new order; a part without patches is left out.
     """
     if not parts:
         return None, (Part(name, 0, count),)

@@ -60,7 +60,8 @@ class PatchSurface(SurfaceKind):
     channels : Channels
         Colours, texture coordinates and attributes: one value for each vertex.
     triangles : ndarray of int64, shape (T, (n+1)(n+2)/2)
-        Indices into `vertices`, in the order of `service.bases.triangle`. T may be 0.
+        Indices into `vertices`, row after row: n + 1 along the side t = 0, then n, …, and 1 at the
+        opposite corner. T may be 0.
 
     Raises
     ------
@@ -134,7 +135,8 @@ class PatchSurface(SurfaceKind):
         vertex_bytes = self.vertices.nbytes + (0 if weights is None else weights.nbytes)
         index_count, triangle_indices = self.index_count, self.triangles.size
         numbers = 3 + (weights is not None) + size.width
-        result_bytes = (index_count * numbers + 2 * size.patches + 2 * triangles) * NUMBER
+        # The points, and the arrays `request_numbers` and `sequence`.
+        result_bytes = (index_count * numbers + 2 * (size.grids + triangles)) * NUMBER
         # Temporary arrays: the indices in the order of the parts, and the indices of the sorting.
         temporary_bytes = (index_count + 8 * (size.grids + triangles)) * NUMBER
         return replace(
@@ -162,6 +164,7 @@ class PatchSurface(SurfaceKind):
         forms = self._by_degree
         if len(self.triangles):
             forms += ((np.arange(len(self.patches), count), self.triangles),)
+        # Without parts, grids of one degree, and triangles after them, need no new order.
         order = sequence = None
         if len(forms) == 1:
             order = part_order
@@ -180,9 +183,9 @@ class PatchSurface(SurfaceKind):
             batch_indices = indices
             if order is not None:
                 rows = order[first : first + len(members)]
-                batch_indices = indices[
-                    rows if sequence is None else np.searchsorted(members, rows)
-                ]
+                if len(forms) > 1:  # from patch numbers to rows of `indices`
+                    rows = np.searchsorted(members, rows)
+                batch_indices = indices[rows]
             first += len(members)
             kind = TensorPatches if indices.ndim == 3 else TrianglePatches
             batches.append(kind(*self._gather(batch_indices)))

@@ -13,7 +13,7 @@ from service.errors import InvalidRequest, Issue, pointer
 from service.surface.checks import MAX_COORDINATE, Up
 
 LEAST_SCALING = float(np.finfo(np.float32).tiny)
-"""The least scaling of a placement: viewers compute in float32, which rounds smaller numbers to
+"""The least scaling of a placement: viewers compute in float32, and may round smaller numbers to
 0."""
 
 MAX_SCALING_RATIO = 1e6
@@ -43,16 +43,16 @@ def validate_matrix(values: ArrayLike) -> FloatArray:
         raise _refusal("wrong_dimension", "A placement is four rows of four numbers.",
                        f"an array of shape {matrix.shape}", "shape (4, 4)")  # fmt: skip
     # The comparison is false for NaN, too.
-    wrong_places = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
-    if len(wrong_places):
-        place = wrong_places[0]
-        value = float(matrix[tuple(place)])
+    wrong_positions = np.argwhere(~(np.abs(matrix) <= MAX_COORDINATE))
+    if len(wrong_positions):
+        position = wrong_positions[0]
+        value = float(matrix[tuple(position)])
         if np.isfinite(value):
             raise _refusal("out_of_range", "Coordinates are stored in single precision.",
                            f"{value:.6g}", f"at most {MAX_COORDINATE:.7g} in absolute value",
-                           pointer(place.tolist()))  # fmt: skip
+                           pointer(position.tolist()))  # fmt: skip
         raise _refusal("not_finite", "Every number must be finite.", "no finite number",
-                       "a finite number", pointer(place.tolist()))  # fmt: skip
+                       "a finite number", pointer(position.tolist()))  # fmt: skip
     if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise _refusal("not_affine", "A placement is affine: it moves, turns, scales and shears.",
                        "another last row", "0, 0, 0, 1", "/3")  # fmt: skip

@@ -17,7 +17,7 @@ Point: TypeAlias = tuple[float, float, float, float]
 """x, y, z, weight."""
 
 Patch: TypeAlias = list[list[Point]]
-"""Rows of control points, rows along u."""
+"""Rows of control points: axis 0 along u, axis 1 along v."""
 
 ARC = ((1.0, 0.0, 1.0), (1.0, 1.0, sqrt(0.5)), (0.0, 1.0, 1.0))
 """Quarter of the unit circle, counter-clockwise from (1, 0): x, y, weight."""
@@ -31,9 +31,9 @@ def sphere(radius: float = 1.0) -> PatchSurface:
 
 
 def torus(radius: float = 1.0, tube: float = 0.4) -> PatchSurface:
-    """Torus of 4 × 4 patches of degree (2, 2); `tube` is the radius of the tube.
+    """Torus of 4 × 4 patches of degree (2, 2).
 
-    `radius` is the radius of the circle in the middle of the tube.
+    `radius` is the radius of the circle in the middle of the tube, `tube` the radius of the tube.
     """
     patches: list[Patch] = []
     for quarter in range(4):

@@ -1,4 +1,4 @@
-"""Replaces the patches of a model by their pieces, or by some of the patches."""
+"""Replaces patches of a model by pieces of them, or removes patches."""
 
 from dataclasses import replace
 
@@ -33,8 +33,9 @@ def rebuild(
     pieces : list of list of TensorPatches or TrianglePatches
         The new patches; each inner list becomes one batch.
     owner : ndarray of int, shape (P',)
-        New patch k is a piece of patch `owner[k]` of `model`, or the whole patch. New patches
-        of one part must be consecutive, and the parts must have the same order as in `model`.
+        New patch k, counted through all of `pieces`, is a piece of patch `owner[k]` of `model`, or
+        the whole patch. If `model.sequence` is None, the new patches must be in the order of the
+        parts.
     domains : tuple of Domain
         The domains of the new model.
     """

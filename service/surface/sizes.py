@@ -40,10 +40,10 @@ class SurfaceSize:
     net_points, net_segments, net_cells : int
         Upper bounds of the points, lines and cells of the drawn control net.
     parts, name_bytes : int
-        Number of named parts, and bytes of all names in UTF-8.
+        Upper bounds of the number of named parts, and of the bytes of all names in UTF-8.
     members, label_bytes : int
-        Number of surfaces in a group, and bytes of the names of all members together; 1 and 0 for
-        other kinds.
+        Number of surfaces in a group, and bytes of the names of all members together, each with a
+        separator; 1 and 0 for other kinds.
     colors, uvs : int
         How many numbers a color has, and the texture coordinates of a point have; 0 for surfaces
         without them.
@@ -54,9 +54,10 @@ class SurfaceSize:
         the most bytes in use while the surface is lowered.
     sides : int
         Bytes of the control points on the sides of all patches.
-    curves, stations, rings : int
+    curves, swept_vertices, extra_vertices : int
         For sweeps: the number of Bézier pieces of the curves; the number of vertices if every piece
-        has one division; and an upper bound of the additional vertices of caps and bends.
+        has one division, without the vertices at the end of the curve; and an upper bound of the
+        additional vertices at this end, of caps, and at bends.
     """
 
     degree: tuple[int, int]
@@ -78,8 +79,8 @@ class SurfaceSize:
     peak: int = 0
     sides: int = 0
     curves: int = 0
-    stations: int = 0
-    rings: int = 0
+    swept_vertices: int = 0
+    extra_vertices: int = 0
 
     @property
     def patches(self) -> int:
@@ -137,6 +138,7 @@ def tensor_size(
         Whether the patches are triangles.
     """
     numbers = 3 + (weights is not None)
+    # The name counts twice: as name of the model, and as name of its part.
     size = _plain_size(patches, degree, numbers, 2 * len(name.encode()), is_triangular)
     if channels is NO_CHANNELS:
         return size
@@ -177,7 +179,8 @@ def _plain_size(
 
 _SUM_FIELDS = (
     "grids", "triangles", "control_points", "net_points", "net_segments", "net_cells", "parts",
-    "name_bytes", "surface_bytes", "arrays", "peak", "sides", "curves", "stations", "rings",
+    "name_bytes", "surface_bytes", "arrays", "peak", "sides", "curves", "swept_vertices",
+    "extra_vertices",
 )  # fmt: skip
 
 
@@ -211,6 +214,7 @@ def group_sizes(
         Whether any member has a base color.
     """
     copies = [sizes[number] for number in numbers]
+    # In a scene the parts of a member are called "member/part".
     labels = [len(title.encode()) + 1 for title in names]
 
     def sum_members(members: Sequence[SurfaceSize], attributes: Attributes) -> SurfaceSize:
@@ -220,7 +224,7 @@ def group_sizes(
         )
         return replace(
             add_sizes(members, name=name),
-            # A node for every member, and below it a node for each name.
+            # A node for every member, and below it a node for each of its parts.
             parts=all_members.parts + len(copies),
             name_bytes=all_members.name_bytes + part_name_bytes,
             members=len(copies),
@@ -230,6 +234,8 @@ def group_sizes(
             attributes=attributes,
             surface_bytes=distinct_members.surface_bytes,
             arrays=distinct_members.arrays,
+            # In addition to all models, temporary arrays of one surface at a time: those of its
+            # lowering, or the copy of its arrays of which `content_key` takes the hash.
             peak=distinct_members.arrays
             + max(max(size.peak - size.arrays, size.surface_bytes) for size in sizes),
             sides=distinct_members.sides,

@@ -17,7 +17,12 @@ MAX_WIDENING = 2**0.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tube:
-    """A round tube: radii as Bernstein coefficients over the domain of the curve, shape (k+1,)."""
+    """A round tube.
+
+    `radii` are Bernstein coefficients over the domain of the curve, shape (k+1,). `sides` is the
+    number of sides of the polygon that approximates the circle; `caps` says whether discs close the
+    ends of an open tube.
+    """
 
     radii: FloatArray
     sides: int
@@ -30,7 +35,7 @@ class Tube:
 
     @property
     def reach(self) -> float:
-        """Largest distance of the surface from the curve."""
+        """Upper bound of the distance of the surface from the curve."""
         return float(self.radii.max()) * MAX_WIDENING
 
 
@@ -52,7 +57,7 @@ class Ribbon:
 
     @property
     def reach(self) -> float:
-        """Largest distance of the surface from the curve."""
+        """Upper bound of the distance of the surface from the curve."""
         return float(self.widths.max()) / 2 * MAX_WIDENING
 
 

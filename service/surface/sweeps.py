@@ -51,7 +51,7 @@ class TubeSurface(SurfaceKind):
     name: str = "tube"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", _spread(self.radius, "radius"))
+        object.__setattr__(self, "radius", _validate_spread(self.radius, "radius"))
         if not MIN_SIDES <= self.sides <= MAX_SIDES:
             raise InvalidRequest(
                 Issue(
@@ -71,8 +71,10 @@ class TubeSurface(SurfaceKind):
         return self.curve.degree, 0
 
     def size(self) -> SurfaceSize:
-        """The size of a tube: a ring at every station, and two more rings at each end for a cap."""
-        return _size(self.curve, self.sides + 1, ends=5, spread=self.radius, name=self.name)
+        """The size of a tube: a ring of vertices at every sample of the curve, and its caps."""
+        # A ring of s sides has s + 1 vertices: the first and the last are one point, with different
+        # texture coordinates. The 5 rows: a ring at the last sample, and two at each end for a cap.
+        return _size(self.curve, self.sides + 1, end_rows=5, spread=self.radius, name=self.name)
 
     def lower(self) -> SweepModel:
         """The curve's pieces and the circle swept along them."""
@@ -113,7 +115,7 @@ class RibbonSurface(SurfaceKind):
     name: str = "ribbon"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "width", _spread(self.width, "width"))
+        object.__setattr__(self, "width", _validate_spread(self.width, "width"))
         if self.facing is not None and self.camera is not None:
             raise InvalidRequest(
                 Issue(
@@ -126,7 +128,7 @@ class RibbonSurface(SurfaceKind):
             )
         if self.camera is None:
             facing = (0.0, 0.0, 1.0) if self.facing is None else self.facing
-            object.__setattr__(self, "facing", _vector(facing, "facing"))
+            object.__setattr__(self, "facing", _validate_vector(facing, "facing"))
             if not np.any(self.facing):
                 raise InvalidRequest(
                     Issue(
@@ -138,7 +140,7 @@ class RibbonSurface(SurfaceKind):
                     )
                 )
         else:
-            object.__setattr__(self, "camera", _vector(self.camera, "camera"))
+            object.__setattr__(self, "camera", _validate_vector(self.camera, "camera"))
         check_up(self.up)
         _check_within(self.lower(), "/width")
 
@@ -148,8 +150,8 @@ class RibbonSurface(SurfaceKind):
         return self.curve.degree, 0
 
     def size(self) -> SurfaceSize:
-        """The size of a ribbon: a line of two vertices at every station."""
-        return _size(self.curve, 2, ends=1, spread=self.width, name=self.name)
+        """The size of a ribbon: a line of two vertices at every sample of the curve."""
+        return _size(self.curve, 2, end_rows=1, spread=self.width, name=self.name)
 
     def lower(self) -> SweepModel:
         """The curve's pieces and the line that is swept along them."""
@@ -161,39 +163,41 @@ def _sweep_along(curve: Curve, profile: Profile, up: Up, name: str) -> SweepMode
     return SweepModel(name, curve.lower(), profile, up)
 
 
-def _size(curve: Curve, row_size: int, *, ends: int, spread: FloatArray, name: str) -> SurfaceSize:
+def _size(
+    curve: Curve, row_size: int, *, end_rows: int, spread: FloatArray, name: str
+) -> SurfaceSize:
     """The size of a sweep along a curve.
 
     Parameters
     ----------
     curve : Curve
     row_size : int
-        Number of vertices at a station.
-    ends : int
-        Number of additional stations at the ends.
+        Number of vertices at a sample of the curve.
+    end_rows : int
+        Number of rows at the last sample of the curve, and of caps.
     spread : ndarray of float64
         The coefficients of the radius or width.
     name : str
         Name of the surface.
     """
     pieces = curve.lower()
-    net = len(pieces.polygon)
+    net_points = len(pieces.polygon)
     # A curve may bend at each end of a piece, and at cusps inside a piece.
     bends = pieces.count * pieces.degree + 1
     return SurfaceSize(
         (pieces.degree, 0),
-        control_points=net,
-        net_points=net,
-        net_segments=net,
+        control_points=net_points,
+        net_points=net_points,
+        net_segments=net_points,
         name_bytes=2 * len(name.encode()),
         surface_bytes=2 * pieces.points.nbytes + 2 * pieces.breaks.nbytes + spread.nbytes,
         curves=pieces.count,
-        stations=pieces.count * row_size,
-        rings=(ends + RINGS_AT_BEND * bends) * row_size,
+        swept_vertices=pieces.count * row_size,
+        extra_vertices=(end_rows + RINGS_AT_BEND * bends) * row_size,
     )
 
 
-def _spread(values: ArrayLike, name: str) -> FloatArray:
+def _validate_spread(values: ArrayLike, name: str) -> FloatArray:
     """Coefficients of radii or widths as a read-only array.
 
     Refuses negative coefficients, and coefficients that are all 0.
@@ -224,12 +228,12 @@ def _spread(values: ArrayLike, name: str) -> FloatArray:
         raise InvalidRequest(
             Issue("out_of_range", "All coefficients are 0.", f"/{name}", "0", "above 0")
         )
-    spread += 0.0
+    spread += 0.0  # −0 becomes 0, so that equal surfaces have equal bytes
     spread.flags.writeable = False
     return spread
 
 
-def _vector(values: ArrayLike, name: str) -> FloatArray:
+def _validate_vector(values: ArrayLike, name: str) -> FloatArray:
     """A vector of three finite numbers as a read-only array."""
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (3,) or not (np.abs(vector) <= MAX_COORDINATE).all():
@@ -242,7 +246,7 @@ def _vector(values: ArrayLike, name: str) -> FloatArray:
                 f"three numbers between -{MAX_COORDINATE:.7g} and {MAX_COORDINATE:.7g}",
             )
         )
-    vector += 0.0
+    vector += 0.0  # −0 becomes 0, so that equal surfaces have equal bytes
     vector.flags.writeable = False
     return vector
 

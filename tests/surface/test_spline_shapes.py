@@ -71,7 +71,7 @@ def test_models_of_several_splines_are_solids(
 def test_the_port_side_of_the_hull_mirrors_the_starboard_side() -> None:
     hull = find("ship-hull").surface()
     assert isinstance(hull, MultipatchSurface)
-    nets = {is_float32.name: is_float32.control_net for is_float32 in hull.surfaces}
+    nets = {each.name: each.control_net for each in hull.surfaces}
     for end in ("aft", "fore"):
         port = nets[f"starboard {end}"].swapaxes(0, 1) * (1, -1, 1)
         np.testing.assert_array_equal(port, nets[f"port {end}"])
