@@ -1883,7 +1883,7 @@ export interface components {
             tolerance?: number;
             /**
              * Weld Tolerance
-             * @description A share of the diagonal of the bounding box. Control points on borders of patches that are nearer to each other than this count as one point, as in a mesh. The interval of a volume includes every way to close such gaps.
+             * @description A share of the diagonal of the bounding box. Control points on borders of patches that are nearer to each other than this count as one point, as in a mesh. The interval of a volume includes every way to close the gaps between them.
              * @default 1e-12
              * @example 0.000001
              */
@@ -2250,7 +2250,7 @@ export interface components {
         MeshRequest: {
             /**
              * Resolution
-             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget.
+             * @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`.
              * @example 16
              * @example [
              *       16,
@@ -2263,7 +2263,7 @@ export interface components {
             ];
             /**
              * Tolerance
-             * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
+             * @description The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`).
              * @example 0.001
              */
             tolerance?: number;
@@ -2293,7 +2293,7 @@ export interface components {
             max_bytes?: number;
             /**
              * Two Sided
-             * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget.
+             * @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`.
              * @default false
              * @example true
              */
@@ -2340,7 +2340,7 @@ export interface components {
             crease_angle?: number;
             /**
              * Weld Tolerance
-             * @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined.
+             * @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined.
              * @default 1e-12
              * @example 1e-9
              */
@@ -2447,10 +2447,11 @@ export interface components {
         };
         /**
          * MultipatchDefinition
-         * @description Bézier patches, B-splines and triangles that form one surface, like a multipatch of G+Smo.
+         * @description Bézier patches, B-splines and triangles that form one surface.
          *
          *     Each of these surfaces is a part, with its own degrees, knots and parameters; its `name` is the
-         *     name of the part. Where the borders of two parts are equal, the parts share vertices.
+         *     name of the part. Where the borders of two parts are equal, the parts share vertices. The
+         *     library G+Smo has such surfaces.
          */
         MultipatchDefinition: {
             /**
@@ -3303,8 +3304,8 @@ export interface components {
          * @description A flat stripe along a curve that faces a direction, or a camera.
          *
          *     The line across the ribbon is at right angles to the curve and to the direction that the ribbon
-         *     faces. `resolution` is the number of divisions of each piece of the curve. Corners up to 90° are
-         *     mitred, and sharper corners are rounded.
+         *     faces. `resolution` is the number of divisions of each Bézier piece of the curve. Corners up to
+         *     90° are mitred, and sharper corners are rounded.
          */
         RibbonDefinition: {
             /**
@@ -4036,9 +4037,9 @@ export interface components {
          * @description A round tube about a curve: a wire, a hair, a knot.
          *
          *     From ring to ring the tube turns about the curve as little as possible. A closed curve gives a
-         *     closed tube. `resolution` is the number of divisions of each piece of the curve. Corners up to
-         *     90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the tube
-         *     intersects itself.
+         *     closed tube. `resolution` is the number of divisions of each Bézier piece of the curve. Corners
+         *     up to 90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the
+         *     tube intersects itself.
          */
         TubeDefinition: {
             /**
@@ -4572,12 +4573,12 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
+                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
                 /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
                 relative_tolerance?: number;
@@ -4587,7 +4588,7 @@ export interface operations {
                 max_triangles?: number;
                 /** @description With a file: The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
-                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
+                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`. Default: false. */
                 two_sided?: boolean;
                 /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
@@ -4601,7 +4602,7 @@ export interface operations {
                 weld?: boolean;
                 /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
+                /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
                 /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
@@ -4711,12 +4712,12 @@ export interface operations {
                 up?: "y" | "z";
                 /** @description With a file: Name of the surface. */
                 name?: string;
-                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget. */
+                /** @description With a file: Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
+                /** @description With a file: The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
                 /** @description With a file: The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
                 relative_tolerance?: number;
@@ -4726,7 +4727,7 @@ export interface operations {
                 max_triangles?: number;
                 /** @description With a file: The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
-                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. Default: false. */
+                /** @description With a file: Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`. Default: false. */
                 two_sided?: boolean;
                 /** @description With a file: Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. Default: "triangles". */
                 faces?: "triangles" | "quads" | "none";
@@ -4740,7 +4741,7 @@ export interface operations {
                 weld?: boolean;
                 /** @description With a file: Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. Default: 0.017453292519943295. */
                 crease_angle?: number;
-                /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
+                /** @description With a file: A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. Default: 1e-12. */
                 weld_tolerance?: number;
                 /** @description With a file: Lines to draw in addition to the faces, if the format has lines. Default: []. */
                 overlays?: ("control_net" | "boundary")[];
@@ -5325,12 +5326,12 @@ export interface operations {
     getSurfaceMesh: {
         parameters: {
             query?: {
-                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget. */
+                /** @description Divisions of every patch: one number, or [u, v]; by default 16. A patch has (u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has (n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`. */
                 resolution?: number | [
                     number,
                     number
                 ];
-                /** @description The largest distance of the surface from the mesh, in model units. No point of the surface is further from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
+                /** @description The largest distance of the surface from the mesh, in model units. No point of the surface is further than this from the mesh in the file. This is proved, not sampled, and the report has the proved bound. Use a tolerance in place of a resolution. Patches are divided where the surface bends, and in the direction in which it bends; the division of a shared edge depends on the edge alone. A tolerance below the rounding of the written vertices is refused (`tolerance_too_small`). */
                 tolerance?: number;
                 /** @description The tolerance as a share of the model's diagonal, which is the diagonal of the bounding box of all control points (for a group, of all members after placement). Not together with `tolerance`. */
                 relative_tolerance?: number;
@@ -5340,7 +5341,7 @@ export interface operations {
                 max_triangles?: number;
                 /** @description The most bytes of the response in its format. With and without a tolerance, this option limits bytes as `max_triangles` limits triangles. */
                 max_bytes?: number;
-                /** @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance or a budget. */
+                /** @description Whether to bound the distance from the mesh to the surface too. No point of the mesh is then further from the surface than twice the tolerance. The report has the bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), `max_triangles` or `max_bytes`. */
                 two_sided?: boolean;
                 /** @description Kind of faces: `triangles`, `quads` or `none`. `quads` is allowed only if the format has quads. With `none` the file has only isoparametric curves and overlays. */
                 faces?: "triangles" | "quads" | "none";
@@ -5354,7 +5355,7 @@ export interface operations {
                 weld?: boolean;
                 /** @description Angle in radians. If the normals of neighbouring patches differ by more, the common edge is a crease: each patch keeps its own normals there. */
                 crease_angle?: number;
-                /** @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points that are eight times nearer become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. */
+                /** @description A share of the model's diagonal. Control points on borders of patches that are nearer to each other than this count as one point. So sides that are equal up to rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. Near points, and points connected by a chain of near points, form a cluster; in a cluster wider than the tolerance, only points nearer than 1/8 of the tolerance become one. Patches without width are left out of the mesh. When two sides become one edge, the edge gets the positions of the side whose control points come first in lexicographic order, whatever the order of the patches. Far from the origin, where coordinates are too coarse for this tolerance, points within 2^-50 of the largest coordinate count as near. The report has the largest move of a point as `moved`, and every bound includes it. If two borders are the same curve with different knots, the surfaces are split at these knots. With 0, only points that are equal bit for bit are joined. */
                 weld_tolerance?: number;
                 /** @description Lines to draw in addition to the faces, if the format has lines. */
                 overlays?: ("control_net" | "boundary")[];

@@ -1,4 +1,4 @@
-"""The JSON language of measures: a surface, and the largest width of the intervals."""
+"""The JSON language of measures: a surface, and how wide the intervals of its measures may be."""
 
 from typing import Annotated
 
@@ -32,7 +32,7 @@ class MeasureRequest(SurfaceRequest):
         default=WELD_TOLERANCE,
         description="A share of the diagonal of the bounding box. Control points on borders of "
         "patches that are nearer to each other than this count as one point, as in a mesh. The "
-        "interval of a volume includes every way to close such gaps.",
+        "interval of a volume includes every way to close the gaps between them.",
         examples=[1e-6],
     )
 

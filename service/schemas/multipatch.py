@@ -14,7 +14,7 @@ from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 
 _UNKNOWN = Issue("unknown_type", "A multipatch cannot contain a surface of this type.")
 
-PieceDefinition: TypeAlias = Annotated[
+PartDefinition: TypeAlias = Annotated[
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[triangle.TriangleDefinition, Tag("triangle")],
@@ -23,15 +23,16 @@ PieceDefinition: TypeAlias = Annotated[
 
 
 class MultipatchDefinition(StrictModel):
-    """Bézier patches, B-splines and triangles that form one surface, like a multipatch of G+Smo.
+    """Bézier patches, B-splines and triangles that form one surface.
 
     Each of these surfaces is a part, with its own degrees, knots and parameters; its `name` is the
-    name of the part. Where the borders of two parts are equal, the parts share vertices.
+    name of the part. Where the borders of two parts are equal, the parts share vertices. The
+    library G+Smo has such surfaces.
     """
 
     type: Literal["multipatch"] = Field(description="The kind of surface.")
     surfaces: Annotated[
-        tuple[PieceDefinition, ...],
+        tuple[PartDefinition, ...],
         Field(strict=False, min_length=1, max_length=MAX_SURFACES, fail_fast=True),
     ] = Field(
         description="The patches and splines. If one of them has `colors`, `uvs` or `attributes`, "

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from service.schemas.arrays import Array, NumberGrid
 
 _SCALARS: dict[str, object] = {"b": True, "i": 0, "u": 0, "f": 0.5}
-"""For each kind of NumPy type, a JSON value of the same kind, which error messages describe."""
+"""For each kind of NumPy type, a JSON value of the same kind, which error messages describe. For
+other kinds they describe an object."""
 
 
 def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLimits) -> "Array":
@@ -39,9 +40,9 @@ def validate_array(grid: "NumberGrid", values: NDArray[Any], limits: DocumentLim
     Parameters
     ----------
     grid : NumberGrid
-        Its levels are the axes of the array; but all rows of a triangle are one axis of
-        (n+1)(n+2)/2 entries.
-    values : ndarray of integers, or of floats up to double precision
+        The lists for which the array stands. Each of their levels is an axis of the array; but all
+        rows of a triangle are one axis of (n+1)(n+2)/2 entries.
+    values : ndarray of integers or, unless `grid.integers`, of floats up to double precision
         In any byte order. Booleans, texts, objects and longer floats are refused.
     limits : DocumentLimits
 
@@ -73,8 +74,10 @@ def _check_shape(
 
     `sample` is a JSON value of the same kind as the numbers of the array.
     """
+    # In a triangle, one axis stands for two levels: the list of the rows, and the rows.
+    axis_count = len(grid.levels) - (grid.triangle_level is not None)
     level = 0
-    for axis in range(len(grid.levels) - (grid.triangle_level is not None)):
+    for axis in range(axis_count):
         first_path, needed = (0,) * level, f"a list of {grid.levels[level]}"
         if axis == len(shape):
             raise to_refusal([(first_path, wrong_type(sample, needed))])
@@ -82,36 +85,38 @@ def _check_shape(
         if not length:
             raise to_refusal([(first_path, empty_list(needed))])
         if level + 1 == grid.triangle_level:
+            # Check the list of the rows here, and the rows below, like a level of any other array.
             degree = degree_or_none(length)
             if degree is None:
                 issue = ragged_triangle(f"{length} entries", "3, 6, 10, 15, … entries")
                 raise to_refusal([(first_path, issue)])
-            grid.check_size(level, prod(shape[:axis]) * (degree + 1), degree + 1, limits)
+            rows = degree + 1
+            grid.check_size(level, total=prod(shape[:axis]) * rows, longest=rows, limits=limits)
             level += 1
-            length = degree + 1
-        grid.check_size(level, total, length, limits)
+            length = rows
+        grid.check_size(level, total=total, longest=length, limits=limits)
         level += 1
-        if level == len(grid.levels) and grid.width not in (None, length):
-            raise to_refusal([(first_path, grid.length_issue(level - 1, length, grid.width or 0))])
-    if len(shape) > axis + 1:
+        if level == len(grid.levels) and grid.width is not None and length != grid.width:
+            raise to_refusal([(first_path, grid.length_issue(level - 1, length, grid.width))])
+    if len(shape) > axis_count:
         raise to_refusal([((0,) * level, wrong_type([], grid.scalar))])
 
 
 def _refuse(grid: "NumberGrid", is_wrong: NDArray[np.bool_], issue: Issue) -> None:
     """Raise the issue for each of the first `MAX_ISSUES` positions where `is_wrong` is true."""
     if is_wrong.any():
-        places = np.argwhere(is_wrong)[:MAX_ISSUES].tolist()
-        raise to_refusal((_path(grid, tuple(place), is_wrong.shape), issue) for place in places)
+        indices = np.argwhere(is_wrong)[:MAX_ISSUES].tolist()
+        raise to_refusal((_path(grid, tuple(index), is_wrong.shape), issue) for index in indices)
 
 
-def _path(grid: "NumberGrid", place: tuple[int, ...], shape: tuple[int, ...]) -> Path:
+def _path(grid: "NumberGrid", index: tuple[int, ...], shape: tuple[int, ...]) -> Path:
     """The path that a number of the array has in nested lists, in which a triangle has rows.
 
-    `place` is the index of the number in the array, and `shape` is the shape of the array.
+    `index` is the index of the number in the array, and `shape` is the shape of the array.
     """
     if grid.triangle_level is None:
-        return place
-    axis = grid.triangle_level - 1
+        return index
+    axis = grid.triangle_level - 1  # the axis of all rows together
     starts = row_starts(degree_or_none(shape[axis]) or 0)
-    row = int(np.searchsorted(starts, place[axis], side="right")) - 1
-    return (*place[:axis], row, place[axis] - int(starts[row]), *place[axis + 1 :])
+    row = int(np.searchsorted(starts, index[axis], side="right")) - 1
+    return (*index[:axis], row, index[axis] - int(starts[row]), *index[axis + 1 :])

@@ -44,13 +44,13 @@ class MeshOptionFields(StrictModel):
         default_factory=lambda: _DEFAULTS.resolution,
         description="Divisions of every patch: one number, or [u, v]; by default 16. A patch has "
         "(u + 1) × (v + 1) vertices. A triangle uses the larger number n for all sides and has "
-        "(n + 1)(n + 2)/2 vertices. Not together with a tolerance or a budget.",
+        "(n + 1)(n + 2)/2 vertices. Not together with a tolerance, `max_triangles` or `max_bytes`.",
         examples=[16, [16, 32]],
     )
     tolerance: Annotated[float | None, Omittable(), Field(gt=0, le=MAX_COORDINATE)] = optional(
         "The largest distance of the surface from the mesh, in model units. No point of the "
-        "surface is further from the mesh in the file. This is proved, not sampled, and the "
-        "report has the proved bound. Use a tolerance in place of a resolution. Patches are "
+        "surface is further than this from the mesh in the file. This is proved, not sampled, and "
+        "the report has the proved bound. Use a tolerance in place of a resolution. Patches are "
         "divided where the surface bends, and in the direction in which it bends; the division "
         "of a shared edge depends on the edge alone. A tolerance below the rounding of the "
         "written vertices is refused (`tolerance_too_small`).",
@@ -84,7 +84,8 @@ class MeshOptionFields(StrictModel):
         default=False,
         description="Whether to bound the distance from the mesh to the surface too. No point of "
         "the mesh is then further from the surface than twice the tolerance. The report has the "
-        "bound, `mesh_deviation_bound`. Needs a tolerance or a budget.",
+        "bound, `mesh_deviation_bound`. Needs a tolerance (of an angle alone is not enough), "
+        "`max_triangles` or `max_bytes`.",
         examples=[True],
     )
     faces: Literal["triangles", "quads", "none"] = Field(
@@ -133,14 +134,14 @@ class MeshOptionFields(StrictModel):
         "are nearer to each other than this count as one point. So sides that are equal up to "
         "rounding become one edge, closed surfaces have no gaps, and collapsed sides become poles. "
         "Near points, and points connected by a chain of near points, form a cluster; in a cluster "
-        "wider than the tolerance, only points that are eight times nearer become one. Patches "
-        "without width are left out of the mesh. When two sides become one edge, the edge gets the "
-        "positions of the side whose control points come first in lexicographic order, whatever "
-        "the order of the patches. Far from the origin, where coordinates are too coarse for this "
-        "tolerance, points within 2^-50 of the largest coordinate count as near. The report has "
-        "the largest move of a point as `moved`, and every bound includes it. If two borders are "
-        "the same curve with different knots, the surfaces are split at these knots. With 0, only "
-        "points that are equal bit for bit are joined.",
+        "wider than the tolerance, only points nearer than 1/8 of the tolerance become one. "
+        "Patches without width are left out of the mesh. When two sides become one edge, the edge "
+        "gets the positions of the side whose control points come first in lexicographic order, "
+        "whatever the order of the patches. Far from the origin, where coordinates are too coarse "
+        "for this tolerance, points within 2^-50 of the largest coordinate count as near. The "
+        "report has the largest move of a point as `moved`, and every bound includes it. If two "
+        "borders are the same curve with different knots, the surfaces are split at these knots. "
+        "With 0, only points that are equal bit for bit are joined.",
         examples=[1e-9],
     )
     overlays: Overlays = Field(
@@ -233,7 +234,7 @@ class MeshOptionFields(StrictModel):
 _ENGINE_NAMES = [
     field.name for field in fields(MeshOptions) if field.name in MeshOptionFields.model_fields
 ]
-"""Names of the options whose values `MeshOptions` takes without change."""
+"""Names of the options that `MeshOptions` has too."""
 
 _get_engine_values = attrgetter(*_ENGINE_NAMES)
 
@@ -246,5 +247,6 @@ def _mesh_options(engine_values: tuple[object, ...], accuracy: Accuracy | None) 
     """
     values: dict[str, Any] = dict(zip(_ENGINE_NAMES, engine_values, strict=True))
     if values["faces"] == "none":
+        # For the engine, the kind of faces is one option, and whether there are faces is another.
         values |= {"faces": "triangles", "has_faces": False}
     return MeshOptions(**values, accuracy=accuracy)

@@ -36,7 +36,9 @@ def _parse_grids(
         if not isinstance(value, list) or len(set(map(_shape, value))) < 2:
             raise
     limits = limits_of(info)
-    PATCHES.check_size(2, sum(prod(_shape(grid)) for grid in value), 0, limits)
+    # Of all grids together only the number of control points is limited; `PATCH` checks degrees.
+    index_count = sum(prod(_shape(grid)) for grid in value)
+    PATCHES.check_size(2, total=index_count, longest=0, limits=limits)
     try:
         return tuple(PATCH.array(grid, limits).astype(np.int64, copy=False) for grid in value)
     except ValidationError:

@@ -50,7 +50,7 @@ class PlaneSet(RequestModel):
         ------
         InvalidRequest
             `conflicting_options`: the numbers of normals and of offsets or points differ;
-            `zero_direction`.
+            `zero_direction`; and the errors of `validate_points`.
         """
         try:
             return self._build_planes()
@@ -60,15 +60,14 @@ class PlaneSet(RequestModel):
     def _build_planes(self) -> Planes:
         """Build the planes; the pointers of errors are relative to this object."""
         normals = validate_directions(self.normals, "normals")
+        # First divide by the largest coordinate, so that the squares of small numbers keep digits.
         normals = normals / np.abs(normals).max(axis=1, keepdims=True)
         normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
         if self.points is not None:
-            name, places = "points", validate_points(self.points, "points", axes=2)
-        else:
-            name, places = "offsets", np.asarray(self.offsets, np.float64) + 0.0
-            check_finite(places, "/offsets")
-            check_stored(places, "/offsets")
-        normals, places = pair_rows(normals, "normals", places, name)
-        if places.ndim == 2:
-            places = (normals * places).sum(axis=1)
-        return Planes(normals, places)
+            points = validate_points(self.points, "points", axes=2)
+            normals, points = pair_rows(normals, "normals", points, "points")
+            return Planes(normals, (normals * points).sum(axis=1))
+        offsets = np.asarray(self.offsets, np.float64) + 0.0  # −0 becomes 0
+        check_finite(offsets, "/offsets")
+        check_stored(offsets, "/offsets")
+        return Planes(*pair_rows(normals, "normals", offsets, "offsets"))

@@ -84,6 +84,7 @@ def _find_readers(model: type[BaseModel]) -> dict[str, Callable[[str], object]]:
     for name, field in model.model_fields.items():
         types = get_args(field.annotation)
         if get_origin(field.annotation) is tuple:
+            # `tuple[X, ...]` is a list of names, and `tuple[X, X]` is a pair of whole numbers.
             readers[name] = _split_names if types[-1] is ... else pair_from_text
         for kind in types or (field.annotation,):
             if name not in readers and kind in readers_by_type:

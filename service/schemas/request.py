@@ -82,6 +82,7 @@ class SignRequest(RequestModel):
     def _check_end(self) -> Self:
         if (self.expires is None) == (self.seconds is None):
             message = "A request has either `expires` or `seconds`."
+            # The issue points to `expires` in both cases: if there is neither, and if both are.
             issue = conflict_issue("expires", "expires", message, is_neither=self.expires is None)
             raise to_invalid(issue)
         return self

@@ -1,7 +1,7 @@
 """Searches a JSON text for facts that the parser does not return: positions, repeated keys, depth.
 
-The functions look only at strings and brackets, and most are called only after the parser has found
-an error.
+The functions look only at strings, brackets, colons and commas. They run only for texts that the
+parser refused, or that may have repeated keys or too many levels.
 """
 
 import re
@@ -20,12 +20,15 @@ MAX_LEVELS = 32
 """The most levels of a pointer; valid documents have fewer."""
 
 _STRING = rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\Z)'
-_BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
-_BRACE_OR_STRING = re.compile(rb"(" + _STRING + rb")(\s*:)?|[{}]", re.DOTALL)
+"""A string with its quotes; if the text ends inside a string, this string up to the end."""
 
+_BRACKET_OR_STRING = re.compile(_STRING + rb"|[][{}]", re.DOTALL)
+
+_BRACE_OR_STRING = re.compile(rb"(" + _STRING + rb")(\s*:)?|[{}]", re.DOTALL)
+"""A brace, or a string (group 1) and, if the string is a key, the colon after it (group 2)."""
 
 _TO_SQUARE = bytes.maketrans(b"{}", b"[]")
-_NO_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
+_ALL_BUT_BRACKETS = bytes(set(range(256)) - set(b"[]{}"))
 
 
 class _Level:
@@ -115,13 +118,13 @@ def shorten(key: str) -> str:
 def is_deeper(body: bytes, max_depth: int) -> bool:
     """Whether more than `max_depth` brackets are open at any position of a well-formed JSON text.
 
-    First everything but brackets is removed from the text. Then each adjacent pair is an innermost
-    list or object, and removing all these pairs reduces the depth of the text by one.
+    First everything but brackets is removed from the text, and braces become square brackets. Then
+    each `[]` is an innermost list or object, and removing all of these reduces the depth by one.
     """
     # Only strings contain escapes. After escaped quotes are removed, every second quote ends a
-    # string, and every second piece between quotes is outside of strings.
+    # string, so of the segments between quotes the first, third, fifth … are outside of strings.
     unescaped = body.replace(b"\\\\", b"").replace(b'\\"', b"") if b"\\" in body else body
-    brackets = b"".join(unescaped.split(b'"')[::2]).translate(_TO_SQUARE, _NO_BRACKETS)
+    brackets = b"".join(unescaped.split(b'"')[::2]).translate(_TO_SQUARE, _ALL_BUT_BRACKETS)
     for _ in range(max_depth):
         if not brackets:
             return False

@@ -40,6 +40,7 @@ def document_from_query(pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
         message, got = "A query has fields of the surface, one by one.", "all of them as one"
         issue = Issue("unknown_field", message, "/surface", got, ", ".join(FIELDS))
         raise InvalidRequest(issue)
+    # These values are texts already: no option of a mesh has the name of one of these fields.
     fields = {name: str(value) for name, value in values.items() if name in FIELDS}
     options = {name: value for name, value in values.items() if name not in FIELDS}
     return {"surface": surface_fields(fields)} | options
@@ -53,18 +54,18 @@ def surface_fields(texts: Mapping[str, str]) -> dict[str, object]:
     return {name: _parse_value(name, text) for name, text in texts.items()}
 
 
-def add_fields(net: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
-    """The surface of a file, with these fields in addition; fields of the file come first.
+def add_fields(surface: dict[str, Any], fields: Mapping[str, object]) -> dict[str, Any]:
+    """The surface of a file, with these fields in addition; a field that the file has is kept.
 
-    If the surface is a group, the field `up` is set for all of its members, too.
+    If the surface is a group, the field `up`, which no file has, is set for its members, too.
     """
-    if net["type"] == "group" and "up" in fields:
+    if surface["type"] == "group" and "up" in fields:
         members = [
             member | {"surface": member["surface"] | {"up": fields["up"]}}
-            for member in net["members"]
+            for member in surface["members"]
         ]
-        net = net | {"members": members}
-    return {**fields, **net}
+        surface = surface | {"members": members}
+    return {**fields, **surface}
 
 
 def _parse_value(name: str, text: str) -> object:

@@ -2,7 +2,7 @@
 
 To add a kind, write a module with its model (which has a `type` and a method `to_surface`) and with
 a function that writes it as a document. Then add a line to `DEFINE` (and to `WITH_ROWS`, if the
-kind has nets over triangles), its name to `KINDS`, and a line to `_Single`.
+kind has triangular nets), its name to `KINDS`, and a line to `_MemberSurface`.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,20 +35,21 @@ DEFINE: Mapping[type[Surface], Callable[..., dict[str, Any]]] = MappingProxyType
         RibbonSurface: sweeps.define_ribbon,
     }
 )
-"""For each kind without members, the function that writes a surface in the form of a request."""
+"""For each kind, the function that writes a surface in the form of a request. A group and a
+multipatch consist of other surfaces, so `definition` writes them."""
 
 WITH_ROWS: Mapping[type[Surface], Callable[[dict[str, Any]], dict[str, Any]]] = MappingProxyType(
     {PatchSurface: patches.replace_rows, TriangleSurface: triangle.replace_rows}
 )
-"""For each kind with nets over triangles, the function that splits these nets into rows, as
-documents have them."""
+"""For each kind with triangular nets, the function that splits these nets into rows, as documents
+have them."""
 
 KINDS = ("bezier", "bspline", "triangle", "patches", "multipatch", "tube", "ribbon", "group")
 """Names of the kinds of surface; the first is the default."""
 
 _UNKNOWN = Issue("unknown_type", "No kind of surface has this name.")
 
-_Single: TypeAlias = (
+_MemberSurface: TypeAlias = (
     Annotated[bezier.BezierDefinition, Tag("bezier")]
     | Annotated[bspline.BsplineDefinition, Tag("bspline")]
     | Annotated[patches.PatchesDefinition, Tag("patches")]
@@ -57,11 +58,12 @@ _Single: TypeAlias = (
     | Annotated[sweeps.TubeDefinition, Tag("tube")]
     | Annotated[sweeps.RibbonDefinition, Tag("ribbon")]
 )
+"""The kinds of surface that can be members of a group: all but a group."""
 
 SurfaceDefinition = TypeAliasType(
     "SurfaceDefinition",
     Annotated[
-        _Single | Annotated[group.GroupDefinition, Tag("group")],
+        _MemberSurface | Annotated[group.GroupDefinition, Tag("group")],
         *one_of_kinds(
             KINDS, _UNKNOWN, "A surface: its `type` names the kind; the default is `bezier`."
         ),
@@ -71,7 +73,8 @@ SurfaceDefinition = TypeAliasType(
 MemberSurfaceDefinition = TypeAliasType(
     "MemberSurfaceDefinition",
     Annotated[
-        _Single,
+        _MemberSurface,
+        # `KINDS` has `group` too: it is a known name, and `refuse_group` has an error of its own.
         *one_of_kinds(KINDS, _UNKNOWN, "A surface in a group: any but a group."),
         BeforeValidator(group.refuse_group),
     ],
@@ -86,7 +89,7 @@ group.GroupDefinition.model_rebuild()
 def definition(surface: Surface, *, flat: bool = False) -> dict[str, Any]:
     """A surface in the form of a request, with NumPy arrays; omits fields that have no value.
 
-    A net over a triangle is a list of rows, as in documents; if `flat`, it is one array.
+    A triangular net is a list of rows, as in documents; if `flat`, it is one array.
     """
     kind = type(surface)
     if isinstance(surface, GroupSurface):

@@ -21,16 +21,18 @@ _VECTOR = NumberGrid(
 
 
 def _parse_coefficients(value: object) -> FloatArray:
-    """Parse coefficients: one number, or a list of numbers, to an array (k+1,)."""
+    """Parse coefficients: one number, or a list of numbers, to an array (k+1,) for degree k."""
     if type(value) in (int, float):
         return np.array([value], dtype=np.float64)
     if not isinstance(value, list | np.ndarray):
         raise to_invalid(wrong_type(value, "a number or a list of numbers"))
-    return _COEFFICIENTS.array(value, DocumentLimits(max_degree=MAX_DEGREE)).astype(np.float64)
+    # The setting for degrees limits surfaces and curves, not radii and widths.
+    limits = DocumentLimits(max_degree=MAX_DEGREE)
+    return _COEFFICIENTS.array(value, limits).astype(np.float64, copy=False)
 
 
 _NUMBER = {"type": "number", "minimum": 0}
-Spread: TypeAlias = Annotated[
+Coefficients: TypeAlias = Annotated[
     Any,
     PlainValidator(_parse_coefficients),
     WithJsonSchema(
@@ -42,6 +44,7 @@ Spread: TypeAlias = Annotated[
         }
     ),
 ]
+"""A radius or a width as a function along a curve."""
 
 _ALONG = (
     "One number, or a list of the coefficients of a Bézier function over the whole curve. The "
@@ -59,14 +62,14 @@ class TubeDefinition(StrictModel):
     """A round tube about a curve: a wire, a hair, a knot.
 
     From ring to ring the tube turns about the curve as little as possible. A closed curve gives a
-    closed tube. `resolution` is the number of divisions of each piece of the curve. Corners up to
-    90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the tube
-    intersects itself.
+    closed tube. `resolution` is the number of divisions of each Bézier piece of the curve. Corners
+    up to 90° are mitred, and sharper corners are rounded. Where radius × curvature exceeds 1, the
+    tube intersects itself.
     """
 
     type: Literal["tube"] = Field(description="The kind of surface.")
     curve: CurveDefinition = Field(description=_CURVE, examples=_CURVES)
-    radius: Spread = Field(description=f"Radius. {_ALONG}", examples=[0.1, [0.2, 0.1, 0]])
+    radius: Coefficients = Field(description=f"Radius. {_ALONG}", examples=[0.1, [0.2, 0.1, 0]])
     sides: Annotated[int, Field(ge=MIN_SIDES, le=MAX_SIDES)] = Field(
         default=16,
         description="Sides of the regular polygon that approximates the circle.",
@@ -90,13 +93,13 @@ class RibbonDefinition(StrictModel):
     """A flat stripe along a curve that faces a direction, or a camera.
 
     The line across the ribbon is at right angles to the curve and to the direction that the ribbon
-    faces. `resolution` is the number of divisions of each piece of the curve. Corners up to 90° are
-    mitred, and sharper corners are rounded.
+    faces. `resolution` is the number of divisions of each Bézier piece of the curve. Corners up to
+    90° are mitred, and sharper corners are rounded.
     """
 
     type: Literal["ribbon"] = Field(description="The kind of surface.")
     curve: CurveDefinition = Field(description=_CURVE, examples=_CURVES)
-    width: Spread = Field(description=f"Width. {_ALONG}", examples=[0.2, [0, 0.3, 0]])
+    width: Coefficients = Field(description=f"Width. {_ALONG}", examples=[0.2, [0, 0.3, 0]])
     facing: Annotated[FloatArray | None, _VECTOR] = optional(
         "Direction that the ribbon faces, of any length but 0. The default, without a `camera`, is "
         "[0, 0, 1].",

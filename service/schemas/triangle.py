@@ -97,7 +97,8 @@ def to_rows(error: InvalidRequest, prefix: str, count: int) -> InvalidRequest:
     ----------
     error : InvalidRequest
     prefix : str
-        A regular expression: the pointers of the arrays to change.
+        A regular expression for the pointers of the arrays to change. Names of fields and of
+        attributes need no escapes: they have only letters, digits and _.
     count : int
         The number of entries of an array, all rows together.
     """

@@ -1,7 +1,7 @@
 """Validates documents, and translates pydantic's errors to issues of this service.
 
-An issue has a code, a pointer, and texts of the values that the service got and needed. It never
-repeats the input.
+An issue has a code, a pointer, and texts that say what the service got and what it needed. Of the
+input it repeats only numbers, and in the pointer the keys, shortened.
 """
 
 from collections.abc import Iterable, Sized
@@ -40,6 +40,7 @@ _KINDS = {
     list: "a list",
     np.ndarray: "a list",
 }
+"""For each Python type of a JSON value, the text of `kind`."""
 
 _WRONG_TYPE = {
     "bool_type": "true or false",
@@ -52,8 +53,9 @@ _WRONG_TYPE = {
     "string_type": "a string",
     "tuple_type": "a list",
 }
+"""For each of pydantic's types of error about a wrong type: the type that is needed."""
 
-
+# Code, message and text of what the service got, for `_TRANSLATIONS`.
 _SMALL = ("out_of_range", "The number is too small.", "{number}")
 _LARGE = ("out_of_range", "The number is too large.", "{number}")
 _SHORT = ("wrong_length", "The list or string is too short.", "a length of {length}")
@@ -232,17 +234,17 @@ def _translate(name: str, value: object, context: dict[str, Any]) -> Issue:
 
 def _pointer(path: Path) -> str:
     """The JSON pointer for a path of pydantic; the names of models in the path are omitted."""
-    parts: list[str | int] = []
-    part_before_last: str | int | None = None
-    last_part: str | int | None = None
-    for part in path:
-        is_named = last_part in UNIONS or (
-            part_before_last in LISTS_OF_UNIONS and isinstance(last_part, int)
+    pointer_items: list[str | int] = []
+    item_before_last: str | int | None = None
+    last_item: str | int | None = None
+    for item in path:
+        is_after_union = last_item in UNIONS or (
+            item_before_last in LISTS_OF_UNIONS and isinstance(last_item, int)
         )
-        if is_named and isinstance(part, str):
-            part_before_last = last_part = None
+        if is_after_union and isinstance(item, str):  # the name of a model
+            item_before_last = last_item = None
             continue
-        part_before_last, last_part = last_part, part
-        if part != "[key]":  # pydantic adds this if the error is in the key, not in its value
-            parts.append(part if isinstance(part, int) else shorten(part))
-    return pointer(parts)
+        item_before_last, last_item = last_item, item
+        if item != "[key]":  # pydantic adds this if the error is in the key, not in its value
+            pointer_items.append(item if isinstance(item, int) else shorten(item))
+    return pointer(pointer_items)

@@ -31,7 +31,8 @@ MAX_LINES, GATHER_SECONDS, FLUSH_SECONDS = 10_000, 0.05, 1.0
 seconds to write the last lines."""
 
 MAX_MESSAGE, MAX_TEXT, MAX_FRAMES = 4000, 200, 50
-"""Most characters of a message and of an exception's text; most frames of a traceback."""
+"""Most characters of a message or of a frame's line, and of an exception's text; most frames of a
+traceback."""
 
 _UNSAFE = re.compile(
     "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
@@ -41,6 +42,8 @@ _UNSAFE = re.compile(
 
 def start_logs(settings: Settings) -> tuple["Lines", "Lines"]:
     """Sends `logging` and warnings to standard error; returns the access log and the error log."""
+    # A process without standard output or error gets the descriptor −1: every write to it fails, so
+    # the lines are dropped.
     access_log, error_log = Lines(1 if sys.stdout else -1), Lines(2 if sys.stderr else -1)
     error_log.setFormatter(RecordFormatter(settings.log_format))
     root = logging.getLogger()
@@ -54,8 +57,7 @@ class Lines(QueueHandler):
     """Writes lines to a file descriptor, in order, from a thread; counts the lines that it drops.
 
     The thread does not write through a `StreamHandler`, which would hold its lock while it waits
-    for a full pipe. Before it exits, the process flushes all handlers, so it would wait for the
-    lock.
+    for a full pipe: the process flushes all handlers before it exits, and would wait for this lock.
     """
 
     def __init__(self, descriptor: int, max_lines: int = MAX_LINES) -> None:
@@ -65,7 +67,7 @@ class Lines(QueueHandler):
         Thread(target=self._write_all, name="log", daemon=True).start()
 
     def enqueue(self, record: logging.LogRecord) -> None:
-        """Queues a formatted record."""
+        """Queues a record; `QueueHandler.prepare` has stored the formatted text in `record.msg`."""
         self.write(f"{record.msg}\n")
 
     def write(self, line: str) -> None:

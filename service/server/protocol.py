@@ -67,14 +67,17 @@ class BoundedProtocol(HttpToolsProtocol):
     def __init__(self, settings: Settings, state: Any, **uvicorn: Any) -> None:
         super().__init__(**uvicorn)
         self._settings, self._state = settings, state
+        # The newest request for which the application was called, and its response.
         self._running: RequestResponseCycle | None = None
-        self._head_due = self._response_due = inf  # on the clock of the event loop
-        self._unread = 0  # bytes since the last head, piece of a body, or message ended
+        # Deadlines for the next head, and for the client to read; on the clock of the event loop.
+        self._head_due = self._response_due = inf
+        self._unread = 0  # bytes since the last head, chunk of a body, or message ended
         self._in_body = self._ignores_input = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
-        # uvicorn's cycles use this object as their transport (`on_headers_complete`).
+        # `on_headers_complete` makes this connection the transport of uvicorn's cycles, so that
+        # they call `close` below; they also need these two methods of the transport.
         self.write, self.is_closing = transport.write, transport.is_closing
         self._head_due = self.loop.time() + self._settings.head_timeout
         if len(self.connections) > self._settings.max_connections:
@@ -84,7 +87,7 @@ class BoundedProtocol(HttpToolsProtocol):
         self._disconnect()
         self._unset_keepalive_if_required()
         super().connection_lost(exc)
-        self._running = self.cycle = None  # type: ignore[assignment]  # they refer to this object
+        self._running = self.cycle = None  # type: ignore[assignment]  # breaks reference cycles
 
     def data_received(self, data: bytes) -> None:
         if self._ignores_input:
@@ -95,12 +98,14 @@ class BoundedProtocol(HttpToolsProtocol):
             if self._unread > self._settings.max_head_bytes:
                 self._refuse(problems.HEAD_TOO_LARGE)
         except httptools.HttpParserUpgrade as upgrade:
+            # The service ignores the offer: a new parser reads the request again without it.
             head_and_rest = head_without_upgrade(self) + data[upgrade.args[0] :]
             self._unread, self.parser = 0, httptools.HttpRequestParser(self)
             self.data_received(head_and_rest)
         except httptools.HttpParserError as error:
             if not self._ignores_input:
                 self._refuse(getattr(error.__context__, "problem", problems.MALFORMED_REQUEST))
+        # The deadline of the next head starts with its first bytes, or when the connection opens.
         is_idle = self._running is None or self._running.response_complete
         if self._unread and is_idle and self._head_due == inf:
             self._head_due = self.loop.time() + self._settings.head_timeout
@@ -118,7 +123,7 @@ class BoundedProtocol(HttpToolsProtocol):
             self._unset_keepalive_if_required()
             super().on_headers_complete()
             self.headers = []  # uvicorn adds trailers to this list; the request keeps the old list
-            self.cycle.transport = self  # type: ignore[assignment]  # so that it ends by `close`
+            self.cycle.transport = self  # type: ignore[assignment]  # so that it calls `close` below
             self.cycle.keep_alive = self.cycle.keep_alive and self._state.ready
             self._in_body, self._unread, self._head_due = True, 0, inf
 
@@ -148,6 +153,7 @@ class BoundedProtocol(HttpToolsProtocol):
         if now > self._response_due:
             self.transport.abort()
         elif now > self._head_due:
+            # After a part of a head the client gets a problem; an idle connection only closes.
             self._refuse(problems.HEAD_TOO_SLOW) if self._unread else self.transport.close()
 
     def close(self) -> None:
@@ -160,6 +166,7 @@ class BoundedProtocol(HttpToolsProtocol):
         self._ignores_input, self._head_due = True, inf
         is_crowded = len(self.connections) > self._settings.max_connections
         if self.transport.is_closing() or is_crowded or not self._state.ready:
+            # Both directions at once: no connection is left that would wait for the client.
             self.transport.close()
         else:
             self.flow.resume_reading()
@@ -188,12 +195,14 @@ class BoundedProtocol(HttpToolsProtocol):
         self.parser.feed_data(b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
 
     def _disconnect(self) -> None:
+        """Drops waiting requests, and tells the running one that its client has disconnected."""
         self.pipeline.clear()
         if self._running is not None and not self._running.response_complete:
             self._running.disconnected, self._running.waiting_for_100_continue = True, False
             self._running.message_event.set()
 
     def _send_deadline(self) -> float:
+        """The time until which the client must have read the bytes that wait to be sent."""
         mebibytes = 1 + (self.transport.get_write_buffer_size() >> 20)
         return self.loop.time() + self._settings.send_timeout * mebibytes
 
@@ -210,6 +219,7 @@ def check_head(connection: HttpToolsProtocol, max_bytes: int) -> None:
             is_clear = is_clear and version == "1.1" and value.lower() == b"chunked"
     if size > max_bytes:
         raise Refused(problems.HEAD_TOO_LARGE)
+    # HTTP/1.1 requires one Host header, and HTTP/1.0 allows one.
     if not is_clear or (host_count != 1 and (host_count or version == "1.1")):
         raise Refused(problems.MALFORMED_REQUEST)
 
@@ -220,6 +230,7 @@ def head_without_upgrade(connection: HttpToolsProtocol) -> bytes:
     The service may ignore this header (RFC 9110, section 7.8), but with it httptools would not read
     the body.
     """
-    line = b" ".join((connection.parser.get_method(), connection.url, b"HTTP/1.1"))
+    version = f"HTTP/{connection.parser.get_http_version()}".encode()
+    line = b" ".join((connection.parser.get_method(), connection.url, version))
     fields = (b": ".join(field) for field in connection.headers if field[0] != b"upgrade")
     return b"\r\n".join((line, *fields, b"", b""))

@@ -87,7 +87,7 @@ def notify(state: str) -> None:
 def make_server(
     app: ASGIApp, settings: Settings, state: Any = None, **uvicorn_options: Any
 ) -> Server:
-    """The server of an application with this state; `uvicorn_options` replace or add settings."""
+    """The server of an application with this state; `uvicorn_options` replace or add options."""
     state = SimpleNamespace(ready=True) if state is None else state
     counters: RequestCounters | None = getattr(state, "counters", None)
     state.count_refusal = counters.count_refusal if counters else lambda _: None

@@ -44,7 +44,7 @@ def read_environment() -> Settings:
     Raises
     ------
     InvalidSettings
-        Names every invalid variable, its value and its valid values.
+        Names every invalid variable, its value (except of a secret) and its valid values.
     """
     variables = {variable(name) for name in Settings.model_fields}
     for name in sorted(os.environ):

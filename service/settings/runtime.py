@@ -75,8 +75,8 @@ def trim_heap() -> None:
 def collect_rarely() -> None:
     """Makes Python look for reference cycles less often.
 
-    By default Python looks after every 700 new objects; to parse a document of 3 MB then takes 2.5
-    times as long.
+    By default Python 3.11 looks after every 700 new objects; to parse a document of 3 MB then takes
+    2.5 times as long.
     """
     gc.set_threshold(50_000, 20, 100)
 
@@ -97,7 +97,10 @@ def pause_collection() -> Iterator[None]:
 
 
 def half_of_memory(root: Path = Path("/")) -> int:
-    """Half of the memory of the machine, or of the control group of this process, in bytes.
+    """Half of the bytes of memory that this process may use, and at least `MIN_MEMORY`.
+
+    It may use the memory of the machine, within the limits of its control groups. `root` is another
+    folder only in tests.
 
     References
     ----------
@@ -117,7 +120,7 @@ def _limits(root: Path) -> Iterator[int]:
     groups = root / "sys/fs/cgroup"
     for line in lines:
         _, controllers, path = line.split(":", 2)
-        if not controllers:
+        if not controllers:  # version 2 of control groups
             folder, name = groups, "memory.max"
         elif "memory" in controllers.split(","):
             folder, name = groups / "memory", "memory.limit_in_bytes"

@@ -20,16 +20,16 @@ REQUEST_SHARE = 11 / 16
 divides the memory."""
 
 
-def _parts(value: object) -> object:
+def _split_list(value: object) -> object:
     """The items of a comma-separated list; a value that is not a string is returned unchanged."""
     if not isinstance(value, str):
         return value
-    return tuple(part.strip() for part in value.split(",") if part.strip())
+    return tuple(item.strip() for item in value.split(",") if item.strip())
 
 
 Bytes: TypeAlias = Annotated[int, ByteSize]
-Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_parts)]
-Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_parts)]
+Texts: TypeAlias = Annotated[tuple[str, ...], NoDecode, BeforeValidator(_split_list)]
+Secrets: TypeAlias = Annotated[tuple[SecretStr, ...], NoDecode, BeforeValidator(_split_list)]
 
 
 class Settings(BaseModel):
@@ -131,7 +131,7 @@ class Settings(BaseModel):
         "0 switches the cache off. Only cached responses are compressed.",
     )
 
-    # Counts and times
+    # Counts, and times in seconds
     threads: int = Field(
         default=0,
         ge=0,
@@ -187,6 +187,8 @@ class Settings(BaseModel):
     )
 
     # Storage
+    # `read_environment` replaces this default by the user's data folder, which the description
+    # names. Settings made without the environment, as in tests, store nothing on the disk.
     store: str = Field(
         default="memory://",
         min_length=1,

@@ -38,7 +38,10 @@ class Bucket:
         """Removes unfinished files of killed processes; a bucket has none."""
 
     async def touch(self) -> None:
-        """Lists at most 256 prefixes; raises an error if the bucket does not respond."""
+        """Lists at most the prefixes `surfaces/00` to `surfaces/ff`.
+
+        Raises an error if the bucket does not respond.
+        """
         await obstore.list_with_delimiter_async(self.objects, SURFACES)
 
 

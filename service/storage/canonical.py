@@ -12,9 +12,9 @@ types and shapes of these arrays, in the same order. Their numbers follow the li
 after another, little-endian, 8 bytes each, the last axis fastest. The net of a triangle of degree n
 is one axis of (n+1)(n+2)/2 points.
 
-The content has the values that a surface has after its checks: −0 is 0, one number for both
-directions is two numbers, keys of JSON objects are sorted, and defaults are written out. Two
-contents are equal if and only if these values are equal; then all meshes are equal too. A
+The content has the values that a surface has after its checks: −0 is 0, a number that a request
+gives for both u and v is there twice, keys of JSON objects are sorted, and defaults are written
+out. Two contents are equal if and only if these values are equal; then all meshes are equal too. A
 difference in one bit of one number gives another content, except for weights outside of 2^-64 to
 2^64, which the checks multiply by a common power of two. Names are compared character by character:
 composed and decomposed Unicode characters are different.
@@ -93,6 +93,8 @@ def estimate_restore_memory(content: bytes) -> int:
     """Bytes that `restore_surface` needs at most, `content` included."""
     header = content[: content.find(b"\n")]
     objects, values = header.count(b"{"), header.count(b",") + header.count(b"[")
+    # 4: the content, the arrays of the surface, and temporary arrays of the checks take 3 times the
+    # length of the content, as measured; 1 is a margin.
     return 4 * len(content) + BYTES_PER_OBJECT * objects + BYTES_PER_VALUE * values
 
 

@@ -23,9 +23,10 @@ class Usage:
     """Counts the bytes in use under a quota.
 
     A listing counts the bytes of all objects; after that, this process adds what it stores and
-    subtracts what it deletes. The next count, every 10 minutes and before a refusal, shows what
-    other processes have changed. Between two counts, all processes together may exceed the quota by
-    the bytes that they store in this time.
+    subtracts what it deletes. The next count shows what other processes have changed. It starts by
+    `recount`; when an object is stored and the count is older than `STALE_SECONDS`; or before a
+    refusal, if the count is older than `FRESH_SECONDS`. Between two counts, all processes together
+    may exceed the quota by the bytes that they store in this time.
 
     Parameters
     ----------
@@ -33,6 +34,8 @@ class Usage:
         Most bytes that may be in use; 0 sets no limit, and switches counting off.
     list_bytes : callable
         Returns the bytes in use, by a listing of the store.
+    clock : callable
+        Returns the time in seconds; tests have a clock of their own.
     """
 
     def __init__(

@@ -53,6 +53,7 @@ class SurfaceStore:
         self._backend = backend
         self._usage = Usage(quota, self._list_bytes)
         self._limiter = CapacityLimiter(MAX_CONCURRENT)
+        # For each id that is being stored or deleted, its lock.
         self._writing: WeakValueDictionary[str, Lock] = WeakValueDictionary()
         self._ready_lock = Lock()
         self._last_check: tuple[float, bool] | None = None
@@ -60,7 +61,7 @@ class SurfaceStore:
 
     @property
     def used(self) -> int | None:
-        """Bytes in use, as last counted; None without a quota."""
+        """Bytes in use, as last counted; None before the first count, or without a quota."""
         return self._usage.used
 
     async def put(self, id: str, content: bytes) -> bool:
@@ -93,7 +94,7 @@ class SurfaceStore:
                     return False
             elif old_size is not None:
                 _log.warning("%s is damaged, %d bytes instead of %d", key, old_size, len(content))
-            # A count may include the damaged object or not; its repair is never refused.
+            # The repair of a damaged object takes no bytes of the quota, so it is never refused.
             growth = len(content) if old_size is None else 0
             async with self._usage.reserve(growth), self._limiter:
                 with translate_errors(f"storing {key}"):
@@ -176,7 +177,7 @@ class SurfaceStore:
         return 0.0 if self._failing_since is None else time.monotonic() - self._failing_since
 
     async def maintain(self) -> None:
-        """Counts objects and removes unfinished files, now and every hour, until cancelled.
+        """Removes unfinished files and counts bytes, now and every hour, until cancelled.
 
         It logs errors, and continues.
         """

@@ -16,8 +16,9 @@ from service.bases.triangle_polynomials import tensor_net
 from service.surface.sides import along_sides, take_side
 
 SideNumbers: TypeAlias = tuple[int, int, int, int]
-ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
+"""A whole number for each side."""
 
+ChannelKind: TypeAlias = Literal["colors", "uvs", "attribute"]
 
 PATCHES_IN_ROW = 16
 """To find least and greatest coordinates, the control points of this number of patches are taken as
@@ -33,9 +34,9 @@ class Channel:
     name : str
         "colors" (RGB or RGBA, sRGB, 0 … 1), "uvs" (texture coordinates), or an attribute's name.
     kind : "colors", "uvs" or "attribute"
-    nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) beside triangles
-        One net for each patch, over the parameters of the patch. The degree of a net may differ
-        from the degree of the points. Read-only.
+    nets : ndarray of float64, shape (P, a+1, b+1, d), or (P, (a+1)(a+2)/2, d) for triangles
+        One net of degree (a, b), or a, for each patch, over the parameters of the patch; values
+        have d numbers. The degree of a net may differ from that of the points. Read-only.
     """
 
     name: str
@@ -83,7 +84,7 @@ class _Batch(ABC):
 
     @abstractmethod
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
-        """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
+        """One side, of degree n, of all patches: points (P, n+1, 3), weights (P, n+1) or None."""
 
     def take(self, index: NDArray[np.intp]) -> Self:
         """A batch of the patches with these numbers."""
@@ -183,7 +184,7 @@ class TensorPatches(_Batch):
         return self.points[:, ::p, ::q].reshape(-1, 4, 3)
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
-        """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
+        """One side, of degree n, of all patches: points (P, n+1, 3), weights (P, n+1) or None."""
         weights = None if self.weights is None else take_side(self.weights, number)
         return take_side(self.points, number), weights
 
@@ -195,7 +196,7 @@ class TensorPatches(_Batch):
     def collapsed(self) -> NDArray[np.bool_]:
         """Which sides are one point, shape (P, 4)."""
         p, q = self.degree
-        # Shape (3, 2, 2, P), one plane for each coordinate: long rows are compared faster.
+        # Shape (3, 2, 2, P), with the patches on the last axis: long rows are compared faster.
         corners = self.points[:, ::p, ::q].transpose(3, 1, 2, 0).copy()
         # Only sides whose two ends are equal can be one point; only these are compared in full.
         is_equal = np.empty(corners.shape, bool)
@@ -204,13 +205,14 @@ class TensorPatches(_Batch):
         collapsed: NDArray[np.bool_] = np.logical_and.reduce(is_equal).transpose(2, 0, 1).copy()
         if not np.count_nonzero(collapsed):
             return collapsed.reshape(-1, 4)
-        # Axis 0 has the sides u = 0 and u = 1, axis 1 the sides v = 0 and v = 1.
+        # `collapsed[k, 0]` has the sides u = 0 and u = 1 of patch k, `collapsed[k, 1]` the sides
+        # v = 0 and v = 1.
         for axis, sides in enumerate((self.points[:, ::p], self.points.swapaxes(1, 2)[:, ::q])):
             index, end = collapsed[:, axis].nonzero()
             if len(index):
                 lines = sides[index, end]
-                is_equal = lines == lines[:, :1]
-                collapsed[index, axis, end] = is_equal.reshape(len(lines), -1).all(axis=1)
+                is_first = lines == lines[:, :1]
+                collapsed[index, axis, end] = is_first.reshape(len(lines), -1).all(axis=1)
         return collapsed.reshape(-1, 4)
 
 
@@ -220,9 +222,10 @@ class TrianglePatches(_Batch):
 
         S_l(s, t) = Σ B_ijk^n(r, s, t) w_lijk P_lijk / Σ B_ijk^n(r, s, t) w_lijk,  r = 1 − s − t
 
-    Other modules treat a triangle as a patch with u = s and v = t, whose side v = 1 is one point.
-    Corner (0, 0) is P_n00, corner (1, 0) is P_0n0, corners (0, 1) and (1, 1) are P_00n. Sides 0, 1
-    and 2 are s = 0, r = 0 and t = 0. Side 3 is the point P_00n and has degree 0.
+    A triangle has the sides and corners of a patch over (u, v) with s = u (1 − v) and t = v, whose
+    side v = 1 is one point. Corner (0, 0) is P_n00, corner (1, 0) is P_0n0, corners (0, 1) and
+    (1, 1) are P_00n. Sides 0, 1 and 2 are s = 0, r = 0 and t = 0. Side 3 is the point P_00n and has
+    degree 0.
 
     Attributes
     ----------
@@ -258,7 +261,7 @@ class TrianglePatches(_Batch):
         return self.points[:, [0, -1, self.degree, -1]]
 
     def side(self, number: int) -> tuple[FloatArray, FloatArray | None]:
-        """Control points (P, n+1, 3) and weights (P, n+1) of one side of every patch."""
+        """One side, of degree n, of all patches: points (P, n+1, 3), weights (P, n+1) or None."""
         rows: NDArray[np.intp] | list[int] = [-1]
         if number < 3:
             rows = triangle.side_rows(self.degree)[number]

@@ -175,6 +175,10 @@ ACCEPTED = {
         b"Upgrade: h2c\r\nHTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA\r\n\r\n",
         b"",
     ),
+    "an offer to upgrade in version 1.0": (
+        b"GET /a%20b?c=d HTTP/1.0\r\nConnection: Upgrade\r\nUpgrade: h2c\r\n\r\n",
+        b"",
+    ),
     "an offer to upgrade in the last request": (
         b"GET /a%20b?c=d HTTP/1.1\r\nHost: x\r\nConnection: Upgrade, close\r\n"
         b"Upgrade: websocket\r\n\r\n",
