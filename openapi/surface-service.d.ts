@@ -1202,7 +1202,7 @@ export interface components {
             /**
              * Tied
              * @description Whether another place, more than about 1/1000 of the diagonal away from this place, may be
-             *     equally near: within 1/16 of the tolerance, or within the interval if the interval is wider.
+             *     equally near: within 1/16 of `relative_tolerance`, or within the interval if it is wider.
              */
             tied: boolean[];
             /**
@@ -2233,7 +2233,7 @@ export interface components {
             moved?: number;
             /**
              * Parts
-             * @description The bound of each part, in the order of the parts.
+             * @description The bound of each part, in the order of the parts; left out if no part has a bound.
              */
             parts?: components["schemas"]["PartReport"][];
             /**
@@ -2878,6 +2878,8 @@ export interface components {
         /**
          * Points
          * @description Points of a surface in columns, float64, one row for each requested place.
+         *
+         *     A derivative or curvature beyond the range of float64 is null.
          */
         Points: {
             /**
@@ -3615,7 +3617,7 @@ export interface components {
             /**
              * Mesh
              * @description URL of the mesh by suffix, in this version of the numbers: clients may cache the mesh for
-             *     ever. Add options before `engine`.
+             *     ever. Add options before `engine`, which is at the end of a canonical URL.
              */
             mesh: {
                 /** @description glTF 2.0, binary. */

@@ -155,12 +155,18 @@ def test_the_history_has_200_steps_and_a_drag_is_one_step(page: Page) -> None:
           const afterUndo = history.present.n;
           history.redo();
           history.undo();
+          history.preview({ n: 0.9 });
+          history.redo();
+          const [afterRedoInDrag, isDragOver] = [history.present.n, history.before === null];
+          history.undo();
+          const afterUndoOfRedo = history.present.n;
           history.reset();
           const afterReset = history.present.n;
           history.undo();
           const [afterUndoOfReset, canRedo] = [history.present.n, history.canRedo];
           return {
-            stepsOfDrag, stepsOfMany, afterCancel, afterUndo, afterReset, afterUndoOfReset, canRedo,
+            stepsOfDrag, stepsOfMany, afterCancel, afterUndo, afterRedoInDrag, isDragOver,
+            afterUndoOfRedo, afterReset, afterUndoOfReset, canRedo,
           };
         }"""
     )
@@ -169,6 +175,9 @@ def test_the_history_has_200_steps_and_a_drag_is_one_step(page: Page) -> None:
         "stepsOfMany": 200,
         "afterCancel": 500,
         "afterUndo": 499,
+        "afterRedoInDrag": 500,
+        "isDragOver": True,
+        "afterUndoOfRedo": 499,
         "afterReset": 0,
         "afterUndoOfReset": 499,
         "canRedo": True,

@@ -14,7 +14,7 @@ from service.schemas.arrays import tuple_schema
 from service.surface.channels import MAX_DIMENSION
 
 _NUMBER: dict[str, Any] = {"type": "number"}
-_SHARE: dict[str, Any] = {"type": "number", "minimum": 0, "maximum": 1}
+_COLOR_COMPONENT: dict[str, Any] = {"type": "number", "minimum": 0, "maximum": 1}
 _WHOLE_NUMBER: dict[str, Any] = {"type": "integer", "minimum": 0}
 
 
@@ -24,12 +24,15 @@ def schema_of_names(names: list[str]) -> WithJsonSchema:
 
 
 def schema_of_row(item: dict[str, Any], length: int) -> WithJsonSchema:
-    """The schema of a list of this length."""
+    """The schema of a list of `length` items, each with the schema `item`."""
     return WithJsonSchema(tuple_schema(item, length))
 
 
 def _sizes(phrase: str) -> WithJsonSchema:
-    """The schema of an object with a number of bytes for each format."""
+    """The schema of an object with a number of bytes by format.
+
+    The description of each number is `phrase` and the name of the format.
+    """
     sizes = {f.name: _WHOLE_NUMBER | {"description": f"{phrase} {f.name}."} for f in FORMATS}
     return WithJsonSchema({"type": "object", "properties": sizes, "additionalProperties": False})
 
@@ -47,8 +50,8 @@ Count: TypeAlias = Annotated[int, Field(ge=0)]
 Length: TypeAlias = Annotated[float, Field(ge=0)]
 Pair: TypeAlias = Annotated[tuple[float, float], schema_of_row(_NUMBER, 2)]
 Vector: TypeAlias = Annotated[tuple[float, float, float], schema_of_row(_NUMBER, 3)]
-Rgba: TypeAlias = Annotated[tuple[float, float, float, float], schema_of_row(_SHARE, 4)]
-Run: TypeAlias = Annotated[tuple[int, int], schema_of_row({"type": "integer"}, 2)]
+Rgba: TypeAlias = Annotated[tuple[float, float, float, float], schema_of_row(_COLOR_COMPONENT, 4)]
+IntegerPair: TypeAlias = Annotated[tuple[int, int], schema_of_row({"type": "integer"}, 2)]
 Segment: TypeAlias = Annotated[tuple[int, int], schema_of_row(_WHOLE_NUMBER, 2)]
 Corners: TypeAlias = Annotated[list[Count], Field(min_length=3, max_length=4)]
 Continuity: TypeAlias = Literal["C0", "G1", "C1"]
@@ -128,7 +131,7 @@ class MeshReport(ResponseModel):
     """The largest distance, in model units, by which a point of the surface was moved to join
     control points (`weld_tolerance`). All bounds include this distance; left out if it is 0."""
     parts: list[PartReport] | Missing = None
-    """The bound of each part, in the order of the parts."""
+    """The bound of each part, in the order of the parts; left out if no part has a bound."""
     engine: int
     """Version of the numbers. It changes when the service computes other numbers for the same
     request."""
@@ -139,7 +142,7 @@ class MeshPart(ResponseModel):
 
     name: str
     """Name of the part."""
-    faces: Run
+    faces: IntegerPair
     """Index of the first face, and index after the last face."""
     color: Rgba | Missing = None
     """Base colour [r, g, b, a], sRGB, if the part has one."""

@@ -6,17 +6,22 @@ from pydantic import Field
 
 from service.api.models.meshes import Length, Missing, ResponseModel, Vector, schema_of_row
 
-_OR_NULL: dict[str, Any] = {"type": ["number", "null"]}
+_NUMBER_OR_NULL: dict[str, Any] = {"type": ["number", "null"]}
 
-PairOrNull: TypeAlias = Annotated[tuple[float | None, float | None], schema_of_row(_OR_NULL, 2)]
+PairOrNull: TypeAlias = Annotated[
+    tuple[float | None, float | None], schema_of_row(_NUMBER_OR_NULL, 2)
+]
 VectorOrNull: TypeAlias = Annotated[
-    tuple[float | None, float | None, float | None], schema_of_row(_OR_NULL, 3)
+    tuple[float | None, float | None, float | None], schema_of_row(_NUMBER_OR_NULL, 3)
 ]
 Point: TypeAlias = Annotated[list[float], Field(min_length=2, max_length=3)]
 
 
 class Points(ResponseModel):
-    """Points of a surface in columns, float64, one row for each requested place."""
+    """Points of a surface in columns, float64, one row for each requested place.
+
+    A derivative or curvature beyond the range of float64 is null.
+    """
 
     positions: list[Vector]
     """The points [x, y, z]."""

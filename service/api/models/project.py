@@ -19,7 +19,7 @@ class ClosestPoints(ResponseModel):
     many places are almost equally near, as for the centre of a sphere."""
     tied: list[bool]
     """Whether another place, more than about 1/1000 of the diagonal away from this place, may be
-    equally near: within 1/16 of the tolerance, or within the interval if the interval is wider."""
+    equally near: within 1/16 of `relative_tolerance`, or within the interval if it is wider."""
     patch: list[Count] | Missing = None
     """For a surface: the index of the patch, in the order of the request; where several patches
     meet, the first of them. In a group, the Bézier patches of each member follow those of the

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import Field, WithJsonSchema
 
-from service.api.models.meshes import Count, Missing, ResponseModel, Run, schema_of_names
+from service.api.models.meshes import Count, IntegerPair, Missing, ResponseModel, schema_of_names
 from service.api.problems import INTERNAL_ERROR, METHOD_NOT_ALLOWED, NOT_FOUND, PROBLEMS
 from service.encoders.format import Compression as AnyCompression
 from service.encoders.registry import FORMATS
@@ -15,6 +15,7 @@ State: TypeAlias = Literal["ready", "unavailable"]
 Compression: TypeAlias = Annotated[
     str, schema_of_names([kind for kind in get_args(AnyCompression) if kind != "none"])
 ]
+# Not the problems that the server itself returns for any URL: no operation declares them.
 _PROBLEMS = (*PROBLEMS.values(), NOT_FOUND, METHOD_NOT_ALLOWED, INTERNAL_ERROR)
 ProblemCode: TypeAlias = Annotated[
     str, schema_of_names(sorted({problem.code for problem in _PROBLEMS}))
@@ -89,7 +90,7 @@ class SurfaceSummary(ResponseModel):
     """The vertical axis."""
     patches: Count
     """Number of Bézier patches; tubes and ribbons have none."""
-    degree: Run
+    degree: IntegerPair
     """Highest degrees [p, q] of its patches. For a triangle of degree n, [n, n]; for a tube or a
     ribbon, the degree of its curve, and 0."""
     links: SurfaceLinks
@@ -114,7 +115,7 @@ class StoredLinks(SurfaceLinks):
 
     mesh: UrlsBySuffix
     """URL of the mesh by suffix, in this version of the numbers: clients may cache the mesh for
-    ever. Add options before `engine`."""
+    ever. Add options before `engine`, which is at the end of a canonical URL."""
 
 
 class StoredSurface(ResponseModel):

@@ -32,9 +32,9 @@ DEADLINE = 2.0
 """Seconds that a caller waits for a self-test."""
 
 STUCK_AFTER = 30.0
-"""Seconds after which an engine that does not answer counts as stuck. Until then it counts as busy,
-and the service as ready: if a proxy sent its requests to another instance, that instance would
-become just as busy."""
+"""Seconds since the last passed test after which an engine that does not answer counts as stuck.
+Until then it counts as busy, and the service as ready: if a proxy sent its requests to another
+instance, that instance would become just as busy."""
 
 _log = logging.getLogger(__name__)
 
@@ -42,9 +42,9 @@ _log = logging.getLogger(__name__)
 def computes_correctly() -> bool:
     """Whether the engine meshes a known surface correctly.
 
-    The control net is a square of 3 × 3 points, and the point in the middle, row 4, is 4 above the
-    others. At 2 × 2 divisions all coordinates are binary fractions, so they are exact. The vertex
-    in the middle is 4 · ½ · ½ = 1 above the others, which are at the other control points.
+    The control net is a plane square of 3 × 3 points, except that its middle point is 4 above the
+    plane. At 2 × 2 divisions, the middle vertex (index 4) is 4 · ½ · ½ = 1 above the plane,
+    with the normal along z; the other 8 vertices are at the other control points.
     """
     net = np.zeros((3, 3, 3))
     net[..., 0], net[..., 1] = np.mgrid[:3, :3]

@@ -56,15 +56,15 @@ disable_created_metrics()  # type: ignore[no-untyped-call]
 class RequestCounters:
     """Counters of one application's requests, in a registry of their own.
 
-    `count_dropped_lines` returns the number of log lines that could not be written; the process
-    that writes the log sets this function.
+    `count_dropped_lines` returns the number of log lines that could not be written: 0, until the
+    process that writes the log sets another function.
     `sent_bytes` are bytes by format, `refusals` errors by code: only the event loop changes these
     numbers, so they need no lock.
     """
 
     def __init__(self) -> None:
         registry = self.registry = CollectorRegistry()
-        self.count_dropped_lines: Callable[[], int] = int
+        self.count_dropped_lines: Callable[[], int] = lambda: 0
         durations = Histogram(
             "surface_http_request_duration_seconds",
             "Time from the head of a request until its response was handed to the server.",

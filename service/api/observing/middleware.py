@@ -80,9 +80,10 @@ class AccessLog:
 
 
 def text_line(record: RequestRecord, _end: float, seconds: float) -> str:
-    """The line in uvicorn's form, with bytes and time; for an error also its code and request id.
+    """The line in uvicorn's form, with bytes and time; in brackets what else is known.
 
-    A text line has no time of day, so `_end` is not used.
+    These are the cache (hit or miss), the name of the key, and for an error its code and the
+    request id. A text line has no time of day, so `_end` is not used.
     """
     level = "ERROR:   " if record.status >= SERVER_ERROR else "INFO:    "
     request = f'{record.client} - "{record.method} {record.label.path}" {record.status}'

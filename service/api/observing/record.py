@@ -1,8 +1,8 @@
 """The request record: what the service knows about a request and its response.
 
 The middleware makes a record for each request; other parts get it from `record_of` and set its
-fields. It has a label instead of the path, so that metrics, spans and logs never contain a text
-that a client chose.
+fields. It has a label instead of the path, so that metrics, spans and logs contain no text that a
+client chose; only logs contain the client's request id, of at most 128 safe characters.
 """
 
 import random
@@ -23,7 +23,7 @@ from service.encoders.registry import BY_SUFFIX
 from service.storage.keys import is_id
 from service.surface.examples import EXAMPLES
 
-KEY = "surface.record"
+SCOPE_ITEM = "surface.record"
 """Name of the record in an ASGI scope."""
 
 UNMATCHED = "unmatched"
@@ -92,10 +92,11 @@ class RequestRecord:
     """One request and its response. Unknown texts are empty.
 
     `id` is the id that the client sent, or else `trace_id`. `status` is 0 until the response has
-    begun. `sent_bytes` counts the bytes of the body that were sent so far. `code` is the problem's
-    code, if the response is a problem document. `cache` is "hit" or "miss" for URLs whose responses
-    the service caches. `steps` has for each step its name, its start by `time.perf_counter`, and
-    its seconds.
+    begun. `key` is the name of the API key, never the key itself. `sent_bytes` counts the bytes of
+    the body that were sent so far. `code` is the problem's code, if the response is a problem
+    document. `client` is the address of the client. `cache` is "hit" or "miss" for URLs whose
+    responses the service caches. `steps` has for each step its name, its start by
+    `time.perf_counter`, and its seconds.
     """
 
     method: str
@@ -119,7 +120,7 @@ current_record: ContextVar[RequestRecord | None] = ContextVar("request record", 
 
 def record_of(scope: Scope | dict[str, Any]) -> RequestRecord:
     """The record of the request that a scope belongs to."""
-    record: RequestRecord = scope[KEY]
+    record: RequestRecord = scope[SCOPE_ITEM]
     return record
 
 
@@ -143,7 +144,7 @@ def start_record(scope: Scope, labels: RouteLabels) -> RequestRecord:
     label = labels.find(scope["path"].removeprefix(scope.get("root_path", "")))
     span_id = f"{_random.getrandbits(64):016x}"
     record = RequestRecord(method, label, id, trace_id, span_id, label.format)
-    scope[KEY] = record
+    scope[SCOPE_ITEM] = record
     current_record.set(record)
     return record
 

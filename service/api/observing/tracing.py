@@ -56,7 +56,7 @@ class Tracing:
     """
 
     def __init__(self, app: ASGIApp, provider: TracerProvider) -> None:
-        # Otherwise the library names attributes as before version 1.23 of the conventions.
+        # Otherwise attributes have the names of OpenTelemetry's semantic conventions before 1.23.
         os.environ.setdefault("OTEL_SEMCONV_STABILITY_OPT_IN", "http")
         self.app = app
         self._provider = provider

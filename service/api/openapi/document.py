@@ -102,11 +102,11 @@ def describe(app: FastAPI, settings: Settings) -> Json:
         for method, operation in item.items():
             _add_guard(operation, method, path, settings)
     operations = [operation for item in document["paths"].values() for operation in item.values()]
-    ids = {operation["operationId"] for operation in operations}
+    operation_ids = {operation["operationId"] for operation in operations}
     for operation in operations:
         for status, response in operation["responses"].items():
             operation["responses"][status] = _finish_response(
-                response, operation["operationId"], ids
+                response, operation["operationId"], operation_ids
             )
     components = document["components"]
     components["schemas"] |= _problem_schemas()
@@ -124,8 +124,9 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
     responses = operation["responses"]
     if need != "nothing":
         responses["401"] = error("KeyNeeded")
+        # A service without keys may need a signature alone.
         if policy.has_keys:
-            # A signature in the URL replaces a key.
+            # The empty alternative: a signature in the URL replaces a key.
             operation["security"] = [{"key": []}, *([{}] if need == "key or signature" else [])]
     if settings.signing_keys and need != "key" and path.startswith("/v1/surfaces/"):
         responses["403"] = error("SignatureInvalid")
@@ -137,22 +138,22 @@ def _add_guard(operation: Json, method: str, path: str, settings: Settings) -> N
     operation["responses"] = dict(sorted(responses.items()))
 
 
-def _finish_response(response: Json, operation: str, operations: Set[str]) -> Json:
+def _finish_response(response: Json, operation_id: str, operation_ids: Set[str]) -> Json:
     """A response with examples, the id header, and only links to operations that exist."""
     if "$ref" in response:
         # FastAPI adds a description, which would replace the description of the component.
         return {"$ref": response["$ref"]}
     content = response.get("content", {})
-    if operation in EXAMPLE_RESPONSES and "application/json" in content:
-        content["application/json"]["examples"] = EXAMPLE_RESPONSES[operation]()
+    if operation_id in EXAMPLE_RESPONSES and "application/json" in content:
+        content["application/json"]["examples"] = EXAMPLE_RESPONSES[operation_id]()
     links = response.get("links", {})
-    for name in [name for name in links if links[name]["operationId"] not in operations]:
+    for name in [name for name in links if links[name]["operationId"] not in operation_ids]:
         del links[name]
     return response | {"headers": response.get("headers", {}) | _ID_REFERENCE}
 
 
 def _error_components(operations: Sequence[Json], settings: Settings) -> Json:
-    """The error responses that operations refer to, with the headers of all responses."""
+    """The error responses that operations refer to, with the headers that every response has."""
     responses = [r for operation in operations for r in operation["responses"].values()]
     names = {r["$ref"].rpartition("/")[2] for r in responses if "$ref" in r}
     errors = {name: r for name, r in error_responses(settings).items() if name in names}
@@ -168,5 +169,5 @@ def _problem_schemas() -> Json:
     schema = Problem.model_json_schema(ref_template=template)
     schemas: Json = schema.pop("$defs") | {"Problem": schema}
     for field in schemas["Issue"]["properties"].values():
-        field.pop("default", None)  # null: the field is left out
+        field.pop("default", None)  # pydantic's default null: these fields are never null
     return schemas

@@ -62,7 +62,7 @@ Suffix: TypeAlias = Annotated[
 
 
 def _parameter(location: str, name: str, description: str, schema: Json, **fields: Any) -> Json:
-    """An optional parameter in the `query` or a `header`; `fields`: its further fields."""
+    """An optional parameter; `location` is "query" or "header", `fields` are further fields."""
     parameter = {"name": name, "in": location, "required": False, "description": description}
     return parameter | {"schema": schema} | fields
 
@@ -121,6 +121,7 @@ def option_parameters() -> list[Json]:
 
 
 def _style(name: str) -> Json:
+    """For an option or a field of a surface that is a list: its values separated by commas."""
     is_list = name in LIST_NAMES or name in ("degree", "knots")
     return {"style": "form", "explode": False} if is_list else {}
 

@@ -61,9 +61,10 @@ _KNOTS = (
     b'{"surface": {"type": "bspline", "control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], '
     b'[1, 1, 0]]], "degree": 1, "knots": [[0, 0, 1, 1], [0, 1, 0.5, 1]]}}'
 )
+# Where du × dv changes its direction, the area is hard to compute to 11 digits.
 _FOLDED = BezierSurface(np.array([[[0, 0, 0], [1, 0, 0]], [[1, 0.1, 0], [2, 1.1, 0]]]))
 _SMALL_LIMITS = Limits(max_multiplications=100_000_000)
-_MESH, _EXPIRY = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
+_MESH_PATH, _EXPIRY = "/v1/surfaces/saddle/mesh.glb", 1_800_000_000
 
 
 def error_responses(settings: Settings) -> dict[str, Json]:
@@ -78,22 +79,22 @@ def error_responses(settings: Settings) -> dict[str, Json]:
 
 def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
     signer = Signer(["-" * MIN_SECRET])
-    signed = signer.sign(_MESH, "", _EXPIRY).encode()
+    signed = signer.sign(_MESH_PATH, "", _EXPIRY).encode()
     too_many_requests = {"rate": rate_limited(60, 3)}
     return {
         "MalformedJson": {
             "truncated": _post_mesh(b'{"surface": {'),
-            "file": lambda: teapot.decode(b"1\n1,2,3,4\n3\n", None, 4),
+            "file": lambda: teapot.decode(b"1\n1,2,3,4\n3\n", kind=None, max_points=4),
         },
         "KeyNeeded": {"none": key_needed(), "unknown": key_unknown()},
         "SignatureInvalid": {
-            "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, 0),
-            "expired": lambda: signer.verify(_MESH, signed, _EXPIRY),
+            "changed": lambda: signer.verify("/v1/surfaces/saddle", signed, now=0),
+            "expired": lambda: signer.verify(_MESH_PATH, signed, now=_EXPIRY),
         },
         "TooManyRequests": too_many_requests,
         "NotFound": {"no such path": problems.NOT_FOUND},
         "UnknownSurface": {
-            "id": lambda: content_id("teapot"),
+            "id": lambda: content_id("teapot"),  # its id is `utah-teapot`
             "suffix": lambda: format_by_suffix("fbx"),
         },
         "MethodNotAllowed": {"method": problems.METHOD_NOT_ALLOWED},
@@ -102,7 +103,7 @@ def _examples(settings: Settings) -> Mapping[str, Mapping[str, Example]]:
         "EngineGone": {"numbers": lambda: check_engine(ENGINE + 1)},
         "BodyTooSlow": {"stalled": body_too_slow(0, settings)},
         "BodyTooLarge": {"body": body_too_large(settings, is_json=True)},
-        "UnsupportedMediaType": {"form": lambda: decoder_of_body("text/plain", DECODERS)},
+        "UnsupportedMediaType": {"text": lambda: decoder_of_body("text/plain", DECODERS)},
         "InvalidRequest": {
             "net": _post_mesh(_RAGGED),
             "options": _post_mesh(b'{"resolution": 0, "faces": null, "colour": 1}'),

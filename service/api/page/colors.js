@@ -4,11 +4,11 @@
  * @typedef {object} Palette
  * @property {string} name  name of the colour of control points, used in texts
  * @property {string} glaze  a surface that has no colour of its own
- * @property {string} net
- * @property {string} wires
+ * @property {string} net  lines of the control net
+ * @property {string} wires  the wireframe of the mesh
  * @property {string} point
  * @property {string} chosen
- * @property {string} alarm
+ * @property {string} alarm  the chosen point, if an error names it
  * @property {number} shadow  opacity of the shadow on the floor
  */
 
@@ -18,8 +18,9 @@ export const PALETTES = {
   dark: { name: 'white', glaze: '#3a93ae', net: '#d8cdb9', wires: '#04141b', point: '#efe6d6', chosen: '#ffa04d', alarm: '#ff5c6c', shadow: 0.5 },
 };
 
-/** Blue, through a light grey, to orange: readers with any kind of colour vision can distinguish
- *  them, also by lightness on both sides of zero. sRGB, from -1 to 1 in equal steps. */
+/** Blue, through a light grey, to orange: readers with any kind of colour vision can distinguish the
+ *  two sides of zero, and on each side the colours grow darker. sRGB, for values from -1 to 1 in equal
+ *  steps. */
 const DIVERGING = [
   [0.02, 0.19, 0.38], [0.10, 0.40, 0.66], [0.36, 0.65, 0.83], [0.70, 0.85, 0.93],
   [0.95, 0.95, 0.93],
@@ -29,9 +30,9 @@ const DIVERGING = [
 /** Share of the area whose curvature is inside the range of colours. */
 const SHOWN_SHARE = 0.9;
 
-/** The sRGB colour of a value from -1 to 1. @param {number} share @returns {number[]} */
-export function diverging(share) {
-  const position = (Math.min(1, Math.max(-1, share)) + 1) / 2 * (DIVERGING.length - 1);
+/** The sRGB colour of a value from -1 to 1. @param {number} value @returns {number[]} */
+export function diverging(value) {
+  const position = (Math.min(1, Math.max(-1, value)) + 1) / 2 * (DIVERGING.length - 1);
   const index = Math.min(DIVERGING.length - 2, Math.floor(position));
   return DIVERGING[index].map((c, i) => c + (position - index) * (DIVERGING[index + 1][i] - c));
 }

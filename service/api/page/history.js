@@ -45,6 +45,7 @@ export class History {
     this.future = [];
   }
 
+  /** Undoes the running step, if any, and then the last step of the history. */
   undo() {
     this.cancel();
     const previous = this.past.pop();
@@ -53,7 +54,9 @@ export class History {
     this.present = previous;
   }
 
+  /** Undoes the running step, if any, and then redoes the last step that was undone. */
   redo() {
+    this.cancel();
     const next = this.future.pop();
     if (next === undefined) return;
     this.past.push(this.present);

@@ -7,7 +7,11 @@ import { examples, store, surfaceById } from './service.js';
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {import('./service.js').Example} Example */
 
-/** The texts about the open surface. @typedef {{title: string, description: string, origin: string}} About */
+/**
+ * What the page tells about the open surface; `origin` is its id in the service, empty for a pasted or
+ * dropped JSON.
+ * @typedef {{title: string, description: string, origin: string}} About
+ */
 
 export class Library {
   /**
@@ -20,14 +24,14 @@ export class Library {
     this.failed = failed;
     /** @type {Example[]} */
     this.examples = [];
-    /** Files that the service reads in its own way, by their suffix. @type {Record<string, string>} */
+    /** Media types of the files that only the service reads, by the suffix of the file. @type {Record<string, string>} */
     this.mediaTypes = JSON.parse(input('file').dataset.mediaTypes ?? '{}');
     this.dialog = element('library', HTMLDialogElement);
     button('open').addEventListener('click', () => this.dialog.showModal());
-    button('paste-open').addEventListener('click', () => this.paste());
+    button('paste-open').addEventListener('click', () => this.openPasted());
     input('file').addEventListener('change', () => {
       const [file] = input('file').files ?? [];
-      if (file) void this.file(file);
+      if (file) void this.openFile(file);
       input('file').value = '';
     });
     this.watchDrops();
@@ -45,7 +49,7 @@ export class Library {
       const picture = Object.assign(new Image(192, 144), { loading: 'lazy', alt: '' });
       picture.src = `page/${example.id}.webp`;
       chooser.append(picture, makeElement('strong', example.title), makeElement('span', plain(example.description)));
-      chooser.addEventListener('click', () => void this.byId(example.id));
+      chooser.addEventListener('click', () => void this.openById(example.id));
       item.append(chooser);
       return item;
     });
@@ -53,7 +57,7 @@ export class Library {
   }
 
   /** Opens an example, or the stored surface with an id. @param {string} id */
-  async byId(id) {
+  async openById(id) {
     this.waiting();
     try {
       const [surface] = await Promise.all([surfaceById(id), this.listed]);
@@ -69,13 +73,13 @@ export class Library {
     }
   }
 
-  paste() {
+  openPasted() {
     const area = element('paste', HTMLTextAreaElement);
-    this.text(area.value, 'pasted');
+    this.openText(area.value, 'pasted');
   }
 
   /** Opens a surface as JSON. @param {string} text @param {string} source  in words */
-  text(text, source) {
+  openText(text, source) {
     try {
       const surface = parseSurface(text);
       this.show(surface, {
@@ -89,11 +93,11 @@ export class Library {
   }
 
   /** Opens a JSON file here; sends other files to the service, and opens the surface that it stored. @param {File} file */
-  async file(file) {
+  async openFile(file) {
     const suffix = file.name.toLowerCase().split('.').pop() ?? '';
     const mediaType = this.mediaTypes[suffix];
     if (mediaType === undefined) {
-      this.text(await file.text(), `from ${file.name}`);
+      this.openText(await file.text(), `from ${file.name}`);
       return;
     }
     this.waiting();
@@ -137,7 +141,7 @@ export class Library {
       const [file] = event.dataTransfer?.files ?? [];
       if (!file) return;
       event.preventDefault();
-      void this.file(file);
+      void this.openFile(file);
     });
   }
 }

@@ -54,6 +54,7 @@ const requests = new MeshRequests({
     isShown = true;
     hideProblem();
     view?.markError(-1);
+    // After a refusal too; when no request waits, `idle` makes it `ready`.
     root.dataset.state = 'busy';
     showReadouts(report, { bytes, serverTime, roundTrip });
     if (!coarse) speakReadouts(report);
@@ -92,7 +93,7 @@ function isTooFine(error) {
     && error.issues.some(({ pointer }) => pointer === '/resolution');
 }
 
-/** The settings on which the mesh depends, as a text. */
+/** The settings on which the mesh depends, as a text; 1: only coarse meshes need the number of patches. */
 const describeMesh = () => JSON.stringify(meshOptions(state.settings, state.surface, 1, false));
 let requestedMesh = '';
 
@@ -123,7 +124,8 @@ const library = new Library(() => { root.dataset.state = 'busy'; }, (surface, { 
 
 // An error of an export does not change the state of the surface on the page.
 watchShare(state, (error) => showProblem(error, state));
-const begin = () => (isOpen ? requestMesh(false) : void library.byId(query.get('surface') ?? FIRST_SURFACE));
-watchProblems(state, begin);
-watchKey(begin);
-begin();
+/** Requests the mesh of the open document, or opens the first one: at the start, after a failure, with a new key. */
+const requestAgain = () => (isOpen ? requestMesh(false) : void library.openById(query.get('surface') ?? FIRST_SURFACE));
+watchProblems(state, requestAgain);
+watchKey(requestAgain);
+requestAgain();

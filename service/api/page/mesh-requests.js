@@ -20,6 +20,7 @@ export class MeshRequests {
     /** @type {Item | null} */
     this.nextRequest = null;
     this.isRunning = false;
+    /** Number of documents opened: a response to a request of an older document is dropped. */
     this.generation = 0;
   }
 

@@ -27,13 +27,14 @@ export class Drag {
     this.frame = frame;
     this.toDocument = frame.clone().invert();
     this.start = new Vector3(point[0], point[1], point[2] ?? 0);
-    this.origin = this.start.clone().applyMatrix4(frame);
+    this.sceneStart = this.start.clone().applyMatrix4(frame);
     this.plane = new Plane().setFromNormalAndCoplanarPoint(
-      this.camera.getWorldDirection(new Vector3()), this.origin,
+      this.camera.getWorldDirection(new Vector3()), this.sceneStart,
     );
     this.step = chooseStep(stage.radius());
     // The mouse rarely hits the exact point, and the point must not jump to the mouse.
-    this.offset = this.origin.clone().sub(this.onPlane(mouse) ?? this.origin);
+    /** From the place that the mouse grabbed to the point, in the scene. */
+    this.offset = this.sceneStart.clone().sub(this.onPlane(mouse) ?? this.sceneStart);
   }
 
   /**
@@ -68,9 +69,10 @@ export class Drag {
   }
 
   /**
-   * The point of the axis nearest to the ray under the mouse. With unit directions a of the axis
-   * and r of the ray, and w from the ray's origin to the point that is dragged, the nearest point is
-   * at the distance t = ((a·r)(r·w) − a·w) / (1 − (a·r)²) along the axis.
+   * The dragged point, moved along an axis. The point moves as far as the place that the mouse grabbed
+   * would move along a parallel of the axis, to its nearest point to the ray under the mouse. With unit
+   * directions a of the axis and r of the ray, and w from the ray's origin to the grabbed place, this is
+   * the distance t = ((a·r)(r·w) − a·w) / (1 − (a·r)²).
    * @param {Vector2} mouse @param {'x' | 'y' | 'z'} axis
    */
   onAxis(mouse, axis) {
@@ -78,7 +80,7 @@ export class Drag {
     const scale = column.length();
     const a = column.divideScalar(scale);
     const { origin, direction: r } = this.ray(mouse);
-    const w = this.origin.clone().sub(this.offset).sub(origin);
+    const w = this.sceneStart.clone().sub(this.offset).sub(origin);
     const cosine = a.dot(r);
     const squaredSine = 1 - cosine * cosine;
     const point = this.start.clone();
@@ -89,8 +91,10 @@ export class Drag {
 }
 
 /**
- * The vector by which an arrow key moves a point: along the axis of the document that, on the screen,
- * is nearest to right, up or away from the viewer. The three pairs of keys use three different axes.
+ * The vector by which an arrow key, Page Up or Page Down moves a point: along the axis of the document
+ * that, on the screen, is nearest to right, up or away from the viewer. The three pairs of keys use three
+ * different axes. The length is 100 steps, at most 1/50 of the radius; with `isFar` 10 times as long.
+ * Null for another key.
  * @param {Stage} stage @param {Matrix4} frame @param {string} key @param {boolean} isFar
  * @returns {number[] | null}
  */
@@ -122,7 +126,7 @@ export function roundToStep(value, stage) {
   return roundToMultiple(value, chooseStep(stage.radius()));
 }
 
-/** The step to which a drag rounds coordinates: the largest power of ten up to 1/5000 of the radius. @param {number} radius */
+/** The step to which drags and keys round coordinates: the largest power of ten up to 1/5000 of the radius. @param {number} radius */
 function chooseStep(radius) {
   return 10 ** Math.floor(Math.log10(radius / 5000));
 }

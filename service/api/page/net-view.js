@@ -32,26 +32,28 @@ export class NetView {
     const dot = buildDotTexture();
     const lines = { transparent: true };
     const points = { transparent: true, sizeAttenuation: false, map: dot, alphaTest: 0.01 };
-    this.lines = [
+    // The first material draws all lines or points, faintly (`setVisible`); the second draws those that
+    // the surface does not hide.
+    this.lineMaterials = [
       new LineBasicMaterial({ ...lines, depthTest: false, depthWrite: false }),
       drawNearer(new LineBasicMaterial({ ...lines, opacity: 0.6, depthWrite: false })),
     ];
-    this.points = [
+    this.pointMaterials = [
       new PointsMaterial({ ...points, depthTest: false, depthWrite: false }),
       drawNearer(new PointsMaterial({ ...points, depthWrite: false })),
     ];
-    this.mark = new PointsMaterial({ ...points, depthTest: false });
-    this.marked = new Points(new BufferGeometry(), this.mark);
-    this.marked.renderOrder = 5;
-    this.hovered = new PointsMaterial({ ...points, depthTest: false });
-    this.under = new Points(new BufferGeometry(), this.hovered);
-    this.under.renderOrder = 4;
-    this.geometry = new BufferGeometry();
-    this.wires = new BufferGeometry();
-    this.lines.forEach((material, i) => this.add(new LineSegments(this.wires, material), 1 + i));
-    this.points.forEach((material, i) => this.add(new Points(this.geometry, material), 2 + i));
-    [this.marked, this.under].forEach((points_) => { points_.frustumCulled = false; });
-    this.group.add(this.marked, this.under);
+    this.chosenMaterial = new PointsMaterial({ ...points, depthTest: false });
+    this.chosenPoint = new Points(new BufferGeometry(), this.chosenMaterial);
+    this.chosenPoint.renderOrder = 5;
+    this.hoveredMaterial = new PointsMaterial({ ...points, depthTest: false });
+    this.hoveredPoint = new Points(new BufferGeometry(), this.hoveredMaterial);
+    this.hoveredPoint.renderOrder = 4;
+    this.pointGeometry = new BufferGeometry();
+    this.lineGeometry = new BufferGeometry();
+    this.lineMaterials.forEach((material, i) => this.add(new LineSegments(this.lineGeometry, material), 1 + i));
+    this.pointMaterials.forEach((material, i) => this.add(new Points(this.pointGeometry, material), 2 + i));
+    [this.chosenPoint, this.hoveredPoint].forEach((single) => { single.frustumCulled = false; });
+    this.group.add(this.chosenPoint, this.hoveredPoint);
     stage.scene.add(this.group);
   }
 
@@ -64,8 +66,8 @@ export class NetView {
 
   /** Sets how visible the net is behind and inside the surface. @param {boolean} isStrong */
   setVisible(isStrong) {
-    this.lines[0].opacity = isStrong ? 0.4 : 0.13;
-    this.points[0].opacity = isStrong ? 0.75 : 0.25;
+    this.lineMaterials[0].opacity = isStrong ? 0.4 : 0.13;
+    this.pointMaterials[0].opacity = isStrong ? 0.75 : 0.25;
   }
 
   /** Draws the net of a document. @param {Net} net @param {Surface} surface */
@@ -91,20 +93,20 @@ export class NetView {
 
   rebuild() {
     const size = sizeFor(this.positions.count);
-    this.points.forEach((material) => { material.size = size; });
-    this.mark.size = size + 6;
-    this.hovered.size = size + 4;
-    [this.geometry, this.wires].forEach((geometry) => {
+    this.pointMaterials.forEach((material) => { material.size = size; });
+    this.chosenMaterial.size = size + 6;
+    this.hoveredMaterial.size = size + 4;
+    [this.pointGeometry, this.lineGeometry].forEach((geometry) => {
       geometry.dispose();
       geometry.setAttribute('position', this.positions);
     });
-    this.wires.setIndex(this.edges);
+    this.lineGeometry.setIndex(this.edges);
   }
 
   /** Marks the chosen point, and the point under the mouse; -1 for none. @param {number} chosen @param {number} hovered */
   highlight(chosen, hovered) {
-    this.showSingle(this.marked, chosen);
-    this.showSingle(this.under, hovered === chosen ? -1 : hovered);
+    this.showSingle(this.chosenPoint, chosen);
+    this.showSingle(this.hoveredPoint, hovered === chosen ? -1 : hovered);
     this.stage.draw();
   }
 
@@ -147,10 +149,10 @@ export class NetView {
 
   /** @param {Palette} palette @param {boolean} hasError  whether an error points to the chosen point */
   paint(palette, hasError) {
-    this.lines.forEach((material) => material.color.set(palette.net));
-    this.points.forEach((material) => material.color.set(palette.point));
-    this.mark.color.set(hasError ? palette.alarm : palette.chosen);
-    this.hovered.color.set(palette.chosen);
+    this.lineMaterials.forEach((material) => material.color.set(palette.net));
+    this.pointMaterials.forEach((material) => material.color.set(palette.point));
+    this.chosenMaterial.color.set(hasError ? palette.alarm : palette.chosen);
+    this.hoveredMaterial.color.set(palette.chosen);
     this.stage.draw();
   }
 

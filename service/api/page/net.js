@@ -11,8 +11,8 @@ import { valueAt, replaceValue } from './documents.js';
  * @typedef {object} Handle
  * @property {Path} point  path of its coordinates
  * @property {Path} weights  path of the weights of its net, if the net has any
- * @property {Path} place  its indices in the net, and in the weights
- * @property {number} frame  number of the placement of its surface
+ * @property {Path} indices  its indices in the net, and in the weights
+ * @property {number} frame  index of the placement of its surface in `frames`
  */
 
 /**
@@ -42,6 +42,7 @@ export function netOf(surface) {
   }
   list(surface.members).forEach((member, index) => {
     const part = member?.surface ?? {};
+    // From the vertical axis of the member to that of the group; the matrix is in the group's.
     const turn = findTurn(part.up ?? 'y', surface.up ?? 'y');
     const matrix = Array.isArray(member?.matrix) ? member.matrix.flat() : IDENTITY;
     if (matrix.length !== 16) return;
@@ -66,7 +67,7 @@ export function pointAt(surface, handle) {
  * @returns {number}
  */
 export function weightAt(surface, handle) {
-  return valueAt(surface, [...handle.weights, ...handle.place]) ?? 1;
+  return valueAt(surface, [...handle.weights, ...handle.indices]) ?? 1;
 }
 
 /**
@@ -89,12 +90,12 @@ export function withWeight(surface, handle, weight) {
   const weighted = valueAt(surface, handle.weights) === undefined
     ? replaceValue(surface, handle.weights, buildWeights(netAt(surface, handle)))
     : surface;
-  return replaceValue(weighted, [...handle.weights, ...handle.place], weight);
+  return replaceValue(weighted, [...handle.weights, ...handle.indices], weight);
 }
 
 /** @param {Surface} surface @param {Handle} handle */
 function netAt(surface, handle) {
-  return valueAt(surface, handle.point.slice(0, handle.point.length - handle.place.length));
+  return valueAt(surface, handle.point.slice(0, handle.point.length - handle.indices.length));
 }
 
 /** @param {any} net @returns {any} */
@@ -105,28 +106,31 @@ function buildWeights(net) {
 /** @param {Net} net @param {Surface} surface @param {Path} base @param {number[]} frame */
 function addSurface(net, surface, base, frame) {
   const number = net.frames.push(frame) - 1;
-  const add = { net, base, frame: number };
+  const target = { net, base, frame: number };
   if (surface.type === 'multipatch') {
     list(surface.surfaces).forEach((part, index) => (
       addSurface(net, part, [...base, 'surfaces', index], frame)
     ));
-  } else if (surface.type === 'patches') addPatches(add, surface);
-  else if (surface.type === 'tube' || surface.type === 'ribbon') addCurve(add, surface.curve ?? {});
-  else addRows(add, surface);
+  } else if (surface.type === 'patches') addPatches(target, surface);
+  else if (surface.type === 'tube' || surface.type === 'ribbon') addCurve(target, surface.curve ?? {});
+  else addRows(target, surface);
 }
 
-/** @typedef {{net: Net, base: Path, frame: number}} Adding */
+/**
+ * The net that gets the control points of a surface, the path of the surface, and the number of its frame.
+ * @typedef {{net: Net, base: Path, frame: number}} Target
+ */
 
 /**
  * Bézier, B-spline and triangular nets: rows of points.
- * @param {Adding} adding @param {Surface} surface
+ * @param {Target} target @param {Surface} surface
  */
 function addRows({ net, base, frame }, surface) {
   const isTriangle = surface.type === 'triangle';
   const [closedU, closedV] = surface.type === 'bspline' ? arePeriodic(surface.knots) : [false, false];
   const rows = list(surface.control_net).map((row, i) => list(row).map((point, j) => (
     addHandle(net, point, {
-      point: [...base, 'control_net', i, j], weights: [...base, 'weights'], place: [i, j], frame,
+      point: [...base, 'control_net', i, j], weights: [...base, 'weights'], indices: [i, j], frame,
     })
   )));
   const join = buildJoin(net);
@@ -137,11 +141,11 @@ function addRows({ net, base, frame }, surface) {
   }));
 }
 
-/** @param {Adding} adding @param {Surface} surface */
+/** @param {Target} target @param {Surface} surface */
 function addPatches({ net, base, frame }, surface) {
   const vertices = list(surface.vertices).map((point, i) => (
     addHandle(net, point, {
-      point: [...base, 'vertices', i], weights: [...base, 'weights'], place: [i], frame,
+      point: [...base, 'vertices', i], weights: [...base, 'weights'], indices: [i], frame,
     })
   ));
   const join = buildJoin(net);
@@ -156,13 +160,13 @@ function addPatches({ net, base, frame }, surface) {
   joinGrids(surface.triangles, true);
 }
 
-/** @param {Adding} adding @param {Surface} curve */
+/** @param {Target} target @param {Surface} curve */
 function addCurve({ net, base, frame }, curve) {
   const points = list(curve.control_points).map((point, i) => (
     addHandle(net, point, {
       point: [...base, 'curve', 'control_points', i],
       weights: [...base, 'curve', 'weights'],
-      place: [i],
+      indices: [i],
       frame,
     })
   ));

@@ -86,7 +86,7 @@ function findNamedPoint(issue, net) {
   const beginsPath = (/** @type {(string | number)[]} */ keys) => (
     keys.length <= path.length && keys.every((key, i) => String(key) === path[i])
   );
-  return net.handles.findIndex(({ point, weights, place }) => (
-    beginsPath(point) || beginsPath([...weights, ...place])
+  return net.handles.findIndex(({ point, weights, indices }) => (
+    beginsPath(point) || beginsPath([...weights, ...indices])
   ));
 }

@@ -131,7 +131,9 @@ def _editor_page() -> bytes:
     media_types["txt"] = BY_NAME["teapot"].media_type
     suffixes = [".json", *(f".{suffix}" for suffix in media_types)]
     text = Template((PAGE / "index.html").read_text(encoding="utf-8")).substitute(
-        modules="\n".join(f'<link rel="modulepreload" href="page/{n}">' for n in sorted(names)),
+        modulepreload_links="\n".join(
+            f'<link rel="modulepreload" href="page/{n}">' for n in sorted(names)
+        ),
         accept=",".join(suffixes),
         suffixes=", ".join(f"<code>{suffix}</code>" for suffix in suffixes),
         media_types=escape(orjson.dumps(media_types).decode()),

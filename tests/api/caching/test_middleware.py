@@ -10,7 +10,7 @@ from service.api.caching.cache import ResponseCache
 from service.api.caching.cached_response import CachedResponse, Subject
 from service.api.caching.middleware import CacheMiddleware
 from service.api.cors import Origins
-from service.api.observing.record import KEY, NO_ROUTE, RequestRecord
+from service.api.observing.record import NO_ROUTE, SCOPE_ITEM, RequestRecord
 from service.api.responses import CHUNK, MAX_BUFFERED
 
 PATH, QUERY = "/v1/surfaces/saddle/mesh.glb", b"engine=3"
@@ -33,7 +33,13 @@ def send_request(
     cache.add(entry, "gzip", b"packed")
     cache.alias(entry, PATH, QUERY, has_engine=True)
     record = RequestRecord(method, NO_ROUTE, "1", "1", "1")
-    request = {"type": "http", "method": method, "path": PATH, "query_string": QUERY, KEY: record}
+    request = {
+        "type": "http",
+        "method": method,
+        "path": PATH,
+        "query_string": QUERY,
+        SCOPE_ITEM: record,
+    }
 
     async def record_scope(scope: Scope, _receive: Receive, _send: Send) -> None:
         passed_scopes.append(scope)
