@@ -3077,7 +3077,7 @@ export interface components {
         };
         /**
          * RayHits
-         * @description Hits in columns, float64.
+         * @description Hits in columns; the real numbers are float64.
          *
          *     `reached` and `counts` have a row for each ray; the other columns have a row for each hit.
          *
@@ -3156,7 +3156,7 @@ export interface components {
             /**
              * Entering
              * @description For a crossing, whether the ray runs against the normal: into a closed surface whose normals
-             *     point outwards.
+             *     point outwards. Null for the other kinds.
              */
             entering: (boolean | null)[];
         };

@@ -14,7 +14,7 @@ MAX_ISSUES = 20
 
 @dataclass(frozen=True, slots=True)
 class Issue:
-    """One error: its place, what the service got, and what it needed.
+    """One error: where it is, what the service got, and what it needed.
 
     `pointer` is relative to the checked value. A caller that knows where this value is in the
     document puts a prefix before the pointer (`SurfaceError.within`).
@@ -64,7 +64,7 @@ class UnsupportedByFormat(SurfaceError):
 
 
 class TooLarge(SurfaceError):
-    """The result would exceed a limit; the shapes of the request show it before any allocation."""
+    """The result or a body exceeds a limit; mostly the shapes of the request show it beforehand."""
 
 
 class StoreFull(SurfaceError):
@@ -88,7 +88,7 @@ class Busy(SurfaceError):
 
 
 class BadAddress(Exception):
-    """The URL of a service is invalid."""
+    """The URL of a service, or the key that the command has for it, is invalid."""
 
 
 class ServiceFailed(Exception):

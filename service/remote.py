@@ -22,7 +22,8 @@ RETRIES, MAX_WAIT = 3, 30.0
 """The number of retries while a service is busy, and the most seconds to wait before each."""
 
 _BUSY = frozenset({httpx.codes.TOO_MANY_REQUESTS, httpx.codes.SERVICE_UNAVAILABLE})
-"""Statuses of a busy service: it has not started the request, which may be sent again."""
+"""Statuses of a busy service. Every request may be sent again, even if the service had begun to
+compute: to store a surface twice changes nothing."""
 
 KEY = "SURFACE_KEY"
 """The environment variable with the caller's API key, for services that need one."""

@@ -58,6 +58,7 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
     ------
     InvalidSettings
     """
+    # For the whole process: BLAS on one thread, one heap, and fewer garbage collections.
     pin_blas()
     share_heap()
     collect_rarely()
@@ -72,9 +73,11 @@ def create_app(settings: Settings | None = None, log: Write | None = None) -> "A
         # Each path has one spelling: with an extra slash the response is 404, not a redirect.
         redirect_slashes=False,
         lifespan=_lifespan,
+        # Not FastAPI's spans, metrics and logs: `observing/` has those of this service.
         telemetry={"tracing": False, "metrics": False, "logs": False, "auto_configure": False},
     )
     services = app.state.services = _build_services(app, settings)
+    # For `observing/`, which cannot import `Services`: the module of `Services` imports it.
     app.state.settings, app.state.store = settings, services.store
     problem_handlers.add_error_handlers(app, routes)
     app.state.ready = True
@@ -109,7 +112,7 @@ def _build_services(app: FastAPI, settings: Settings) -> Services:
     workers = Workers(settings, cache)
     return Services(
         settings=settings,
-        documents=document_limits(settings),
+        document_limits=document_limits(settings),
         limits=result_limits(settings),
         store=_open_store(settings),
         workers=workers,
@@ -170,5 +173,5 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     yield
     app.state.ready = False
     maintenance.cancel()
-    if app.state.tracing is not None:
+    if app.state.tracing is not None:  # `add_telemetry` has set it
         await app.state.tracing.close()

@@ -67,9 +67,12 @@ class ArrayRoute(BodyRoute):
         try:
             stored = await surface_of(services, job, other_fields["surface"])
         except (UnknownSurface, InvalidRequest) as error:
-            raise type(error)(replace(error.issues[0], pointer="/surface")) from None
+            issue = replace(error.issues[0], pointer="/surface")
+            error_class = UnknownSurface if isinstance(error, UnknownSurface) else InvalidQuery
+            raise error_class(issue) from None
 
         def decode(body: bytes) -> Tree:
+            # `flat`: nets as arrays, also those of triangles; the model accepts both forms.
             surface = definition(stored.surface, flat=True)
             return {**other_fields, "surface": surface, self.array: self.read(body)}
 

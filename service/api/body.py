@@ -110,7 +110,7 @@ class BodyRoute(APIRoute):
     ) -> Callable[[bytes], Tree]:
         """A function from the bytes of a file to the document, which has the query's fields too."""
         del job
-        fields, max_points = other_fields["surface"], services.documents.max_control_points
+        fields, max_points = other_fields["surface"], services.document_limits.max_control_points
 
         def decode(body: bytes) -> Tree:
             net = decoder.decode(body, fields.get("type"), max_points)
@@ -147,8 +147,9 @@ def _parse_body(
     services: Services,
 ) -> RequestModel:
     """The model of a body, checked; its surface or curve is built too, as this may take long."""
-    limits = services.documents
+    limits = services.document_limits
     if decode is None:
+        # JSON has no reference cycles: in a long document the collector would search for none.
         with pause_collection() if len(body) > INLINE_TEXT else nullcontext():
             parsed = parse_request(model, body, limits)
     else:
@@ -168,7 +169,8 @@ async def _read_body(
 
     Raises
     ------
-    UnsupportedMediaType, BodyTooLarge, BodyTooSlow, InvalidRequest, TooLarge, Busy
+    UnsupportedMediaType, BodyTooLarge, BodyTooSlow, InvalidRequest, TooLarge, Busy,
+    ClientDisconnect
     """
     settings = services.settings
     if headers.get(b"content-encoding", b"identity").lower() != b"identity":
@@ -181,7 +183,7 @@ async def _read_body(
     # large: Python refuses to convert thousands of digits.
     if declared_length.isdigit() and int(declared_length[:20]) > max_bytes:
         raise body_too_large(settings, is_json=decoder is None)
-    budget = DocumentBudget(services.documents)
+    budget = DocumentBudget(services.document_limits)
     chunks: list[bytes] = []
     received_bytes, is_complete = 0, False
     try:

@@ -69,7 +69,8 @@ def format_by_accept(header: str | None, formats: Sequence[AnyFormat]) -> AnyFor
     """The format that an Accept header prefers; JSON if it has no preference.
 
     A format has the quality value of the most specific media range that includes the format. Among
-    equal quality values, the more specific range wins, then JSON, then the first in `formats`.
+    equal quality values, the more specific range wins, then JSON, which must be in `formats`, then
+    the first in `formats`.
 
     Raises
     ------

@@ -37,7 +37,8 @@ def add_error_handlers(app: FastAPI, routes: Sequence[APIRoute]) -> None:
             problem = METHOD_NOT_ALLOWED
             allowed = find_allowed_methods(routes, request)
             if request.method not in allowed:
-                # FastAPI names only the methods of the first route of the path.
+                # FastAPI names only the methods of the first route of the path. A route that
+                # refuses its own method (DELETE of an example) has named the allowed ones itself.
                 headers = {"Allow": ", ".join(allowed)}
         record_of(request.scope).code = problem.code
         return problem_response(problem, headers=headers)

@@ -48,9 +48,9 @@ PROBLEM_HEADERS = HEADERS | {"Cache-Control": "no-store"}
 """Caches must not keep errors: a client may store a surface that is still unknown."""
 
 LocationKind: TypeAlias = Literal["pointer", "parameter", "header", "file"]
-"""The kind of place that an issue is at: a place in the body, a parameter or a header. The issue's
-document has a member of this name, with the place. An issue of a posted `file` and its query
-becomes a `pointer` or a `parameter`."""
+"""Whether an issue is in the body, a parameter or a header. The issue's document has a member of
+this name: a JSON pointer, or the name of the parameter or header. `file` stands for a posted file
+and its query: each of their issues gets a `pointer` or a `parameter`."""
 
 _TITLES = {413: "Content Too Large", 422: "Unprocessable Content"}
 """Phrases of RFC 9110 for statuses for which older Pythons have the phrases of RFC 7231."""
@@ -219,7 +219,7 @@ def _locate_in_file_or_query(pointer: str) -> tuple[LocationKind, str]:
     """
     if first_part(pointer) in ARRAYS:
         return "pointer", pointer
-    # In the query, the fields of the surface have no prefix.
+    # In the query, some fields of the surface (`FIELDS`) have no prefix; the file has the others.
     query_pointer = pointer.removeprefix("/surface")
     if query_pointer != pointer and first_part(query_pointer) not in FIELDS:
         return "pointer", pointer

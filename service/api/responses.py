@@ -22,8 +22,8 @@ are views, not copies, so a slow client takes no memory beside the response. Mos
 chunk; chunks of 64 KiB take 10 percent more processor time."""
 
 MAX_BUFFERED = 1 << 16
-"""Most bytes of a response that the server may buffer. The service does not wait until a client has
-received a shorter response."""
+"""Most bytes of a response that the server may buffer: the service does not wait until a client has
+received it."""
 
 HEADERS = {"X-Content-Type-Options": "nosniff"}
 """Headers of every response: they forbid a browser to guess another media type."""
@@ -67,7 +67,7 @@ class ChunkedResponse(Response):
         if len(body) <= MAX_BUFFERED:
             await send({"type": "http.response.body", "body": body})
         else:
-            await send_pieces(body, send)
+            await send_in_chunks(body, send)
 
 
 class FileResponse(ChunkedResponse):
@@ -80,16 +80,16 @@ class FileResponse(ChunkedResponse):
         self.raw_headers = list(headers)
 
 
-async def send_pieces(body: Content | memoryview, send: Send) -> None:
+async def send_in_chunks(body: Content | memoryview, send: Send) -> None:
     """Sends a body in chunks: the server waits for a slow client after each chunk.
 
-    Joins pieces that are shorter than a chunk, because sending costs more than copying.
+    Joins the `Pieces` of a body that are shorter than a chunk: sending costs more than copying.
     """
     for content in body.join_short(CHUNK) if isinstance(body, Pieces) else (body,):
         view = memoryview(content)
         for start in range(0, len(view), CHUNK):
-            piece = view[start : start + CHUNK]
-            await send({"type": "http.response.body", "body": piece, "more_body": True})
+            chunk = view[start : start + CHUNK]
+            await send({"type": "http.response.body", "body": chunk, "more_body": True})
     await send(_END)
 
 

@@ -22,10 +22,10 @@ from service.storage.store import SurfaceStore
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """The parts of one application."""
+    """The parts of one application; `limits` are those of results."""
 
     settings: Settings
-    documents: DocumentLimits
+    document_limits: DocumentLimits
     limits: Limits
     store: SurfaceStore
     workers: Workers

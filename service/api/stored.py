@@ -58,7 +58,7 @@ async def surface_of(services: Services, job: Job, id: str) -> Stored:
         return Stored(id, find(id).surface(), is_hash=False)
     if not is_id(id):
         raise _build_unknown_error(id)
-    # With the generation in the key, requests after a deletion do not share a load from before it.
+    # Each deletion raises the generation: later requests do not share a load from before it.
     key = ("surface", id, services.cache.generation)
     return await services.flights.join(key, partial(_load, services, id), job.on_ready)
 
@@ -101,13 +101,13 @@ def _hash_of_example(name: str) -> str:
 async def _load(services: Services, id: str, job: Job) -> Stored:
     """Loads a stored surface, in a job of its own."""
     try:
-        content = await services.store.get(id, job.hold_body)
+        content = await services.store.get(id, job.hold_body)  # reserves memory before it reads
     except UnknownSurface as error:
         raise error.within("/id") from None
     job.hold_body(estimate_restore_memory(content))
-    work = partial(_restore, id, content, services.documents)
+    work = partial(_restore, id, content, services.document_limits)
     surface = await job.parse(work, is_long=len(content) > INLINE_BYTES)
-    job.hold_body(len(content))
+    job.hold_body(len(content))  # the surface has the same numbers as its content
     return Stored(id, surface, is_hash=True)
 
 

@@ -53,6 +53,12 @@ class Workers:
         Most bytes for all bodies together; most bytes in which one request may work.
     threads, busy_threads : int
         Threads for long work; the number of them that compute now.
+    parse_lock : Lock
+        Held while the thread for long bodies parses one.
+    limiter : CapacityLimiter
+        Limits all these threads and the one of `trim`; so large that no work waits for it.
+    request_timeout : float
+        Seconds from a request's first block of `Job.until_deadline` to its deadline.
     refusal_count, seconds_waited : int, float
         Since the start: the number of refused requests, and the waiting time of all requests.
     """
@@ -73,7 +79,7 @@ class Workers:
         self._round_end: float | None = None
         self._cache = cache
         cache.on_sent = self.start_queued
-        self.hold(0)
+        self.hold(0)  # sets the bound of the cache
 
     @property
     def queue_length(self) -> int:
@@ -81,7 +87,7 @@ class Workers:
         return len(self._queue)
 
     def retry_after(self) -> int:
-        """Seconds after which a client may try again: 1 for each round of waiting requests."""
+        """Seconds until a client may try again: 1, and 1 for each round of waiting requests."""
         return min(1 + math.ceil(self.queue_length / self.threads), MAX_RETRY_AFTER)
 
     def refuse(self) -> Busy:

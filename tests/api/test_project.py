@@ -1,6 +1,7 @@
 """POST /v1/project: points on surfaces and curves, files of points, and refused requests."""
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -159,3 +160,19 @@ def test_invalid_files_are_refused(
     issue = response.json()["errors"][0]
     assert issue["code"] == code
     assert location.items() <= issue.items()
+
+
+def test_a_surface_above_the_limits_is_named_by_its_parameter() -> None:
+    """An instance with wider limits stored the surface that the query of a file names."""
+    unlimited_app, limited_app = create_app(Settings()), create_app(Settings(max_control_points=5))
+    limited_app.state.services = replace(
+        limited_app.state.services, store=unlimited_app.state.services.store
+    )
+    with start_client(unlimited_app) as client:
+        surface = {"control_net": [*NET, [[2, 0, 0], [2, 1, 0]]]}  # 6 points
+        id = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
+    with start_client(limited_app) as client:
+        response = client.request("POST", f"/v1/project?surface={id}", save_npy([[0, 0, 0]]), NPY)
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
+    assert (error["code"], error["parameter"]) == ("too_many_control_points", "surface")

@@ -162,7 +162,7 @@ class ResponseCache:
         Drops neither `keep` nor entries that are being sent.
         """
         if size and self.bytes_being_sent + size > self.allowed:
-            return False
+            return False  # without dropping any: there would not be room even without the others
         # The bytes of entries that are still being sent but no longer in the cache: `self.bytes`
         # does not include them.
         unlisted_bytes = sum(e.size for e in self._being_sent if not self.holds(e))

@@ -24,15 +24,15 @@ _TAG_BYTES = 16
 _TAG = re.compile(rb'(?:W/)?("[\x21\x23-\x7e\x80-\xff]*")')
 
 
-def entity_tag(content: str, coding: Coding) -> bytes:
+def entity_tag(content_name: str, coding: Coding) -> bytes:
     """The strong entity tag of a content in a coding, with its quotes.
 
     Parameters
     ----------
-    content : str
-        A name of the content: different bytes have different names.
+    content_name : str
+        Different contents have different names.
     """
-    name = f"{content}\n{COMPRESSOR_VERSIONS[coding]}".encode()
+    name = f"{content_name}\n{COMPRESSOR_VERSIONS[coding]}".encode()
     digest = sha256(name).digest()[:_TAG_BYTES]
     return b'"' + urlsafe_b64encode(digest).rstrip(b"=") + b'"'
 
@@ -93,20 +93,20 @@ class Subject:
         The canonical URL's path and query, with the path that the service is mounted at.
     surface : str
         The id in the URL.
-    content : str
-        A name of the bytes: different bytes have different names.
+    content_name : str
+        Files of different bytes have different names.
     is_permanent : bool
         Whether the id is a hash, so that the canonical URL always stands for the same bytes.
     """
 
     url: str
     surface: str
-    content: str
+    content_name: str
     is_permanent: bool
 
     def tag(self, coding: Coding) -> bytes:
         """The entity tag of the file in a coding."""
-        return entity_tag(self.content, coding)
+        return entity_tag(self.content_name, coding)
 
     def build_304_headers(
         self, coding: Coding, *, has_engine: bool, timing: bytes = HIT

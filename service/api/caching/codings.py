@@ -54,7 +54,7 @@ MIN_BYTES = 1400
 """Shorter bodies fit into one packet; they are not compressed, as they would not arrive sooner."""
 
 MAX_RATIO = 0.95
-"""A compressed body is used if it has at most this part of the bytes of the uncompressed body."""
+"""A compressed body is used if it has at most this fraction of the bytes of the plain body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ _MAX_CACHED = 200
 def _parse_codings(header: bytes) -> AcceptedCodings:
     by_name: dict[str, float] = {}
     for item, quality in parse_quality_values(header.decode("latin-1")):
-        name = item.removeprefix("x-")
+        name = item.removeprefix("x-")  # x-gzip is gzip (section 8.4.1.3)
         by_name[name] = max(quality, by_name.get(name, 0.0))
     default_quality = by_name.get("*", 0.0)
     qualities = {coding: by_name.get(coding, default_quality) for coding in CODINGS}

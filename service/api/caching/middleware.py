@@ -11,7 +11,7 @@ from service.api.caching.cached_response import CachedResponse, Variant, find_ma
 from service.api.caching.codings import AcceptedCodings, parse_accepted_codings
 from service.api.cors import Origins
 from service.api.observing.record import record_of
-from service.api.responses import CHUNK, MAX_BUFFERED, send_pieces
+from service.api.responses import CHUNK, MAX_BUFFERED, send_in_chunks
 
 _END: Message = {"type": "http.response.body", "body": b""}
 
@@ -70,7 +70,7 @@ class CacheMiddleware:
                 await send(variant.part_message)
                 await send(_END)
             else:
-                await send_pieces(variant.body, send)
+                await send_in_chunks(variant.body, send)
         finally:
             self.cache.end(entry)
 

@@ -84,4 +84,5 @@ class SingleFlight:
 
 
 async def _run(work: Callable[[Job], Awaitable[Result]], job: Job) -> Result:
+    """Makes a coroutine, which a task needs, of any awaitable."""
     return await work(job)

@@ -1,4 +1,4 @@
-// Shows the operations first, and only the first paragraph of the text about them.
+// Shows the first paragraph of the description, then the operations, then the other paragraphs.
 const operationsFirst = ({ React, getComponent, specSelectors }) => {
   const { createElement: h, Fragment } = React;
   const paragraphs = () => specSelectors.info().get("description", "").split("\n\n");

@@ -113,9 +113,11 @@ class Guard:
         has_key, name = self._find_key(scope)
         if name is not None:
             record_of(scope).key = name
+        # On a path for monitoring, only a request without the key that it needs counts.
         if path not in EXEMPT or (need != "nothing" and name is None):
             self._count_request(scope, name, result)
-        result.is_private = need == "key or signature"
+        allows_signature = need == "key or signature"
+        result.is_private = allows_signature
         signer = self.checks.signer
         if need != "key" and signer is not None and is_signed(path, scope["query_string"]):
             now = time.time()
@@ -123,7 +125,7 @@ class Guard:
             scope["query_string"] = query
             result.seconds_left = int(expires - now)
         elif need != "nothing" and name is None:
-            raise key_unknown() if has_key else key_needed(or_signature=result.is_private)
+            raise key_unknown() if has_key else key_needed(or_signature=allows_signature)
 
     def _find_key(self, scope: Scope) -> tuple[bool, str | None]:
         """Whether the request has a key, and the name of that key if the service knows it."""

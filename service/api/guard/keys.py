@@ -125,17 +125,18 @@ def parse_bearer(header: bytes | None) -> bytes | None:
 _log = logging.getLogger(__name__)
 
 CHECK_INTERVAL = 1.0
-"""Seconds between two checks whether the file has changed; requests with a key start them."""
+"""Seconds between two checks whether the file of keys (`SURFACE_API_KEYS_FILE`) has changed;
+requests with a key start them."""
 
 MAX_BYTES = 1 << 20
-"""The most bytes of the file: 1000 keys take at most 130 kB, the rest is for comments."""
+"""The most bytes of the file of keys: 1000 keys take at most 130 kB, the rest is for comments."""
 
 _FileState: TypeAlias = tuple[int, int, int]
 """Time of the last change, size and inode of a file."""
 
 
 class KnownKeys:
-    """The keys of the settings and of the file, which is read again when it changes.
+    """The keys of the settings and of the file of keys, which is read again when it changes.
 
     If the file is invalid at the start, the service does not start. If a later version of the file
     is invalid, the service logs an error and keeps the keys that it knew: so clients keep access

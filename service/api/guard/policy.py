@@ -24,6 +24,7 @@ EXEMPT = frozenset({"/health", "/health/live", "/health/ready", METRICS})
 FORMATS = "/v1/formats"
 
 _LISTS = frozenset({FORMATS, "/v1/surfaces"})
+"""Lists that every client may read."""
 
 
 def needs_keys(settings: Settings) -> bool:
@@ -34,8 +35,9 @@ def needs_keys(settings: Settings) -> bool:
 class Policy:
     """Decides what each request needs, according to the settings.
 
-    If the settings have keys, each path below `/v1` except the lists needs a key. So a new call is
-    protected by default.
+    If the settings have keys, each call below `/v1` that computes or stores needs a key. If reads
+    are not public, each read below `/v1` except the lists needs a key or a signed URL. So a new
+    call is protected by default.
     """
 
     def __init__(self, settings: Settings) -> None:

@@ -1,8 +1,8 @@
 """Signed URLs: each can be read without a key, until the time in its query.
 
-The signature is HMAC-SHA-256 (RFC 2104) over a text: the word `read`, the path, and all parameters
-of the query in a fixed order. So one signature is valid for GET and HEAD, and for every order and
-escaping of the query. Another path, parameter or time needs another signature.
+The signature is HMAC-SHA-256 (RFC 2104) over a text: its purpose (`_PREFIX`), the path, and all
+parameters of the query in a fixed order. So one signature is valid for GET and HEAD, and for every
+order and escaping of the query. Another path, parameter or time needs another signature.
 """
 
 import hmac

@@ -7,7 +7,7 @@ from service.api.models.points import Point
 
 
 class RayHits(ResponseModel):
-    """Hits in columns, float64.
+    """Hits in columns; the real numbers are float64.
 
     `reached` and `counts` have a row for each ray; the other columns have a row for each hit.
 
@@ -45,4 +45,4 @@ class RayHits(ResponseModel):
     crossing), or runs within it along a segment."""
     entering: list[bool | None]
     """For a crossing, whether the ray runs against the normal: into a closed surface whose normals
-    point outwards."""
+    point outwards. Null for the other kinds."""

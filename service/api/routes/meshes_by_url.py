@@ -125,7 +125,7 @@ async def get_surface_mesh(
         url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
         # The bytes depend only on the surface, the options, and the version of the encoder.
-        content=f"{content} {fmt.suffix} {query} {describe_writer(fields.compression)}",
+        content_name=f"{content} {fmt.suffix} {query} {describe_writer(fields.compression)}",
         is_permanent=id == content,
     )
     cache, record = services.cache, record_of(request.scope)

@@ -96,10 +96,13 @@ async def openapi(request: Request, context: ContextDep) -> Response:
     return await context.services.static_files.respond(request, "openapi.json")
 
 
-def _build_missing_page(missing: str, working: str, headers: Mapping[str, str]) -> Response:
-    """A 503 page with two sentences, what is missing and what works, and the command to install."""
+def _build_missing_page(
+    what_is_missing: str, what_works: str, headers: Mapping[str, str]
+) -> Response:
+    """A 503 page with these two sentences, and the command that installs what is missing."""
     text = Template((DOCS / "missing.html").read_text(encoding="utf-8"))
-    return HTMLResponse(text.substitute(missing=missing, working=working), 503, headers)
+    html = text.substitute(what_is_missing=what_is_missing, what_works=what_works)
+    return HTMLResponse(html, 503, headers)
 
 
 def files(document: Callable[[], dict[str, Any]]) -> dict[str, StaticFile]:
