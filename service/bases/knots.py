@@ -49,9 +49,10 @@ def wrap_points(points: FloatArray, degree: int, axis: int = 0) -> FloatArray:
 def merge_knots(knots: FloatArray, degree: int, min_distance: float) -> FloatArray:
     """Make knots equal that differ by less than `min_distance` from their neighbours.
 
-    The ends of the domain do not move. A cluster of knots stays as it is if one equal knot would
-    have a multiplicity above p inside the domain, or above p + 1 at an end, or if the whole cluster
-    is not shorter than `min_distance`.
+    Such knots are a cluster; all become the first of the cluster, or the end of the domain if it is
+    among them. A cluster stays as it is if its one knot would have a multiplicity above p inside
+    the domain, or above p + 1 at an end, or if the whole cluster is not shorter than
+    `min_distance`.
 
     Returns
     -------

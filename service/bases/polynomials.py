@@ -37,19 +37,18 @@ def split(net: Net, t: float) -> tuple[Net, Net]:
     """The polynomials over [0, t] and over [t, 1], each with its own parameter from 0 to 1.
 
     This is de Casteljau's algorithm, b_i ← (1 − t) b_i + t b_{i+1}: the first points of all steps
-    are the net of the first half, the last points of all steps are the net of the second half. The
-    last row of the first half
-    equals the first row of the second, bit for bit.
+    are the net over [0, t], and the last points of all steps are the net over [t, 1]. The last row
+    of the first net equals the first row of the second, bit for bit.
     """
     points, weights = net
-    first_half, second_half = [(points[0], _row(weights, 0))], [(points[-1], _row(weights, -1))]
+    first_net, second_net = [(points[0], _row(weights, 0))], [(points[-1], _row(weights, -1))]
     for n in range(len(points) - 1, 0, -1):
         i = np.arange(n)
         shares = np.repeat([[1 - t], [t]], n, axis=1)
         points, weights = combine(points, weights, np.stack([i, i + 1]), shares)
-        first_half.append((points[0], _row(weights, 0)))
-        second_half.append((points[-1], _row(weights, -1)))
-    return _stack_rows(first_half), _stack_rows(second_half[::-1])
+        first_net.append((points[0], _row(weights, 0)))
+        second_net.append((points[-1], _row(weights, -1)))
+    return _stack_rows(first_net), _stack_rows(second_net[::-1])
 
 
 def restrict(net: Net, first: float, last: float) -> Net:

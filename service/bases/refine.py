@@ -50,28 +50,30 @@ def find_refinement(
         The shares of these rows. If a new control point equals an old one, one share is exactly 1
         and the others are 0.
     """
+    # Window j has the knots V_{j+1} … V_{j+n}: new control point j is F at these arguments.
     windows = np.lib.stride_tricks.sliding_window_view(target[1:-1], new_degree)
     count, first = len(windows), windows[:, 0]
-    # At a discontinuity, the last control point of a piece belongs to the span that ends there.
+    # F belongs to the span that begins at the first argument or contains it. But n equal arguments
+    # after a smaller knot are the end of a span, and the next span may have other values there.
     is_last = (target[:count] < first) & (windows[:, -1] == first)
     span = np.searchsorted(knots, first, side="right")
     span = np.where(is_last, np.searchsorted(knots, first, side="left"), span) - 1
     offsets = np.arange(1 - degree, degree + 1)[:, np.newaxis]
     shares = np.empty((degree + 1, count))
-    for part in row_slices(count, 1, CHUNK):
-        shares[:, part] = _blossom_shares(knots[span[part] + offsets], windows[part].T)
+    for points in row_slices(count, 1, CHUNK):
+        shares[:, points] = _blossom_shares(knots[span[points] + offsets], windows[points].T)
     return span - degree + np.arange(degree + 1)[:, np.newaxis], shares
 
 
 def _blossom_shares(knots_around: FloatArray, arguments: FloatArray) -> FloatArray:
-    """The value of the blossom F as shares of the p + 1 control points of a span.
+    """Values of blossoms F, each as shares of the p + 1 control points of a span.
 
     Parameters
     ----------
     knots_around : ndarray of float64, shape (2p, N)
-        The knots U_{s−p+1} … U_{s+p} around the span of each value.
+        The knots U_{s−p+1} … U_{s+p} around the span s of each value.
     arguments : ndarray of float64, shape (n, N)
-        The arguments of F.
+        The n arguments of F for each value.
 
     Returns
     -------
@@ -82,6 +84,7 @@ def _blossom_shares(knots_around: FloatArray, arguments: FloatArray) -> FloatArr
     # has their shares (r+1, N), averaged over all choices of r from the arguments seen so far.
     means = [np.ones((1, knots_around.shape[1]))]
     for k, t in enumerate(arguments, 1):
+        # For means[p] after all n arguments, only r ≥ k − (n − p) are still needed.
         for r in range(min(k, degree), max(0, k - 1 - new_degree + degree), -1):
             step = _step_back(means[r - 1], knots_around[degree - r : degree + r], t)
             if r == k:
@@ -92,9 +95,11 @@ def _blossom_shares(knots_around: FloatArray, arguments: FloatArray) -> FloatArr
 
 
 def _step_back(shares: FloatArray, knots_around: FloatArray, t: FloatArray) -> FloatArray:
-    """Shares of r + 1 points from the shares of the r points that one de Boor step computes.
+    """Shares (r+1, N) of r + 1 points from the shares (r, N) of the r points of one de Boor step.
 
-    d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
+    `knots_around`, shape (2r, N), has the r knots U_i and then the r knots U_{i+r} of the step
+
+        d_i ← (U_{i+r} − t)/(U_{i+r} − U_i) d_{i−1} + (t − U_i)/(U_{i+r} − U_i) d_i
     """
     r = len(shares)
     low, high = knots_around[:r], knots_around[r:]

@@ -54,7 +54,8 @@ def row_starts(degree: int) -> Ints:
 def side_rows(degree: int) -> Ints:
     """The indices of the points along the sides s = 0, r = 0 and t = 0, each of them ascending.
 
-    Shape (3, n+1); read-only.
+    (r, s, t) are barycentric coordinates. With s = u (1 − v) and t = v, these are the sides u = 0,
+    u = 1 and v = 0 in the order of all sides. Shape (3, n+1); read-only.
     """
     row_firsts = row_starts(degree)[:-1]
     j = np.arange(degree + 1)

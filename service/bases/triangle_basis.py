@@ -14,7 +14,8 @@ from service.bases.cache import PLANS
 from service.bases.triangle import barycentric, count_points, degree_of, row_starts
 
 MAX_CACHED_VALUES = 1 << 20
-"""The most values of a basis that is cached: 8 MiB, the most that the cache accepts."""
+"""The most values of a basis that is cached. As float64 they take 8 MiB, the most that the cache
+accepts."""
 
 
 def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
@@ -45,6 +46,7 @@ def triangle_bernstein(degree: int, points: FloatArray) -> FloatArray:
     """
     r, s, t = points.T
     r_plus_s = r + s
+    # At t = 1 all shares give the same values, because B_k^n(t) is 0 for k < n.
     is_apex = r_plus_s == 0
     r_plus_s = np.where(is_apex, 1.0, r_plus_s)
     r_share, s_share = np.where(is_apex, 1.0, r / r_plus_s), s / r_plus_s

@@ -2,7 +2,8 @@
 
 A net of degree n has K = (n+1)(n+2)/2 control points along axis 0, in the order of
 `service.bases.triangle`: row k of the triangle follows row k − 1 and goes from b_{n−k,0,k} to
-b_{0,n−k,k}. As in `service.bases.polynomials`, each result is a weighted mean of neighbours.
+b_{0,n−k,k}. As in `service.bases.polynomials`, elevation and splitting compute weighted means of
+neighbours.
 
 Farin, Curves and Surfaces for CAGD, 5th ed., chapter 17.
 """

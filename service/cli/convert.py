@@ -43,7 +43,7 @@ class _Append(argparse.Action):
     ) -> None:
         """Called for each flag of an operation, in the order of the command line."""
         del parser, option_string
-        text = values if isinstance(values, str) else ""
+        text = values if isinstance(values, str) else ""  # argparse gives [] if a flag has no text
         namespace.operations = [*(namespace.operations or []), (self.flag_name, text)]
 
     @property
@@ -110,7 +110,5 @@ def _operation_line(issue: Issue, flags: Sequence[str], fields: Mapping[str, str
     # "/operations/2/…" begins with "", "operations" and "2"; a shorter pointer is filled with "".
     _, field, number = (*issue.pointer.split("/"), "", "")[:3]
     if field == "operations" and number.isdecimal() and int(number) < len(flags):
-        return issue_line(
-            replace(issue, pointer=f"/{flags[int(number)]}"), dict.fromkeys(flags, "")
-        )
+        return issue_line(replace(issue, pointer=f"/{flags[int(number)]}"), flags)
     return field_line(issue, fields)

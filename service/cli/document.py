@@ -56,7 +56,8 @@ def perform_document(
     path : str
         The path of the URL to which the document is posted.
     flags : collection of str
-        Fields of the document that flags set; an error in such a field names its flag.
+        The fields of the document that the command's own flags set. The line of an error in such a
+        field names the flag.
     fmt : FileFormat, optional
         The format of the response; default: JSON.
     query : Mapping
@@ -64,10 +65,10 @@ def perform_document(
     line : callable, optional
         Returns the line of an issue; by default, a line that names the flag which set the field.
     """
-    fields = dict.fromkeys(flags, "") | read_field_flags(arguments)
+    all_flags = {*flags, *read_field_flags(arguments)}
     return perform(
         arguments,
         lambda: compute(document),
         lambda remote: remote.remote_document(arguments.url, path, document, fmt, query),
-        line or (lambda issue: field_line(issue, fields)),
+        line or (lambda issue: field_line(issue, all_flags)),
     )

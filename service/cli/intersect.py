@@ -6,7 +6,7 @@ from typing import Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import parse_numbers
+from service.cli.points import parse_number, parse_numbers
 from service.cli.project import read_npy
 from service.cli.refusals import Refused
 from service.cli.source import (
@@ -20,6 +20,7 @@ from service.cli.source import (
 )
 
 FIELDS = ("surface", "rays", "hits", "relative_thickness")
+"""The fields of a request with rays. `/v1/intersect` also takes requests with planes."""
 
 
 def add(commands: Commands) -> None:
@@ -51,7 +52,7 @@ def add(commands: Commands) -> None:
 def _run(arguments: argparse.Namespace) -> int:
     check_output(arguments)
     fields = surface_document(surface_source(arguments))
-    # A file may have a request for another command: only the fields of this command are taken.
+    # A file may have a request with planes, for `surface section`: take only the fields for rays.
     document = {key: value for key, value in fields.items() if key in FIELDS}
     flag_values: dict[str, Any] = {}
     rows: Any = None
@@ -67,7 +68,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.all:
         flag_values["hits"] = "all"
     if arguments.relative_thickness is not None:
-        (flag_values["relative_thickness"],) = parse_numbers(arguments.relative_thickness)
+        flag_values["relative_thickness"] = parse_number(arguments.relative_thickness)
     return perform_document(
         arguments, "/v1/intersect", document | flag_values, _compute, flags=flag_values
     )

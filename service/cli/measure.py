@@ -6,7 +6,7 @@ from typing import Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import parse_numbers
+from service.cli.points import parse_number
 from service.cli.source import (
     Commands,
     add_command,
@@ -41,7 +41,7 @@ def _run(arguments: argparse.Namespace) -> int:
     flag_values: dict[str, Any] = {}
     for name in ("tolerance", "weld_tolerance"):
         if (text := getattr(arguments, name)) is not None:
-            (flag_values[name],) = parse_numbers(text)
+            flag_values[name] = parse_number(text)
     return perform_document(
         arguments, "/v1/measure", document | flag_values, _compute, flags=flag_values
     )

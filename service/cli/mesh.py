@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from service.encoders.format import Format
 
 _FLAGS = json.loads(Path(__file__).with_name("flags.json").read_bytes())
-"""The options of a mesh, in a file that `make generated` writes: to import their models is slow."""
+"""The options of a mesh, in a file that `make generated` writes: to import their models is slow.
+
+`value` is the metavar of an option, or None if the option is on or off; `text` is its help."""
 
 OPTIONS = tuple(flag["name"] for flag in _FLAGS)
 

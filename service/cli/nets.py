@@ -1,13 +1,13 @@
 """Files of control points, and the flags for the other fields of their surface."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.cli.refusals import UsageError, issue_line
-from service.errors import Issue
+from service.errors import Issue, first_part
 
 if TYPE_CHECKING:
     from service.decoders.format import Decoder
@@ -26,12 +26,13 @@ class NetFile:
 
     def document(self) -> dict[str, Any]:
         """The body of a request without options; raises `SurfaceError` if the file is invalid."""
-        from service.schemas.surface_query import add_fields, surface_fields
+        from service.schemas import surface_query
         from service.settings.environment import read_environment
 
         max_points = read_environment().max_control_points
         net = self.decoder.decode(self.content, self.fields.get("type"), max_points)
-        return {"surface": add_fields(net, surface_fields(self.fields))}
+        fields = surface_query.surface_fields(self.fields)
+        return {"surface": surface_query.add_fields(net, fields)}
 
 
 def add_fields(command: argparse.ArgumentParser) -> None:
@@ -74,9 +75,12 @@ def refuse_fields(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--{name}: only for files of control points; JSON has a field for it")
 
 
-def field_line(issue: Issue, flag_values: Mapping[str, str]) -> str:
-    """An issue as a line; if a flag set the field with the error, the line names that flag."""
-    name = issue.pointer.removeprefix("/surface").partition("/")[2].partition("/")[0]
-    if name in flag_values and name in FIELDS:
+def field_line(issue: Issue, flags: Container[str]) -> str:
+    """An issue as a line; if one of `flags` set the wrong field, the line names that flag.
+
+    The field may be beside the surface, or a field of `FIELDS` inside the surface.
+    """
+    name = first_part(issue.pointer.removeprefix("/surface"))
+    if name in flags and name in FIELDS:
         issue = replace(issue, pointer=f"/{name}")
-    return issue_line(issue, flag_values)
+    return issue_line(issue, flags)

@@ -1,6 +1,6 @@
 """Turns the flags of operations into the values that a JSON body would have.
 
-A malformed text stays a string, which the model of the request then refuses.
+A malformed number stays a string, which the model of the request then refuses.
 """
 
 from collections.abc import Iterable

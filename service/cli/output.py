@@ -41,7 +41,15 @@ def _replace(target: Path, content: bytes) -> None:
 
 
 def print_bytes(content: bytes) -> None:
-    """Writes to standard output; raises `Refused`, without a text, if no program reads it now."""
+    """Writes to standard output.
+
+    Raises
+    ------
+    Refused
+        Standard output is closed; without a text if the program that reads the pipe closed it.
+    OSError
+        The error names standard output.
+    """
     if sys.stdout is None:
         raise Refused("standard output is closed")
     unwritten = memoryview(content)

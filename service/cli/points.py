@@ -53,15 +53,16 @@ def _parse_value(text: str | list[str]) -> Any:
     """The value of a flag, as in a document; the model of the request refuses malformed numbers."""
     if isinstance(text, list):
         return [parse_numbers(place) for place in text]
-    return _parse_number(text)
+    return parse_number(text)
 
 
 def parse_numbers(text: str) -> list[int | float | str]:
     """Comma-separated numbers; a malformed number stays a string, which the model refuses."""
-    return [_parse_number(part) for part in text.split(",")]
+    return [parse_number(part) for part in text.split(",")]
 
 
-def _parse_number(text: str) -> int | float | str:
+def parse_number(text: str) -> int | float | str:
+    """One number; a malformed number stays a string, which the model refuses."""
     for kind in (int, float):
         try:
             return kind(text)

@@ -7,7 +7,7 @@ from typing import Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import parse_numbers
+from service.cli.points import parse_number, parse_numbers
 from service.cli.refusals import Refused
 from service.cli.source import (
     Commands,
@@ -19,8 +19,6 @@ from service.cli.source import (
     surface_source,
 )
 from service.errors import SurfaceError
-
-FLAGS = ("point", "points", "relative_tolerance")
 
 
 def add(commands: Commands) -> None:
@@ -49,14 +47,15 @@ def _run(arguments: argparse.Namespace) -> int:
     document = surface_document(surface_source(arguments))
     source = document["surface"]
     if isinstance(source, dict) and "curve" in source and "type" not in source:
-        document = source  # a request with a curve instead of a surface
+        # A request with a curve: it was taken for a surface, because it has no field `surface`.
+        document = source
     flag_values: dict[str, Any] = {}
     if arguments.point is not None:
         flag_values["points"] = [parse_numbers(text) for text in arguments.point]
     elif arguments.points is not None:
         flag_values["points"] = read_npy(arguments.points, "--points")
     if arguments.relative_tolerance is not None:
-        (flag_values["relative_tolerance"],) = parse_numbers(arguments.relative_tolerance)
+        flag_values["relative_tolerance"] = parse_number(arguments.relative_tolerance)
     if arguments.sign:
         flag_values["sign"] = True
     return perform_document(

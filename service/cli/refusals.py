@@ -1,8 +1,7 @@
 """Errors of the command line: the lines that it prints for them, and its exit codes."""
 
 import sys
-from collections.abc import Mapping
-from types import MappingProxyType
+from collections.abc import Container
 
 from service.errors import Issue, first_part
 
@@ -29,10 +28,10 @@ class Refused(Exception):
     """The command failed; the arguments are lines that say why."""
 
 
-def issue_line(issue: Issue, flag_values: Mapping[str, str] = MappingProxyType({})) -> str:
-    """An issue as a line; if a flag set the value with the error, the line names that flag."""
+def issue_line(issue: Issue, flags: Container[str] = ()) -> str:
+    """An issue as a line; if one of `flags` set the wrong value, the line names that flag."""
     name = first_part(issue.pointer)
-    location = f"--{name.replace('_', '-')}" if name in flag_values else issue.pointer
+    location = f"--{name.replace('_', '-')}" if name in flags else issue.pointer
     texts = {"got": issue.got, "needed": issue.needed}
     facts = ", ".join(f"{key} {text}" for key, text in texts.items() if text)
     return (f"{location}: " if location else "") + issue.message + (f" ({facts})" if facts else "")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from service.cli.document import parse_request, perform_document
 from service.cli.nets import add_fields
-from service.cli.points import parse_numbers
+from service.cli.points import parse_number, parse_numbers
 from service.cli.source import (
     Commands,
     add_command,
@@ -20,8 +20,10 @@ from service.cli.source import (
 if TYPE_CHECKING:
     from service.encoders.sections.format import SectionFormat
 
-FIELDS = ("surface", "planes", "tolerance", "relative_tolerance")
 TOLERANCES = ("tolerance", "relative_tolerance")
+
+FIELDS = ("surface", "planes", *TOLERANCES)
+"""The fields of a request with planes. `/v1/intersect` also takes requests with rays."""
 
 
 def add(commands: Commands) -> None:
@@ -56,12 +58,16 @@ def _run(arguments: argparse.Namespace) -> int:
 
     fmt = choose_format(arguments, SECTION_FORMATS)
     fields = surface_document(surface_source(arguments))
+    # A file may have a request with rays, for `surface intersect`: take only the fields for planes.
     document = {key: value for key, value in fields.items() if key in FIELDS}
     flag_values: dict[str, Any] = {}
     if arguments.offsets is not None or arguments.point is not None or arguments.normal is not None:
-        planes = dict(document.get("planes", {"normals": [[0, 0, 1]]}))
+        file_planes = document.get("planes")
+        planes = dict(file_planes) if isinstance(file_planes, dict) else {"normals": [[0, 0, 1]]}
         if arguments.normal is not None:
             planes["normals"] = [parse_numbers(arguments.normal)]
+        # Offsets replace the points of the file, and points its offsets; with both flags, the model
+        # refuses the planes.
         if arguments.offsets is not None:
             planes["offsets"] = parse_numbers(arguments.offsets)
             planes.pop("points", None)
@@ -75,7 +81,7 @@ def _run(arguments: argparse.Namespace) -> int:
         if text is not None:
             # Each of the two tolerances replaces both in the file.
             document = {key: value for key, value in document.items() if key not in TOLERANCES}
-            (flag_values[name],) = parse_numbers(text)
+            flag_values[name] = parse_number(text)
     return perform_document(
         arguments,
         "/v1/intersect",

@@ -47,7 +47,7 @@ def _run(arguments: argparse.Namespace) -> int:
     app.state.counters.count_dropped_lines = lambda: access_log.dropped + error_log.dropped
     _warn_if_open(settings)
     try:
-        serve(app, settings, app.state)
+        serve(app, settings, app.state)  # ends the process, so that this function does not return
     except SystemExit:
         error_log.flush()
         # uvicorn has logged the reason. Its exit code has another meaning in this program.

@@ -47,6 +47,7 @@ def _run(arguments: argparse.Namespace) -> int:
             if not (text.isascii() and text.isdigit() and len(text) < 20):
                 raise UsageError(f"--{name}: needed a whole number")
             document[name] = int(text)
-    url, _ = build_signed_url(signer, validate_document(SignRequest, document), "", time.time())
+    request = validate_document(SignRequest, document)
+    url, _ = build_signed_url(signer, request, root="", now=time.time())
     print_lines([url])
     return OK

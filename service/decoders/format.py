@@ -31,7 +31,7 @@ class Decoder:
         checked yet.
     about : str
         Text for the OpenAPI document: the content of a file, and how the service reads it.
-    weight : float
+    memory_factor : float
         Bytes of memory for each byte of a file, until the surface is built; the byte itself is
         included.
     example : tuple of str, optional
@@ -46,12 +46,12 @@ class Decoder:
     kinds: tuple[str, ...]
     decode: Callable[[bytes, str | None, int], Tree]
     about: str
-    weight: float
+    memory_factor: float
     example: tuple[str, str] | None = None
 
     def memory(self, length: int) -> int:
         """The most bytes of memory for a file of this length, until the surface is built."""
-        return int(self.weight * length)
+        return int(self.memory_factor * length)
 
 
 def build_malformed_error(message: str, got: str, needed: str) -> MalformedBody:

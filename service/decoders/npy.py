@@ -41,6 +41,8 @@ _LENGTH_BYTES = MappingProxyType({b"\1\0": 2, b"\2\0": 4, b"\3\0": 4})
 _TYPES = frozenset({"<f4", "<f8", ">f4", ">f8"})
 """The types of numbers that the service accepts."""
 
+# A key, and a text, a truth value, a list (of the fields of structures) or a tuple of whole numbers
+# below 10^18.
 _ENTRY = re.compile(
     r"\s*'(?P<key>descr|fortran_order|shape)'\s*:\s*"
     r"(?P<value>'[^']*'|True|False|\[.*\]|\(\s*(?:(?:0|[1-9]\d{0,17})\s*(?:,\s*|(?=\))))*\))"
@@ -147,13 +149,13 @@ def _parse_entries(text: str) -> dict[str, str]:
     """The texts of the header's three entries, by key."""
     text = text.strip(" \n")
     entries: dict[str, str] = {}
-    place = 1
-    while text.startswith("{") and (match := _ENTRY.match(text, place)):
+    position = 1  # behind the brace
+    while text.startswith("{") and (match := _ENTRY.match(text, position)):
         if match["key"] in entries:
             break
         entries[match["key"]] = match["value"]
-        place = match.end()
-    if text[place:].strip() != "}" or entries.keys() != _KEYS:
+        position = match.end()
+    if text[position:].strip() != "}" or entries.keys() != _KEYS:
         raise build_malformed_error(
             "The header of the .npy file cannot be read.",
             "another text",

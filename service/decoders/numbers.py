@@ -23,6 +23,8 @@ MAX_NUMBER_CHARS = 100
 
 _GAP = re.compile(rb"[\s,]")
 _WORD = re.compile(rb"[^\s,]+")
+
+# `_NUMBER` is a plain decimal number; `_NUMERIC` may also be a name of a number that is not finite.
 _NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _NUMERIC = re.compile(_NUMBER.pattern + rb"|[-+]?(?:nan|inf|infinity)", re.IGNORECASE)
 
@@ -30,13 +32,13 @@ _NUMERIC = re.compile(_NUMBER.pattern + rb"|[-+]?(?:nan|inf|infinity)", re.IGNOR
 def read_numbers(
     text: bytes, start: int, end: int, max_count: int, build_error: Callable[[], SurfaceError]
 ) -> FloatArray:
-    """Read all numbers between two places of a text; blanks, line feeds and commas separate them.
+    """Read all numbers of `text[start:end]`; blanks, line feeds and commas separate them.
 
     Parameters
     ----------
     text : bytes
     start, end : int
-        The two places, as indices of bytes.
+        Indices of bytes; words may touch them.
     max_count : int
         The most numbers that are allowed.
     build_error : callable
@@ -51,6 +53,7 @@ def read_numbers(
     MalformedBody, InvalidRequest
         A word is not a number, or the number is not finite; the message names its line.
     """
+    # Count first if the text is long enough for too many words: each takes a byte and a gap.
     if (end - start) // 2 >= max_count and _count_words(text, start, end) > max_count:
         raise build_error()
     pieces: list[FloatArray] = []
@@ -67,25 +70,25 @@ def read_numbers(
 
 
 def line_of_number(text: bytes, start: int, index: int) -> int:
-    """The line (from 1) of number `index` (from 0) among the numbers after the place `start`."""
+    """The line (from 1) of number `index` (from 0) of the numbers in `text[start:]`."""
     word = next(islice(_WORD.finditer(text, start), index, None))
     return line_at(text, word.start())
 
 
-def line_at(text: bytes, place: int) -> int:
-    """The line (from 1) of a place in the text, which is an index of a byte."""
-    return text.count(b"\n", 0, place) + 1
+def line_at(text: bytes, position: int) -> int:
+    """The line (from 1) of the byte `text[position]`."""
+    return text.count(b"\n", 0, position) + 1
 
 
 def _count_words(text: bytes, start: int, end: int) -> int:
-    """The number of words between two places: of runs of characters that are not blank.
+    """The number of words in `text[start:end]`: of runs of characters that are no gaps.
 
     Counting takes 1/10 of the time of splitting the text into words. The count may be too small,
-    because control characters count as blanks.
+    because control characters count as gaps; so the words are counted again when they are read.
     """
     count, was_printed = 0, False
-    for place in range(start, end, PIECE_BYTES):
-        letters = np.frombuffer(text, np.uint8, min(PIECE_BYTES, end - place), place)
+    for position in range(start, end, PIECE_BYTES):
+        letters = np.frombuffer(text, np.uint8, min(PIECE_BYTES, end - position), position)
         is_printed = (letters > ord(" ")) & (letters != ord(","))
         count += int(np.count_nonzero(is_printed[1:] & ~is_printed[:-1]))
         count += bool(is_printed[0]) and not was_printed
@@ -94,13 +97,14 @@ def _count_words(text: bytes, start: int, end: int) -> int:
 
 
 def _find_cut(text: bytes, start: int, end: int) -> int:
-    """The end of the piece that begins at `start`; it is between two words."""
-    if end - start <= PIECE_BYTES:
-        return end
-    gap = _GAP.search(text, start + PIECE_BYTES, start + PIECE_BYTES + MAX_NUMBER_CHARS)
-    if gap is None:
-        raise build_word_error(text, start + PIECE_BYTES)
-    return gap.start()
+    """The end of the piece that begins at `start`: a gap between two words, or `end`."""
+    first = start + PIECE_BYTES
+    last = first + MAX_NUMBER_CHARS
+    if first < end and (gap := _GAP.search(text, first, min(last, end))):
+        return gap.start()
+    if last < end:
+        raise build_word_error(text, first)
+    return end
 
 
 def _parse_words(words: list[bytes], text: bytes, start: int, cut: int) -> FloatArray:
@@ -118,10 +122,10 @@ def _parse_words(words: list[bytes], text: bytes, start: int, cut: int) -> Float
     return values
 
 
-def build_word_error(text: bytes, place: int) -> SurfaceError:
-    """The error for a word that is not a finite number; `place` is inside the word."""
-    start = place
-    while start > max(0, place - MAX_NUMBER_CHARS) and not _GAP.match(text, start - 1):
+def build_word_error(text: bytes, position: int) -> SurfaceError:
+    """The error for the word around `text[position]`, which is not a finite number."""
+    start = position
+    while start > max(0, position - MAX_NUMBER_CHARS) and not _GAP.match(text, start - 1):
         start -= 1
     word = _WORD.match(text, start, start + MAX_NUMBER_CHARS + 1)
     if word is None or len(word[0]) > MAX_NUMBER_CHARS or not _NUMERIC.fullmatch(word[0]):

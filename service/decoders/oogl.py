@@ -49,6 +49,7 @@ HIGHEST_DEGREE = 12
 
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _WORD = re.compile(rb"\s*+([{}=]|[^\s{}=]+)")
+# Numbers and blanks. An "e" is part of a number only after a digit or a point.
 _NUMBERS = re.compile(rb"[\s0-9.+-]*+(?:(?<=[0-9.])[eE][\s0-9.+-]*+)*+")
 _BEZIER = re.compile(rb"(ST)?(C)?(?:BBP|BEZ(?:([1-9])([1-9])([34]))?)(_ST)?")
 _DEGREES = re.compile(rb"\s++([1-9]|1[0-2])\s++([1-9]|1[0-2])\s++([34])(?=\s|[{}])")
@@ -99,7 +100,7 @@ class _Reader:
     def __init__(self, text: bytes, max_points: int) -> None:
         self._text = text
         self._max_points = max_points
-        self._place = 0
+        self._position = 0
         self._points_left = max_points
         self._objects = 0
         self.patches = Patches()
@@ -138,7 +139,7 @@ class _Reader:
         elif form := _BEZIER.fullmatch(word):
             self._read_patches(self._read_form(form))
         elif _LINES.fullmatch(word):
-            self._place = self._end_of_numbers()
+            self._position = self._end_of_numbers()
         else:
             raise self._build_error("No patches begin here.", word, "BEZ, BBP, or LIST of such")
 
@@ -159,20 +160,20 @@ class _Reader:
         if b"BBP" in header[0]:
             digits = [b"3", b"3", b"3"]
         elif digits[0] is None:
-            degrees = _DEGREES.match(self._text, self._place)
+            degrees = _DEGREES.match(self._text, self._position)
             if degrees is None:
                 needed = f"BEZ p q d, degrees 1 to {HIGHEST_DEGREE}, d 3 or 4"
                 raise self._build_error(
                     "The degrees of the patches are missing.", _ANY_WORD, needed
                 )
             digits = list(degrees.groups())
-            self._place = degrees.end()
+            self._position = degrees.end()
         p, q, dimension = map(int, digits)
         return Form((p, q), dimension, bool(texture or texture_suffix), bool(color))
 
     def _read_patches(self, form: Form) -> None:
         """Read the patches after a keyword, up to the end of the object."""
-        start, end = self._place, self._end_of_numbers()
+        start, end = self._position, self._end_of_numbers()
         max_numbers = self._points_left // form.point_count * form.number_count
         values = read_numbers(
             self._text,
@@ -181,8 +182,9 @@ class _Reader:
             max_numbers,
             lambda: build_too_many_error("more control points", self._max_points),
         )
-        self._place = end
+        self._position = end
         if not len(values) or len(values) % form.number_count:
+            # The numbers end at a word that is no number, unless an object may end or begin here.
             if self._text[end : end + 1] not in (b"", b"{", b"}", b"="):
                 raise build_word_error(self._text, end)
             line = line_at(self._text, start)
@@ -197,7 +199,7 @@ class _Reader:
         self.patches.add(form, numbers)
 
     def _check_weights(self, form: Form, numbers: FloatArray, start: int) -> None:
-        """Refuse weights that are not positive; `start` is the place of the numbers in the text."""
+        """Refuse weights that are not positive; the numbers begin at `text[start]`."""
         columns = form.weight_numbers()
         is_wrong = numbers[:, columns] <= 0
         if not is_wrong.any():
@@ -216,41 +218,44 @@ class _Reader:
 
     def _next_word(self) -> bytes:
         """Read the next word and move behind it; the word is empty at the end of the text."""
-        match = _WORD.match(self._text, self._place)
+        match = _WORD.match(self._text, self._position)
         if match is None:
             return b""
-        self._place = match.end()
+        self._position = match.end()
         return match[1]
 
     def _peek_word(self) -> bytes:
         """The next word, without moving behind it."""
-        match = _WORD.match(self._text, self._place)
+        match = _WORD.match(self._text, self._position)
         return match[1] if match else b""
 
     def _end_of_numbers(self) -> int:
-        """The first place from here on that cannot be part of a list of numbers."""
-        place = self._place
+        """The index of the first byte from here on that cannot be part of a list of numbers."""
+        position = self._position
         # In steps, so that other threads can run in between.
-        while match := _NUMBERS.match(self._text, place, place + STEP):
-            if match.end() < place + STEP:
+        while match := _NUMBERS.match(self._text, position, position + STEP):
+            if match.end() < position + STEP:
                 return match.end()
-            place = match.end()
-        return place
+            position = match.end()
+        return position
 
     def _skip_braces(self) -> None:
         """Skip a pair of braces and everything between them."""
         if (word := self._next_word()) != b"{":
             raise self._build_error("An appearance must be in braces.", word, "{")
         depth = 1
-        for brace in islice(_BRACE.finditer(self._text, self._place), MAX_BRACES):
+        for brace in islice(_BRACE.finditer(self._text, self._position), MAX_BRACES):
             depth += 1 if brace[0] == b"{" else -1
             if not depth:
-                self._place = brace.end()
+                self._position = brace.end()
                 return
         raise self._build_error("A pair of braces does not end.", word, "}")
 
     def _build_error(self, message: str, word: bytes, needed: str) -> Exception:
-        """The error for an unexpected word at this place; an empty word is the end of the text."""
-        line = line_at(self._text, self._place if word else len(self._text))
+        """The error for an unexpected word, which was read last; b"" for the end of the text.
+
+        `message` ends with a full stop; the number of the line is inserted before it.
+        """
+        line = line_at(self._text, self._position if word else len(self._text))
         got = "another word" if word else "the end of the text"
         return build_malformed_error(f"{message[:-1]} (line {line}).", got, needed)

@@ -1,4 +1,4 @@
-"""Converts the Bézier patches of an OOGL file to surfaces, one for each form of patches.
+"""Converts the Bézier patches of an OOGL file to surfaces, grouped by degree, uvs and colours.
 
 Among control points, u varies fastest. Points with 4 numbers are homogeneous, (wx, wy, wz, w).
 Texture coordinates and colours are those of the corners (u, v) = (0, 0), (1, 0), (0, 1) and (1, 1)
@@ -50,7 +50,10 @@ class Form:
 
 
 class Patches:
-    """The patches of a file, grouped by form."""
+    """The patches of a file, grouped by degree and by whether they have uvs, and colours.
+
+    Patches with weights and without are in one group.
+    """
 
     def __init__(self) -> None:
         self._batches: dict[tuple[tuple[int, int], bool, bool], _Batch] = {}
@@ -76,14 +79,14 @@ class Patches:
             batch.colors.append(numbers[:, -16:].reshape(-1, 4, 4))
 
     def surfaces(self) -> Iterator[Tree]:
-        """The documents of the surfaces: one for all patches with equal degree and channels."""
+        """The documents of the surfaces, one for each group of patches."""
         for (degree, _, _), batch in self._batches.items():
             yield _build_surface(degree, batch)
 
 
 @dataclass(slots=True)
 class _Batch:
-    """The arrays of the patches of one form; each list has one array for each object."""
+    """The arrays of one group of patches; each list has one array for each object of the file."""
 
     points: list[FloatArray] = field(default_factory=list)
     weights: list[FloatArray] = field(default_factory=list)

@@ -61,8 +61,8 @@ def decode(content: bytes, kind: str | None, max_points: int) -> Tree:
     indices = numbers[1 : 1 + patch_count * patch_size]
     vertices = numbers[2 + patch_count * patch_size :].reshape(-1, 3)
     _check_indices(content, indices, len(vertices))
-    side = isqrt(patch_size)
-    grids = indices.astype(np.int64).reshape(patch_count, side, side) - 1
+    width = isqrt(patch_size)
+    grids = indices.astype(np.int64).reshape(patch_count, width, width) - 1
     return {"type": "patches", "vertices": vertices, "patches": grids}
 
 
@@ -71,15 +71,15 @@ def _find_layout(content: bytes, numbers: FloatArray) -> tuple[int, int]:
 
     After the indices comes the number V of vertices, and then 3 V coordinates. The squares 4, 9,
     16, … are tried as the number of vertices of a patch. The first square for which V fits the
-    count of all numbers is right: with a smaller square, an index would be in the place of V, and 3
-    times an index is too small.
+    count of all numbers is right: with a smaller square, an index would be taken for V, and 3 times
+    an index is too small.
     """
     patch_count = int(numbers[0]) if len(numbers) else 0
     if patch_count > 0 and numbers[0] == patch_count:
-        for side in range(2, isqrt(len(numbers) // patch_count) + 1):
-            place = 1 + patch_count * side**2
-            if place < len(numbers) and len(numbers) == place + 1 + 3 * float(numbers[place]):
-                return patch_count, side**2
+        for width in range(2, isqrt(len(numbers) // patch_count) + 1):
+            index = 1 + patch_count * width**2  # of V
+            if index < len(numbers) and len(numbers) == index + 1 + 3 * float(numbers[index]):
+                return patch_count, width**2
     _refuse_lines(content)
 
 
@@ -106,7 +106,7 @@ def _refuse_lines(content: bytes) -> NoReturn:
     line, count, patch_count = next(lines, (1, 0, 0.0))
     if count != 1 or patch_count < 1 or patch_count % 1:
         needed = "one whole number above zero"
-        raise _at_line(
+        raise _build_line_error(
             "The first line has one number, the number of patches",
             line,
             count_nouns(count, "numbers"),
@@ -119,47 +119,47 @@ def _refuse_lines(content: bytes) -> NoReturn:
         width = width or count
         if count != width:
             message = "Lines of indices must be equally long"
-            raise _at_line(
+            raise _build_line_error(
                 message, line, count_nouns(count, "numbers"), count_nouns(width, "numbers")
             )
         index_lines += 1
     else:
         message, needed = "The number of vertices follows the indices", "one number"
-        raise _at_line(message, line, "the end of the text", needed)
+        raise _build_line_error(message, line, "the end of the text", needed)
     if index_lines not in (patch_count, patch_count * width) or (
         index_lines == patch_count and isqrt(width) ** 2 < width
     ):
         message = "A patch of degree p has (p+1)² indices, in one line or in p + 1 lines"
         got = f"{index_lines} lines of {width} numbers above this line"
-        raise _at_line(message, line, got, "lines for all patches")
+        raise _build_line_error(message, line, got, "lines for all patches")
     for line, count, _ in lines:
         if count != 3:
             message = "A vertex has three coordinates"
-            raise _at_line(message, line, count_nouns(count, "numbers"), "3 numbers")
+            raise _build_line_error(message, line, count_nouns(count, "numbers"), "3 numbers")
         vertex_count += 1
     message, needed = (
         "The number of vertices differs from the number that precedes them",
         "equal numbers",
     )
-    raise _at_line(message, line, f"{vertex_count} vertices", needed)
+    raise _build_line_error(message, line, f"{vertex_count} vertices", needed)
 
 
 def _split_lines(content: bytes) -> Iterator[tuple[int, int, float]]:
     """For each line that is not empty: its number (from 1), its count of numbers, and the first."""
-    line, place = 1, 0
-    while place < len(content):
+    line, position = 1, 0
+    while position < len(content):
         # In steps, so that other threads can run in between: there may be many blank lines.
-        match = _PRINTED.search(content, place, place + PIECE_BYTES)
-        start = match.start() if match else min(place + PIECE_BYTES, len(content))
-        line += content.count(b"\n", place, start)
-        place = start
+        match = _PRINTED.search(content, position, position + PIECE_BYTES)
+        start = match.start() if match else min(position + PIECE_BYTES, len(content))
+        line += content.count(b"\n", position, start)
+        position = start
         if match:
             end = content.find(b"\n", start)
-            place = end if end >= 0 else len(content)
-            words = content[start:place].replace(b",", b" ").split()
+            position = end if end >= 0 else len(content)
+            words = content[start:position].replace(b",", b" ").split()
             yield line, len(words), float(words[0])
 
 
-def _at_line(message: str, line: int, got: str, needed: str) -> MalformedBody:
+def _build_line_error(message: str, line: int, got: str, needed: str) -> MalformedBody:
     """The error for a line of a file; `message` has no full stop."""
     return build_malformed_error(f"{message} (line {line}).", got, needed)

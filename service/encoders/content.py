@@ -55,7 +55,7 @@ def find_colored_positions(mesh: Mesh) -> tuple[FloatArray, RealArray | None, In
     if mesh.colors is None or mesh.welds is None:
         positions, row = find_shared_positions(mesh)
         return positions, mesh.colors, row
-    leaders = find_leaders(mesh.welds.astype(np.intp), mesh.colors, 0.0)
+    leaders = find_leaders(mesh.welds.astype(np.intp), mesh.colors, reach=0.0)
     is_leader = _is_leader(leaders)
     return (
         absolute(mesh.positions[is_leader], mesh),
@@ -103,7 +103,7 @@ def _is_leader(leader: Ints | IndexArray) -> NDArray[np.bool_]:
 def _number_leaders(leader: Ints | IndexArray) -> IndexArray:
     """For each vertex the position of its leader among the leaders alone.
 
-    The result is writeable if `leader` is.
+    The result is writeable if `leader` is: `keep_with_faces` caches only by read-only arrays.
     """
     row = (np.cumsum(_is_leader(leader), dtype=np.uint32) - np.uint32(1)).take(leader)
     row.flags.writeable = leader.flags.writeable

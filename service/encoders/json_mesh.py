@@ -5,8 +5,8 @@
 digits that read back as the same number. If the mesh has no values for a key, the key is omitted.
 `faces` has, part by part, the quads of the part and then its triangles.
 
-A position where patches are welded is written once, so that the indices of a closed surface are
-closed, too. Usually row k of `normals`, and of every other list, belongs to row k of `vertices`.
+A position where patches are welded is written once, so that the faces of a closed surface share all
+their edges. Usually row k of `normals`, and of every other list, belongs to row k of `vertices`.
 But if a position has several normals, uvs or the like (at creases, at the apex of a cone, along
 seams of uvs), these lists have rows of their own. Then `attribute_faces`, which has the shape of
 `faces`, has the row of these lists for each corner of each face.
@@ -76,11 +76,15 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
     """The most bytes of the document, with normals, uvs, both lists of faces and all digits."""
     dimensions = [dimension for _, dimension in size.attributes]
+    # Each number is followed by a comma or a bracket, and a row has two characters more.
     index = digits(max(size.vertices, size.overlay_points)) + 1
     position = 3 * (FLOAT64_CHARS + 1) + 2
     vertex = position + (3 + size.colors) * (FLOAT32_CHARS + 1) + 2 * (FLOAT64_CHARS + 1) + 7
     vertex += sum(d * (FLOAT64_CHARS + 1) + 2 for d in dimensions)
+    # A part: keys, its range of faces, a colour of 4 numbers, and its entry in the report.
     piece = 100 + 2 * digits(size.triangles + size.quads) + 4 * FLOAT64_CHARS + REPORT_PART_CHARS
+    # 13 numbers: bounds (6), curvatures (4), two deviation bounds, the normal angle. 612 characters
+    # suffice for the keys and brackets of the document, for whole numbers and for `moved`.
     report = 612 + 13 * FLOAT64_CHARS
     return (
         size.vertices * vertex

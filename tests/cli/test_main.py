@@ -338,3 +338,24 @@ def test_the_version_of_the_package_is_printed(capsys: pytest.CaptureFixture[str
     with pytest.raises(SystemExit) as error:
         main(["--version"])
     assert (error.value.code, capsys.readouterr().out) == (0, f"surface {__version__}\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "flag"),
+    [
+        ("measure", "--tolerance"),
+        ("project", "--relative-tolerance"),
+        ("intersect", "--relative-thickness"),
+        ("section", "--tolerance"),
+    ],
+)
+def test_two_numbers_in_place_of_one_are_refused(
+    command: str, flag: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    needed = {
+        "project": ["--point", "1,2,3"],
+        "intersect": ["--ray", "0,0,5,0,0,-1"],
+        "section": ["--offsets", "0", "--format", "json"],
+    }
+    assert main([command, "sphere", *needed.get(command, []), flag, "1,2", "-o", "-"]) == 1
+    assert f"{flag}: " in capsys.readouterr().err

@@ -26,6 +26,16 @@ def test_planes_from_flags_and_from_a_file(
     assert [len(section["polylines"]) for section in sections] == [1, 1]
 
 
+def test_flags_replace_planes_that_are_no_object(tmp_path: Path) -> None:
+    request = tmp_path / "request.json"
+    surface = {"control_net": [[[0, 0, -1], [0, 1, -1]], [[0, 0, 1], [0, 1, 1]]]}
+    request.write_text(json.dumps({"surface": surface, "planes": 5}))
+    output = tmp_path / "section.svg"
+    assert main(["section", str(request), "-o", str(output)]) == 1
+    assert main(["section", str(request), "--offsets", "0", "-o", str(output)]) == 0
+    assert output.read_text().count("<path ") == 1
+
+
 def test_a_surface_without_planes_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["section", "sphere", "-o", "section.svg"]) == 1
     assert "planes" in capsys.readouterr().err

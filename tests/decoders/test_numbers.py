@@ -28,6 +28,16 @@ def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: 
     assert read(text.encode()) == values.tolist()
 
 
+@pytest.mark.parametrize("piece", range(1, 10))
+def test_the_last_number_ends_where_the_range_ends(
+    monkeypatch: pytest.MonkeyPatch, piece: int
+) -> None:
+    monkeypatch.setattr(numbers, "PIECE_BYTES", piece)
+    text = b"1 2.5 -3} 4"
+    values = read_numbers(text, 0, text.index(b"}"), 3, lambda: build_too_many_error("more", 3))
+    assert values.tolist() == [1.0, 2.5, -3.0]
+
+
 @pytest.mark.parametrize("piece", [1, 2, 3, 5, 1 << 16])
 def test_words_are_counted_and_too_many_are_refused(
     monkeypatch: pytest.MonkeyPatch, piece: int
