@@ -12,7 +12,7 @@ WeightedPoints: TypeAlias = tuple[FloatArray, FloatArray | None]
 
 def combine(
     points: FloatArray, weights: FloatArray | None, index: Ints, shares: FloatArray
-) -> tuple[FloatArray, FloatArray | None]:
+) -> WeightedPoints:
     """Weighted means Q_j of rows of control points, and the weights v_j of these means.
 
         v_j = Σ_k s_kj w_{i(k, j)},   Q_j = Σ_k (s_kj w_{i(k, j)} / v_j) P_{i(k, j)}
@@ -20,8 +20,9 @@ def combine(
     Shares are not negative, and the shares of each mean add up to one. Each coordinate of a mean is
     clipped to the range of this coordinate in the points P_{i(k, j)}, because rounding may move the
     mean out of this range. Hence the mean of equal points is that point, bit for bit, and if all
-    points have the same x (or y, or z), the mean has this x, too. Exchanging two points together
-    with their shares does not change a bit of the mean.
+    points have the same x (or y, or z), the mean has this x, too. The terms are added in the order
+    of k, so the mean of two points (K = 2) is the same, bit for bit, if they are exchanged together
+    with their shares.
 
     Parameters
     ----------
@@ -49,12 +50,12 @@ def combine(
     mean = np.zeros((index.shape[1], *points.shape[1:]))
     low = high = points[largest_rows]
     for rows, share in zip(index, shares, strict=True):
-        part = share[axes]
+        factor = share[axes]
         if weights is not None and total is not None:
-            part = part * weights[rows] / total
-        term = points[rows]
-        mean += part[..., np.newaxis] * term
-        low, high = np.minimum(low, term), np.maximum(high, term)
+            factor = factor * weights[rows] / total
+        term_points = points[rows]
+        mean += factor[..., np.newaxis] * term_points
+        low, high = np.minimum(low, term_points), np.maximum(high, term_points)
     return np.clip(mean, low, high), total
 
 
@@ -75,7 +76,7 @@ def combine_run(
     first : ndarray of int, shape (g,)
         The row of the first control point of each run.
     shares : ndarray of float64, shape (g, r, k)
-        The factors c_i.
+        The factors c_i; the factors of each mean add up to one.
 
     Returns
     -------
@@ -99,7 +100,7 @@ def combine_run(
                 * weights.take(first + j, axis=0)[:, np.newaxis]
                 for j in pair
             ]
-            weight += sum(pair_shares[1:], pair_shares[0])
+            weight += pair_shares[0] + pair_shares[1] if len(pair) == 2 else pair_shares[0]
             pair_shares = [share[..., np.newaxis] for share in pair_shares]
         if len(pair) == 2:
             low_term, high_term = (

@@ -66,7 +66,7 @@ def sample_basis(degree: int, divisions: int, dtype: type[np.floating] = np.floa
         # The last rows are the first rows in reverse order, each row reversed, too.
         basis[-1 - divisions // 2 :] = basis[divisions // 2 :: -1, ::-1].copy()
         if divisions % 2 == 0:
-            # The middle row is its own reverse.
+            # Make the middle row its own reverse, also where it was rounded.
             middle = basis[divisions // 2]
             middle[:] = (middle + middle[::-1]) / 2
         return round_basis(basis, dtype)
@@ -89,6 +89,7 @@ def sample_basis_with_slopes(degree: int, divisions: int) -> RealArray:
         d/dt B_i^n ÷ n = B_{i−1}^{n−1} − B_i^{n−1}
 
     The product of this matrix and the control points has the rows C, then C' ÷ n, at all samples.
+    The degree n is at least 1.
 
     Returns
     -------
@@ -127,7 +128,8 @@ def sample_partials_basis(
 ) -> RealArray:
     """The bases for S, S_u and S_v at every sample of a grid, one below another.
 
-    They are the results of `sample_grid_basis` for the degrees (p, q), (p − 1, q) and (p, q − 1).
+    They are the results of `sample_grid_basis` for the degrees (p, q), (p − 1, q) and (p, q − 1),
+    with p, q ≥ 1. The bases for S_u and S_v belong to differences of control points.
 
     Returns
     -------
@@ -174,9 +176,9 @@ def sample_interleaved_basis(
 def round_basis(basis: RealArray, dtype: type[np.floating]) -> RealArray:
     """Convert a basis to `dtype`, and set values below ε³ to 0; the argument is overwritten.
 
-    The values of a basis add up to 1; ε is the rounding error of this sum. At degree 64 most values
-    are below ε³, far too small to matter. Their products would be subnormal numbers, with which
-    processors compute a hundred times slower.
+    The values of a basis add up to 1; ε is the rounding error of this sum. Values below ε³, which are
+    many at high degrees, are far too small to matter. In float32 their products would be subnormal
+    numbers, with which processors compute a hundred times slower.
     """
     basis[basis < np.finfo(dtype).eps ** 3] = 0.0
     return basis.astype(dtype, copy=False)

@@ -58,14 +58,17 @@ def _compute_blossoms(left_knots: FloatArray, right_knots: FloatArray) -> FloatA
     """
     count, degree = left_knots.shape
     a, b = left_knots[:, -1:], right_knots[:, :1]
+    # left_k and right_k are the knots U_{s−p+k} and U_{s+k}. After r steps, row i of `rows` is
+    # f(left_{r+i+1}, …, left_p, a (r times), right_1, …, right_i): at r = 0, a control point.
     rows = np.broadcast_to(np.eye(degree + 1), (count, degree + 1, degree + 1))
-    # Row i of `start` is f(a (p − i times), right_1 … right_i); right_k are the knots on the right.
+    # Row i of `start` is f(a (p − i times), right_1, …, right_i).
     start = np.empty((count, degree + 1, degree + 1))
     start[:, degree] = rows[:, degree]
     for r in range(1, degree + 1):
         high, low = right_knots[:, : degree - r + 1], left_knots[:, r - 1 :]
         rows = _combine_neighbours(rows, high - a, a - low, high - low)
         start[:, degree - r] = rows[:, -1]
+    # After r steps, row i is f(a (p − r − i times), b (r times), right_1, …, right_i).
     operators = np.empty_like(start)
     operators[:, 0] = start[:, 0]
     rows = start

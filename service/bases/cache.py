@@ -76,7 +76,7 @@ class Cache(Generic[Value]):
             if pending_value.value is None:
                 try:
                     pending_value.value = build()
-                finally:
+                finally:  # if `build` fails, the next of the waiting threads builds
                     with self._lock:
                         self._builds.pop(key, None)
                         self._keep(key, pending_value.value)
@@ -166,7 +166,7 @@ def derive_once(
 
 
 MESH_PLANS: Cache[Sized] = Cache(256 << 20, share=4)
-"""Data of meshes that depend on connectivity, resolution and options alone, for example faces."""
+"""Data that depend on connectivity, resolution, options, knots or indices alone, such as faces."""
 
 
 LONGEST_TEXT = 1 << 16
@@ -180,6 +180,7 @@ def build_by_text(value: object, name: Hashable, build: Callable[[], Array]) -> 
     be written as at most `LONGEST_TEXT` bytes of JSON. The array may be read-only.
     """
     text = b""
+    # The text has a byte for each element at least, so longer lists need not be written.
     if isinstance(value, list) and len(value) <= LONGEST_TEXT:
         with suppress(TypeError):
             text = orjson.dumps(value)

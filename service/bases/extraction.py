@@ -171,6 +171,7 @@ def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extrac
     shares = np.empty((len(span_numbers), degree + 1, degree + 1))
     for chunk in row_slices(len(span_numbers), 8 * (degree + 1) ** 2, CHUNK_BYTES):
         chunk_spans = span_numbers[chunk]
+        # The control points of these spans have the knots U_{s−p} … U_{s+p+1}.
         shares[chunk] = build_operators(
             knots[chunk_spans[0] - degree : chunk_spans[-1] + degree + 2], degree
         )
@@ -189,24 +190,26 @@ def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extrac
     # At a knot of multiplicity p + 1 the curve is discontinuous: it has two Bézier points there,
     # and both equal control points.
     jumps = np.flatnonzero(counts > degree)
-    first = degree * np.arange(len(span_numbers)) + np.cumsum(counts[:-1] > degree)
-    targets = first[:, np.newaxis] + np.arange(degree + 1)
+    first_targets = degree * np.arange(len(span_numbers)) + np.cumsum(counts[:-1] > degree)
+    targets = first_targets[:, np.newaxis] + np.arange(degree + 1)
     copies = [
         (targets[jumps - 1, -1], span_numbers[jumps - 1]),
         (targets[jumps, 0], span_numbers[jumps] - degree),
     ]
+    # The points between the first and the last of each span; then the points where spans meet.
     sums = [] if degree < 2 else [_Sums(span_numbers - degree, shares[:, 1:-1], targets[:, 1:-1])]
     sums += _combine_joints(span_numbers, counts, (first_shares, last_shares), targets)
     combinations: list[_Sums] = []
-    for part in sums:
-        # A Bézier point that equals a control point is copied, not combined.
-        is_copy = part.shares.max(axis=-1) >= 1.0
-        controls = part.first[:, np.newaxis] + part.shares.argmax(axis=-1)
-        copies.append((part.targets[is_copy], controls[is_copy]))
+    for group in sums:
+        # A Bézier point that equals a control point is copied. In a run that also has other points
+        # it is combined too; `Extraction.combine` then overwrites it by the copy.
+        is_copy = group.shares.max(axis=-1) >= 1.0
+        controls = group.first[:, np.newaxis] + group.shares.argmax(axis=-1)
+        copies.append((group.targets[is_copy], controls[is_copy]))
         is_needed = ~is_copy.all(axis=1)
         if is_needed.any():
             combinations.append(
-                _Sums(part.first[is_needed], part.shares[is_needed], part.targets[is_needed])
+                _Sums(group.first[is_needed], group.shares[is_needed], group.targets[is_needed])
             )
     pairs = np.concatenate([np.stack(pair) for pair in copies], axis=1)
     return Extraction(int(targets[-1, -1]) + 1, targets, tuple(combinations), pairs, repetition)
@@ -215,8 +218,9 @@ def _build_extraction(knots: FloatArray, degree: int, is_closed: bool) -> Extrac
 def _combine_joints(
     span_numbers: Ints, counts: Ints, shares: tuple[FloatArray, FloatArray], targets: Ints
 ) -> Iterator[_Sums]:
-    """The Bézier points at the breaks, one `_Sums` for each multiplicity m of the breaks.
+    """The Bézier points at the breaks, one `_Sums` for each multiplicity m ≤ p of the breaks.
 
+    A *break* is a distinct knot of the domain: an end of the curve, or a knot where two spans meet.
     A point at a break of multiplicity m combines p − m + 1 control points. Its shares are
     the mean of its shares in the span before the break and in the span after the break.
 

@@ -1,7 +1,7 @@
 // The settings in the panel and the buttons of the bar: they show the state, and change it.
 
 import { button, checkRadio, input, radios, write, element } from './page.js';
-import { isParametric, chooseLook, RANGES, relativeTolerance } from './settings.js';
+import { hasSweep, chooseLook, RANGES, relativeTolerance } from './settings.js';
 
 /** @typedef {import('./settings.js').Settings} Settings */
 /** @typedef {import('./state.js').State} State */
@@ -53,7 +53,7 @@ function show({ settings, history, surface }) {
   checkRadio('look', look);
   write('look-explained', EXPLANATIONS[look]);
   radios('look').forEach((radio) => {
-    radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && !isParametric(surface);
+    radio.disabled = (radio.value === 'gaussian' || radio.value === 'mean') && hasSweep(surface);
   });
   checkRadio('accuracy', settings.accuracy);
   input('show-net').checked = settings.net;

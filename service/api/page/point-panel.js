@@ -21,6 +21,7 @@ export function watchPointPanel(state) {
 
   COORDINATES.forEach((name, axis) => {
     const field = input(name);
+    // `keep`: whether the move is a step of the history; while the user types, it is not.
     const move = (/** @type {boolean} */ keep) => {
       const point = state.point();
       if (!point || field.value === '' || !Number.isFinite(field.valueAsNumber)) return;
@@ -36,6 +37,7 @@ export function watchPointPanel(state) {
   };
   weight.addEventListener('input', () => weigh(weight.valueAsNumber, false));
   weight.addEventListener('change', () => { weigh(weight.valueAsNumber, true); show(state); });
+  // The slider has the logarithm of the weight to base 2.
   const sliderWeight = () => Number((2 ** Number(slider.value)).toPrecision(3));
   slider.addEventListener('input', () => weigh(sliderWeight(), false));
   slider.addEventListener('change', () => weigh(sliderWeight(), true));
@@ -47,10 +49,11 @@ export function watchPointPanel(state) {
   show(state);
 }
 
-/** @param {State} state @param {number} difference */
+/** Chooses the next or the previous point, in a circle. @param {State} state @param {number} difference  1 or −1 */
 function step(state, difference) {
   const count = state.net.handles.length;
   if (count === 0) return;
+  // Without a chosen point (−1), 1 leads to the first point and −1 to the last.
   const start = state.chosen < 0 && difference < 0 ? 0 : state.chosen;
   state.choose((start + difference + count) % count);
 }
@@ -65,6 +68,7 @@ function show(state) {
   [number, button('point-previous'), button('point-next')].forEach((control) => {
     control.disabled = count === 0;
   });
+  // A number that the user is typing stays if no point is chosen.
   if (number !== document.activeElement || handle) number.value = handle ? String(chosen + 1) : '';
   element('point-fields', HTMLElement).hidden = !handle;
   const point = state.point() ?? [];

@@ -11,9 +11,9 @@ import { Drag, nudge, roundToStep } from './moves.js';
 
 /**
  * @typedef {object} Controls
- * @property {() => Axis} axis
+ * @property {() => Axis} axis  along which points move
  * @property {(axis: Axis) => void} setAxis
- * @property {() => void} fit
+ * @property {() => void} fit  shows the whole surface
  * @property {(mouse: Vector2) => void} click  for a click beside all control points
  */
 
@@ -58,7 +58,8 @@ export function watchPointer(stage, net, state, controls) {
     state.choose(index);
     const point = state.point();
     if (point === undefined || net.matrices === undefined) return;
-    drag = new Drag(stage, point, net.matrices[state.net.handles[index].frame], mouse);
+    const toScene = net.matrices[state.net.handles[index].frame];
+    drag = new Drag(stage, point, toScene, mouse);
     hasMoved = false;
     canvas.dataset.cursor = 'drag';
   }, { capture: true });
@@ -124,7 +125,10 @@ export function watchPointer(stage, net, state, controls) {
     return true;
   }
 
-  /** Handles an arrow key: moves the chosen point, or the camera. @param {KeyboardEvent} event */
+  /**
+   * Handles an arrow key, Page Up or Page Down: moves the chosen point; without one, arrow keys turn the
+   * camera. Returns whether the key has a meaning. @param {KeyboardEvent} event
+   */
   function step({ key, shiftKey }) {
     const { handle } = state;
     const point = state.point();

@@ -2,7 +2,7 @@
 // the previous click.
 
 import { announce, element } from './page.js';
-import { isParametric } from './settings.js';
+import { hasSweep } from './settings.js';
 import { curvatures, project } from './service.js';
 
 /** @typedef {import('./state.js').State} State */
@@ -13,31 +13,31 @@ export class Probe {
     this.state = state;
     /** @type {number[] | null} */
     this.previousPoint = null;
-    /** Number of clicks: only the result of the last click is shown. */
-    this.clickCount = 0;
+    /** Number of clicks and changes of the surface: a response to an older request is not shown. */
+    this.requestNumber = 0;
     state.listen((change) => {
       if (change !== 'settings' && change !== 'chosen') this.forget();
     });
   }
 
   forget() {
-    this.clickCount += 1;
+    this.requestNumber += 1;
     this.previousPoint = null;
     ['probe', 'probe-distance'].forEach((id) => show(id, '', ''));
   }
 
   /**
-   * Shows the point of the surface that is closest to a point of its mesh.
-   * @param {number[]} point  in the coordinates of the document
+   * Shows the parameters and curvatures at the point of the surface that is closest to a point of its mesh.
+   * @param {number[]} point  in the coordinates of the control points
    */
   async showPoint(point) {
     const { surface } = this.state;
-    if (!isParametric(surface)) return;
-    this.clickCount += 1;
-    const click = this.clickCount;
+    if (hasSweep(surface)) return;
+    this.requestNumber += 1;
+    const { requestNumber } = this;
     const { positions: [position], uv: [uv], patch } = await project(surface, point);
     const curvature = await curvatures(surface, uv, patch?.[0]);
-    if (click !== this.clickCount) return;
+    if (requestNumber !== this.requestNumber) return;
     const [u, v] = uv;
     const parts = [`u ${short(u)}`, `v ${short(v)}`];
     if (patch) parts.unshift(`patch ${patch[0]}`);

@@ -26,7 +26,7 @@ export function watchProblems(state, retry) {
 export function showProblem(error, state) {
   const isRefusal = error instanceof Refusal;
   const isUnknownSurface = isRefusal && error.code === 'unknown_surface';
-  // The error lists all ids of examples; the button shows them with pictures.
+  // The error lists all ids of examples; the button `problem-example` shows them with pictures instead.
   const issues = isRefusal && !isUnknownSurface ? error.issues : [];
   const { title, detail } = describeError(error);
   write('problem-title', title);
@@ -77,12 +77,13 @@ function buildLine(issue) {
 }
 
 /**
- * The control point that an issue points to: its pointer leads to the point or its weight, or into it.
+ * The number of the control point whose coordinates or weight an issue points to, or −1.
  * @param {Issue} issue @param {Net} net
  */
 function findNamedPoint(issue, net) {
   const [root, ...path] = parsePointer(issue.pointer ?? '');
   if (root !== 'surface') return -1;
+  // A pointer to one coordinate of a point has one key more than the point.
   const beginsPath = (/** @type {(string | number)[]} */ keys) => (
     keys.length <= path.length && keys.every((key, i) => String(key) === path[i])
   );

@@ -2,12 +2,12 @@
 
 /** @typedef {{vertices: number, triangles: number, patches: number, watertight: boolean, boundary_edges: number, deviation_bound: number | null}} Report */
 
-const HEADER = 12; // magic, version, length
-const CHUNK = 8; // length, type
+const HEADER_BYTES = 12; // magic, version, length
+const CHUNK_HEADER_BYTES = 8; // length, type
 
 /** @param {ArrayBuffer} content @returns {Report} */
 export function readReport(content) {
-  const length = new DataView(content).getUint32(HEADER, true);
-  const text = new TextDecoder().decode(new Uint8Array(content, HEADER + CHUNK, length));
+  const length = new DataView(content).getUint32(HEADER_BYTES, true);
+  const text = new TextDecoder().decode(new Uint8Array(content, HEADER_BYTES + CHUNK_HEADER_BYTES, length));
   return JSON.parse(text).asset.extras.report;
 }

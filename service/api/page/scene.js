@@ -24,7 +24,8 @@ const FADE = /* glsl */ `
   float inward = 2.0 * min(gl_FragCoord.x, width - gl_FragCoord.x) / width;
   gl_FragColor.a *= smoothstep(0.0, 0.3, inward);
 `;
-const COLOR = '#include <tonemapping_fragment>';
+/** The line of a shader of three.js before which FADE is inserted. */
+const TONE_MAPPING = '#include <tonemapping_fragment>';
 
 export class Stage {
   /** @param {HTMLCanvasElement} canvas @param {WebGL2RenderingContext} context */
@@ -38,6 +39,7 @@ export class Stage {
     this.renderer.shadowMap.type = VSMShadowMap;
     // Shadows are drawn again for a new mesh, not when the camera turns.
     this.renderer.shadowMap.autoUpdate = false;
+    // The main light, and a weaker light from behind.
     this.key = new DirectionalLight('#fff4e3', 2.3);
     this.rim = new DirectionalLight('#dfe9ff', 0.7);
     this.floor = new Mesh(new PlaneGeometry(1, 1), new ShadowMaterial({ color: '#12100c' }));
@@ -68,7 +70,7 @@ export class Stage {
     floor.material.onBeforeCompile = (shader) => {
       shader.uniforms.width = this.width;
       shader.fragmentShader = `uniform float width;\n${shader.fragmentShader}`
-        .replace(COLOR, `${FADE}\n${COLOR}`);
+        .replace(TONE_MAPPING, `${FADE}\n${TONE_MAPPING}`);
     };
     const ambient = new HemisphereLight('#eaf1fb', '#b9a58d', 1.6);
     this.scene.add(ambient, key, key.target, rim, rim.target, floor);
@@ -137,9 +139,9 @@ export class Stage {
   }
 
   /**
-   * Looks at the middle of some points, from the nearest place that shows all of them, in the present
-   * direction of the camera, or slightly from above for a new surface.
-   * @param {Vector3[]} points @param {boolean} resets
+   * Moves the camera to the nearest position from which it shows all points, and looks at their middle.
+   * @param {Vector3[]} points  are overwritten
+   * @param {boolean} resets  whether the camera gets the default direction, as for a new surface
    */
   fit(points, resets) {
     const { camera, controls } = this;

@@ -74,11 +74,12 @@ export async function project(surface, point) {
 }
 
 /**
- * The curvatures at parameters; null for surfaces without parameters, such as groups.
+ * The curvatures at parameters; null if the service refuses them, as for groups, which have no parameters.
  * @param {Surface} surface @param {number[]} uv @param {number} [patch]
  * @returns {Promise<{gaussian: number, mean: number} | null>}
  */
 export async function curvatures(surface, uv, patch) {
+  // Of a triangle, `uv` has the last two barycentric coordinates.
   const [s, t] = uv;
   const parameters = surface.type === 'triangle' ? { barycentric: [[1 - s - t, s, t]] } : { uv: [uv] };
   try {
@@ -107,7 +108,7 @@ async function post(path, content) {
 
 let arePrivate = false;
 
-/** Whether reading surfaces and meshes by URL needs a key. */
+/** Whether reading surfaces and meshes by URL needs a key, as the last response for a surface showed. */
 export const readsArePrivate = () => arePrivate;
 
 /** The URL of a path of the service, with its host. @param {string} path */

@@ -1,4 +1,5 @@
-// The settings of the panel, which the URL of the page keeps: the look and the divisions of the surface.
+// The settings of the panel, which the URL of the page keeps: the look of the surface, and how finely it
+// is divided.
 
 /** @typedef {import('./documents.js').Surface} Surface */
 /** @typedef {'shaded' | 'normals' | 'gaussian' | 'mean'} Look */
@@ -6,11 +7,11 @@
 /**
  * @typedef {object} Settings
  * @property {Look} look
- * @property {boolean} net
- * @property {boolean} wires
+ * @property {boolean} net  whether the control net is shown
+ * @property {boolean} wires  whether the edges of the mesh are shown
  * @property {'resolution' | 'tolerance'} accuracy
  * @property {number} resolution  divisions of a patch
- * @property {number} tolerance  logarithm to base 10 of a share of the diagonal
+ * @property {number} tolerance  logarithm to base 10 of `relative_tolerance`
  */
 
 /** @type {readonly Look[]} */
@@ -18,8 +19,8 @@ export const LOOKS = ['shaded', 'normals', 'gaussian', 'mean'];
 /** The ranges of the sliders. */
 export const RANGES = { resolution: [1, 64], tolerance: [-5, -1] };
 
-/** The most cells of a mesh that follows a drag, so that each frame can show a new mesh. */
-const COARSE_CELLS = 6000;
+/** The most quads (patches × resolution²) of a mesh that follows a drag, so that each frame can show a new mesh. */
+const COARSE_QUADS = 6000;
 const MIN_COARSE_RESOLUTION = 2;
 
 /** @type {Readonly<Settings>} */
@@ -27,26 +28,30 @@ export const DEFAULTS = Object.freeze({
   look: 'shaded', net: true, wires: false, accuracy: 'resolution', resolution: 16, tolerance: -3,
 });
 
-/** The tolerance, with enough digits to distinguish the steps of the slider. @param {Settings} settings */
+/** `relative_tolerance`, with enough digits to distinguish the steps of the slider. @param {Settings} settings */
 export function relativeTolerance(settings) {
   return Number((10 ** settings.tolerance).toPrecision(2));
 }
 
 /** The look for a surface: tubes and ribbons cannot show curvatures. @param {Settings} settings @param {Surface} surface @returns {Look} */
 export function chooseLook(settings, surface) {
-  return isCurved(settings.look) && !isParametric(surface) ? 'shaded' : settings.look;
+  return showsCurvature(settings.look) && hasSweep(surface) ? 'shaded' : settings.look;
 }
 
 /** @param {Look} look */
-function isCurved(look) {
+function showsCurvature(look) {
   return look === 'gaussian' || look === 'mean';
 }
 
-/** Whether the service can compute curvatures of a surface. @param {Surface} surface @returns {boolean} */
-export function isParametric(surface) {
+/**
+ * Whether a surface is or contains a tube or a ribbon. The service computes no curvatures, closest points
+ * or areas of these.
+ * @param {Surface} surface @returns {boolean}
+ */
+export function hasSweep(surface) {
   const members = surface.type === 'group' && Array.isArray(surface.members) ? surface.members : [];
-  return surface.type !== 'tube' && surface.type !== 'ribbon'
-    && members.every((member) => isParametric(member?.surface ?? {}));
+  return surface.type === 'tube' || surface.type === 'ribbon'
+    || members.some((member) => hasSweep(member?.surface ?? {}));
 }
 
 /**
@@ -56,9 +61,9 @@ export function isParametric(surface) {
  */
 export function meshOptions(settings, surface, patches, coarse) {
   /** @type {{[name: string]: number | boolean}} */
-  const extra = isCurved(chooseLook(settings, surface)) ? { curvatures: true } : {};
+  const extra = showsCurvature(chooseLook(settings, surface)) ? { curvatures: true } : {};
   if (coarse) {
-    const coarseResolution = Math.max(MIN_COARSE_RESOLUTION, Math.floor(Math.sqrt(COARSE_CELLS / Math.max(1, patches))));
+    const coarseResolution = Math.max(MIN_COARSE_RESOLUTION, Math.floor(Math.sqrt(COARSE_QUADS / Math.max(1, patches))));
     const { accuracy, resolution } = settings;
     const maxResolution = accuracy === 'resolution' ? resolution : DEFAULTS.resolution;
     return { resolution: Math.min(maxResolution, coarseResolution), ...extra };

@@ -27,7 +27,7 @@ export function watchShare(state, failed) {
 }
 
 /**
- * The id of this document in the service: the name of an example if nothing was changed.
+ * The id of this document in the service. An edited document, or one from a file, is stored to get an id.
  * @param {State} state
  */
 async function idOf(state) {
@@ -87,6 +87,7 @@ function buildButton(format, state, failed) {
   download.setAttribute('aria-label', `${format.title}, .${format.suffix}`);
   download.addEventListener('click', async () => {
     try {
+      // A file needs no curvatures. The number of patches (1) matters only for a coarse mesh.
       const options = meshOptions({ ...state.settings, look: 'shaded' }, state.surface, 1, false);
       const { content } = await mesh({ surface: state.surface, ...options }, format.media_type);
       save(new Blob([content], { type: format.media_type }), `${fileName(state)}.${format.suffix}`);

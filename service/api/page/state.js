@@ -9,8 +9,8 @@ import { DEFAULTS } from './settings.js';
 /** @typedef {import('./settings.js').Settings} Settings */
 
 /**
- * The kind of a change: another document was opened; the document was edited (`moving`: during a drag,
- * before the end of the step); the settings, or the chosen point, changed.
+ * The kind of a change: another document was opened; the document was edited (`moving`: a drag, a key or
+ * typing goes on, and the history has no step yet); the settings, or the chosen point, changed.
  * @typedef {'opened' | 'surface' | 'moving' | 'settings' | 'chosen'} Change
  */
 
@@ -67,7 +67,7 @@ export class State {
     if (this.handle) this.change(withWeight(this.surface, this.handle, weight), keep);
   }
 
-  /** Adds the running step, if any, to the history. */
+  /** Adds the running step (`History.preview`), if any, to the history. */
   commit() {
     if (this.history.before === null) return;
     this.history.keep(this.surface);

@@ -9,6 +9,8 @@ export const OFFSET = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffs
 
 /** Light that comes from direction `r` of the scene, y being up, blurred as by a rough surface. */
 const STUDIO = /* glsl */ `
+// The light of a lamp behind a rectangle in direction `to`, whose half sizes along `across` and `up` are
+// `size` at distance 1.
 float panel(vec3 r, vec3 to, vec3 across, vec2 size, float blur) {
   vec3 up = cross(to, across);
   float depth = dot(r, to);
@@ -30,6 +32,7 @@ vec3 studio(vec3 r, float roughness) {
 }
 `;
 
+// Lines of the shader of three.js, at which the functions and the reflection are inserted.
 const HEAD = '#include <lights_physical_pars_fragment>';
 const END = '#include <lights_fragment_end>';
 const REFLECTED = /* glsl */ `

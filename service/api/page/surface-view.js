@@ -24,9 +24,10 @@ export class SurfaceView {
     this.model = new Group();
     /** @type {any[]} */
     this.meshes = [];
-    this.normals = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
-    this.curved = buildMaterial({ vertexColors: true, roughness: 0.6 });
-    /** Materials by name, also for later meshes, because to compile a material takes time. */
+    /** Materials of the looks that show normals and curvatures. */
+    this.normalMaterial = new MeshNormalMaterial({ side: DoubleSide, ...OFFSET });
+    this.curvatureMaterial = buildMaterial({ vertexColors: true, roughness: 0.6 });
+    /** Materials of the look `shaded` by name, also for later meshes, because to compile one takes time. */
     this.materials = new Map();
     this.wire = new LineBasicMaterial({ transparent: true, opacity: 0.32 });
     /** The largest value of the range of colours of curvature, on both sides of zero. */
@@ -58,7 +59,7 @@ export class SurfaceView {
   /** The material of the page that replaces a material of a file. @param {any} original */
   findMaterial(original) {
     const { vertexColors, opacity, transparent } = original;
-    // The file has no colour for these faces.
+    // The service names a material `surface` if the document has no colour for its faces.
     const isPlain = original.name === 'surface' && !vertexColors;
     const name = isPlain ? PLAIN : `${original.color.getHexString()} ${opacity} ${vertexColors}`;
     if (!this.materials.has(name)) {
@@ -86,10 +87,10 @@ export class SurfaceView {
       if (values) {
         const colors = curvatureColors(values.array, this.range);
         mesh.geometry.setAttribute('color', new BufferAttribute(colors, 3));
-        mesh.material = this.curved;
+        mesh.material = this.curvatureMaterial;
       } else {
         if (own.color) mesh.geometry.setAttribute('color', own.color);
-        mesh.material = look === 'normals' ? this.normals : own.material;
+        mesh.material = look === 'normals' ? this.normalMaterial : own.material;
       }
       if (own.material.name === PLAIN) own.material.color.set(palette.glaze);
       this.showWires(mesh, wires);
@@ -138,7 +139,7 @@ export class SurfaceView {
   }
 }
 
-/** For each vertex, twice the area of its triangles. @param {any} geometry */
+/** For each vertex, twice the area of its triangles, as a weight. @param {any} geometry */
 function computeAreas(geometry) {
   const position = geometry.getAttribute('position');
   const areas = new Float32Array(position.count);

@@ -7,7 +7,7 @@ import { NetView } from './net-view.js';
 import { checkRadio, getChecked, element, write } from './page.js';
 import { watchPointer } from './pointer.js';
 import { Stage } from './scene.js';
-import { isParametric, chooseLook } from './settings.js';
+import { hasSweep, chooseLook } from './settings.js';
 import { SurfaceView } from './surface-view.js';
 import { theme } from './theme.js';
 
@@ -26,6 +26,7 @@ export class View {
     this.stage = new Stage(element('view', HTMLCanvasElement), context);
     this.surface = new SurfaceView(this.stage);
     this.net = new NetView(this.stage);
+    /** Whether the open document has not been shown yet. */
     this.isNew = true;
     this.errorIndex = -1;
     const fit = () => this.fit(false);
@@ -35,7 +36,7 @@ export class View {
       fit,
       click: (mouse) => this.click(mouse),
     });
-    /** Called with the place of a click on the mesh. @type {(point: number[]) => void} */
+    /** Called with the point of the mesh that the user clicked. @type {(point: number[]) => void} */
     this.clicked = () => {};
     element('fit', HTMLButtonElement).addEventListener('click', fit);
     this.stage.onDraw.push(() => { this.placeMarker(); hide('loading', true); });
@@ -47,7 +48,7 @@ export class View {
     });
   }
 
-  /** Shows a mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse */
+  /** Shows a mesh that the service made. @param {ArrayBuffer} content @param {boolean} coarse  whether the mesh follows the mouse */
   async showMesh(content, coarse) {
     await this.surface.showMesh(content);
     this.updateLook(coarse);
@@ -57,20 +58,21 @@ export class View {
     this.paint();
   }
 
-  /** @param {import('./three.js').Vector2} mouse */
+  /** Handles a click beside all control points. @param {import('./three.js').Vector2} mouse */
   click(mouse) {
     const caster = new Raycaster();
     caster.setFromCamera(mouse, this.stage.camera);
     const [hit] = caster.intersectObjects(this.surface.meshes, false);
     if (!hit) return;
     const { x, y, z } = hit.point;
-    // The y axis of the scene points up.
+    // In the scene the y axis points up; the document may have z up.
     this.clicked(this.state.surface.up === 'z' ? [x, -z, y] : [x, y, z]);
   }
 
   /** Removes the mesh: it belongs to a document that is no longer open. */
   clear() {
     this.surface.forget();
+    // At the same box as before: the shadow of the mesh disappears.
     this.stage.placeLights(this.stage.box);
   }
 
@@ -78,8 +80,8 @@ export class View {
   showNet() {
     const { state } = this;
     this.net.showNet(state.net, state.surface);
-    // The curve of a tube is inside the tube: show the net through the surface.
-    this.net.setVisible(!isParametric(state.surface));
+    // The control points of a tube are inside the tube: show the net through the surface.
+    this.net.setVisible(hasSweep(state.surface));
     this.net.highlight(state.chosen, -1);
     this.paint();
   }

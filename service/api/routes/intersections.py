@@ -69,7 +69,7 @@ _HITS: Json = {
         },
     },
     "sections": {
-        "summary": "Sections of a sheet by two planes; the second plane cuts it in three lines",
+        "summary": "Sections of a sheet by two planes; only the second cuts it, in two lines",
         "value": {
             "surface": {"control_net": _SHEET},
             "planes": {"normals": [[0, 0, 1]], "offsets": [2, 0.5]},
@@ -110,8 +110,8 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
     """Looks for the hits of rays, or for the sections by planes, of the whole surface.
 
     **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
-    `t_bounds` of a hit. Each hit is nearer to its ray than the thickness. Hits on an edge or a
-    corner that patches share count once.
+    `t_bounds` of a hit. Each hit is nearer to its ray than the thickness
+    (`relative_thickness`). Hits on an edge or a corner that patches share count once.
 
     **Planes.** A section is returned as polylines, which are within a tolerance of the exact
     section and contain all of its parts, however small. Polylines are closed where the surface is
@@ -129,6 +129,7 @@ async def intersect_surface(body: IntersectRequest, context: ContextDep) -> Resp
         content = await job.run(work, "intersect")
         return file_response(content, fmt, body.to_surface().name, job)
     if fmt.name != "json" and "format" not in request.query_params:
+        # `Accept` prefers a format of sections, but hits are only JSON: raises if it excludes JSON.
         format_by_accept(request.headers.get("accept"), (SECTIONS_BY_NAME["json"],))
     elif fmt.name != "json":
         message, got = "Hits of rays are written as JSON.", "a format of sections"

@@ -33,7 +33,7 @@ _SMALL_MESHES: Json = {
         "value": {"surface": _SQUARE, "resolution": 1},
     },
     "MeshWithCrease": {
-        "summary": "Two patches that meet at an angle: `attribute_faces` name the normals",
+        "summary": "Two patches that meet at an angle: `attribute_faces` has indices of normals",
         "value": {"surface": _RAMP, "faces": "quads", "resolution": 1},
     },
 }

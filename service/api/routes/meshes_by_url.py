@@ -124,8 +124,10 @@ async def get_surface_mesh(
     subject = Subject(
         url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
-        # The bytes depend only on the surface, the options, and the version of the encoder.
+        # The bytes depend only on the surface, the format, the canonical query (options and
+        # `engine`), and the libraries and the processor.
         content_name=f"{content} {fmt.suffix} {query} {describe_writer(fields.compression)}",
+        # The id of a stored surface is the hash of its content; the id of a built-in one is a name.
         is_permanent=id == content,
     )
     cache, record = services.cache, record_of(request.scope)
@@ -140,6 +142,7 @@ async def get_surface_mesh(
             cache.counts.hits += 1
             record.cache = "hit"
             timing = Timing("cache;desc=hit")
+            # Until the response is sent, the cache keeps the memory of the entry.
             cache.begin(entry)
             job.on_end.append(partial(cache.end, entry))
         else:
@@ -147,12 +150,15 @@ async def get_surface_mesh(
             record.cache = "miss"
             counters: RequestCounters = request.app.state.counters
             compute = partial(_compute, services, counters, MeshTarget(subject, fmt, query))
+            # With the generation in the key, requests after a deletion share no older computation.
             computed = await services.flights.join(
                 (subject.url, cache.generation), compute, job.on_end
             )
             entry, timing = computed.entry, Timing("cache;desc=miss", computed.timing)
         variant = await _choose_variant(services, job, entry, accepted, timing)
+    # The next request with the same spelling of the URL is answered from the cache at once.
     cache.alias(entry, request.scope["path"], request.scope["query_string"], has_engine=has_engine)
+    # `If-None-Match: *` matches if the mesh exists, which only computing it shows.
     if condition is not None and matches_all(condition):
         return FileResponse(
             b"", subject.build_304_headers(variant.coding, has_engine=has_engine), 304
@@ -190,6 +196,7 @@ async def _compute(
     mesh_file = await job.run(work, "mesh")
     job.finish_work(len(mesh_file.content))
     counters.count_mesh(mesh_file.report)
+    # A hash is no good file name, so the surface's own name is taken; the id of an example is one.
     file_name = disposition("inline", mesh_file.name if stored.is_hash else stored.id, fmt)
     headers = (
         (b"content-type", fmt.media_type.encode()),
@@ -212,6 +219,7 @@ async def _choose_variant(
     """
     cache, workers = services.cache, services.workers
     coding = accepted.order[0]
+    # The variant for a coding may be the uncompressed body, if compression saves too little.
     variant = entry.variants.get(coding)
     if variant is not None and (accepted.accepts_plain or variant.coding == coding):
         return variant

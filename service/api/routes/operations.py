@@ -129,6 +129,7 @@ async def get_readiness(request: Request) -> Response:
     if not state.ready:
         return json_response({"status": "draining"}, 503, _HEADERS)
     computes, has_store = await asyncio.gather(state.self_test.passes(), state.store.is_ready())
+    # The store may fail for some seconds before the service stops being ready.
     is_service_ready = is_ready(state)
     content = {
         "status": "ready" if is_service_ready else "unready",

@@ -55,7 +55,7 @@ pages = APIRouter(include_in_schema=False)
 
 @pages.get("/")
 async def editor(request: Request, context: ContextDep) -> Response:
-    """The editor, or a page that says how to install it. The query is for the editor's scripts."""
+    """The editor, or a page that says how to install three.js. The editor reads the query."""
     if not (STATIC / THREE).is_file():
         return _build_missing_page(
             "The editor draws with three.js, which is not installed.",
@@ -73,7 +73,7 @@ async def editor_file(file: str, request: Request, context: ContextDep) -> Respo
 
 @pages.get("/docs")
 async def documentation(request: Request, context: ContextDep) -> Response:
-    """Swagger UI for /openapi.json, or a page that says how to install it."""
+    """Swagger UI for /openapi.json, or a page that says how to install Swagger UI."""
     if not all((STATIC / name).is_file() for name in SWAGGER):
         return _build_missing_page(
             "The scripts of this page are not installed.",
@@ -107,14 +107,14 @@ def _build_missing_page(
 
 def files(document: Callable[[], dict[str, Any]]) -> dict[str, StaticFile]:
     """All files that pages need, and the OpenAPI document; no other file is served."""
-    modules = [STATIC / THREE, *sorted([*PAGE.iterdir(), *THUMBNAILS.iterdir()])]
-    scripts = [DOCS / "start.js", *(STATIC / name for name in SWAGGER)]
+    editor_files = [STATIC / THREE, *sorted([*PAGE.iterdir(), *THUMBNAILS.iterdir()])]
+    docs_files = [DOCS / "start.js", *(STATIC / name for name in SWAGGER)]
     return {
         "page": StaticFile(_editor_page, "text/html", _EDITOR_HEADERS),
         "docs": StaticFile((DOCS / "index.html").read_bytes, "text/html", _DOCS_HEADERS),
         "openapi.json": StaticFile(lambda: orjson.dumps(document()), "application/json"),
-        **_by_name("page", modules),
-        **_by_name("docs", scripts),
+        **_by_name("page", editor_files),
+        **_by_name("docs", docs_files),
     }
 
 
@@ -128,6 +128,7 @@ def _by_name(folder: str, paths: Sequence[Path]) -> dict[str, StaticFile]:
 
 def _editor_page() -> bytes:
     """`index.html`, with the lists of modules and of file suffixes filled in."""
+    # The modules that `main.js` imports; `index.html` itself loads `main.js`.
     names = {path.name for path in PAGE.glob("*.js")} - {"main.js"} | {Path(THREE).name}
     # Files of the teapot often have the suffix `.txt`.
     media_types = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}

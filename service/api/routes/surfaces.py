@@ -1,4 +1,4 @@
-"""Routes that store surfaces under the hash of their content, read, delete, list and sign them."""
+"""Routes that store, read, list and delete surfaces, and sign their URLs."""
 
 import time
 from functools import cache
@@ -65,7 +65,7 @@ _SURFACES: Json = {
     for name in ("patch", "rational", "nurbs", "group")
 }
 _NOW = 1_799_996_400
-"""An hour before the expiry in the examples of signed URLs."""
+"""The present in the example of a signed URL, which expires an hour later, at 1,800,000,000."""
 
 
 def _store_example(body: SurfaceRequest) -> bytes:
@@ -208,6 +208,7 @@ async def delete_surface(id: StoredId, request: Request, context: ContextDep) ->
     refuse_parameters(request.query_params)
     if id in EXAMPLES:
         raise HTTPException(405, headers={"Allow": "GET, HEAD"})
+    # `content_id` refuses ids that are no hashes, and returns hashes unchanged.
     if not await context.services.store.delete(content_id(id)):
         issue = Issue("unknown_surface", "No surface is stored under this id.", "/id")
         raise UnknownSurface(issue)
@@ -272,7 +273,7 @@ async def sign_url(body: SignRequest, context: ContextDep) -> Response:
     URLs of its own surfaces and meshes, for at most seven days. Without `SURFACE_SIGNING_KEYS` this
     call does not exist.
     """
-    assert context.services.signer is not None
+    assert context.services.signer is not None  # without keys, the app has no such route
     root = context.request.scope.get("root_path", "")
     url, expires = build_signed_url(context.services.signer, body, root, time.time())
     headers = HEADERS | {"Cache-Control": "no-store"}
