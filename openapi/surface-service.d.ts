@@ -161,8 +161,8 @@ export interface paths {
          * @description Looks for the hits of rays, or for the sections by planes, of the whole surface.
          *
          *     **Rays.** If a ray is `reached`, each point of the surface on the ray has its t in the
-         *     `t_bounds` of a hit. Each hit is nearer to its ray than the thickness. Hits on an edge or a
-         *     corner that patches share count once.
+         *     `t_bounds` of a hit. Each hit is nearer to its ray than the thickness
+         *     (`relative_thickness`). Hits on an edge or a corner that patches share count once.
          *
          *     **Planes.** A section is returned as polylines, which are within a tolerance of the exact
          *     section and contain all of its parts, however small. Polylines are closed where the surface is

@@ -176,9 +176,9 @@ def sample_interleaved_basis(
 def round_basis(basis: RealArray, dtype: type[np.floating]) -> RealArray:
     """Convert a basis to `dtype`, and set values below ε³ to 0; the argument is overwritten.
 
-    The values of a basis add up to 1; ε is the rounding error of this sum. Values below ε³, which are
-    many at high degrees, are far too small to matter. In float32 their products would be subnormal
-    numbers, with which processors compute a hundred times slower.
+    The values of a basis add up to 1; ε is the rounding error of this sum. Values below ε³
+    are many at high degrees, and far too small to matter. In float32 their products would be
+    subnormal numbers, with which processors compute a hundred times slower.
     """
     basis[basis < np.finfo(dtype).eps ** 3] = 0.0
     return basis.astype(dtype, copy=False)

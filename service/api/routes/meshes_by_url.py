@@ -120,15 +120,15 @@ async def get_surface_mesh(
     has_engine = fields.engine is not None
     accepted, condition = codings_of(request), condition_of(request)
     query = canonical_query(fields, fmt.ignored)
-    content = content_id(id)
+    content_hash = content_id(id)
     subject = Subject(
         url=mesh_url(request.scope.get("root_path", ""), id, fmt.suffix, query),
         surface=id,
         # The bytes depend only on the surface, the format, the canonical query (options and
         # `engine`), and the libraries and the processor.
-        content_name=f"{content} {fmt.suffix} {query} {describe_writer(fields.compression)}",
+        content_name=f"{content_hash} {fmt.suffix} {query} {describe_writer(fields.compression)}",
         # The id of a stored surface is the hash of its content; the id of a built-in one is a name.
-        is_permanent=id == content,
+        is_permanent=id == content_hash,
     )
     cache, record = services.cache, record_of(request.scope)
     entry = cache.get(subject.url)
