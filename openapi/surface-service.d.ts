@@ -4333,7 +4333,7 @@ export interface components {
                 "application/problem+json": components["schemas"]["Problem"];
             };
         };
-        /** @description The surface or an option is invalid; `errors` says what and where. A query parameter is invalid; `errors` says which. The format cannot store what the request asks for. The result would exceed a limit; nothing was computed. */
+        /** @description The surface or an option is invalid; `errors` says what and where. A query parameter is invalid; `errors` says which. The format cannot store what the request asks for. The result would exceed a limit. */
         InvalidRequest: {
             headers: {
                 "X-Request-Id": components["headers"]["RequestId"];

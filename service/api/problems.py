@@ -122,9 +122,7 @@ PROBLEMS: dict[type[SurfaceError], Problem] = {
     UnsupportedByFormat: Problem(
         422, "unsupported_by_format", "The format cannot store what the request asks for."
     ),
-    TooLarge: Problem(
-        422, "result_too_large", "The result would exceed a limit; nothing was computed."
-    ),
+    TooLarge: Problem(422, "result_too_large", "The result would exceed a limit."),
     Busy: Problem(
         429,
         "busy",
