@@ -519,7 +519,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default curve
              * @example sail
              */
@@ -700,7 +700,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default surface
              * @example sail
              */
@@ -839,7 +839,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default curve
              * @example sail
              */
@@ -1128,7 +1128,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default surface
              * @example sail
              */
@@ -2537,7 +2537,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default surface
              * @example sail
              */
@@ -2821,7 +2821,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default surface
              * @example sail
              */
@@ -3393,7 +3393,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default ribbon
              * @example sail
              */
@@ -4028,7 +4028,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default surface
              * @example sail
              */
@@ -4112,7 +4112,7 @@ export interface components {
             up?: "y" | "z";
             /**
              * Name
-             * @description Name of the surface: of its part, its glTF node, its OOGL comment.
+             * @description Name of the surface or curve: of its part, its glTF node, its OOGL comment.
              * @default tube
              * @example sail
              */

@@ -13,7 +13,7 @@ from service.engine.accuracy import Accuracy
 from service.engine.extent import MAX_DISTANCE
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import plan_mesh
-from service.schemas.accuracy import NAMES
+from service.schemas.accuracy import ACCURACY_FIELDS
 from service.surface.examples import EXAMPLES
 from tests.programs import find_program
 from tests.test_readme import SERVED_AT, run_shell
@@ -28,7 +28,7 @@ def read_first_column(title: str) -> list[str]:
 
 
 def test_the_table_lists_every_option_for_tolerances() -> None:
-    assert sorted(read_first_column("Options")) == sorted(NAMES)
+    assert sorted(read_first_column("Options")) == sorted(ACCURACY_FIELDS)
 
 
 def test_the_service_has_the_codes_of_the_page() -> None:

@@ -24,7 +24,7 @@ from service.encoders.registry import FORMATS
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.mesh import plan_mesh
-from service.schemas.accuracy import ACCURACY
+from service.schemas.accuracy import ACCURACY_FIELDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.surfaces import KINDS, SurfaceDefinition
 from service.settings.environment import describe_values, variable
@@ -145,7 +145,7 @@ def write_flags(_: str) -> str:
                 "name": name,
                 "value": _describe_value(field),
                 "text": _first_sentence(field["description"]).replace("`", ""),
-                "is_accuracy": name in ACCURACY,
+                "is_accuracy": name in ACCURACY_FIELDS,
             }
         )
         for name, field in options.items()

@@ -140,7 +140,7 @@ class Job:
             Or the error of the work.
         """
         cost, workers = work.cost, self.workers
-        if cost.work <= INLINE_SECONDS and workers.has_room(cost.memory, is_small=True):
+        if cost.seconds <= INLINE_SECONDS and workers.has_room(cost.memory, is_small=True):
             self._memory += cost.memory
             workers.hold(cost.memory)
             if not self._ran_inline:  # one turn is enough for parsing and work of one request

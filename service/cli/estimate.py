@@ -60,16 +60,16 @@ def _run(arguments: argparse.Namespace) -> int:
 def _compute(document: Mapping[str, Any], formats: "Sequence[Format]") -> bytes:
     """Computes the estimate in this process."""
     from service.encoders.text import json_text
-    from service.pipeline.estimate import estimate_object, plan_estimate
-    from service.pipeline.mesh import encode_options
+    from service.pipeline.estimate import plan_estimate
+    from service.pipeline.mesh import select_encode_options
     from service.schemas.request import MeshRequest
 
     request, limits = parse_request(MeshRequest, document)
     result = plan_estimate(
         request.to_surface(),
         request.mesh_options(),
-        encode_options(request),
+        select_encode_options(request),
         limits,
         formats,
     ).run()
-    return json_text(estimate_object(result))
+    return json_text(result.to_object())

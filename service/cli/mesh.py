@@ -113,7 +113,7 @@ def _compute(
     source: str | dict[str, Any] | NetFile, flag_values: Mapping[str, str], fmt: "Format"
 ) -> bytes:
     """Computes the file in this process."""
-    from service.pipeline.mesh import encode_options, render
+    from service.pipeline.mesh import render, select_encode_options
     from service.schemas.query import options_from_text, values_from_text
     from service.schemas.request import MeshRequest
     from service.settings.environment import command_settings
@@ -131,4 +131,4 @@ def _compute(
         source = source.document() if isinstance(source, NetFile) else source
         request, limits = parse_request(MeshRequest, source | values_from_text(flag_values.items()))
         surface, options = request.to_surface(), request
-    return render(surface, options.mesh_options(), fmt, encode_options(options), limits)
+    return render(surface, options.mesh_options(), fmt, select_encode_options(options), limits)

@@ -1,8 +1,9 @@
 """The cost of a request, estimated from the shapes of its surface before memory is allocated.
 
-All costs are upper bounds, coarse and safe. They follow from the numbers of vertices, faces
-(`mesh_counts`) and bytes of the file: each of these takes a certain number of bytes of memory in
-the step of the work that needs most memory.
+Sizes and memory are upper bounds, coarse and safe; the time is approximate. The memory follows from
+the numbers of vertices and faces (`mesh_counts`), and from the bytes of the file: each of these
+takes a certain number of bytes in the step of the work that needs most memory. The factors are
+measured; `tests/pipeline/test_memory.py` compares the results with the memory in use.
 """
 
 import sys
@@ -24,12 +25,12 @@ never more than `MAX_SCRATCH_BYTES`."""
 SEAM_BYTES = 1000
 """Bytes for each patch while shared edges are found."""
 
-VERTEX_BYTES, FACE_BYTES, RIM_BYTES, LINE_BYTES = 80, 40, 280, 100
+VERTEX_BYTES, TRIANGLE_BYTES, RIM_BYTES, LINE_BYTES = 80, 40, 280, 100
 """Bytes, while a mesh is built: for each vertex, in addition to its numbers; for each triangle,
-while open edges are counted; for each triangle along the border of a patch that folds; and for each
-point, segment and cell of lines."""
+while open edges are counted; for each triangle along the border of a patch, while those with two
+equal vertices are removed; and for each point, segment and cell of lines."""
 
-STATION_BYTES = 240
+SWEPT_VERTEX_BYTES = 240
 """Bytes for each vertex of a tube or ribbon, in addition, while it is built."""
 
 WRITING_BYTES, TEXT_BYTES = 64, 6 << 20
@@ -41,9 +42,9 @@ PROOF_BYTES, CELL_ARRAY_BYTES = 416, 16 << 20
 cells, whose size does not depend on the number of triangles."""
 
 MEMORY_SHARE = 3
-"""The size of a mesh by tolerance, or of a curve by tolerance, is not known before. Such a mesh or
-curve may take 1/`MEMORY_SHARE` of the memory that a request may take; a mesh may always take as
-much as its surface."""
+"""The size of a mesh, a curve or a section by tolerance is not known before. Each of these may take
+1/`MEMORY_SHARE` of the memory that a request may take; a mesh may always take as much as its
+surface."""
 
 COARSEST_TRIANGLES, MIN_TRIANGLE_BYTES = 64, 1
 """The most triangles that the coarsest mesh by tolerance has for each patch; and the fewest bytes
@@ -59,25 +60,25 @@ POINT_BYTES, CONVERSION_BYTES = 700, 100
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Upper bounds of the size, memory and time of some work.
+    """Upper bounds of the size and memory of a result, and the time that it takes.
 
     Attributes
     ----------
     vertices, triangles : int
-        Number of vertices, and of triangles, of the result.
+        Number of vertices (or points, hits or pieces), and of triangles, of the result.
     bytes : int
         Bytes of the file.
     memory : int
         The most bytes in use at one time, for patches, mesh and file; without the surface itself.
-    work : float
-        Approximate time of one processor, in seconds.
+    seconds : float
+        Approximate time of one processor.
     """
 
     vertices: int
     triangles: int
     bytes: int
     memory: int
-    work: float
+    seconds: float
 
 
 def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
@@ -85,8 +86,8 @@ def lowering_memory(size: SurfaceSize, other_bytes: int = 0) -> int:
 
     Afterwards the patches, the data of their shared edges and `other_bytes` bytes are in use.
     """
-    patches = size.arrays + SEAM_BYTES * size.patches + 4 * size.sides
-    return MIN_SCRATCH_BYTES + max(size.peak, patches + other_bytes)
+    patch_bytes = size.arrays + SEAM_BYTES * size.patches + 4 * size.sides
+    return MIN_SCRATCH_BYTES + max(size.peak, patch_bytes + other_bytes)
 
 
 def compression_cost(length: int) -> Cost:
@@ -95,7 +96,10 @@ def compression_cost(length: int) -> Cost:
 
 
 def definition_cost(size: SurfaceSize, limits: Limits) -> Cost:
-    """The cost of writing a surface as JSON: 8 bytes become at most 32 characters."""
+    """The cost of writing a surface as JSON: 8 bytes become at most 32 characters.
+
+    Each member of a group is written, so `size` must count equal members each.
+    """
     byte_bound = min(
         1000 + 600 * size.members + 4 * size.surface_bytes + 8 * size.name_bytes, limits.max_bytes
     )
@@ -131,7 +135,7 @@ def conversion_points(size: SurfaceSize, operations: Sequence[Operation]) -> int
 
 def conversion_cost(size: SurfaceSize, points: int, limits: Limits) -> Cost:
     """The cost of a conversion whose surfaces have at most `points` control points at each step."""
-    numbers = (4 + size.width) * points
+    numbers = (4 + size.width) * points  # x, y, z, a weight, and the channels
     memory = with_scratch(size.peak + CONVERSION_BYTES * numbers)
     return Cost(0, 0, min(32 * numbers + 1000, limits.max_bytes), memory, 3e-3 + numbers * 1e-6)
 
@@ -146,18 +150,19 @@ def max_converted_points(size: SurfaceSize, limits: Limits) -> int:
 def estimation_cost(size: SurfaceSize, options: MeshOptions, formats: int, limits: Limits) -> Cost:
     """The cost of an estimate for `formats` formats.
 
-    Most memory is needed to count the vertices of patches that fold.
+    Most memory is needed to count vertices if two sides of a patch are one edge, or if a side has
+    one division.
     """
     counts = mesh_counts(size, options)
     counted_vertices = (
         0 if options.accuracy or counts.vertices > limits.max_vertices else counts.vertices
     )
     memory = with_scratch(lowering_memory(size) + VERTEX_BYTES // 2 * counted_vertices)
-    work = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
+    seconds = 4e-4 + 6e-5 * formats + 3e-5 * size.patches + 1e-3 * (size.members - 1)
     if options.accuracy is not None:
-        work += 1e-4 * size.patches + 5e-3
+        seconds += 1e-4 * size.patches + 5e-3
     triangles = counts.triangles + 2 * counts.quads
-    return Cost(counts.vertices, triangles, 0, min(memory, limits.max_memory), work)
+    return Cost(counts.vertices, triangles, 0, min(memory, limits.max_memory), seconds)
 
 
 def mesh_cost(
@@ -183,29 +188,30 @@ def mesh_cost(
     fmt, encode = form
     degree = max(size.degree)
     # The time matters only for small meshes: it decides whether they run in a thread. Even if their
-    # plan is not cached, they take less time than `work`.
-    work = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
+    # plan is not cached, they take less time than `seconds`.
+    seconds = 1.2e-3 + 4e-5 * size.patches + mesh.vertices * 1.5e-7 + file * 1.5e-9
     if size.curves or size.members > 1 or options.has_solid_wires:
-        work += 2e-3 * size.members
-    work *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
+        seconds += 2e-3 * size.members
+    seconds *= max(1.0, degree / 8) ** 3 * (1 + 2 * options.curvatures)
     if options.method != "matrix":
-        work *= 10 * degree
-    faces = mesh.triangles + 2 * mesh.quads
+        seconds *= 10 * degree
+    triangles = mesh.triangles + 2 * mesh.quads
     lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
     if encode.exact and fmt.encode_exact is not None:
         memory = 96 * mesh.control_points + lines + 2 * file + min(TEXT_BYTES, 8 * file)
-        return Cost(0, 0, file, lowering_memory(size, memory), work)
+        return Cost(0, 0, file, lowering_memory(size, memory), seconds)
     # A group in a format without nodes: its meshes are built, and then joined to one mesh.
     is_flattened = size.members > 1 and fmt.encode_scene is None
     numbers = 3 + 3 * options.normals + size.width * bool(fmt.carries)
     numbers += 2 * options.uvs + 2 * options.curvatures
-    row = (8 if is_flattened or not fmt.is_float32 else 4) * numbers
-    mesh_bytes = (row + 8) * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
+    # A vertex takes 8 bytes beside its numbers; each index of a face takes 4.
+    vertex_bytes = (8 if is_flattened or not fmt.is_float32 else 4) * numbers + 8
+    mesh_bytes = vertex_bytes * mesh.vertices + 12 * mesh.triangles + 16 * mesh.quads + lines
     ru, rv = options.resolution
-    rims = RIM_BYTES * min(faces, 8 * (ru + rv) * mesh.patches)
+    rim_memory = RIM_BYTES * min(triangles, 8 * (ru + rv) * mesh.patches)
     # Before the faces are built, normals and curvatures at degenerate points are computed in
     # batches.
-    face_memory = VERTEX_BYTES * mesh.vertices + max(FACE_BYTES * faces, rims)
+    face_memory = VERTEX_BYTES * mesh.vertices + max(TRIANGLE_BYTES * triangles, rim_memory)
     degenerate_memory = min(MAX_SCRATCH_BYTES, 2000 * size.control_points)
     degenerate_memory += min(MAX_SCRATCH_BYTES, 1000 * mesh.vertices) * options.curvatures
     building_memory = (2 + 2 * is_flattened) * mesh_bytes + max(face_memory, degenerate_memory)
@@ -213,9 +219,9 @@ def mesh_cost(
         # The method keeps several levels of nets, for at least 64 samples.
         building_memory += max(4 << 20, 10_000 * (degree + 1) ** 2)
     if size.curves or options.has_solid_wires:
-        building_memory += STATION_BYTES * (mesh.vertices + mesh.patches)
+        building_memory += SWEPT_VERTEX_BYTES * (mesh.vertices + mesh.patches)
     memory = max(building_memory, mesh_bytes + _writing_memory(mesh, file, fmt, encode))
-    return Cost(mesh.vertices, faces, file, lowering_memory(size, memory), work)
+    return Cost(mesh.vertices, triangles, file, lowering_memory(size, memory), seconds)
 
 
 def adaptive_cost(
@@ -245,20 +251,23 @@ def adaptive_cost(
     (fmt, encode), accuracy = form, options.accuracy or Accuracy()
     empty, large = (adaptive_size(mesh, options, k) for k in (0, 1 << 16))
     empty_bytes = fmt.byte_bound(empty, encode)
+    # The bytes of a triangle in the file, rounded up: `large` has 2^16 triangles.
     triangle_bytes = -(-(fmt.byte_bound(large, encode) - empty_bytes) >> 16) + 1
     # The search for a mesh within a budget keeps two more files: the best and the coarsest.
     files = 4 if accuracy.is_budgeted else 2
     lines = LINE_BYTES * (mesh.overlay_points + mesh.overlay_segments + mesh.overlay_cells)
-    surface = lowering_memory(size)
-    fixed_memory = surface + CELL_ARRAY_BYTES + files * empty_bytes + lines
+    surface_memory = lowering_memory(size)
+    fixed_memory = surface_memory + CELL_ARRAY_BYTES + files * empty_bytes + lines
     triangle_memory = PROOF_BYTES + 8 * size.width + files * triangle_bytes
     limits.check_memory(
         fixed_memory + 2 * triangle_memory, "The mesh", accuracy.pointer, "a smaller surface"
     )
-    memory = max(limits.max_memory // MEMORY_SHARE, min(fixed_memory + surface, limits.max_memory))
+    allowed_memory = max(
+        limits.max_memory // MEMORY_SHARE, min(fixed_memory + surface_memory, limits.max_memory)
+    )
     max_triangles = min(
         adaptive_triangles(accuracy, limits, mesh.patches),
-        (memory - fixed_memory) // triangle_memory,
+        (allowed_memory - fixed_memory) // triangle_memory,
     )
     file = min(
         empty_bytes + triangle_bytes * max_triangles,
@@ -278,8 +287,8 @@ def adaptive_cost(
 def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> int:
     """The most triangles that limits and budget allow for a mesh by tolerance; memory is ignored.
 
-    The coarsest mesh of `patches` patches is always allowed, even if it exceeds the budget, because
-    the error must name the budget that it needs.
+    The coarsest mesh of `patches` patches is allowed even if it exceeds the budget, because the
+    error must name the budget that it needs.
     """
     # A closed mesh has about two triangles for each vertex, an open mesh fewer.
     max_triangles = min(
@@ -293,12 +302,12 @@ def adaptive_triangles(accuracy: Accuracy, limits: Limits, patches: int = 0) -> 
 
 def _writing_memory(mesh: MeshSize, file: int, fmt: Format, encode: EncodeOptions) -> int:
     """The most bytes in use while a file is written: the file and the arrays for writing it."""
-    faces = 12 * (mesh.triangles + 2 * mesh.quads)
+    index_bytes = 12 * (mesh.triangles + 2 * mesh.quads)
     memory = 2 * file + 96 * mesh.vertices * bool(mesh.colors or encode.quantize)
     if encode.compression != "none":
-        memory += 2 * file + WRITING_BYTES * mesh.vertices + faces
+        memory += 2 * file + WRITING_BYTES * mesh.vertices + index_bytes
     if not fmt.compact:
-        memory += WRITING_BYTES * mesh.vertices + faces + min(TEXT_BYTES, 8 * file)
+        memory += WRITING_BYTES * mesh.vertices + index_bytes + min(TEXT_BYTES, 8 * file)
         memory += LINE_BYTES * (mesh.patches + mesh.overlay_cells)
     return memory
 

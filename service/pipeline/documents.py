@@ -25,7 +25,11 @@ from service.surface.group import GroupSurface
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ConversionWork:
-    """The work of a conversion; `run` checks the size of each result before computing it."""
+    """The work of a conversion, and its cost.
+
+    `run` checks the size of the surface after each operation, which `allowed` limits, before it
+    computes this surface; and the bytes of the document, which `limits` limits.
+    """
 
     surface: Surface
     operations: Sequence[Operation]
@@ -58,7 +62,7 @@ def plan_conversion(
     Raises
     ------
     InvalidRequest
-        `not_parametric`.
+        `not_parametric`: a group, a tube or a ribbon.
     """
     if isinstance(surface, GroupSurface):
         raise InvalidRequest(NOT_PARAMETRIC)
@@ -88,12 +92,13 @@ class DefinitionWork:
         TooLarge
             The document may have too many bytes.
         """
+        # A request names the surface in its URL, by the parameter `id`.
         return _write_document(self.surface, self.limits, "/id")
 
 
 def plan_definition(surface: Surface, limits: Limits = DEFAULT_LIMITS) -> DefinitionWork:
     """Plan writing a surface as a JSON document: estimate the cost."""
-    return DefinitionWork(surface, limits, definition_cost(surface.stored_size(), limits))
+    return DefinitionWork(surface, limits, definition_cost(surface.size(), limits))
 
 
 def _write_document(surface: Surface, limits: Limits, where: str) -> bytes:

@@ -37,7 +37,7 @@ from service.surface.sweep_model import SweepModel
 ROUNDING_SHARE = 2.0**-16
 """A tolerance above this share of the largest coordinate is larger than all rounding."""
 
-GRID_SHARE = 4
+GRID_FACTOR = 4
 """A tolerance of at least this factor times the largest error of quantizing leaves enough room for
 quantizing."""
 
@@ -75,7 +75,8 @@ class Estimate:
     accepted : bool
         Whether the service would return the mesh in at least one format.
     certain : bool
-        Whether `accepted` is sure: no later check can refuse the mesh.
+        Whether `accepted` is sure: if it is true, no later check can refuse the mesh in any of the
+        formats in which it is accepted.
     """
 
     counts: Counts
@@ -85,6 +86,19 @@ class Estimate:
     refusals: tuple[Refusal, ...]
     accepted: bool
     certain: bool
+
+    def to_object(self) -> dict[str, object]:
+        """The estimate as a JSON object."""
+        return {
+            **asdict(self.counts),
+            "exact": self.exact,
+            "bytes": {name: size for name, size, _ in self.sizes},
+            "exact_bytes": [name for name, _, is_exact in self.sizes if is_exact],
+            "memory": dict(self.memory),
+            "accepted": self.accepted,
+            "certain": self.certain,
+            "refused": [refusal.to_object() for refusal in self.refusals],
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,16 +113,16 @@ class _Prediction:
         Whether the counts are exact.
     certain : bool
         Whether no later check can refuse the mesh.
-    pieces : int or None
-        For a mesh by tolerance: upper bound of the points and segments of lines, in addition to
-        the points and segments that `MeshSize` already has.
+    line_points : int or None
+        For a mesh by tolerance: upper bound of the points of lines, and of their segments, in
+        addition to those that `MeshSize` already has. None for a mesh by resolution.
     """
 
     distinct_counts: Counts
     all_counts: Counts
     exact: bool
     certain: bool = True
-    pieces: int | None = None
+    line_points: int | None = None
 
     def reduce_size(self, size: MeshSize, *, is_shared: bool) -> MeshSize:
         """The upper bounds `size`, with the smaller counts of this prediction where they apply.
@@ -116,16 +130,18 @@ class _Prediction:
         Vertices of a mesh by resolution stay as in `size`, because a file stores a welded vertex
         several times if its normals differ. `is_shared` says whether copies share one mesh.
         """
-        counts, pieces = self.distinct_counts if is_shared else self.all_counts, self.pieces or 0
-        if not self.exact and self.pieces is None:
+        counts = self.distinct_counts if is_shared else self.all_counts
+        is_by_tolerance = self.line_points is not None
+        if not (self.exact or is_by_tolerance):
             return size
+        line_points = self.line_points or 0
         return replace(
             size,
-            vertices=size.vertices if self.pieces is None else counts.vertices,
+            vertices=counts.vertices if is_by_tolerance else size.vertices,
             triangles=counts.triangles,
             quads=counts.quads,
-            overlay_points=size.overlay_points + pieces,
-            overlay_segments=size.overlay_segments + pieces,
+            overlay_points=size.overlay_points + line_points,
+            overlay_segments=size.overlay_segments + line_points,
         )
 
 
@@ -147,21 +163,22 @@ class EstimateWork:
         the mesh.
         """
         surface, options, encode, limits = self.surface, self.options, self.encode, self.limits
-        model, is_joined = surface.lower(), False
+        model, has_joined_members = surface.lower(), False
         if isinstance(model, GroupModel):
             joined_group = join_group(model, options)
-            model, is_joined = joined_group.group, bool(joined_group.clusters)
+            model, has_joined_members = joined_group.group, bool(joined_group.clusters)
         elif isinstance(model, PatchModel):
             model, _ = join(model, options.weld_tolerance)
         if options.curvatures:
             # Copies with different curvatures are stored separately.
             model = add_stretches(model)
-        bounds = count_models(model, options)
-        size_bound = mesh_size(surface.size(), options, self.formats[0], bounds[1])
+        bounds = distinct_bound, all_bound = count_models(model, options)
+        # Numbers of vertices and faces do not depend on the format, so any format will do.
+        size_bound = mesh_size(surface.size(), options, self.formats[0], all_bound)
         prediction = self._predict(model, size_bound)
-        if is_joined:
-            # Each of two members that meet has vertices on the common border, so only the upper
-            # bounds are known.
+        if has_joined_members and options.accuracy is None:
+            # The prediction counts the vertices on common borders of members once, but the mesh has
+            # them in each of these members. So only the upper bounds are known.
             prediction = _Prediction(*bounds, exact=False, certain=prediction.certain)
         sizes: list[tuple[str, int, bool]] = []
         memory: list[tuple[str, int]] = []
@@ -184,7 +201,7 @@ class EstimateWork:
             is_shared = shares_meshes(fmt, encode)
             stored_size = estimate_stored_size(surface, options, fmt, encode)
             size = mesh_size(
-                stored_size, storable_options, fmt, bounds[0] if is_shared else bounds[1]
+                stored_size, storable_options, fmt, distinct_bound if is_shared else all_bound
             )
             byte_bound = fmt.byte_bound(prediction.reduce_size(size, is_shared=is_shared), encode)
             if options.accuracy is not None:
@@ -237,13 +254,16 @@ class EstimateWork:
             issues = (replace(issue, pointer=accuracy.pointer) for issue in error.issues)
             raise InvalidRequest(*issues) from None
         if not (options.has_faces or options.has_wires):
-            return _Prediction(Counts(0, 0, 0), Counts(0, 0, 0), True, pieces=all_bound.points)
+            none = Counts(0, 0, 0)
+            return _Prediction(none, none, exact=True, line_points=all_bound.points)
         allowed = adaptive_triangles(accuracy, limits)
         # For a budget or an angle tolerance, the only bound of the triangles is `allowed`.
         is_bounded = not accuracy.is_budgeted and accuracy.angle_tolerance is None
         degree = max(
             max(batch.side_degrees) for patch_model in patches for batch in patch_model.batches
         )
+        # The multiplications for one triangle of the bound. The proof of a triangle takes more, but
+        # most meshes have only a tenth of the triangles of the bound.
         triangle_effort = 16 * (degree + 1) ** 2 * (2 * degree)
         certain = (
             is_bounded
@@ -305,6 +325,7 @@ def _bound_meshes(
     if isinstance(model, PatchModel):
         triangles = bound_triangles(model, subtract_rounding(goal, moved, model.bounds), options)
         return triangles, triangles
+    # For a camera every copy has a mesh of its own, because its distance is its own.
     group = model if goal.view is None else separate_copies(model)
     goals = build_model_goals(goal, group, moved)
     bounds = [
@@ -327,18 +348,4 @@ def _is_above_rounding(model: PatchModel | GroupModel, accuracy: Accuracy, moved
     goal = build_goal(accuracy, model)
     allowed_by_view = inf if goal.view is None else goal.view.rate * goal.view.near
     min_tolerance = min(goal.tolerance, allowed_by_view)
-    return min_tolerance >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_SHARE * moved
-
-
-def estimate_object(estimate: Estimate) -> dict[str, object]:
-    """The estimate as a JSON object."""
-    return {
-        **asdict(estimate.counts),
-        "exact": estimate.exact,
-        "bytes": {name: size for name, size, _ in estimate.sizes},
-        "exact_bytes": [name for name, _, exact in estimate.sizes if exact],
-        "memory": dict(estimate.memory),
-        "accepted": estimate.accepted,
-        "certain": estimate.certain,
-        "refused": [refusal.to_object() for refusal in estimate.refusals],
-    }
+    return min_tolerance >= ROUNDING_SHARE * float(np.abs(model.bounds).max()) + GRID_FACTOR * moved

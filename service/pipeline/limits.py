@@ -15,10 +15,11 @@ class Limits:
     max_vertices, max_bytes : int
         The most vertices, and the most bytes, of a result.
     max_points : int
-        The most points of a query.
+        The most points or rays of a query.
     max_multiplications : int
-        The most multiplications for the method `de_casteljau`, a query, a curve, or a sweep along
-        curves; they take some seconds. A mesh by tolerance may take twice this number.
+        The most multiplications for the method `de_casteljau`, for points, measures or sections,
+        for a curve, or for a sweep along a curve; they take some seconds. A mesh by tolerance may
+        take twice this number.
     max_patches : int
         The most Bézier patches of a lowered surface.
     max_memory : int

@@ -88,6 +88,7 @@ def plan_measure(
         + 2 * SIDE_BYTES * MAX_LISTED
     )
     limits.check_bytes(file, "The response could become too large.", "/surface")
+    # The budget is a number of control points.
     query = replace(query, budget=min(BUDGET, limits.max_multiplications // POINT_EFFORT))
     cost = measure_cost(size, query.budget, file)
     limits.check_memory(cost.memory, "The response", "/surface", "a smaller surface")

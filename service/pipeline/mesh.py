@@ -138,11 +138,12 @@ class MeshWork:
             )
         check_bytes(fmt.byte_bound(size, encode), fmt, self.limits)
 
-    def check_cut(self, *models: PatchModel) -> None:
+    def check_split(self, *models: PatchModel) -> None:
         """Refuse a mesh with too many vertices after the engine split patches to join borders."""
         vertices = sum(predict_size(model, self.options)[0] for model in models)
         check_vertices(vertices, self.limits)
         growth = max(1.0, vertices / max(self.stored.vertices, 1))
+        # If it is not certain, `cost.bytes` may be far more than the file will have.
         if self.is_certain:
             check_bytes(round(self.cost.bytes * growth), self.fmt, self.limits)
         instead = "a lower resolution, or another format, takes less"
@@ -161,9 +162,9 @@ class MeshWork:
                 options,
                 is_float32=is_float32,
                 is_quantized=is_quantized,
-                allow=self.check_cut,
+                allow=self.check_split,
             )
-        mesh = build_mesh(model, options, self.fmt, self.check_cut)
+        mesh = build_mesh(model, options, self.fmt, self.check_split)
         return quantize(mesh, model, options) if self.encode.quantize else mesh
 
     def encode_mesh(self, mesh: Mesh | Scene) -> Content:
@@ -183,6 +184,7 @@ class MeshWork:
     def report(self, mesh: Mesh | Scene) -> MeshReport:
         """The report on the mesh; its bound includes the rounding of the vertices in the file."""
         report = mesh.report
+        # A format that writes fewer digits has no scenes.
         if report.deviation_bound is None or isinstance(mesh, Scene) or not self.fmt.coarseness:
             return report
         moved = self.fmt.coarseness(mesh, self.encode)
@@ -228,7 +230,7 @@ def render(
     return bytes(plan_mesh(surface, options, fmt, encode, limits).run().content)
 
 
-def encode_options(options: MeshOptionFields) -> EncodeOptions:
+def select_encode_options(options: MeshOptionFields) -> EncodeOptions:
     """The options of a request that the encoders read."""
     return EncodeOptions(*_get_file_options(options))
 

@@ -13,7 +13,7 @@ from service.engine.wires.isocurves import bound_isocurves
 from service.surface.sizes import SurfaceSize
 
 
-def min_vertices(size: SurfaceSize, options: MeshOptions) -> int:
+def count_samples(size: SurfaceSize, options: MeshOptions) -> int:
     """The number of samples of a mesh, before vertices are added at bends or removed by welding."""
     ru, rv = options.resolution
     swept_vertices = size.swept_vertices * ru
@@ -29,22 +29,25 @@ def min_vertices(size: SurfaceSize, options: MeshOptions) -> int:
 def mesh_counts(size: SurfaceSize, options: MeshOptions) -> Counts:
     """Upper bounds of the vertices, triangles and quads of a mesh by resolution.
 
-    The bounds are exact for patches that do not meet, with equal divisions along u and v. Welding
-    and collapsed sides only reduce the counts.
+    The bounds are exact for patches that do not meet, with equal divisions along u and v; except
+    that quads along collapsed sides become triangles, so that triangles are allowed for each
+    border. Welding and collapsed sides only reduce the numbers of vertices and of faces.
     """
-    (ru, rv), quads = options.resolution, options.faces == "quads"
-    vertices, faces, cells, max_divisions = min_vertices(size, options), 0, 0, max(ru, rv)
+    (ru, rv), has_quads = options.resolution, options.faces == "quads"
+    vertices, triangles, quads, max_divisions = count_samples(size, options), 0, 0, max(ru, rv)
     if options.has_faces:
-        cells, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
-        faces = size.triangles * max_divisions**2 + (border if quads else 2 * cells)
+        quads, border = size.grids * ru * rv, 2 * (ru + rv) * size.grids
+        triangles = size.triangles * max_divisions**2 + (border if has_quads else 2 * quads)
         if ru != rv:
             # Neighbours may divide two of the four edges more finely, which adds samples on these
             # edges. A grid of one division then also gets a line of samples inside.
             vertices += size.grids * (2 * max_divisions + (max_divisions + 1) * (min(ru, rv) < 2))
-            cells, faces = max(cells, vertices), 2 * vertices
-    swept_faces = size.swept_vertices * ru + size.extra_vertices
+            quads, triangles = max(quads, vertices), 2 * vertices
+    swept_quads = size.swept_vertices * ru + size.extra_vertices
     return Counts(
-        vertices + size.extra_vertices, faces + 2 * swept_faces, cells + swept_faces if quads else 0
+        vertices + size.extra_vertices,
+        triangles + 2 * swept_quads,
+        quads + swept_quads if has_quads else 0,
     )
 
 
@@ -59,6 +62,7 @@ def mesh_size(
     vertices, triangles, quads = counts.vertices, counts.triangles, counts.quads
     points = segments = cells = 0
     names: list[str] = [*options.overlays]
+    # Caps and bends divide a sweep into grids, and each adds at least 2 vertices.
     patches, max_divisions = size.patches + size.extra_vertices // 2, max(options.resolution)
     if "control_net" in options.overlays:
         points, segments, cells = size.net_points, size.net_segments, size.net_cells

@@ -8,7 +8,7 @@ from service.engine.options import MeshOptions
 from service.pipeline.checks import check_bytes, check_options, check_surface, check_vertices
 from service.pipeline.cost import Cost, adaptive_cost, mesh_cost
 from service.pipeline.limits import Limits
-from service.pipeline.mesh_counts import mesh_size, min_vertices
+from service.pipeline.mesh_counts import count_samples, mesh_size
 from service.surface.sizes import SurfaceKind, SurfaceSize
 
 
@@ -47,19 +47,21 @@ def plan_sizes(
     check_options(complete, options, fmt, encode)
     size = mesh_size(complete, options, fmt)
     stored = size if counted_size is complete else mesh_size(counted_size, options, fmt)
-    asks_patches = complete.curves or options.has_solid_wires or options.curvatures
-    is_possible = not asks_patches and options.method != "de_casteljau"
+    is_possible = options.method != "de_casteljau" and not (
+        complete.curves or options.has_solid_wires or options.curvatures
+    )
     if options.accuracy is not None:
         cost = adaptive_cost(counted_size, options, stored, form, limits)
         return size, stored, True, is_possible, cost.memory, cost
     ru, rv = options.resolution
+    # In the other cases bounds from shapes may be far above bounds from patches.
     is_certain = ru == rv and not (complete.curves or (options.curvatures and complete.members > 1))
     file = fmt.byte_bound(stored, encode)
     if is_certain:
         check_vertices(size.vertices + size.overlay_points, limits)
         check_bytes(file, fmt, limits)
     else:
-        check_vertices(min_vertices(complete, options), limits)
+        check_vertices(count_samples(complete, options), limits)
         # `MeshWork.check` refuses a larger mesh before it is built, so the limits are bounds.
         max_vertices = limits.max_vertices
         stored = replace(
@@ -72,13 +74,13 @@ def plan_sizes(
     cost = mesh_cost(counted_size, options, stored, file, form)
     instead = "a lower resolution, or another format, takes less"
     limits.check_memory(cost.memory, "The mesh", "/resolution", instead)
-    shared_memory = cost.memory
+    unjoined_memory = cost.memory
     if counted_size is not complete and options.weld_tolerance:
         # Members of a group that meet cannot share a mesh, so each of them is stored.
         file = min(fmt.byte_bound(size, encode), limits.max_bytes)
         separate_memory = mesh_cost(complete, options, size, file, form).memory
-        cost = replace(cost, memory=max(shared_memory, min(separate_memory, limits.max_memory)))
-    return size, stored, is_certain, is_possible, shared_memory, cost
+        cost = replace(cost, memory=max(unjoined_memory, min(separate_memory, limits.max_memory)))
+    return size, stored, is_certain, is_possible, unjoined_memory, cost
 
 
 def shares_meshes(fmt: Format, encode: EncodeOptions) -> bool:

@@ -103,6 +103,7 @@ def plan_project(
     else:
         size = shape.stored_size()
         check_surface(size, limits)
+        # A triangular patch may become three nets.
         patches, degree, memory = 3 * size.patches, size.degree, size.peak
     cost = project_cost(patches, degree, memory, count, file, sign=query.sign)
     limits.check_memory(

@@ -1,6 +1,6 @@
 """The cost of queries: points, closest points, hits of rays, sections and measures.
 
-Costs are upper bounds, coarse and safe.
+Sizes and memory are upper bounds, coarse and safe; the time is approximate.
 """
 
 from dataclasses import replace
@@ -10,8 +10,8 @@ from service.engine.measures.integrals import NODES
 from service.pipeline.cost import MIN_SCRATCH_BYTES, Cost, lowering_memory, with_scratch
 from service.surface.sizes import SurfaceSize
 
-PLACE_BYTES = 400
-"""Bytes of memory for each place of a query."""
+ITEM_BYTES = 400
+"""Bytes of memory for each item of a query: a place, a point or a ray."""
 
 SIGN_BYTES = 64 << 20
 """Bytes of the array of pairs (point, cell) while signs are computed."""
@@ -20,8 +20,8 @@ MEASURE_POINT_BYTES, MEASURE_BATCH_BYTES = 128, 64 << 20
 """Bytes for each control point of the cells of a measure, and of the work arrays of a batch."""
 
 CELL_BYTES, MAX_CELL_BYTES = 1000, 384 << 20
-"""Bytes for each patch of a query, in addition to its net; and the most bytes of all cells and of
-all pairs of a query and a cell together."""
+"""Bytes for each cell of a search, in addition to its net; and the most bytes of all cells, and of
+all pairs of a cell and a point or ray, together."""
 
 HIT_BYTES, HIT_JSON_BYTES = 1000, 360
 """The most bytes of a hit of a ray: in memory, and in JSON."""
@@ -34,11 +34,11 @@ that compare planes with patches."""
 def points_cost(size: SurfaceSize, count: int, order: int) -> Cost:
     """The cost of evaluating a surface at `count` places, with partials up to `order`."""
     file = json_points.byte_bound(count, order)
-    memory = with_scratch(lowering_memory(size) + PLACE_BYTES * count + 2 * file)
+    memory = with_scratch(lowering_memory(size) + ITEM_BYTES * count + 2 * file)
     degree = max(size.degree)
-    work = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
-    work += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
-    return Cost(count, 0, file, memory, work)
+    seconds = 5e-4 + 4e-6 * size.patches + 2e-9 * size.peak
+    seconds += count * (order + 1) * 1e-5 * max(1, degree / 4) ** 3
+    return Cost(count, 0, file, memory, seconds)
 
 
 def project_cost(
@@ -61,15 +61,21 @@ def project_cost(
         time.
     """
     p, q = degree
-    net = CELL_BYTES + 2 * 32 * (p + 1) * (q + 1)
-    memory = (
-        MIN_SCRATCH_BYTES + surface_memory + patches * net + min(MAX_CELL_BYTES, count * net * 64)
-    )
-    work = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
+    cell_bytes = _cell_memory(degree)
+    memory = MIN_SCRATCH_BYTES + surface_memory + patches * cell_bytes
+    memory += min(MAX_CELL_BYTES, 64 * count * cell_bytes)
+    seconds = 5e-3 + 1e-4 * patches + count * 1e-4 * max(1.0, p * q / 9)
     if sign:
         memory += 4 * surface_memory + SIGN_BYTES
-        work = 1e-2 + 4 * work
-    return Cost(count, 0, file, memory + PLACE_BYTES * count + 2 * file, work)
+        seconds = 1e-2 + 4 * seconds
+    return Cost(count, 0, file, memory + ITEM_BYTES * count + 2 * file, seconds)
+
+
+def _cell_memory(degree: tuple[int, int]) -> int:
+    """Bytes of memory for each cell of a search on nets of this degree."""
+    p, q = degree
+    # Twice the bytes of the net, whose control points have 4 numbers of 8 bytes.
+    return CELL_BYTES + 2 * 32 * (p + 1) * (q + 1)
 
 
 def rays_cost(
@@ -85,21 +91,24 @@ def rays_cost(
     return replace(base, memory=base.memory + HIT_BYTES * hits)
 
 
-def piece_memory(net: int, file: int) -> int:
-    """Bytes of memory for each piece of a section.
+def piece_memory(points: int, file: int) -> int:
+    """Bytes of memory for each piece of a section, which include its bytes in the file.
 
-    `net` is the number of control points of a patch, and `file` the bytes of 1,000 pieces in the
+    `points` is the number of control points of a patch, and `file` the bytes of 1,000 pieces in the
     file.
     """
-    return PIECE_BYTES + PIECE_POINT_BYTES * net + 2 * file // 1000
+    return PIECE_BYTES + PIECE_POINT_BYTES * points + 2 * file // 1000
 
 
 def sections_cost(size: SurfaceSize, planes: int, pieces: int, piece_bytes: int) -> Cost:
-    """The cost of sections by `planes` planes; `piece_bytes` bytes for each of the `pieces`."""
-    net = CELL_BYTES + 2 * 32 * (size.degree[0] + 1) * (size.degree[1] + 1)
-    memory = SECTION_BATCH_BYTES + lowering_memory(size) + 3 * size.patches * net
-    work = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
-    return Cost(pieces, 0, pieces * piece_bytes, memory + pieces * piece_bytes, work)
+    """The cost of sections by `planes` planes, with `pieces` pieces.
+
+    `piece_bytes` is the result of `piece_memory`; as a bound of the bytes of the file it is coarse.
+    """
+    memory = SECTION_BATCH_BYTES + lowering_memory(size)
+    memory += 3 * size.patches * _cell_memory(size.degree)  # a triangle may become three nets
+    seconds = 2e-2 + 1e-4 * size.patches + 5e-3 * planes
+    return Cost(pieces, 0, pieces * piece_bytes, memory + pieces * piece_bytes, seconds)
 
 
 def measure_effort(degree: tuple[int, int]) -> int:
@@ -112,9 +121,10 @@ def measure_effort(degree: tuple[int, int]) -> int:
 def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
     """The cost of measures.
 
-    All cells together have at most `budget` control points more than the patches have, or 3 times
-    the number of the patches, whichever is more. `file` is the number of bytes of the response.
+    All cells together have at most 3 times as many control points as the patches, or `budget` more
+    than the patches, whichever is more. `file` is the number of bytes of the response.
     """
+    # A triangle becomes three nets.
     (p, q), nets = size.degree, size.grids + 3 * size.triangles
     points = nets * (p + 1) * (q + 1)
     memory = (
@@ -122,5 +132,5 @@ def measure_cost(size: SurfaceSize, budget: int, file: int) -> Cost:
         + MEASURE_POINT_BYTES * max(3 * points, budget + points)
         + MEASURE_BATCH_BYTES
     )
-    work = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
-    return Cost(0, 0, file, memory + 2 * file, work)
+    seconds = 0.1 + 3e-9 * measure_effort(size.degree) * size.patches
+    return Cost(0, 0, file, memory + 2 * file, seconds)

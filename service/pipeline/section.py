@@ -15,7 +15,7 @@ from service.engine.sections.values import Sections
 from service.errors import Issue, TooLarge, count_nouns
 from service.measuring import Measured
 from service.pipeline.checks import check_surface
-from service.pipeline.cost import Cost
+from service.pipeline.cost import MEMORY_SHARE, Cost
 from service.pipeline.limits import DEFAULT_LIMITS, Limits, check_count
 from service.pipeline.project import query_patches
 from service.pipeline.query_costs import piece_memory, sections_cost
@@ -26,8 +26,8 @@ MAX_PLANES = 1_000
 """The most planes of a query."""
 
 PIECE_EFFORT, MIN_PIECES = 1200, 500
-"""The multiplications for each piece of a section, times the number of control points of a patch;
-and the number of pieces that every query may have."""
+"""The multiplications for each piece of a section and each control point of its patch; and the
+number of pieces that every query may have."""
 
 COMPARE_EFFORT = 20
 """The multiplications of a test whether a plane may cut a patch."""
@@ -114,31 +114,40 @@ def plan_sections(
     size = surface.size()
     check_surface(size, limits)
     instead = "fewer planes, or a smaller surface"
+    # A triangular patch may become three nets.
     effort = COMPARE_EFFORT * count * 3 * size.patches
     limits.check_effort(effort, "The sections could take too long.", where, instead)
     p, q = size.degree
-    net = (p + 1) * (q + 1)
+    points = (p + 1) * (q + 1)
     # Bytes of 1,000 pieces, with at most 2 points each.
     file = fmt.byte_bound(_build_size(2001)) - fmt.byte_bound(_build_size(1))
-    piece_bytes = piece_memory(net, file)
+    piece_bytes = piece_memory(points, file)
     fixed_cost = sections_cost(size, count, 0, piece_bytes)
     limits.check_memory(
         fixed_cost.memory + MIN_PIECES * piece_bytes, "The sections", where, instead
     )
-    # The number of pieces is not known before: allow the number that fits into 1/3 of the memory.
+    # The number of pieces is not known before: allow the number that fits into a share of the
+    # memory.
     free_memory = (
-        max(limits.max_memory // 3, fixed_cost.memory + MIN_PIECES * piece_bytes)
+        max(limits.max_memory // MEMORY_SHARE, fixed_cost.memory + MIN_PIECES * piece_bytes)
         - fixed_cost.memory
     )
-    max_pieces = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * net))
+    max_pieces = min(limits.max_vertices, limits.max_multiplications // (PIECE_EFFORT * points))
     max_pieces = max(MIN_PIECES, min(max_pieces, free_memory // piece_bytes))
     cost = sections_cost(size, count, max_pieces, piece_bytes)
     return SectionWork(surface, planes, tolerance, fmt, limits, max_pieces, cost)
 
 
 def _build_size(points: int) -> SectionSize:
-    """The size of one section with this number of points."""
-    return SectionSize(1, points, points, points, points, 0)
+    """The size of one section with this number of points, polylines, and patches in the plane."""
+    return SectionSize(
+        planes=1,
+        polylines=points,
+        points=points,
+        touching=points,
+        coplanar=points,
+        name_bytes=0,
+    )
 
 
 def _number_as_in_request(model: PatchModel, patches: Ints) -> Ints:

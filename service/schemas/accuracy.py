@@ -51,11 +51,8 @@ class CameraDefinition(StrictModel):
         return Camera((x, y, z), self.field_of_view, self.height)
 
 
-NAMES = tuple(field.name for field in fields(Accuracy))
+ACCURACY_FIELDS = tuple(field.name for field in fields(Accuracy))
 """The names of all options that ask for an accuracy; the models have fields of these names."""
-
-ACCURACY = frozenset(NAMES)
-"""The names of all options that ask for an accuracy, as a set."""
 
 CAMERA_FIELDS = ("camera", "pixel_tolerance")
 """Options of a camera, which only a body can have, not a query."""
@@ -63,7 +60,7 @@ CAMERA_FIELDS = ("camera", "pixel_tolerance")
 
 def accuracy_values(options: BaseModel) -> dict[str, Any]:
     """The options of accuracy that a request has, by name; without those that are `false`."""
-    return {name: value for name in NAMES if (value := getattr(options, name, None))}
+    return {name: value for name in ACCURACY_FIELDS if (value := getattr(options, name, None))}
 
 
 def build_accuracy(options: BaseModel) -> Accuracy | None:

@@ -61,8 +61,8 @@ class NumberGrid:
     positive : bool
         Whether the JSON Schema requires positive numbers; the class of the surface checks them.
     point_levels : int
-        The product of the lengths of this number of outer levels is the number of control points; 0
-        if control points are not counted.
+        The items of the lists at this depth (1 for the outermost list) are counted as control
+        points, also if they are weights or indices; 0 if nothing is counted.
     degree_levels : tuple of int
         Levels whose length less one is a degree.
     min_degree : int
@@ -293,32 +293,40 @@ PATCHES = NumberGrid(
     ("patches", "rows", "indices"), integers=True, point_levels=3, degree_levels=(1, 2)
 )
 PATCH = NumberGrid(("rows", "indices"), integers=True, degree_levels=(0, 1))
-_OF_ROWS = "A triangle of n + 1 rows is one patch of degree n."
+_TRIANGLE_RULE = "A triangle of n + 1 rows is one patch of degree n."
 TRIANGLE_NET = NumberGrid(
     ("rows", "control points", "coordinates"),
     width=3,
     point_levels=2,
     degree_levels=(0,),
-    degree_rule=_OF_ROWS,
+    degree_rule=_TRIANGLE_RULE,
     triangle_level=1,
 )
 TRIANGLE_WEIGHTS = NumberGrid(
-    ("rows", "weights"), positive=True, degree_levels=(0,), degree_rule=_OF_ROWS, triangle_level=1
+    ("rows", "weights"),
+    positive=True,
+    degree_levels=(0,),
+    degree_rule=_TRIANGLE_RULE,
+    triangle_level=1,
 )
 TRIANGLES = NumberGrid(
     ("triangles", "rows", "indices"),
     integers=True,
     point_levels=3,
     degree_levels=(1,),
-    degree_rule=_OF_ROWS,
+    degree_rule=_TRIANGLE_RULE,
     triangle_level=2,
 )
 MATRIX = NumberGrid(("rows", "numbers"))
 
-_OF_NET = "One positive weight for every control point, in the same rows. Left out, the surface is "
-_OF_CURVE = "One positive weight for every control point. Left out, the curve is polynomial."
-_RATIONAL = Field(description=_OF_NET + "polynomial.")
-NetWeights: TypeAlias = Annotated[FloatArray | None, NET_WEIGHTS, _RATIONAL]
-SplineWeights: TypeAlias = Annotated[FloatArray | None, SPLINE_WEIGHTS, _RATIONAL]
-TriangleWeights: TypeAlias = Annotated[FloatArray | None, TRIANGLE_WEIGHTS, _RATIONAL]
-CurveWeights: TypeAlias = Annotated[FloatArray | None, CURVE_WEIGHTS, Field(description=_OF_CURVE)]
+_SURFACE_WEIGHTS = Field(
+    description="One positive weight for every control point, in the same rows. Left out, the "
+    "surface is polynomial."
+)
+_CURVE_WEIGHTS = Field(
+    description="One positive weight for every control point. Left out, the curve is polynomial."
+)
+NetWeights: TypeAlias = Annotated[FloatArray | None, NET_WEIGHTS, _SURFACE_WEIGHTS]
+SplineWeights: TypeAlias = Annotated[FloatArray | None, SPLINE_WEIGHTS, _SURFACE_WEIGHTS]
+TriangleWeights: TypeAlias = Annotated[FloatArray | None, TRIANGLE_WEIGHTS, _SURFACE_WEIGHTS]
+CurveWeights: TypeAlias = Annotated[FloatArray | None, CURVE_WEIGHTS, _CURVE_WEIGHTS]

@@ -152,8 +152,8 @@ def build_channels(
 def define_surface(kind: str, surface: Any, *names: str) -> dict[str, Any]:
     """A surface in the form of a request, with NumPy arrays; omits fields that have no value.
 
-    `kind` is its `type`, and `names` are the fields of this kind. After them come the fields that
-    all kinds have: channels, `up` and `name`.
+    `kind` is its `type`, and `names` are the fields of this kind. After them come the fields of all
+    kinds with channels: the channels, `up` and `name`.
     """
     content: dict[str, Any] = {"type": kind}
     for name in names:

@@ -1,7 +1,9 @@
 """The JSON language of conversions: a surface, and the operations to apply to it.
 
-To add an operation, add its value to `service.surface.convert.operations`; then add to this file
-its model, its name in `OPERATIONS` and its line in `OperationDefinition`.
+To add an operation, add its value to `service.surface.convert.operations`, and to
+`service.surface.convert.table` the functions that apply it. Then add to this file its model, its
+name in `OPERATIONS` and its line in `OperationDefinition`. If it adds control points, add it to
+`service.pipeline.cost.conversion_points`.
 """
 
 from collections.abc import Callable

@@ -203,6 +203,7 @@ def _refuse_repeated_key(body: bytes) -> None:
     if repetition is None:
         return
     offset, key = repetition
+    # Beyond `MAX_PREFIX` the search for the pointer would take too long.
     where = find_pointer(body, offset) + pointer([shorten(key)]) if offset <= MAX_PREFIX else ""
     message = "An object has this key more than once."
     raise InvalidRequest(Issue("repeated_key", message, where, "the key again", "each key once"))

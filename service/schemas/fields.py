@@ -41,7 +41,10 @@ class RequestModel(StrictModel):
     """The base of the models of whole requests."""
 
     def build(self) -> None:
-        """Build and store the surface or curve of the request; raises `InvalidRequest`."""
+        """Build and store the surface or curve of the request; raises `InvalidRequest`.
+
+        Models of requests with a surface or a curve override this method, which does nothing.
+        """
 
 
 class Omittable:
@@ -168,9 +171,9 @@ Resolution: TypeAlias = Annotated[
     tuple[Divisions, Divisions], Field(strict=False), *whole_numbers(1, MAX_RESOLUTION)
 ]
 
-Pieces: TypeAlias = Annotated[int, Field(ge=0, le=MAX_ISOCURVES)]
+IsoDivisions: TypeAlias = Annotated[int, Field(ge=0, le=MAX_ISOCURVES)]
 IsoCurves: TypeAlias = Annotated[
-    tuple[Pieces, Pieces], Field(strict=False), *whole_numbers(0, MAX_ISOCURVES)
+    tuple[IsoDivisions, IsoDivisions], Field(strict=False), *whole_numbers(0, MAX_ISOCURVES)
 ]
 
 
@@ -204,7 +207,7 @@ UpField: TypeAlias = Annotated[
 NameField: TypeAlias = Annotated[
     Name,
     Field(
-        description="Name of the surface: of its part, its glTF node, its OOGL comment.",
+        description="Name of the surface or curve: of its part, its glTF node, its OOGL comment.",
         examples=["sail"],
     ),
 ]

@@ -131,17 +131,23 @@ def define_group(
 
 def check_total(definitions: Iterable[StrictModel], where: str, info: ValidationInfo) -> None:
     """Refuse surfaces that together have too many control points; `where` is the pointer."""
-    total, max_points = sum(map(_control_points, definitions)), limits_of(info).max_control_points
+    total, max_points = (
+        sum(map(_count_control_points, definitions)),
+        limits_of(info).max_control_points,
+    )
     if total > max_points:
         message = "All surfaces together have more control points than this service takes."
         got, needed = count_nouns(total, "control points"), f"at most {max_points}"
         raise to_invalid(Issue("too_many_control_points", message, where, got, needed))
 
 
-def _control_points(definition: StrictModel) -> int:
-    """The number of control points of a surface: of its parts or its curve, if it has these."""
-    if parts := getattr(definition, "surfaces", ()):
-        return sum(map(_control_points, parts))
+def _count_control_points(definition: StrictModel) -> int:
+    """The number of points in the largest net of a surface: of control points or of a channel.
+
+    For a multipatch it is the sum over its surfaces; for a tube or ribbon it is that of its curve.
+    """
+    if surfaces := getattr(definition, "surfaces", ()):
+        return sum(map(_count_control_points, surfaces))
     definition = getattr(definition, "curve", definition)
     return max(
         (

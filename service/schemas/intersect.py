@@ -13,7 +13,7 @@ from service.engine.sections.planes import (
     SectionTolerance,
 )
 from service.errors import InvalidRequest, Issue
-from service.schemas.fields import Omittable, RequestModel, conflict_issue, optional
+from service.schemas.fields import Omittable, StrictModel, conflict_issue, optional
 from service.schemas.planes import PlaneSet
 from service.schemas.request import SurfaceRequest
 from service.schemas.validation import to_invalid
@@ -25,7 +25,7 @@ MIN_THICKNESS = 1e-12
 decide whether a ray hits."""
 
 
-class Rays(RequestModel):
+class Rays(StrictModel):
     """Rays origin + t · direction with t ≥ 0; row k of both fields belongs to ray k."""
 
     origins: Annotated[FloatArray, VECTORS] = Field(

@@ -17,7 +17,7 @@ from service.engine.options import (
     Method,
     WireForm,
 )
-from service.schemas.accuracy import ACCURACY, MAX_COUNT, build_accuracy, refuse_conflict
+from service.schemas.accuracy import ACCURACY_FIELDS, MAX_COUNT, build_accuracy, refuse_conflict
 from service.schemas.fields import (
     IsoCurves,
     Omittable,
@@ -213,7 +213,7 @@ class MeshOptionFields(StrictModel):
 
     @model_validator(mode="after")
     def _check_conflicts(self) -> "MeshOptionFields":
-        if not self.model_fields_set.isdisjoint(ACCURACY):
+        if not self.model_fields_set.isdisjoint(ACCURACY_FIELDS):
             refuse_conflict(self)
         return self
 
@@ -225,7 +225,7 @@ class MeshOptionFields(StrictModel):
         InvalidRequest
             Two options conflict, although each is valid; the pointer is `/` and a name.
         """
-        has_accuracy = not self.model_fields_set.isdisjoint(ACCURACY)
+        has_accuracy = not self.model_fields_set.isdisjoint(ACCURACY_FIELDS)
         return _mesh_options(
             _get_engine_values(self), build_accuracy(self) if has_accuracy else None
         )

@@ -9,7 +9,7 @@ from service.bases.arrays import FloatArray
 from service.engine.sections.planes import Planes
 from service.errors import InvalidRequest
 from service.schemas.arrays import NumberGrid
-from service.schemas.fields import RequestModel, conflict_issue, optional
+from service.schemas.fields import StrictModel, conflict_issue, optional
 from service.schemas.validation import to_invalid
 from service.schemas.vectors import VECTORS, pair_rows, validate_directions
 from service.surface.checks import check_finite, check_stored, validate_points
@@ -17,7 +17,7 @@ from service.surface.checks import check_finite, check_stored, validate_points
 OFFSETS = NumberGrid(("offsets",))
 
 
-class PlaneSet(RequestModel):
+class PlaneSet(StrictModel):
     """Planes n · p = d, where n is the unit normal; row k of each field belongs to plane k."""
 
     normals: Annotated[FloatArray, VECTORS] = Field(

@@ -113,7 +113,7 @@ class ContentWork:
 
 def plan_content(surface: Surface) -> ContentWork:
     """Predicts the cost of a surface's canonical content."""
-    return ContentWork(surface, definition_cost(surface.stored_size(), DEFAULT_LIMITS))
+    return ContentWork(surface, definition_cost(surface.size(), DEFAULT_LIMITS))
 
 
 def _take_arrays(value: Any, arrays: Arrays) -> Any:

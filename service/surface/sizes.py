@@ -232,7 +232,6 @@ def group_sizes(
             colors=4 if is_colored else max(size.colors for size in sizes),
             uvs=max(size.uvs for size in sizes),
             attributes=attributes,
-            surface_bytes=distinct_members.surface_bytes,
             arrays=distinct_members.arrays,
             # In addition to all models, temporary arrays of one surface at a time: those of its
             # lowering, or the copy of its arrays of which `content_key` takes the hash.

@@ -17,7 +17,7 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.mesh.report import ENGINE
 from service.engine.options import MeshOptions
 from service.errors import SurfaceError
-from service.pipeline.mesh import encode_options, render
+from service.pipeline.mesh import render, select_encode_options
 from service.schemas.query import canonical_query, parse_mesh_query
 from service.settings.values import Settings
 from service.surface.examples import find
@@ -286,7 +286,7 @@ def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: 
         options_of_query = parse_mesh_query(options.items())
         surface = find("saddle").surface()
         expected = render(
-            surface, options_of_query.mesh_options(), fmt, encode_options(options_of_query)
+            surface, options_of_query.mesh_options(), fmt, select_encode_options(options_of_query)
         )
     except SurfaceError:
         return
@@ -294,7 +294,10 @@ def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: 
     options_of_canonical = parse_mesh_query(parse_qsl(query))
     assert (
         render(
-            surface, options_of_canonical.mesh_options(), fmt, encode_options(options_of_canonical)
+            surface,
+            options_of_canonical.mesh_options(),
+            fmt,
+            select_encode_options(options_of_canonical),
         )
         == expected
     )

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from service.api.app import create_app
 from service.api.responses import BOUND_HEADER
-from service.schemas.accuracy import NAMES
+from service.schemas.accuracy import ACCURACY_FIELDS
 from service.settings.values import Settings
 from tests.api.client import Client, start_client
 
@@ -98,7 +98,7 @@ OTHER_OPTIONS = {
 }
 BODIES = st.fixed_dictionaries(
     {"surface": st.sampled_from([FLAT, TUBE])},
-    optional=dict.fromkeys(NAMES, VALUES) | OTHER_OPTIONS,
+    optional=dict.fromkeys(ACCURACY_FIELDS, VALUES) | OTHER_OPTIONS,
 )
 
 

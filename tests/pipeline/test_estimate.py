@@ -12,9 +12,10 @@ from service.encoders.registry import BY_NAME, FORMATS
 from service.engine.accuracy import Accuracy, Camera
 from service.engine.options import MeshOptions
 from service.errors import Issue, SurfaceError
-from service.pipeline.estimate import Estimate, estimate_object, plan_estimate
+from service.pipeline.estimate import Estimate, plan_estimate
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import PLAIN, render
+from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import EXAMPLES, find
 from service.surface.group import GroupSurface, Member
@@ -191,6 +192,16 @@ def test_estimates_by_tolerance_or_budget_are_upper_bounds(
                 assert report[count] <= getattr(result.counts, count)
 
 
+def test_estimates_by_tolerance_of_members_that_meet_are_upper_bounds() -> None:
+    net = np.random.default_rng(1).normal(size=(4, 4, 3))
+    net[0, :, 0] = 0  # the side u = 0 is in the plane of the mirror
+    surface = BezierSurface(net)
+    group = GroupSurface((Member(surface), Member(surface, matrix=np.diag([-1, 1, 1, 1.0]))))
+    for tolerance in (0.1, 1e-3):
+        options = MeshOptions(accuracy=Accuracy(tolerance=tolerance))
+        assert not assert_estimate_matches_files(group, options).exact
+
+
 @pytest.mark.parametrize("name", FAMILIES)
 def test_triangles_by_tolerance_are_at_most_half_of_the_estimate(name: str) -> None:
     surface = FAMILIES[name].surface(1)
@@ -282,7 +293,7 @@ def test_an_estimate_of_a_refused_mesh_has_its_counts() -> None:
 def test_the_json_object_has_bytes_and_refusals_by_format() -> None:
     surface, options = find("saddle").surface(), MeshOptions((2, 2), faces="quads")
     formats = [BY_NAME["stl"], BY_NAME["off"]]
-    result: dict[str, Any] = estimate_object(plan_estimate(surface, options, formats=formats).run())
+    result: dict[str, Any] = plan_estimate(surface, options, formats=formats).run().to_object()
     assert result["bytes"] == {"off": result["bytes"]["off"]}
     assert (result["vertices"], result["triangles"], result["quads"]) == (9, 0, 4)
     assert (result["exact"], result["exact_bytes"], result["accepted"]) == (True, [], True)

@@ -1,5 +1,5 @@
-"""The predicted memory is at least the memory that NumPy and Python use, and at most three times
-that."""
+"""The predicted memory is at least the memory that NumPy and Python use; for meshes of some
+megabytes, at most three times that."""
 
 import numpy as np
 import pytest
@@ -12,11 +12,14 @@ from service.engine.mesh.layout import Layout
 from service.engine.options import MeshOptions
 from service.errors import TooLarge
 from service.pipeline.cost import lowering_memory
+from service.pipeline.documents import plan_definition
 from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh
+from service.storage.canonical import plan_content
 from service.surface.bezier import BezierSurface
 from service.surface.bspline import BsplineSurface
 from service.surface.examples import find
+from service.surface.group import GroupSurface, Member
 from service.surface.sizes import SurfaceKind
 from tools.memory import measure_memory
 
@@ -76,6 +79,13 @@ def test_a_mesh_uses_no_more_memory_than_predicted(name: str) -> None:
 def test_lowering_uses_no_more_memory_than_predicted(surface: BsplineSurface) -> None:
     memory = measure_memory(lambda: Layout.plan(connect(surface.lower()).connectivity, (1, 2)))
     assert memory <= lowering_memory(surface.size()) <= MAX_RATIO * memory
+
+
+def test_documents_of_copies_use_no_more_memory_than_predicted() -> None:
+    """A document has each member of a group, also if the members are equal."""
+    group = GroupSurface((Member(build_hills(40)),) * 20)
+    for plan in (plan_definition(group), plan_content(group)):
+        assert measure_memory(plan.run) <= plan.cost.memory
 
 
 def test_large_meshes_are_refused_before_the_work_or_if_by_tolerance_during_it() -> None:

@@ -39,7 +39,7 @@ def list_issues(**options: Any) -> list[tuple[str, str]]:
 def test_every_field_of_an_accuracy_is_an_option_of_the_same_name() -> None:
     names = {field.name for field in fields(Accuracy)}
     assert names <= set(MeshRequest.model_fields)
-    assert names == set(accuracy.NAMES) == {*command.ACCURACY, *command.CAMERA_FIELDS}
+    assert names == set(accuracy.ACCURACY_FIELDS) == {*command.ACCURACY, *command.CAMERA_FIELDS}
     assert accuracy.CAMERA_FIELDS == command.CAMERA_FIELDS
 
 
@@ -97,7 +97,7 @@ def test_conflicting_and_too_large_options_are_refused(
     assert list_issues(**options)[0] == (code, pointer)
 
 
-@pytest.mark.parametrize("name", accuracy.NAMES)
+@pytest.mark.parametrize("name", accuracy.ACCURACY_FIELDS)
 def test_null_and_a_resolution_together_with_an_accuracy_are_refused(name: str) -> None:
     assert list_issues(**{name: None})[0] == ("null_value", f"/{name}")
     values: dict[str, Any] = {"two_sided": True, "relative_tolerance": 0.5, **CAMERA_OPTIONS}

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engine.mesh.report import ENGINE
-from service.schemas.accuracy import NAMES
+from service.schemas.accuracy import ACCURACY_FIELDS
 from service.schemas.options import MeshOptionFields
 from service.schemas.query import canonical_query, parse_mesh_query
 
@@ -57,7 +57,7 @@ def chosen_options(draw: st.DrawFn) -> dict[str, Any]:
     """Values of some options, without a resolution if there is an accuracy, which excludes it."""
     names = draw(st.sets(st.sampled_from(sorted(FIELDS))))
     values = {name: draw(option_values(name)) for name in sorted(names)}
-    accuracies = [name for name in NAMES if values.get(name)]
+    accuracies = [name for name in ACCURACY_FIELDS if values.get(name)]
     if accuracies:
         values.pop("resolution", None)
     return values
@@ -82,7 +82,7 @@ def spelled_numbers(draw: st.DrawFn, value: float) -> str:
 def spelled_queries(draw: st.DrawFn, values: dict[str, Any]) -> str:
     """One of the many queries with these values; options with their default may be omitted."""
     pairs: dict[str, str] = {}
-    has_accuracy = any(values.get(name) for name in NAMES)
+    has_accuracy = any(values.get(name) for name in ACCURACY_FIELDS)
     for name, field in FIELDS.items():
         default = field.get_default(call_default_factory=True)
         if name not in values and draw(st.booleans()):

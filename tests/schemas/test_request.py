@@ -11,7 +11,7 @@ from service.encoders import format as formats
 from service.engine.options import MeshOptions
 from service.errors import InvalidRequest
 from service.schemas import options
-from service.schemas.accuracy import ACCURACY
+from service.schemas.accuracy import ACCURACY_FIELDS
 from service.schemas.document import DocumentLimits
 from service.schemas.options import MeshOptionFields
 from service.schemas.request import MeshRequest
@@ -43,7 +43,9 @@ def test_a_document_with_only_a_net_is_a_bezier_surface_with_default_options() -
 def test_every_option_of_requests_is_an_attribute_of_the_engine() -> None:
     names = MeshOptionFields.model_fields.keys()
     mesh_options = {field.name for field in fields(MeshOptions) if field.init}
-    attributes = mesh_options | {field.name for field in fields(formats.EncodeOptions)} | ACCURACY
+    attributes = (
+        mesh_options | {field.name for field in fields(formats.EncodeOptions)} | {*ACCURACY_FIELDS}
+    )
     assert names <= attributes, f"service/engine/options.py lacks {names - attributes}"
     missing = mesh_options - names - {"accuracy", "has_faces"}
     assert not missing, f"service/schemas/options.py lacks {missing}"

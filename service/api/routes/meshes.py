@@ -16,8 +16,8 @@ from service.decoders.registry import DECODERS
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
 from service.encoders.text import json_text
-from service.pipeline.estimate import estimate_object, plan_estimate
-from service.pipeline.mesh import encode_options, plan_mesh, render
+from service.pipeline.estimate import plan_estimate
+from service.pipeline.mesh import plan_mesh, render, select_encode_options
 from service.schemas.request import MeshRequest
 
 _SQUARE = {"control_net": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]}
@@ -55,8 +55,8 @@ _ESTIMATES: Json = {
 
 
 def _estimate(body: MeshRequest) -> bytes:
-    options, encode = body.mesh_options(), encode_options(body)
-    return json_text(estimate_object(plan_estimate(body.to_surface(), options, encode).run()))
+    options, encode = body.mesh_options(), select_encode_options(body)
+    return json_text(plan_estimate(body.to_surface(), options, encode).run().to_object())
 
 
 for operation in ("createMesh", "getSurfaceMesh"):
@@ -104,7 +104,7 @@ async def create_mesh(body: MeshRequest, context: ContextDep) -> Response:
     the query.
     """
     services, job, request, fmt = context
-    options, encode = body.mesh_options(), encode_options(body)
+    options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_mesh(body.to_surface(), options, fmt, encode, services.limits)
     mesh_file = await job.run(work, "mesh")
     request.app.state.counters.count_mesh(mesh_file.report)
@@ -133,7 +133,7 @@ async def estimate_mesh(body: MeshRequest, context: ContextDep) -> Response:
     """
     services, job, _, fmt = context
     formats: Sequence[Format] = FORMATS if fmt is None else (fmt,)
-    options, encode = body.mesh_options(), encode_options(body)
+    options, encode = body.mesh_options(), select_encode_options(body)
     work = plan_estimate(body.to_surface(), options, encode, services.limits, formats)
     result = await job.run(work, "estimate")
-    return bytes_response(json_text(estimate_object(result)), job)
+    return bytes_response(json_text(result.to_object()), job)

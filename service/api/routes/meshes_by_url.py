@@ -38,7 +38,7 @@ from service.encoders.registry import FORMATS
 from service.engine.mesh.report import ENGINE
 from service.errors import Issue
 from service.pipeline.cost import Cost, compression_cost
-from service.pipeline.mesh import encode_options, plan_mesh
+from service.pipeline.mesh import plan_mesh, select_encode_options
 from service.schemas.query import canonical_query, parse_mesh_query
 
 by_url = APIRouter()
@@ -191,7 +191,7 @@ async def _compute(
     with job.timing.step("surface"):
         stored = await surface_of(services, job, subject.surface)
     options = parse_mesh_query(parse_qsl(query))
-    encode = encode_options(options)
+    encode = select_encode_options(options)
     work = plan_mesh(stored.surface, options.mesh_options(), fmt, encode, services.limits)
     mesh_file = await job.run(work, "mesh")
     job.finish_work(len(mesh_file.content))
