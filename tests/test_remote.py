@@ -11,11 +11,15 @@ import pytest
 from service.errors import ServiceFailed
 from service.remote import MAX_WAIT, RETRIES, remote_document
 
-BUSY = {"status": 429, "code": "busy", "detail": "It has much to do.", "errors": []}
+BUSY = {"code": "busy", "detail": "It has much to do.", "errors": []}
+"""The members that the client reads of a problem document, for a refusal of any status."""
 
 
 class BusyServer(HTTPServer):
-    """Responds to the first requests with `refusals` (status and headers), then with success."""
+    """Responds to the first requests with `refusals` (status and headers), then with success.
+
+    Counts the requests.
+    """
 
     refusals: list[tuple[int, dict[str, str]]]
     requests = 0
@@ -46,7 +50,7 @@ class Handler(BaseHTTPRequestHandler):
 @pytest.fixture
 def server() -> Iterator[BusyServer]:
     with BusyServer(("127.0.0.1", 0), Handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         yield server
         server.shutdown()
@@ -68,7 +72,10 @@ def send(server: BusyServer, *refusals: tuple[int, dict[str, str]]) -> bytes:
     return remote_document(f"http://127.0.0.1:{server.server_port}", "/v1/points", {})
 
 
-def test_request_is_repeated_after_retry_after(server: BusyServer, waits: list[float]) -> None:
+def test_the_client_waits_as_the_header_retry_after_says(
+    server: BusyServer, waits: list[float]
+) -> None:
+    """It waits at most `MAX_WAIT` seconds, and as long if the header is a date."""
     refusals = [
         (429, {"Retry-After": "2"}),
         (503, {"Retry-After": "900"}),

@@ -33,11 +33,12 @@ def test_the_table_lists_every_option_for_tolerances() -> None:
 
 def test_the_service_has_the_codes_of_the_page() -> None:
     codes = read_first_column("Refusals")
-    assert len(codes) > 4
+    assert codes, "the page has no table of refusals"
     assert all(f"- `{code}`: " in DESCRIPTION for code in codes)
 
 
-def test_the_page_has_the_limit_of_the_local_origin() -> None:
+def test_the_page_says_how_far_a_model_may_be_from_zero() -> None:
+    """Beyond this distance, a file has a local origin."""
     assert f"than {MAX_DISTANCE:.0f} times its extent" in " ".join(PAGE.split())
 
 
@@ -61,15 +62,16 @@ def test_the_table_of_the_teapot_has_the_computed_numbers(tolerance: str) -> Non
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=[f"{n}" for n in range(len(COMMANDS))])
-def test_responses_are_within_the_requested_tolerance(
+def test_the_commands_of_the_page_get_what_the_page_promises(
     command: str, server: str, tmp_path: Path
 ) -> None:
+    """Tolerances and budgets are kept; for pixels, the report has a bound."""
     find_program("curl")
     response = run_shell(command.replace(SERVED_AT, server), tmp_path)
     if "-D -" in command:
         bound = re.search(r"^surface-deviation-bound: (.*)$", response, re.M | re.I)
         assert bound
-        assert 0 < float(bound[1]) <= 0.01
+        assert 0 < float(bound[1]) <= 0.01  # the tolerance in the URL of this command
         assert (tmp_path / "teapot.glb").read_bytes()[:4] == b"glTF"
         return
     document: dict[str, Any] = json.loads(response)
@@ -82,5 +84,7 @@ def test_responses_are_within_the_requested_tolerance(
     if "relative_tolerance" in request:
         diagonal = (1 + 4 + 4) ** 0.5  # of the bounding box, 1 × 2 × 2, of the surface
         assert report["deviation_bound"] <= request["relative_tolerance"] * diagonal
+        # `two_sided` allows twice the tolerance for the distance from the mesh to the surface.
         assert report["mesh_deviation_bound"] <= 2 * request["relative_tolerance"] * diagonal
-    assert report["triangles"] <= request.get("max_triangles", 5000)
+    if "max_triangles" in request:
+        assert report["triangles"] <= request["max_triangles"]

@@ -1,9 +1,10 @@
 """Sends hostile requests to a service, and prints which files and connections the service opens.
 
 `python -m tests.api.audited FOLDER` prints, as JSON, the events that Python reports to an audit
-hook: files, connections and processes that any Python code opens. The library of the store is not
-Python code, so the test also lists the files in FOLDER. At the end this program does some
-operations that the service must not do, to show that the hook reports them.
+hook: files, connections and processes that any Python code opens. The store opens its files in
+compiled code (obstore), which the hook does not see, so `test_no_way_out.py`, which runs this
+program, also lists the files in FOLDER. At the end this program does some operations that the
+service must not do, to show that the hook reports them.
 """
 
 import asyncio
@@ -28,9 +29,9 @@ WATCHED = ("open", "socket.", "os.", "shutil.", "subprocess.", "urllib.", "ftpli
 """Beginnings of the names of events that are recorded."""
 
 IGNORED = {"os.putenv", "os.unsetenv"}
-"""Events that are not recorded."""
+"""Events that are not recorded: changes of environment variables open nothing."""
 
-NAMES = [
+HOSTILE_NAMES = [
     "/etc/passwd",
     "../../../../etc/passwd",
     "..%2f..%2f..%2fetc%2fpasswd",
@@ -69,7 +70,7 @@ URLS = [
 ]
 """URLs in which `{}` stands for a hostile name."""
 
-_BODIES: list[Any] = [
+_DOCUMENT_BUILDERS: list[Any] = [
     lambda name: {"surface": name},
     lambda name: {"surface": {"type": name, "control_net": name}},
     lambda name: {
@@ -85,7 +86,10 @@ KEY = make_key()
 async def send_request(
     app: ASGIApp, method: str, url: str, body: bytes = b"", **headers: str
 ) -> int:
-    """The status of the response to a request; as a server does, it decodes the path."""
+    """The status of the response to a request; decodes the path, as a server does.
+
+    The names of `headers` have underscores in place of hyphens.
+    """
     path, _, query = url.partition("?")
     headers = {"authorization": f"Bearer {KEY}", "host": "127.0.0.1", **headers}
     scope = {
@@ -118,23 +122,18 @@ async def send_request(
 def build_hostile_requests() -> Iterator[tuple[str, str, bytes, dict[str, str]]]:
     """Requests with each hostile name: method, URL, body and headers.
 
-    To save time, each name is only in half of the URLs and bodies: its neighbours in `NAMES` are in
-    the other half.
+    To save time, each name is only in half of the URLs and bodies: its neighbours in
+    `HOSTILE_NAMES` are in the other half.
     """
-    for number, name in enumerate(NAMES):
+    for number, name in enumerate(HOSTILE_NAMES):
         for url in URLS[number % 2 :: 2]:
             yield "GET", url.format(name), b"", {}
         yield "DELETE", f"/v1/surfaces/{name}", b"", {}
-        for build_document in _BODIES[number % 2 :: 2]:
+        for build_document in _DOCUMENT_BUILDERS[number % 2 :: 2]:
             body = json.dumps(build_document(name)).encode()
             for path in ("/v1/mesh", "/v1/surfaces", "/v1/sign"):
                 yield "POST", path, body, {"content_type": "application/json"}
-        for media_type in (
-            "application/x-npy",
-            "model/x-oogl",
-            "text/x-teapot",
-            name.encode().hex(),
-        ):
+        for media_type in ("application/x-npy", "model/x-oogl", "text/x-teapot", name):
             yield "POST", "/v1/surfaces", name.encode(), {"content_type": media_type}
         headers_of_proxies = {
             "x_forwarded_for": name,
@@ -193,10 +192,11 @@ def main(folder: Path) -> None:
         connection.connect_ex(("127.0.0.1", 9))
     os.listdir(folder)
     is_recording = False
+    events_of_program = events
     document = {
         "statuses": statuses,
         "events": events_of_requests,
-        "forbidden": [event for event, _ in events],
+        "forbidden": [event for event, _ in events_of_program],
     }
     print(json.dumps(document))
 

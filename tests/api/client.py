@@ -29,7 +29,8 @@ class Client:
     """Sends requests to one application; all run on one event loop."""
 
     def __init__(self, app: ASGIApp, portal: BlockingPortal) -> None:
-        # Like a server, the client logs an exception that the application raises after a 500.
+        # Starlette sends the response 500 and then raises the exception again, for the log of a
+        # server. The client ignores it, so that tests can check the response.
         self._transport = httpx.ASGITransport(app, raise_app_exceptions=False)
         self._portal = portal
 
@@ -40,7 +41,7 @@ class Client:
         content: Body | None = None,
         headers: Mapping[str, str] | None = None,
     ) -> httpx.Response:
-        """The response to a request; each element of an iterable body arrives as its own piece."""
+        """The response to a request; each element of an iterable body arrives alone."""
         return self._portal.call(self._request, method, url, content, headers)
 
     def get(self, url: str, headers: Mapping[str, str] | None = None) -> httpx.Response:
@@ -65,7 +66,7 @@ class Client:
         self, method: str, url: str, content: Body | None, headers: Mapping[str, str] | None
     ) -> httpx.Response:
         if content is not None and not isinstance(content, bytes | AsyncIterable):
-            content = _iterate_pieces(content)
+            content = _iterate_chunks(content)
         async with httpx.AsyncClient(
             transport=self._transport, base_url="http://service", headers=_HEADERS
         ) as client:
@@ -78,7 +79,8 @@ class Client:
             client.headers.pop("Accept-Encoding")
             async with client.stream("GET", url, headers=headers) as response:
                 body = b"".join([chunk async for chunk in response.aiter_raw()])
-        # Without the header `Content-Encoding`, the new response does not decode the body.
+        # Created without the header `Content-Encoding`, the new response does not decode the body;
+        # then it gets all headers.
         other_headers = [
             pair for pair in response.headers.multi_items() if pair[0] != "content-encoding"
         ]
@@ -94,6 +96,6 @@ def start_client(app: ASGIApp) -> Iterator[Client]:
         yield Client(app, portal)
 
 
-async def _iterate_pieces(chunks: Iterable[bytes]) -> AsyncIterator[bytes]:
+async def _iterate_chunks(chunks: Iterable[bytes]) -> AsyncIterator[bytes]:
     for chunk in chunks:
         yield chunk

@@ -1,5 +1,9 @@
-"""Hostile bodies for calls other than /v1/mesh, each with the error that it must get."""
+"""Hostile bodies of all calls, each with the error that it must get.
 
+The bodies for /v1/mesh are those of `tests.api.hostile`.
+"""
+
+import struct
 from collections.abc import Iterator, Mapping
 
 from tests.api.hostile import (
@@ -7,7 +11,8 @@ from tests.api.hostile import (
     MIB,
     NOT_NUMBERS,
     NOT_TO_REPEAT,
-    VALID,
+    SURFACE,
+    VERTICES,
     HostileBody,
     build_case,
     build_document_cases,
@@ -17,7 +22,6 @@ from tests.api.hostile import (
     write_many_keys,
     write_net,
     write_options,
-    write_patches,
 )
 
 
@@ -37,8 +41,12 @@ def build_point_cases() -> Iterator[HostileBody]:
     }
     yield from vary_body("uv", write_uv("?"), "/uv", faults)
     yield build_case("no uv", write_options('"derivatives":1'), "missing_field", "/uv")
-    two_patches = write_patches('"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]')[:-1]
-    yield build_case("no patch", f'{two_patches},"uv":[[0,0]]}}', "missing_field", "/patch")
+
+    def write_two_patches(fields: str) -> str:
+        """A request with a surface of two patches and these fields beside the surface."""
+        return f'{{"surface":{{{VERTICES},"patches":[[[0,1],[2,3]],[[0,1],[2,3]]]}},{fields}}}'
+
+    yield build_case("no patch", write_two_patches('"uv":[[0,0]]'), "missing_field", "/patch")
     faults = {
         "conflicting_options": '"uv":[[0,0]],"barycentric":[[1,0,0]]@/barycentric',
         "wrong_parameters": '"barycentric":[[1,0,0]]@/barycentric/0',
@@ -57,7 +65,8 @@ def build_point_cases() -> Iterator[HostileBody]:
         "empty_list": "[]",
         "wrong_length": "[0] [0,0,0]",
     }
-    yield from vary_body("patch", f'{two_patches},"uv":[[0,0],[1,1]],"patch":?}}', "/patch", faults)
+    body = write_two_patches('"uv":[[0,0],[1,1]],"patch":?')
+    yield from vary_body("patch", body, "/patch", faults)
     yield build_long_case(
         "points", lambda: write_uv(repeat_word("[0,0]", 300_001)), "too_many_points", "/uv"
     )
@@ -77,27 +86,30 @@ def build_store_cases() -> Iterator[HostileBody]:
     """Bodies to store that have no surface, or fields beside the surface."""
     yield from build_document_cases()
     yield build_case("an id", '{"surface":"saddle"}', "wrong_type", "/surface")
-    yield build_case("the surface alone", VALID, "missing_field", "/surface")
+    yield build_case("the surface alone", SURFACE, "missing_field", "/surface")
     unknown_fields = (
         f'"id":"{"0" * 64}"@/id "name":"{NOT_TO_REPEAT}"@/name "resolution":4@/resolution'
         ' "up":"z"@/up "camera":null@/camera "engine":2@/engine "surfaces":[]@/surfaces'
         ' "links":{}@/links'
     )
     yield from vary_body("another field", write_options("?"), "", {"unknown_field": unknown_fields})
-    two_surfaces = f'{{"surface":{VALID},"surface":{VALID}}}'
+    two_surfaces = f'{{"surface":{SURFACE},"surface":{SURFACE}}}'
     yield build_case("two surfaces", two_surfaces, "repeated_key", "/surface")
     yield build_case("truncated", write_options('"x":1')[:-1], "malformed_json", "/x")
     pointer = "/surface/control_net"
     yield build_case(
         "not finite", write_net("[[[0,0,0],[0,1,NaN]]]"), "not_finite", f"{pointer}/0/1/2"
     )
-    canonical = b'{"arrays":[],"canonical":1,"surface":{}}\n'
-    yield build_case("a canonical content", canonical, "missing_field", pointer)
-    body_with_tail = f'{{"surface":{VALID}}}\n\0\0\0\0\0\0\xf0?'
-    yield build_case("numbers behind the document", body_with_tail, "malformed_json")
+    # Files of the store begin with such a header; their numbers, as bytes, follow the line feed.
+    header = b'{"arrays":[],"canonical":1,"surface":{}}\n'
+    yield build_case("a header of a stored file", header, "missing_field", pointer)
+    body_with_number = f'{{"surface":{SURFACE}}}\n'.encode() + struct.pack("<d", 1)
+    yield build_case("a number behind the document", body_with_number, "malformed_json")
     yield build_long_case("blanks", lambda: b" " * (3 << 20), "malformed_json")
     yield build_long_case(
-        "very many keys", lambda: write_options(write_many_keys(60_000, "")[1:]), "too_many_strings"
+        "very many keys",
+        lambda: write_options(write_many_keys(60_000, "").removeprefix("{")),
+        "too_many_strings",
     )
 
 
@@ -115,7 +127,10 @@ def build_conversion_cases() -> Iterator[HostileBody]:
         return f'{start}"operations":[{transpose},{transpose},{operation}]}}'
 
     def vary_operation(op: str, faults: Mapping[str, str]) -> Iterator[HostileBody]:
-        """Cases of one operation; the texts of `faults` follow the name of the operation."""
+        """Cases of one operation; the texts of `faults` follow the name of the operation.
+
+        The text `@` is empty: the operation has no fields.
+        """
         yield from vary_body(
             op, write_third_operation(f'{{"op":"{op}"?}}'), "/operations/2", faults
         )
@@ -147,6 +162,7 @@ def build_conversion_cases() -> Iterator[HostileBody]:
         "wrong_type": ',"u":"0.5"@/u ,"u":true@/u',
         "out_of_range": ',"u":0@/u ,"v":1@/v ,"v":1e300@/v ,"at":[0.25,0.25,0.25]@/at'
         ' ,"at":[1e308,1e308,1e308]@/at',
+        # `at` is only for triangles, and not beside `u`; its numbers are checked first.
         "unknown_field": ',"u":0.5,"at":[0.25,0.25,0.5] ,"at":[0.25,0.25,0.5]@/at',
         "wrong_length": ',"at":[0.25,0.75]@/at',
         "not_finite": ',"u":NaN@/u ,"u":1e999@/u',

@@ -17,8 +17,7 @@ NPY, OOGL, TEAPOT = "application/x-npy", "model/x-oogl", "text/x-teapot"
 class HostileFile:
     """A body, its media type, the query of its URL, and its first error.
 
-    The error names its location by the member `location_key` of the problem, "pointer" or
-    "parameter", with the value `location`.
+    The member `location_key` of the error, "pointer" or "parameter", has the value `location`.
     """
 
     name: str
@@ -39,7 +38,7 @@ def save_array(array: NDArray[Any]) -> bytes:
 
 
 def build_net(rows: int = 4, columns: int = 4, dimension: int = 3) -> NDArray[np.float64]:
-    """A valid control net (rows, columns, dimension) over a grid; all further numbers are 1."""
+    """A valid control net (rows, columns, dimension): row, column, and ones as further numbers."""
     points = np.ones((rows, columns, dimension))
     points[..., 0], points[..., 1] = np.indices((rows, columns))
     return points
@@ -78,7 +77,7 @@ def build_array_cases() -> Iterator[HostileFile]:
     yield build_case("no array", NOT_TO_REPEAT.encode(), 400, "malformed_body")
     yield build_case("an empty body", b"", 400, "malformed_body")
     yield build_case("JSON", b'{"surface": {}}', 400, "malformed_body")
-    yield build_case("half an array", valid_file[:-99], 400, "malformed_body")
+    yield build_case("a truncated array", valid_file[:-99], 400, "malformed_body")
     yield build_case("two arrays", valid_file * 2, 400, "malformed_body")
     # The header has an equal length, because blanks of its padding are replaced.
     file_of_huge_shape = valid_file.replace(b"(4, 4, 3), }         ", b"(99999999, 99999, 3)}")
@@ -113,7 +112,7 @@ def build_array_cases() -> Iterator[HostileFile]:
             change_number(value, 1, 3, 2, 0, patches=2),
             422,
             "not_finite",
-            "/surface/vertices/30/0",
+            f"/surface/vertices/{4 * 4 + 3 * 4 + 2}/0",  # of 16 vertices for each patch
         )
     yield build_case(
         "1e39", change_number(1e39, 1, 2, 0), 422, "coordinate_too_large", f"{pointer}/1/2/0"
@@ -179,6 +178,7 @@ def build_query_cases() -> Iterator[HostileFile]:
         ("format=fbx", "unknown_format", "format"),
         ("format=stl&faces=quads", "unsupported_by_format", "faces"),
         ("resolution=9000", "too_many_vertices", "resolution"),
+        # At most 50 parameters are read; a50 is the 51st.
         ("&".join(f"a{i}=1" for i in range(60)), "too_many_parameters", "a50"),
     ):
         yield build_case(
@@ -190,6 +190,7 @@ def build_query_cases() -> Iterator[HostileFile]:
             query=query,
             location_key="parameter",
         )
+    # A patch in OOGL: BEZ, its two degrees, the number of coordinates, and the points.
     text = b"BEZ113 0 0 0 1 0 0 0 1 0 1 1 0"
     for kind in ("bezier", "bspline", "group"):
         yield build_case(
@@ -268,6 +269,7 @@ def build_text_cases() -> Iterator[HostileFile]:
         "",
     )
     bilinear = b"{BEZ113 0 0 0 1 0 0 0 1 0 1 1 0}"
+    # OOGL: BEZ, the two degrees, and the number of coordinates.
     quadratic = b"{BEZ213 0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0}"
     yield build_case("lists in lists", b"{LIST" * 5000, 400, "malformed_body", media_type=OOGL)
     yield build_case(

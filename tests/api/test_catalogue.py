@@ -1,4 +1,4 @@
-"""The lists of formats and of built-in surfaces; parameters that calls refuse; HEAD requests."""
+"""The lists of formats and of examples; links; parameters that calls refuse; HEAD requests."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Quantized and compressed glTF over HTTP, by URL and by body; other formats refuse the options."""
+"""The compact options `quantize` and `compression` over HTTP: glTF has them, other formats not."""
 
 import pytest
 

@@ -11,7 +11,10 @@ SADDLE = {"control_net": NET}
 
 
 def test_curvatures_of_vertices_agree_with_those_of_points(client: Client) -> None:
-    """`POST /v1/points` at the parameters of all vertices gives the same numbers and signs."""
+    """`POST /v1/points` at the parameters of all vertices gives the same numbers and signs.
+
+    `uvs` of a surface without uvs of its own are its parameters.
+    """
     body = {"surface": SADDLE, "resolution": [4, 8], "curvatures": True}
     mesh = client.post("/v1/mesh", body | {"uvs": True, "weld": False}).json()
     request = {"surface": SADDLE, "uv": mesh["uvs"], "derivatives": 2}

@@ -97,7 +97,7 @@ def test_the_gltf_is_one_strip_with_the_requested_attributes(client: Client) -> 
     assert primitive["mode"] == 3  # LINE_STRIP
     assert set(primitive["attributes"]) == {"POSITION", "_TANGENT", "_PARAMETER", "_ARC_LENGTH"}
     points = glb.array(primitive["attributes"]["POSITION"])
-    assert len(points) == 21
+    assert len(points) == 4 * 5 + 1  # `LOOP` has 4 spans
     assert np.array_equal(points[0], points[-1])
     assert glb.document["asset"]["extras"]["report"]["closed"] is True
 
@@ -117,7 +117,9 @@ def test_geomview_reads_the_oogl_file(client: Client, tmp_path: Path, curve: Any
     content = fetch_curve("oogl", client, {"curve": curve, "resolution": 5})
     words = content.split()
     is_closed = curve is LOOP
-    count = 20 if is_closed else 6
+    count = 4 * 5 if is_closed else 5 + 1  # the first point of a closed curve is not repeated
+    # After the word VECT: polylines, vertices, colours; vertices of the polyline, negative if it is
+    # closed; its colours. Then the vertices follow, and one colour of 4 numbers.
     assert [int(word) for word in words[1:6]] == [1, count, 1, -count if is_closed else count, 1]
     assert len(words) == 6 + 3 * count + 4
     path = tmp_path / "curve.vect"
@@ -168,21 +170,21 @@ def test_too_many_points_are_refused(options: dict[str, Any]) -> None:
 
 
 def test_the_limit_of_points_falls_with_the_degree() -> None:
-    """The arc lengths of so high a number of points take seconds, more for higher degrees."""
-    limits = [
-        plan_curve(BezierCurve(np.eye(n + 1)[:, :3]), CurveOptions(1), CURVE_FORMATS[0]).max_points
-        for n in (2, 8, 64)
-    ]
+    """Arc lengths of `max_vertices` points would take too long, and longer for higher degrees."""
+    limits = []
+    for degree in (2, 8, 64):
+        curve = BezierCurve(np.eye(degree + 1)[:, :3])
+        limits.append(plan_curve(curve, CurveOptions(1), CURVE_FORMATS[0]).max_points)
     assert limits == sorted(limits, reverse=True)
     assert limits[0] < Settings().max_vertices
-    assert limits[-1] > 5_000
+    assert limits[-1] > 5_000, "curves of the highest degree need some thousand points"
 
 
 @pytest.mark.parametrize("fmt", CURVE_FORMATS, ids=lambda fmt: fmt.name)
 def test_no_file_is_longer_than_its_bound(fmt: CurveFormat) -> None:
     points = np.array([[1 / 3, 1e-300, -2e30], [-1e-5, 7 / 9, 3.3e38], [1 / 7, 1, 2]])
     for resolution in (1, 300):
-        curve = BezierCurve(points, name="\x22" * 100)
+        curve = BezierCurve(points, name='"' * 100)  # a quote has two bytes in JSON
         work = plan_curve(curve, CurveOptions(resolution=resolution), fmt)
         size = CurveSize(resolution + 1, len(curve.name.encode()))
         assert len(work.run()) <= fmt.byte_bound(size)

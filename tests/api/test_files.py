@@ -90,6 +90,7 @@ def test_arrays_of_any_precision_and_byte_order_give_equal_meshes(client: Client
 def test_meshes_of_a_text_and_of_json_are_equal(client: Client) -> None:
     net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 0]]]
     expected = client.post("/v1/mesh", {"surface": {"control_net": net}}).json()
+    # In OOGL the points along u are adjacent; in JSON and in the teapot, those along v.
     oogl = b"{ = BEZ113 # one patch\n0 0 0  1 0 1\n0 1 0  1 1 0\n}"
     teapot = b"1\n1 2 3 4\n4\n0 0 0\n0 1 0\n1 0 1\n1 1 0\n"
     for content, media_type in ((oogl, OOGL), (teapot, f"{TEAPOT}; charset=utf-8")):
@@ -98,14 +99,15 @@ def test_meshes_of_a_text_and_of_json_are_equal(client: Client) -> None:
             assert mesh[name] == expected[name]
 
 
-def test_the_parameter_up_does_not_move_a_group_of_patches(client: Client) -> None:
+def test_a_list_of_patches_takes_the_parameter_up_and_refuses_knots(client: Client) -> None:
+    """The group and its members get the same `up`, so no member is turned."""
     text = b"LIST { BEZ113 0 0 0 1 0 0 0 1 2 1 1 2 } { BEZ213 0 0 0 1 0 0 2 0 0 0 1 2 1 1 2 2 1 2 }"
     for up in ("y", "z"):
         report = post_file(client, text, OOGL, f"resolution=1&up={up}&name=both").json()["report"]
         assert report["bounds"] == {"min": [0, 0, 0], "max": [2, 1, 2]}
         assert len(report["parts"]) == 2
-        response = post_file(client, text, OOGL, f"up={up}&knots=uniform")
-        assert response.json()["errors"][0]["parameter"] == "knots"
+    response = post_file(client, text, OOGL, "knots=uniform")
+    assert response.json()["errors"][0]["parameter"] == "knots"
 
 
 def test_the_file_name_of_the_response_is_the_name_of_the_surface(client: Client) -> None:
@@ -156,7 +158,7 @@ def test_options_of_a_mesh_are_refused_when_a_file_is_stored(client: Client) -> 
         assert (error["code"], error["parameter"]) == ("unknown_field", name)
 
 
-def test_long_files_are_read_by_a_worker_thread() -> None:
+def test_long_bodies_are_read_by_a_worker_thread() -> None:
     """The limits: 256 KiB of an array, 16 KiB of a text, and 32 objects in a JSON body."""
     npy, oogl = BY_NAME["npy"], BY_NAME["oogl"]
     assert [is_long_body(b"{" * (1 << 18) + last_byte, npy) for last_byte in (b"", b"{")] == [
@@ -224,10 +226,11 @@ def test_other_calls_accept_json_only(client: Client, path: str) -> None:
     assert response.json()["errors"][0]["needed"] == "application/json; texts in UTF-8"
 
 
-def test_the_refusal_of_a_media_type_lists_the_accepted_ones(client: Client) -> None:
+def test_other_media_types_and_charsets_are_refused(client: Client) -> None:
     response = post_file(client, b"", "application/octet-stream")
     assert response.status_code == 415
     for media_type in ("application/json", NPY, OOGL, TEAPOT):
         assert media_type in response.json()["errors"][0]["needed"]
+    # Only texts have a charset; for an array the parameter has no effect.
     assert post_file(client, b"BBP", f"{OOGL}; charset=utf-16").status_code == 415
     assert post_file(client, save_array(build_net()), f"{NPY}; charset=binary").status_code == 200

@@ -18,6 +18,7 @@ from service.storage.store import SurfaceStore
 from tests.api.client import Client, start_client
 
 COUNT = 4
+"""Requests that are sent together."""
 SIDE = 115
 """Control points per side: too many for the event loop, so worker threads read the surface."""
 NET = [[[i, j, (i * j) % 7 / 7] for j in range(SIDE)] for i in range(SIDE)]
@@ -89,13 +90,14 @@ def test_meshes_of_one_surface_share_it_and_are_computed_one_after_the_other(
         return surfaces[-1]
 
     async def read_and_record(
-        store: SurfaceStore, id: str, announced: Callable[[int], None]
+        store: SurfaceStore, id: str, reserve: Callable[[int], None]
     ) -> bytes:
         reads.append(id)
-        return await get(store, id, announced)
+        return await get(store, id, reserve)
 
     monkeypatch.setattr(meshes_by_url, "surface_of", find_and_record)
     monkeypatch.setattr(SurfaceStore, "get", read_and_record)
+    # The resolutions differ, because meshes of equal URLs are computed only once.
     statuses = send_together(
         lambda number: client.get(f"{url}&resolution={number + 1}").status_code
     )

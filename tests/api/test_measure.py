@@ -58,9 +58,10 @@ def test_a_closed_brick_has_area_volume_and_centroid(client: Client) -> None:
     assert result["parts"][0]["volume"] == result["volume"]
 
 
-def test_open_and_inconsistent_edges_are_listed(client: Client) -> None:
+def test_sides_on_open_and_on_inconsistent_edges_are_listed(client: Client) -> None:
     result = measure(client, surface=build_brick(FACES[:5]))
     assert "volume" not in result
+    # The faces 0 to 3 have an edge with the missing face; face 4 is opposite.
     assert [edge["patch"] for edge in result["faulty_edges"]] == [0, 1, 2, 3]
     assert all(edge["open"] for edge in result["faulty_edges"])
     (border,) = result["boundaries"]
@@ -68,6 +69,7 @@ def test_open_and_inconsistent_edges_are_listed(client: Client) -> None:
     assert border["first_edge"] == {"patch": 0, "side": "v=1", "uv": [[0, 1], [1, 1]]}
     faces_with_one_reversed = [*FACES[:5], [list(row) for row in zip(*FACES[5], strict=True)]]
     result = measure(client, surface=build_brick(faces_with_one_reversed))
+    # Both sides of the four edges of the reversed face count.
     assert (result["open_edges"], result["inconsistent_edges"]) == (0, 8)
     assert not any(edge["open"] for edge in result["faulty_edges"])
 

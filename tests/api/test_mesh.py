@@ -182,8 +182,9 @@ def test_file_names_have_only_harmless_characters(client: Client, name: str, fil
         ("colour=red", "colour", "unknown_field"),
         ("surface=x", "surface", "unknown_field"),
         ("a/b~c=x", "a/b~c", "unknown_field"),
+        # At most 50 parameters are read; a50 is the 51st.
         ("&".join(f"a{i}=1" for i in range(60)), "a50", "too_many_parameters"),
-        ("k" * 300, "k" * 64 + "…", "unknown_field"),
+        ("k" * 300, "k" * 64 + "…", "unknown_field"),  # errors shorten long names
     ],
 )
 def test_errors_name_the_parameter(client: Client, query: str, parameter: str, code: str) -> None:

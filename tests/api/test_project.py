@@ -110,7 +110,7 @@ def test_too_many_points_are_refused() -> None:
     assert response.json()["errors"][0]["code"] == "too_many_points"
 
 
-NPY = {"Content-Type": "application/x-npy"}
+NPY_HEADERS = {"Content-Type": "application/x-npy"}
 
 
 def save_npy(array: object, dtype: str = "<f8") -> bytes:
@@ -127,7 +127,9 @@ def test_points_in_an_array_and_in_json_give_equal_results(client: Client) -> No
     stored = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     for name, dtype in (("sphere", "<f8"), (stored, ">f4")):
         query = f"?surface={name}&sign=true&relative_tolerance=1e-6"
-        response = client.request("POST", f"/v1/project{query}", save_npy(points, dtype), NPY)
+        response = client.request(
+            "POST", f"/v1/project{query}", save_npy(points, dtype), NPY_HEADERS
+        )
         assert response.json() == expected, response.text
 
 
@@ -154,7 +156,7 @@ def test_points_in_an_array_and_in_json_give_equal_results(client: Client) -> No
 def test_invalid_files_are_refused(
     client: Client, query: str, body: bytes, code: str, location: dict[str, str]
 ) -> None:
-    response = client.request("POST", f"/v1/project{query}", body, NPY)
+    response = client.request("POST", f"/v1/project{query}", body, NPY_HEADERS)
     statuses = {"unknown_surface": 404, "malformed_body": 400}
     assert response.status_code == statuses.get(code, 422), response.text
     issue = response.json()["errors"][0]
@@ -172,7 +174,9 @@ def test_a_surface_above_the_limits_is_named_by_its_parameter() -> None:
         surface = {"control_net": [*NET, [[2, 0, 0], [2, 1, 0]]]}  # 6 points
         id = client.post("/v1/surfaces", {"surface": surface}).json()["id"]
     with start_client(limited_app) as client:
-        response = client.request("POST", f"/v1/project?surface={id}", save_npy([[0, 0, 0]]), NPY)
+        response = client.request(
+            "POST", f"/v1/project?surface={id}", save_npy([[0, 0, 0]]), NPY_HEADERS
+        )
     assert response.status_code == 422
     (error,) = response.json()["errors"]
     assert (error["code"], error["parameter"]) == ("too_many_control_points", "surface")
