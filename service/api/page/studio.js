@@ -9,8 +9,8 @@ export const OFFSET = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffs
 
 /** Light that comes from direction `r` of the scene, y being up, blurred as by a rough surface. */
 const STUDIO = /* glsl */ `
-// The light of a lamp behind a rectangle in direction to, whose half sizes along across and up are
-// size at distance 1.
+// The share of light through a rectangle whose middle is in direction 'to'. At distance 1, 'size' is half
+// its width along 'across' and half its height.
 float panel(vec3 r, vec3 to, vec3 across, vec2 size, float blur) {
   vec3 up = cross(to, across);
   float depth = dot(r, to);
