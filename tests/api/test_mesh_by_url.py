@@ -1,4 +1,7 @@
-"""Meshes by URL: canonical URLs, entity tags, content codings, and headers for caches."""
+"""Meshes by URL: canonical URLs, entity tags, content codings, and headers for caches.
+
+Many tests repeat a request, because the last response then comes from the service's cache.
+"""
 
 import os
 import re
@@ -11,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.api.app import create_app
+from service.api.responses import CHUNK
 from service.api.workers import Workers
 from service.encoders.format import Format
 from service.encoders.registry import BY_NAME, FORMATS
@@ -29,6 +33,7 @@ from tests.programs import run_python
 SADDLE = "/v1/surfaces/saddle/mesh.glb"
 PLAIN = {"Accept-Encoding": "identity"}
 TIMING = r"{};dur=\d+\.\d+"
+"""Pattern of a step in `Server-Timing`; its name replaces `{}`."""
 
 
 @pytest.fixture
@@ -51,6 +56,7 @@ def read_canonical_url(client: Client, url: str) -> str:
     [
         "resolution=4&uvs=true",
         "uvs=true&resolution=4,4",
+        # GLB ignores `oogl`, and `weld=true` is the default: the canonical URL has neither.
         f"engine={ENGINE}&weld=true&uvs=true&oogl=bez&resolution=4",
         f"resolution=4&uvs=true&engine={ENGINE}",
     ],
@@ -148,6 +154,7 @@ def test_small_bodies_are_compressed_only_if_the_client_refuses_identity(
     compressed_response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, identity;q=0"})
     assert compressed_response.headers["content-encoding"] == "gzip"
     assert decompress_gzip(compressed_response.content) == response.content
+    # The compressed body is now in the cache; clients that accept a plain one still get that.
     last_response = fresh_client.get_raw(url, {"Accept-Encoding": "gzip, zstd"})
     assert "content-encoding" not in last_response.headers
 
@@ -179,6 +186,7 @@ def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_cached: bool) -> No
     headers = {"Accept-Encoding": coding}
     with start_client(create_app(Settings())) as client:
         first = client.get_raw(url, headers)
+    # Another instance: its cache has the mesh only if `is_cached`.
     app = create_app(Settings())
     with start_client(app) as client:
         if is_cached:
@@ -190,6 +198,7 @@ def test_an_unchanged_mesh_is_not_sent_again(coding: str, is_cached: bool) -> No
             assert response.content == b""
             for name in ("etag", "cache-control", "vary"):
                 assert response.headers[name] == first.headers[name]
+            # A 304 counts as a hit, even with an empty cache.
             assert response.headers["server-timing"] == "cache;desc=hit"
             assert response.headers["access-control-allow-origin"] == "*"
             assert "content-length" not in response.headers
@@ -239,7 +248,7 @@ def test_without_memory_for_the_cache_every_request_computes() -> None:
 def test_long_responses_are_sent_completely_from_the_cache(client: Client) -> None:
     url = "/v1/surfaces/saddle/mesh.glb?resolution=300"
     expected = render(find("saddle").surface(), MeshOptions((300, 300)), BY_NAME["glb"])
-    assert len(expected) > 2 << 20
+    assert len(expected) > 4 * CHUNK
     for _ in range(2):
         response = client.get_raw(url, PLAIN)
         assert response.content == expected
@@ -273,6 +282,7 @@ OPTIONS = {
     "quantize": ["true"],
     "curvatures": ["true"],
 }
+"""Options of a query, each with some values as clients may write them."""
 
 
 @given(
@@ -288,7 +298,7 @@ def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: 
         expected = render(
             surface, options_of_query.mesh_options(), fmt, select_encode_options(options_of_query)
         )
-    except SurfaceError:
+    except SurfaceError:  # the options contradict each other, or the format lacks one
         return
     query = canonical_query(options_of_query, fmt.ignored)
     options_of_canonical = parse_mesh_query(parse_qsl(query))
@@ -304,7 +314,10 @@ def test_the_canonical_query_gives_the_same_bytes(options: dict[str, str], fmt: 
 
 
 def test_another_process_computes_the_same_bytes() -> None:
-    """The other process has another seed of hashes, so its sets have another order."""
+    """`compute_digests` hashes files of all formats in all codings.
+
+    The other process has another seed of hashes, so its sets have another order.
+    """
     environment = {**os.environ, "PYTHONHASHSEED": "1"}
     root = Path(__file__).parents[2]
     process = run_python("-m", "tests.api.digests", env=environment, cwd=root)

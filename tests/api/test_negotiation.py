@@ -31,11 +31,12 @@ from service.encoders.registry import FORMATS
         ("image/png, model/x-oogl;q=0.001", "oogl"),
         ("model/stl; charset=utf-8; q=0.3, model/x-ply;q=0.2", "stl"),
         ("model/gltf+json;q=1.000", "gltf"),
-        ("model/stl;q=2, model/obj;q=0.1", "obj"),
+        ("model/stl;q=2, model/obj;q=0.1", "obj"),  # a quality value above 1 counts as 0
         ("nonsense, model/stl", "stl"),
     ],
 )
 def test_the_preferred_format_is_chosen(header: str | None, name: str) -> None:
+    """Among equal quality values the more specific range wins, then JSON, then GLB."""
     assert format_by_accept(header, FORMATS).name == name
 
 
@@ -50,7 +51,7 @@ def test_the_preferred_format_is_chosen(header: str | None, name: str) -> None:
         "*/json",
         "model/stl;q=x",
         ";;;,,,",
-        "image/png," * 200 + "model/stl",
+        "image/png," * 200 + "model/stl",  # the service reads only the first 100 items
     ],
 )
 def test_headers_that_accept_no_format_are_refused(header: str) -> None:

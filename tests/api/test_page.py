@@ -16,6 +16,7 @@ from tests.api.client import Client, start_client
 
 MAIN = "page/main.js"
 FILES = pages.files(dict)
+"""All static files by name; `dict` stands for the function that makes the OpenAPI document."""
 
 needs_three = pytest.mark.skipif(
     not (pages.STATIC / pages.THREE).is_file(), reason="three.js is not built ('make web')"
@@ -62,6 +63,7 @@ def test_the_page_lists_all_modules_and_file_types(client: Client) -> None:
     (accepted,) = re.findall(r'type="file" accept="([^"]+)"', text)
     (media_types,) = re.findall(r'data-media-types="([^"]+)"', text)
     expected = {suffix: decoder.media_type for suffix, decoder in BY_SUFFIX.items()}
+    # Files of the teapot often have the suffix `.txt`.
     assert json.loads(unescape(media_types)) == expected | {"txt": "text/x-teapot"}
     assert accepted.split(",") == [".json", *(f".{suffix}" for suffix in expected), ".txt"]
 
@@ -70,6 +72,7 @@ def test_every_example_has_a_thumbnail(client: Client) -> None:
     assert {path.stem for path in pages.THUMBNAILS.iterdir()} == set(EXAMPLES)
     pictures = [client.get(f"/page/{name}.webp") for name in EXAMPLES]
     assert {picture.headers["content-type"] for picture in pictures} == {"image/webp"}
+    # Bytes 8 to 11 of a WebP file.
     assert {picture.content[8:12] for picture in pictures} == {b"WEBP"}
     assert sum(len(picture.content) for picture in pictures) < 100_000
 
@@ -98,7 +101,7 @@ def test_all_files_of_swagger_ui_come_from_this_service(client: Client) -> None:
     page = client.get("/docs")
     assert page.status_code == 200
     icon, *sources = re.findall(r'(?:src|href)="([^"]+)"', page.text)
-    assert icon == "data:,"
+    assert icon == "data:,"  # so that the browser does not ask for `/favicon.ico`
     assert sources
     for source in sources:
         assert source.startswith("docs/")

@@ -47,6 +47,7 @@ def test_derivatives_and_curvatures_agree_with_closed_forms(client: Client) -> N
 
 
 def test_the_order_of_derivatives_selects_the_columns(client: Client) -> None:
+    # The columns that each order adds; the default order is 1.
     names = [[name for name, _ in columns] for columns in COLUMNS]
     assert list(evaluate(client, uv=[[0, 0]], derivatives=0)) == names[0]
     assert list(evaluate(client, uv=[[0, 0]])) == names[0] + names[1]
@@ -55,6 +56,7 @@ def test_the_order_of_derivatives_selects_the_columns(client: Client) -> None:
 
 def test_zeros_are_written_without_a_sign(client: Client) -> None:
     response = client.post("/v1/points", {"surface": {"control_net": NET}, "uv": [[0.5, 0]]})
+    # The normal has the direction (-v, -u, 1) = (-0, -0.5, 1).
     assert response.json()["normals"][0][1] < 0
     assert "-0.0]" not in response.text
     assert "-0.0," not in response.text
@@ -94,7 +96,7 @@ def test_the_limit_of_control_points_does_not_apply_to_points() -> None:
         assert client.post("/v1/points", document).status_code == 200
 
 
-def test_responses_with_the_longest_numbers_are_within_the_bound(client: Client) -> None:
+def test_responses_with_the_longest_numbers_are_within_byte_bound(client: Client) -> None:
     net_of_long_numbers = [
         [[-1.2345678901234567e-101 * (i + j), 0.1 * j, i / 7] for j in (1, 2)] for i in (1, 3)
     ]
@@ -124,6 +126,7 @@ def test_examples_have_points_unless_they_have_no_parameters(client: Client, nam
     else:
         fields = {"barycentric": [[1, 0, 0]], "patch": 0}
     result = client.post("/v1/points", {**document, "derivatives": 2, **fields}).json()
+    # `request_numbers` has for each patch its number in the request, if the order differs.
     first_patch = 0 if model.request_numbers is None else int(np.argmin(model.request_numbers))
     np.testing.assert_allclose(result["positions"][0], batch.corners[first_patch, 0], atol=1e-12)
 
@@ -134,7 +137,7 @@ def test_an_error_shows_all_digits_of_a_value_just_outside_its_range(client: Cli
     response = client.post("/v1/points", {"surface": surface, "uv": [[0.1 + 0.2, 0]]})
     (error,) = response.json()["errors"]
     assert (error["got"], error["needed"]) == ("0.30000000000000004", "0 to 0.3")
-    color = client.post(
+    response_to_color = client.post(
         "/v1/mesh", {"surface": {"control_net": NET, "colors": [[[1, 1, 1 + 1e-9]]]}}
     )
-    assert [each["got"] for each in color.json()["errors"]] == ["1.000000001"]
+    assert [each["got"] for each in response_to_color.json()["errors"]] == ["1.000000001"]

@@ -190,6 +190,7 @@ def test_the_limit_of_control_points_is_for_all_members_of_a_group() -> None:
 def test_the_limit_of_degrees_applies_to_splines(
     path: str, document: dict[str, Any], pointer: str
 ) -> None:
+    """A spline without `degree` has degree 3. The control points are the same in all cases."""
     points = [[i, i * i % 3, 0] for i in range(5)]
     for kind, net in (
         ("surface", {"type": "bspline", "control_net": [points] * 5}),

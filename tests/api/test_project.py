@@ -41,7 +41,7 @@ def test_closest_points_on_a_square(client: Client) -> None:
 
 def test_points_have_signs_only_for_closed_surfaces(client: Client) -> None:
     sphere = client.get("/v1/surfaces/sphere").json()["surface"]
-    points = [[0, 0, 0.5], [0, 0, 1], [0, 1, 1]]
+    points = [[0, 0, 0.5], [0, 0, 1], [0, 1, 1]]  # inside, on and outside the sphere
     assert project(client, surface=sphere, points=points, sign=True)["signs"] == [-1, None, 1]
     assert (
         project(client, surface={"control_net": NET}, points=points, sign=True)["signs"]
@@ -71,6 +71,7 @@ def test_vertices_of_an_examples_mesh_are_on_its_surface(client: Client, name: s
         assert response.json()["errors"][0]["pointer"] == "/surface"
         return
     result = response.json()
+    # The default tolerance is 1e-9 of the diagonal of the control points: about 2e-9 of a side.
     assert max(result["distances"]) < 2e-9 * np.ptp(mesh["vertices"], axis=0).max()
     low, high = np.array(result["distance_bounds"]).T
     assert (low <= high).all()
@@ -140,6 +141,7 @@ def test_points_in_an_array_and_in_json_give_equal_results(client: Client) -> No
         ("?surface=no", save_npy([[0, 0, 0]]), "unknown_surface", {"parameter": "surface"}),
         ("?surface=sphere&points=1", save_npy([[0, 0, 0]]), "unknown_field",
          {"parameter": "points"}),
+        # The request has a field `curve`, but its value is an object, which no query can have.
         ("?surface=sphere&curve=1", save_npy([[0, 0, 0]]), "wrong_type", {"parameter": "curve"}),
         ("?surface=sphere&sign=maybe", save_npy([[0, 0, 0]]), "wrong_type", {"parameter": "sign"}),
         ("?surface=sphere&sign=true&sign=true", save_npy([[0, 0, 0]]), "repeated_key",

@@ -8,6 +8,7 @@ import pytest
 from service.api.app import create_app
 from service.api.models.sections import Sections
 from service.encoders.sections.registry import SECTION_FORMATS
+from service.pipeline.section import MAX_PLANES
 from service.settings.values import Settings
 from tests.api.client import Client, start_client
 
@@ -92,7 +93,7 @@ PLANES_AND_RAYS = {"planes": PLANES, "rays": {"origins": [[0, 0, 1]], "direction
 @pytest.mark.parametrize(
     ("fields", "code", "pointer"),
     [
-        ({}, "missing_field", "/rays"),
+        ({}, "missing_field", "/rays"),  # or planes; the error names the first of the two
         (PLANES_AND_RAYS, "conflicting_options", "/planes"),
         ({"planes": PLANES, "hits": "all"}, "conflicting_options", "/hits"),
         ({"rays": PLANES_AND_RAYS["rays"], "tolerance": 1}, "conflicting_options", "/tolerance"),
@@ -108,18 +109,19 @@ def test_invalid_requests_are_refused(client: Client, fields: Any, code: str, po
     assert (error["code"], error["pointer"]) == (code, pointer)
 
 
-def test_too_many_planes_or_points_and_tubes_are_refused() -> None:
+def test_too_many_planes_too_many_points_and_tubes_are_refused() -> None:
+    """The sections by 500 planes have more than 2,000 points."""
     bumps = {"surface": {"type": "bspline", "degree": 2, "control_net": _build_bumps()}}
     with start_client(create_app(Settings(max_vertices=2000))) as client:
         many_planes = client.post(
-            "/v1/intersect", {**bumps, "planes": _build_horizontal_planes(1001)}
+            "/v1/intersect", {**bumps, "planes": _build_horizontal_planes(MAX_PLANES + 1)}
         )
         many_points = client.post(
             "/v1/intersect", {**bumps, "planes": _build_horizontal_planes(500)}
         )
         tube = client.get("/v1/surfaces/trefoil-tube").json()["surface"]
-        no_parameters = client.post("/v1/intersect", {"surface": tube, "planes": PLANES})
-    errors = [each.json()["errors"][0] for each in (many_planes, many_points, no_parameters)]
+        sections_of_tube = client.post("/v1/intersect", {"surface": tube, "planes": PLANES})
+    errors = [each.json()["errors"][0] for each in (many_planes, many_points, sections_of_tube)]
     assert [error["code"] for error in errors] == [
         "too_many_planes", "too_many_vertices", "not_parametric",
     ]  # fmt: skip

@@ -95,13 +95,13 @@ def test_meshes_of_a_deleted_surface_are_not_found_and_others_stay_cached(
     assert client.request("DELETE", url.rpartition("/")[0]).status_code == 204
     assert client.get(url).status_code == 404
     assert client.get(url, {"If-None-Match": first.headers["etag"]}).status_code == 404
-    assert len(app.state.services.cache) == 1
+    assert len(app.state.services.cache) == 1, "only the mesh of the example"
     assert client.get("/v1/surfaces/saddle/mesh.glb").headers["link"] == link_of_example
     assert store_surface(client)["glb"] == url
     assert client.get(url).content == first.content
 
 
-def test_a_surface_deleted_during_the_computation_is_not_cached(
+def test_a_mesh_is_not_cached_if_its_surface_is_deleted_during_the_computation(
     client: Client, app: FastAPI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     has_begun, may_end, run = threading.Event(), threading.Event(), MeshWork.run
@@ -112,6 +112,7 @@ def test_a_surface_deleted_during_the_computation_is_not_cached(
         return run(work)
 
     monkeypatch.setattr(MeshWork, "run", run_until_allowed)
+    # At this resolution a worker thread computes, so that the service can delete meanwhile.
     url = store_surface(client)["glb"] + "&resolution=200"
     statuses: list[int] = []
     thread = threading.Thread(target=lambda: statuses.append(client.get(url).status_code))

@@ -16,9 +16,11 @@ def test_options_of_a_mesh_apply_to_tubes(client: Client) -> None:
     }
     response = client.post("/v1/mesh", document).json()
     report = response["report"]
-    # 4 × 6 quads around the curve (its 4 divisions, 6 sides), and 2 caps of 6 triangles.
+    # 4 divisions of the curve × 6 sides of the tube (whatever the second resolution), and 2 caps of
+    # 6 triangles.
     assert (report["quads"], report["triangles"], report["watertight"]) == (24, 12, True)
     assert [part["name"] for part in response["parts"]] == ["wire"]
+    # A tube with caps has no boundary.
     (line,) = response["lines"]
     assert (line["name"], len(line["segments"])) == ("control_net", 3)
     uvs = [value for row in response["uvs"] for value in row]

@@ -51,7 +51,7 @@ def test_many_clients_compute_a_mesh_once_in_any_spelling_of_its_url(
     urls = [
         f"{TEAPOT}?resolution=32&engine={ENGINE}",
         f"{TEAPOT}?engine={ENGINE}&resolution=32,32",
-        f"{TEAPOT}?resolution=32&oogl=bez",
+        f"{TEAPOT}?resolution=32&oogl=bez",  # GLB ignores `oogl`
         f"{TEAPOT}?weld=true&resolution=032",
     ]
     responses, computed_meshes = asyncio.run(

@@ -56,7 +56,7 @@ def test_errors_of_a_query_name_the_parameter(client: Client) -> None:
         ("tolerance=1e-30", "tolerance"),
         ("tolerance=0.1&resolution=3", "resolution"),
         ("camera=1", "camera"),
-        ("two_sided=true", "tolerance"),
+        ("two_sided=true", "tolerance"),  # which is missing
     ):
         response = client.get(f"/v1/surfaces/cone/mesh.json?{query}")
         assert response.status_code == 422

@@ -1,4 +1,8 @@
-"""Workers lend threads and memory in order and within limits; jobs always release them."""
+"""Workers lend threads and memory in order and within limits; jobs always release them.
+
+`acquire(amount)` takes a thread and `amount` bytes, and returns the time at which the thread
+begins. `release_thread(start)` gives back the thread that began then, `hold(-amount)` the bytes.
+"""
 
 import asyncio
 import gc
@@ -29,7 +33,7 @@ from service.settings.values import Settings
 
 pytestmark = pytest.mark.anyio
 CAPACITY = 1 << 24  # bytes
-LARGEST = CAPACITY * 11 // 16  # bytes that the largest work may take
+LARGEST = CAPACITY * 11 // 16  # bytes that the largest work may take; bodies may take 4/16
 
 
 def build_workers(cache_bytes: int = 0, **settings: Any) -> Workers:
@@ -47,7 +51,8 @@ class Work:
     def __init__(
         self, memory: int = 1000, call: Any = lambda: "done", *, is_long: bool = True
     ) -> None:
-        self.cost = Cost(0, 0, 0, memory, 10.0 if is_long else INLINE_SECONDS)
+        seconds = 10.0 if is_long else INLINE_SECONDS
+        self.cost = Cost(vertices=0, triangles=0, bytes=0, memory=memory, seconds=seconds)
         self.run = call
 
 
@@ -80,7 +85,7 @@ async def test_short_work_runs_on_the_event_loop_and_long_work_in_a_thread() -> 
             )
             in_thread.append(await job.run(work, "mesh"))
             assert workers.used_bytes == 1000
-            job.finish_work(10)
+            job.finish_work(10)  # the response, of 10 bytes, is ready
             assert workers.used_bytes == 10
             job.finish_work(0)
         assert in_thread == [False, True]
@@ -104,12 +109,13 @@ async def test_work_that_takes_longer_than_estimated_moves_to_a_thread(
     async with lend_workers() as workers:
         job = Job(workers)
         assert await job.run(Work(call=call, is_long=False), "mesh") == "done"
+        # The checkpoint on the event loop stops the work, which begins again in a thread.
         assert [thread is threading.main_thread() for thread in callers] == [True, False]
         job.close()
 
 
 async def test_other_tasks_run_between_short_pieces_of_work() -> None:
-    """After each round of short work, the event loop runs other tasks that are ready."""
+    """Short work runs in rounds of `ROUND_SECONDS`; after a round, other tasks have a turn."""
     async with lend_workers() as workers:
         turns_before: list[int] = []
         turns = 0
@@ -123,7 +129,7 @@ async def test_other_tasks_run_between_short_pieces_of_work() -> None:
         jobs = [Job(workers) for _ in range(5)]
 
         def compute() -> None:
-            time.sleep(1.5 * ROUND_SECONDS)
+            time.sleep(1.5 * ROUND_SECONDS)  # so each of these runs is a round
             turns_before.append(turns)
 
         runs = [job.run(Work(10, compute, is_long=False), "x") for job in jobs]
@@ -157,6 +163,7 @@ async def test_a_full_queue_refuses_requests_and_says_when_to_try_again() -> Non
         start = await workers.acquire(10)
         waiting_tasks = [asyncio.create_task(workers.acquire(10)) for _ in range(4)]
         await run_tasks()
+        # 1 s, and 1 s for each request in the queue.
         assert (workers.queue_length, workers.retry_after()) == (4, 5)
         with pytest.raises(Busy):
             await workers.acquire(10)
@@ -218,7 +225,7 @@ def test_cancelled_requests_release_threads_and_memory(requests: list[tuple[int,
 async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None:
     async with lend_workers() as workers:
         large_job, small_job, third_job = Job(workers), Job(workers), Job(workers)
-        large_size = workers.max_body * 9 // 10
+        large_size = workers.max_body * 9 // 10  # the rest is for small bodies
         with pytest.raises(TooLarge) as error:
             large_job.hold_body(large_size + 1)
         assert error.value.issues[0].code == "too_much_memory"
@@ -234,7 +241,7 @@ async def test_bodies_have_a_memory_budget_of_their_own_and_never_wait() -> None
         workers.release_thread(start)
         workers.hold(-workers.max_memory)
         large_job.shrink_body(10)
-        large_job.shrink_body(20)
+        large_job.shrink_body(20)  # no effect, because the body takes less
         assert workers.body_bytes == 10 + workers.max_body - large_size
         for job in (large_job, small_job, third_job):
             job.close()
@@ -245,7 +252,11 @@ def build_entry(name: str, size: int) -> CachedResponse:
 
 
 async def test_work_that_needs_memory_drops_cached_responses_that_are_not_being_sent() -> None:
-    async with lend_workers(cache_bytes=CAPACITY, threads=2, memory_bytes=CAPACITY) as workers:
+    """Work and responses being sent may take 15/16 of the memory together.
+
+    The first work takes 11/16, the second 3/16, and each response a little more than 2/16.
+    """
+    async with lend_workers(cache_bytes=CAPACITY, threads=2) as workers:
         cache: ResponseCache = workers._cache
         sent_entry, *idle_entries = (build_entry(name, CAPACITY // 8) for name in "abc")
         for each in (sent_entry, *idle_entries):
@@ -315,7 +326,7 @@ async def test_large_requests_that_end_together_trim_the_heap_once(
                 await trimming
             counts.append(len(calls))
     assert counts == [0, 1, 2]
-    trim_heap()
+    trim_heap()  # the real function, which the test replaced: it must not raise an error
 
 
 class _Value:

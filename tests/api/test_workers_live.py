@@ -20,12 +20,12 @@ from service.settings.values import Settings
 from tests.live import run_service
 
 NET = [[[0, 0, 0], [0, 1, 1]], [[1, 0, 1], [1, 1, 0]]]
-SIDE = 200
-"""Divisions of a mesh that a worker thread computes."""
+RESOLUTION = 200
+"""Divisions of a mesh that is too large for the event loop: a worker thread computes it."""
 
-LONG = {"surface": {"control_net": NET}, "resolution": SIDE}
+LONG = {"surface": {"control_net": NET}, "resolution": RESOLUTION}
 SHORT = {"surface": {"control_net": NET}, "resolution": 4}
-SADDLE = f"/v1/surfaces/saddle/mesh.glb?resolution={SIDE}"
+SADDLE = f"/v1/surfaces/saddle/mesh.glb?resolution={RESOLUTION}"
 MEMORY = 4 << 30
 
 
@@ -41,7 +41,7 @@ class SlowMeshes:
         run = MeshWork.run
 
         def run_slowly(work: MeshWork) -> MeshFile:
-            if work.size.vertices < SIDE**2:
+            if work.size.vertices < RESOLUTION**2:
                 return run(work)
             self.started += 1
             try:
@@ -173,7 +173,8 @@ def test_the_work_is_cancelled_when_the_last_of_its_clients_disconnects(
         stl_client = service.get(SADDLE.replace("glb", "stl"))
         wait_until(lambda: slow_meshes.started == 1 and service.workers.queue_length == 1)
         first_client.leave()
-        wait_until(lambda: service.get("/health/live").read_response()[0] == 200)
+        # When the service has answered another client, it has noticed that the first has left.
+        assert service.get("/health/live").read_response()[0] == 200
         assert slow_meshes.cancelled == 0
         second_client.leave()
         wait_until(lambda: (slow_meshes.started, slow_meshes.cancelled) == (2, 1))
@@ -244,6 +245,8 @@ def test_failed_requests_release_threads_and_memory(
 
 def test_bodies_above_the_memory_budget_are_refused_and_small_ones_accepted() -> None:
     with start_service(memory_bytes=64 << 20) as service:
+        # Large bodies may take 15 MB together. For JSON the service counts about 100 bytes for each
+        # value: 11 MB for 100,000 values, 22 MB for 200,000.
         first_part = b'{"surface": {"control_net": [[[0, 0, 0' + b", 0" * 100_000
         first_client, second_client = service.connect(), service.connect()
         first_client.post(first_part, "/v1/mesh", length=10**7)
@@ -272,6 +275,7 @@ def test_requests_leave_no_reference_cycles(slow_meshes: SlowMeshes) -> None:
             wait_until(lambda: slow_meshes.started == 1)
             leaving_client.leave()
             wait_until(lambda: slow_meshes.cancelled == 1)
+            # An unknown field is refused.
             for client in (service.post({"surface": surface}), service.post(SHORT)):
                 assert client.read_response()[0] in (200, 422)
                 client.leave()
@@ -287,5 +291,6 @@ def test_requests_leave_no_reference_cycles(slow_meshes: SlowMeshes) -> None:
             gc.set_debug(0)
             if was_enabled:
                 gc.enable()
+    # Classes of the server and of requests, and what they refer to.
     names = {type(value).__qualname__ for value in garbage}
     assert names.isdisjoint({"BoundedProtocol", "Cycle", "Job", "MeshWork", "ndarray", "frame"})

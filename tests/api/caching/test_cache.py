@@ -1,4 +1,9 @@
-"""The cache of responses stays within its bound, and drops the least recently used first."""
+"""The cache of responses stays within its bound, and drops the least recently used first.
+
+An entry is a response in the cache; an alias is a spelling of its URL, and `has_engine` says
+whether this spelling has `engine`. Each deletion of a surface begins a new generation: `put`
+refuses responses whose computation began in an older one.
+"""
 
 import tracemalloc
 
@@ -19,8 +24,7 @@ def build_entry(
 ) -> CachedResponse:
     """A cached response with `size` bytes, under a URL that contains `name`."""
     subject = Subject(f"/v1/surfaces/{surface}/mesh.glb?{name}", surface, name, is_permanent)
-    content = size.to_bytes(4) * (size // 4) + b"x" * (size % 4)
-    return CachedResponse(subject, content, ((b"content-type", b"model/gltf-binary"),))
+    return CachedResponse(subject, bytes(size), ((b"content-type", b"model/gltf-binary"),))
 
 
 def test_a_response_in_the_cache_is_returned_and_its_bytes_count() -> None:
@@ -34,6 +38,7 @@ def test_a_response_in_the_cache_is_returned_and_its_bytes_count() -> None:
 
 
 def test_the_least_recently_used_response_is_dropped_first() -> None:
+    # The smallest cache that accepts such a response: it may take 1/SHARE with all its codings.
     cache = ResponseCache(SHARE * build_entry("0", 1000).max_size)
     entries = [build_entry(str(number), 1000) for number in range(100)]
     for each in entries[:3]:
@@ -81,9 +86,9 @@ def test_a_compressed_body_counts_unless_compression_was_useless() -> None:
     variant = cache.add(entry, "gzip", b"x" * 400)
     assert (variant.coding, variant.body) == ("gzip", b"x" * 400)
     assert bytes_before + 400 < cache.bytes == entry.size
-    entry_without_cache = build_entry("b", 5000)
-    cache.add(entry_without_cache, "gzip", b"x" * 400)
-    assert cache.bytes == entry.size
+    uncached_entry = build_entry("b", 5000)
+    cache.add(uncached_entry, "gzip", b"x" * 400)
+    assert cache.bytes == entry.size, "a response that is not in the cache does not count"
 
 
 def test_the_number_of_cached_spellings_is_limited() -> None:
@@ -126,6 +131,7 @@ def test_only_stored_surfaces_with_an_engine_may_be_cached_for_ever() -> None:
     for is_permanent in (False, True):
         variant = build_entry("a", is_permanent=is_permanent).variants["identity"]
         for has_engine in (False, True):
+            # Each pair of heads: for URLs without `engine`, and with it.
             for message in (variant.heads_200[has_engine], variant.heads_304[has_engine]):
                 cache_control = dict(message["headers"])[b"cache-control"]
                 assert (b"immutable" in cache_control) == (is_permanent and has_engine)
@@ -181,14 +187,16 @@ class CacheMachine(RuleBasedStateMachine):
     def add_coding(self, data: st.DataObject, coding: Coding, size: int) -> None:
         entry = data.draw(st.sampled_from(self.entries))
         if coding not in entry.variants and size <= len(entry.plain):
+            # None: compression was useless.
             self.cache.add(entry, coding, bytes(size) if size % 3 else None)
 
     @precondition(lambda self: self.entries)
     @rule(data=st.data(), query=st.binary(max_size=1200), has_engine=st.booleans())
     def add_alias(self, data: st.DataObject, query: bytes, has_engine: bool) -> None:
         entry = data.draw(st.sampled_from(self.entries))
-        self.cache.alias(entry, entry.subject.surface, query, has_engine=has_engine)
-        result = self.cache.find(entry.subject.surface, query)
+        path = f"/v1/surfaces/{entry.subject.surface}/mesh.glb"
+        self.cache.alias(entry, path, query, has_engine=has_engine)
+        result = self.cache.find(path, query)
         assert result is None or self.cache.holds(result[0])
 
     @rule(surface=st.sampled_from(["one", "two"]))
@@ -205,7 +213,8 @@ class CacheMachine(RuleBasedStateMachine):
             self.cache.bytes == sum(entry.size for entry in cached_entries) <= self.cache.max_bytes
         )
         for entry in self.entries:
-            assert bool(entry.aliases) <= self.cache.holds(entry)
+            assert self.cache.holds(entry) or not entry.aliases
+            # A coding in which compression was useless has the plain variant, which counts once.
             lengths = {id(variant): len(variant.body) for variant in entry.variants.values()}
             assert entry.size >= sum(lengths.values())
 

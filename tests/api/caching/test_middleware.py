@@ -73,15 +73,17 @@ def test_the_response_to_head_has_no_body() -> None:
 
 
 def test_a_long_body_is_sent_in_pieces() -> None:
-    content = bytes(range(256)) * (5 * CHUNK // 512)
+    content = bytes(range(256)) * (5 * CHUNK // 512)  # 2.5 chunks
     (start, *pieces), _ = send_request(content)
     assert dict(start["headers"])[b"content-length"] == str(len(content)).encode()
     assert b"".join(piece["body"] for piece in pieces) == content
     assert max(len(piece["body"]) for piece in pieces) == CHUNK
+    # The last of the four messages is empty.
     assert [bool(piece.get("more_body")) for piece in pieces] == [True] * 3 + [False]
 
 
 def test_a_short_body_is_one_message_and_a_longer_body_two() -> None:
+    """The service sends the second, empty message once a slow client has received the first."""
     for size, count in ((MAX_BUFFERED, 1), (MAX_BUFFERED + 1, 2), (CHUNK, 2)):
         (_, *pieces), _ = send_request(bytes(size))
         assert [bool(piece.get("more_body")) for piece in pieces] == [True] * (count - 1) + [False]
@@ -108,6 +110,7 @@ def test_repeated_headers_are_read_as_one_list() -> None:
         ((), {"type": "lifespan"}),
         ((), {"type": "websocket"}),
         (((b"accept-encoding", b"zstd"),), {}),
+        # For a client that refuses a plain body, the route compresses even if this saves nothing.
         (((b"accept-encoding", b"gzip, identity;q=0"),), {}),
         (((b"accept-encoding", b"*;q=0"),), {}),
     ],

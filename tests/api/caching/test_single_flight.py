@@ -104,6 +104,7 @@ async def test_work_is_cancelled_with_its_last_request_and_a_later_request_start
 
 
 async def test_a_result_is_shared_as_long_as_a_request_uses_it() -> None:
+    """`finish_work` of a job calls its `on_ready`, and `close` its `on_end`."""
     flights, work = Flights(), Work()
     work.may_end.set()
     first, second = Job(flights.workers), Job(flights.workers)
@@ -134,7 +135,7 @@ async def test_a_thread_without_requests_is_cancelled_and_keeps_its_memory_until
             raise
 
     class LongWork:
-        cost = Cost(0, 0, 0, 1000, 1.0)
+        cost = Cost(vertices=0, triangles=0, bytes=0, memory=1000, seconds=1.0)
         run = staticmethod(compute)
 
     async def work(job: Job) -> None:
@@ -179,6 +180,7 @@ def test_the_error_of_work_without_requests_is_not_logged() -> None:
         work.may_end.set()
         while len(flights):
             await asyncio.sleep(0)
+        # asyncio logs an error that nothing has read when it deletes the task.
         del work, task
         gc.collect()
 
@@ -191,7 +193,7 @@ def test_failed_work_leaves_no_reference_cycles() -> None:
 
     async def fail(job: Job) -> object:
         jobs.append(weakref.ref(job))
-        del job
+        del job  # the traceback of the error refers to the local variables of this function
         await asyncio.sleep(0)
         raise ArithmeticError
 

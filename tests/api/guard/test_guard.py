@@ -41,6 +41,10 @@ def client() -> Iterator[Client]:
     ],
 )
 def test_computing_and_storing_need_a_key(client: Client, method: str, path: str) -> None:
+    """Below /v1, all requests need a key except reads, TRACE and those for /v1/formats.
+
+    So a new call is guarded by default, and a call that does not exist gets 401, not 404 or 405.
+    """
     response = client.request(method, path, b"{}", {"Content-Type": "application/json"})
     assert response.status_code == 401
     assert response.headers["content-type"] == "application/problem+json"
@@ -60,7 +64,7 @@ def test_computing_and_storing_need_a_key(client: Client, method: str, path: str
         ("POST", "/docs"),
     ],
 )
-def test_methods_without_a_route_need_no_key(client: Client, method: str, path: str) -> None:
+def test_trace_and_unguarded_paths_need_no_key(client: Client, method: str, path: str) -> None:
     response = client.request(method, path)
     assert (response.status_code, response.json()["code"]) == (405, "method_not_allowed")
     assert response.headers["allow"]
@@ -103,6 +107,7 @@ def test_a_key_in_the_url_is_ignored(client: Client) -> None:
 
 @pytest.mark.parametrize("path", [*OPEN_PATHS, MESH, "/v1/surfaces/saddle"])
 def test_reads_by_url_need_no_key(client: Client, path: str) -> None:
+    """A page whose scripts are not built has the status 503."""
     assert client.get(path).status_code in (200, 503)
     assert client.request("HEAD", path).status_code in (200, 503)
     assert client.get(path, {"Authorization": "Bearer none"}).status_code in (200, 503)
