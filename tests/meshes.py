@@ -230,7 +230,7 @@ def measure_size(mesh: Mesh) -> MeshSize:
         quads=len(mesh.quads),
         patches=mesh.report.patches,
         control_points=0,
-        pieces=len(mesh.parts) + len(mesh.overlays),
+        drawables=len(mesh.parts) + len(mesh.overlays),
         name_bytes=sum(len(name.encode()) for name in names),
         overlay_points=sum(len(overlay.positions) for overlay in mesh.overlays),
         overlay_segments=sum(len(overlay.segments) for overlay in mesh.overlays),

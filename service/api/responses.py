@@ -13,7 +13,7 @@ from starlette.types import Message, Receive, Scope, Send
 from service.api.caching.cached_response import RawHeaders
 from service.api.job import Job
 from service.encoders.format import FileFormat
-from service.encoders.pieces import Content, Pieces
+from service.encoders.split_content import Content, SplitContent
 from service.engine.mesh.report import MeshReport
 
 CHUNK = 1 << 19
@@ -85,7 +85,7 @@ async def send_in_chunks(body: Content | memoryview, send: Send) -> None:
 
     Joins the `Pieces` of a body that are shorter than a chunk: sending costs more than copying.
     """
-    for content in body.join_short(CHUNK) if isinstance(body, Pieces) else (body,):
+    for content in body.join_short(CHUNK) if isinstance(body, SplitContent) else (body,):
         view = memoryview(content)
         for start in range(0, len(view), CHUNK):
             chunk = view[start : start + CHUNK]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Literal, TypeAlias
 
-from service.encoders.pieces import Content
+from service.encoders.split_content import Content
 from service.engine.mesh.mesh_value import Mesh, Overlay
 from service.engine.scenes.scene import Scene, flatten
 from service.surface.batches import ChannelKind
@@ -48,7 +48,7 @@ class MeshSize:
         `vertices` counts the samples of each patch separately; welding only reduces them.
     patches, control_points : int
         Number of lowered patches, and of their control points.
-    pieces, name_bytes : int
+    drawables, name_bytes : int
         Number of parts and overlays; UTF-8 bytes of all names, including the name of the mesh.
     overlay_points, overlay_segments, overlay_cells : int
         Number of points, segments and cells of all overlays.
@@ -63,7 +63,7 @@ class MeshSize:
     quads: int
     patches: int
     control_points: int
-    pieces: int
+    drawables: int
     name_bytes: int
     overlay_points: int = 0
     overlay_segments: int = 0

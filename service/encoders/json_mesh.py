@@ -92,7 +92,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.quads * 2 * (4 * index + 2)
         + size.overlay_points * position
         + size.overlay_segments * (2 * index + 2)
-        + size.pieces * piece
+        + size.drawables * piece
         # The report repeats the names of parts.
         + 2 * size.name_bytes * LONGEST_ESCAPE
         + sum(len(name) + 8 for name, _ in size.attributes)

@@ -18,4 +18,5 @@ def byte_bound(count: int, order: int) -> int:
     widths = [width for names in COLUMNS[: order + 1] for _, width in names]
     # Columns of the width 0 are booleans.
     row = sum(width * (FLOAT64_CHARS + 1) + 2 if width else len("false,") for width in widths)
+    # Each column has its name and the brackets of its list.
     return count * row + 32 * len(widths)

@@ -25,7 +25,11 @@ def line_format(
     byte_bound: Callable[[Size], int],
     title: str = "",
 ) -> LineFormat[Lines, Size]:
-    """A format of lines with the name, media type and suffix of the format of meshes `name`."""
+    """A format of lines that is a format of meshes, too, with its name, media type and suffix.
+
+    `name` is the name in both registries. Without `title`, the title is that of the format of
+    meshes.
+    """
     fmt = BY_NAME[name]
     return LineFormat(
         fmt.name, title or fmt.title, fmt.media_type, fmt.suffix, fmt.is_float32, encode, byte_bound

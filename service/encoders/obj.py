@@ -46,6 +46,7 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         chunks.append(rows(mesh.normals.astype(np.float32, copy=False), b"vn "))
     groups = tuple((identifier(part.name), part.quads, part.triangles) for part in mesh.parts)
     has_values = mesh.uvs is not None, mesh.normals is not None
+    # The text of the faces is cached: many meshes have the same faces.
     name = ("OBJ", groups, has_values)
     chunks.append(keep_with_faces(mesh, row, name, lambda: _groups(mesh, row)))
     first = len(positions) + 1
@@ -72,7 +73,7 @@ def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:
         + size.overlay_points * position
         + size.overlay_segments * (2 + 2 * index)
         + COMMENT_CHARS
-        + (size.pieces + 1) * len("o _\n")
+        + (size.drawables + 1) * len("o _\n")
         + size.name_bytes
     )
 
@@ -87,9 +88,11 @@ def _vertices(positions: FloatArray, colors: RealArray | None) -> bytes:
 def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
     """The text of all parts: for each part a line `g name`, and then its faces.
 
-    `row` is the result of `find_colored_positions`.
+    `row`, shape (V,), has for each vertex the row of its position in the file; None if this is the
+    number of the vertex.
     """
     numbers = np.arange(1, len(mesh.positions) + 1, dtype=np.uint32)
+    # Every vertex has its own (u, v) and normal: their numbers are the number of the vertex.
     value_numbers = [numbers for values in (mesh.uvs, mesh.normals) if values is not None]
     corners = np.stack([numbers if row is None else row + np.uint32(1), *value_numbers], axis=1)
     separator = b"//" if mesh.uvs is None else b"/"
@@ -104,6 +107,7 @@ def _groups(mesh: Mesh, row: IndexArray | None) -> bytes:
 def _faces(corners: IndexArray, separator: bytes) -> bytes:
     """Lines such as `f a//n b//n c//n`, from the indices of each corner, shape (F, 3…4, 1…3)."""
     count, _, numbers = corners.shape
+    # `rows` writes separators of one character, but a corner without (u, v) is `a//n`.
     text = rows(corners.reshape(count, -1), b"f ", b"/" * (numbers - 1) + b" ")
     return text.replace(b"/", separator)
 

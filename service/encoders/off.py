@@ -16,6 +16,7 @@ from service.engine.mesh.mesh_value import Mesh
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
     """The OFF file, ASCII: header, counts (the number of edges is always 0), vertices, faces."""
+    # Vertex k of the mesh is vertex row[k] of the file.
     positions, colors, row = find_colored_positions(mesh)
     counts = f"{len(positions)} {len(mesh.quads) + len(mesh.triangles)} 0\n".encode()
     return b"".join(

@@ -90,12 +90,14 @@ def encode(mesh: Mesh, options: EncodeOptions) -> bytes:
 def byte_bound(size: MeshSize, options: EncodeOptions) -> int:
     """The most bytes of a file of this form, with normals and parameters.
 
-    If the options name no form, this is the larger bound of the two default forms.
+    If the options name no form, this is the larger bound of the default forms, `cquad` and `off`.
     """
     index = digits(size.vertices + size.triangles + size.quads) + 1
+    # Position; normal and texture coordinates, of which MESH has a third, 0.
     vertex = 3 * (FLOAT64_CHARS + 1) + 5 * (FLOAT32_CHARS + 1) + len(" 0.0")
+    # BEZ: texture coordinates, and then colours, at the four corners of a patch.
     corners = 4 * 2 * (FLOAT64_CHARS + 1)
-    color = 8
+    color = len(" 1 1 1 1")
     if size.colors:
         vertex += 4 * (FLOAT32_CHARS + 1)
         corners += 4 * 4 * (FLOAT64_CHARS + 1)
@@ -122,6 +124,7 @@ def coarseness(mesh: Mesh, options: EncodeOptions) -> float:
     if _choose_form(mesh, options) != "cquad":
         return 0.0
     bounds = zip(mesh.report.bounds_min, mesh.report.bounds_max, strict=True)
+    # `Decimal.adjusted` is the exponent e; log10 could round up to the next integer.
     largest = [Decimal(max(-low, high)) for low, high in bounds]
     return hypot(*(5.0 * 10.0 ** (x.adjusted() - 6) if x > 0 else 0.0 for x in largest))
 
@@ -142,11 +145,11 @@ def skeleton(overlay: Overlay, mesh: Mesh | None = None) -> bytes:
 
 
 def _cquad(mesh: Mesh) -> Iterator[bytes]:
-    """The text of one CQUAD with the quads of all grids, in pieces, to bound the memory."""
+    """The text of one CQUAD with the quads of all grids, in chunks, to bound the memory."""
     vertices, end = absolute(mesh.positions, mesh), b" 1 1 1 1\n"
     if mesh.colors is not None:
         vertices, end = np.hstack((vertices, add_opacity(mesh.colors))), b"\n"
-    lines = np.array(general_lines(vertices), dtype=object)
+    vertex_texts = np.array(general_lines(vertices), dtype=object)
     yield b"{ = CQUAD\n"
     for grids in mesh.grids:
         width = grids.shape[2]
@@ -155,7 +158,7 @@ def _cquad(mesh: Mesh) -> Iterator[bytes]:
         for chunk in row_slices(len(lines_u), width, BLOCK):
             a, b = lines_u[chunk], next_lines_u[chunk]
             corners = np.stack((a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]), axis=-1)
-            yield end.join((*lines.take(corners.ravel()), b""))
+            yield end.join((*vertex_texts.take(corners.ravel()), b""))
     yield b"}\n"
 
 
@@ -194,6 +197,7 @@ def _off(mesh: Mesh) -> Iterator[bytes]:
     faces = len(mesh.quads) + len(mesh.triangles)
     yield f"{{ = {prefix}OFF {len(mesh.positions)} {faces} 0\n".encode()
     yield vertices
+    # None: the vertices of the file are those of the mesh, in this order.
     yield write_counted_faces(mesh, None)
     yield b"}\n"
 
@@ -232,7 +236,7 @@ def _overlay_bound(size: MeshSize) -> int:
     index = digits(size.overlay_points + size.overlay_segments) + 1
     point = 3 * (FLOAT64_CHARS + 1)
     cell = 30 + 4 * 3 * (CQUAD_CHARS + 1)
-    skeletons = size.pieces * (16 + 2 * index)
+    skeletons = size.drawables * (16 + 2 * index)
     segments = size.overlay_segments * (2 + 2 * index)
     return skeletons + size.overlay_points * point + segments + size.overlay_cells * cell
 

@@ -4,8 +4,8 @@ A BEZ object of Geomview has tensor-product patches of degree up to 12, polynomi
 B-spline is written as its Bézier patches. A triangle of degree n is written as an equal patch of
 degree (n, n), one side of which is a point. Among control points, u varies fastest; rational points
 are homogeneous, (wx, wy, wz, w). BEZ stores texture coordinates and colours only at the four
-corners of a patch, and Geomview interpolates between the corners. This is exact for channels of
-degree (1, 1).
+corners of a patch, and Geomview interpolates between the corners. This is exact if they are
+polynomials of degree (1, 1).
 
 References
 ----------

@@ -62,8 +62,9 @@ def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:
         "end_header",
         "",
     ]
-    parts = ("\n".join(header).encode(), vertices.data, _faces(mesh.quads), _faces(mesh.triangles))
-    return b"".join(parts)
+    return b"".join(
+        ("\n".join(header).encode(), vertices.data, _faces(mesh.quads), _faces(mesh.triangles))
+    )
 
 
 def byte_bound(size: MeshSize, _options: EncodeOptions) -> int:

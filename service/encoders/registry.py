@@ -1,7 +1,7 @@
 """The registry of all formats of meshes that the service writes.
 
 To add a format, write its module and add an entry here. Content negotiation, suffixes, the list of
-formats and the OpenAPI document are made from this table.
+formats and the OpenAPI document are made from this table. `Format` explains the fields.
 """
 
 from collections.abc import Mapping
@@ -17,6 +17,7 @@ from service.encoders.oogl_patches import encode_patches
 from service.surface.batches import ChannelKind
 
 EVERYTHING: frozenset[ChannelKind] = frozenset({"colors", "uvs", "attribute"})
+"""All kinds of channels."""
 
 FORMATS: tuple[Format, ...] = (
     Format(

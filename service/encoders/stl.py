@@ -31,7 +31,8 @@ CHUNK = 1 << 14
 """How many triangles are encoded at once."""
 
 NO_AREA = 1e-13
-"""A triangle whose cross product of two sides is at most this long has no reliable normal."""
+"""A triangle whose cross product of two sides is at most this long gets the normal 0. This is the
+limit of trimesh, an absolute number, so that files have the bytes that trimesh writes."""
 
 
 def encode(mesh: Mesh, _options: EncodeOptions) -> bytes:

@@ -18,7 +18,7 @@ from service.cancellation import checkpoint
 FLOAT64_CHARS = 24
 """The most characters of a float64: sign, 17 digits, point, and e-308 or leading 0.0000."""
 FLOAT32_CHARS = 16
-"""The most characters of a float32, which needs at most 9 digits."""
+"""The most characters of a float32: sign, leading 0.0000, and 9 digits."""
 LONGEST_ESCAPE = 6
 """The most characters of one byte of UTF-8 in JSON: a control character is `\\u0001`."""
 
@@ -26,7 +26,7 @@ CHUNK_NUMBERS = 1 << 15
 """How many numbers are converted to text at once, to bound the memory."""
 
 MAX_WHOLE_BYTES = 1 << 20
-"""The most bytes of arrays whose JSON is written as a whole, not in pieces."""
+"""The most bytes of arrays whose JSON is written as a whole, not in chunks."""
 
 ROW_NUMBERS = 32
 """How many float64 orjson gets in one row. orjson reserves 24 bytes for each number and some
@@ -45,12 +45,12 @@ def json_text(value: object) -> bytes:
 def json_document(value: object) -> bytes:
     """The JSON text of a value, which may contain arrays; `bytes` must be JSON already.
 
-    A long text is written in pieces, which takes memory for 2 times its length in place of 4 times.
+    A long text is written in chunks, which takes memory for 2 times its length in place of 4 times.
     """
     checkpoint()
     if _count_bytes(value) <= MAX_WHOLE_BYTES:
         return json_text(value)
-    return b"".join(_write_pieces(value))
+    return b"".join(_write_chunks(value))
 
 
 def _count_bytes(value: object) -> int:
@@ -69,23 +69,24 @@ def _convert_unknown(value: object) -> object:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):
+        # Not `json_array`: a cancellation raised inside orjson would become a TypeError.
         value = _array_text(value)
     if isinstance(value, bytes):
         return orjson.Fragment(value)
     raise TypeError
 
 
-def _write_pieces(value: object) -> Iterator[bytes]:
-    """The JSON text of a value in pieces; large arrays are written in several pieces."""
+def _write_chunks(value: object) -> Iterator[bytes]:
+    """The JSON text of a value in chunks; large arrays are written in several chunks."""
     if isinstance(value, dict):
         opening = b"{"
         for key, item in value.items():
             yield opening + json_text(key) + b":"
-            yield from _write_pieces(item)
+            yield from _write_chunks(item)
             opening = b","
         yield b"}" if value else b"{}"
     elif isinstance(value, list | tuple) and _count_bytes(value):
-        yield from _write_list(map(_write_pieces, value))
+        yield from _write_list(map(_write_chunks, value))
     elif isinstance(value, np.ndarray) and value.size:
         row_size = value.size // len(value)
         yield from _write_list(
@@ -98,11 +99,11 @@ def _write_pieces(value: object) -> Iterator[bytes]:
 
 
 def _write_list(items: Iterable[Iterable[bytes]]) -> Iterator[bytes]:
-    """The JSON text of a list in pieces, from the pieces of its items."""
+    """The JSON text of a list in chunks, from the chunks of its items."""
     opening = b"["
-    for pieces in items:
+    for chunks in items:
         yield opening
-        yield from pieces
+        yield from chunks
         opening = b","
     yield b"]"
 
@@ -122,7 +123,7 @@ def json_bound(value: object) -> int:
 
 
 def json_array(array: NDArray[np.generic]) -> bytes:
-    """The JSON text of one array."""
+    """The JSON text of one array; a request can be cancelled before it is written."""
     checkpoint()
     return _array_text(array)
 
@@ -236,11 +237,11 @@ def _general(numbers: FloatArray) -> bytes:
     others = np.flatnonzero(~is_usual)
     if not len(others):
         return json_array(quotient)
-    quotient[others] = np.nan
-    pieces = json_array(quotient).split(b"null")
+    quotient[others] = np.nan  # orjson writes it as null
+    texts_between = json_array(quotient).split(b"null")
     cells = [b""] * (2 * len(others) + 1)
-    # The pieces and the texts of the other numbers take turns.
-    cells[::2] = pieces
+    # The texts of usual numbers and those of the other numbers take turns.
+    cells[::2] = texts_between
     cells[1::2] = (b"%g " * len(others) % tuple(numbers[others].tolist())).split()
     return b"".join(cells)
 

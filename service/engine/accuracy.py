@@ -93,6 +93,7 @@ class Accuracy:
     pixel_tolerance: float | None = None
 
     def __post_init__(self) -> None:
+        # `float_info.max` refuses only infinity.
         for names, max_value, message, needed in (
             (TOLERANCES, float_info.max, "A tolerance is a distance.", "a number above 0"),
             (

@@ -34,15 +34,16 @@ def build(
     allow : callable
         Raises an error if the cuts along shared borders give a surface too many patches.
     """
+    # A sweep has no patches to certify, so its mesh is by resolution.
     if options.accuracy is not None and not isinstance(model, SweepModel):
         storage, goal = (
             Storage(is_float32, has_local_origin=True),
             build_goal(options.accuracy, model),
         )
-        result = build_mesher(model, options, storage, has_nodes=False).build_mesh(
-            goal, MAX_TRIANGLES
-        )
-        return flatten(result) if isinstance(result, Scene) else result
+        mesher = build_mesher(model, options, storage, has_nodes=False)
+        result = mesher.build_mesh(goal, MAX_TRIANGLES)
+        assert isinstance(result, Mesh)
+        return result
     if isinstance(model, GroupModel):
         mesh = flatten(build_scene(model, options, allow=allow))
         return round_to_single(mesh) if is_float32 else mesh
@@ -56,6 +57,7 @@ def _build_single(
     if isinstance(model, SweepModel):
         with Measured("sweep"):
             return sweep(model, options, is_float32=is_float32)
+    # Wires and faces are drawn on the same joined model; `tessellate` would join only its own.
     if options.has_wires or not options.has_faces:
         model, _ = join(model, options.weld_tolerance, allow)
     if options.has_faces:
@@ -98,9 +100,10 @@ def build_scene(
             Storage(is_float32, has_local_origin=True),
             build_goal(options.accuracy, model),
         )
-        mesh = build_mesher(model, options, storage, has_nodes=True).build_mesh(goal, MAX_TRIANGLES)
-        if isinstance(mesh, Scene):
-            return mesh
+        mesher = build_mesher(model, options, storage, has_nodes=True, is_quantized=is_quantized)
+        result = mesher.build_mesh(goal, MAX_TRIANGLES)
+        assert isinstance(result, Scene)
+        return result
     joined = join_group(model, options, allow)
     meshes = tuple(_build_single(m, options, is_float32, allow) for m in joined.group.models)
     scene = arrange(joined.group, meshes)

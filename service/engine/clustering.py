@@ -1,26 +1,26 @@
-"""Groups of rows that have the same place and nearly the same value."""
+"""Groups of rows that have the same key and nearly the same value."""
 
 import numpy as np
 
 from service.bases.arrays import Ints, RealArray
 
 MAX_ROUNDS = 64
-"""The most groups at one place. Each row that then remains leads a group of its own. This is no
+"""The most groups of one key. Each row that then remains leads a group of its own. This is no
 error, but fewer vertices are shared. Only the apex of a finely divided cone has this many
 groups."""
 
 
-def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
-    """For each row, the leader of its group: the first row of the group.
+def find_leaders(key: Ints, values: RealArray, reach: float) -> Ints:
+    """For each row, the leader of its group: one row of the group.
 
-    The first row at a place leads a group; all rows at the place whose values are at most `reach`
-    from the leader's value belong to the group. The first of the remaining rows leads the next
-    group at this place.
+    The row whose number is a key leads a group; all rows with this key whose values are at most
+    `reach` from the leader's value belong to the group. The first of the remaining rows leads the
+    next group of this key.
 
     Parameters
     ----------
-    place : ndarray of int, shape (N,)
-        For each row, the number of one row at its place, the same number for all rows there.
+    key : ndarray of int, shape (N,)
+        Only rows with equal keys are grouped. A key is the number of one of the rows that have it.
     values : ndarray, shape (N, d)
     reach : float
         Euclidean distance. Equal values are at distance 0 exactly, so with reach 0 only equal
@@ -31,9 +31,9 @@ def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
     ndarray of int, shape (N,)
         Numbers of rows. A leader is its own leader: `leader[leader]` equals `leader`.
     """
-    leader = np.arange(len(place))
-    remaining = np.flatnonzero(place != leader)
-    candidates = place[remaining]
+    leader = np.arange(len(key))
+    remaining = np.flatnonzero(key != leader)
+    candidates = key[remaining]
     for _ in range(MAX_ROUNDS if len(remaining) else 0):
         step = values[remaining] - values[candidates]
         is_near = np.einsum("nd,nd->n", step, step) <= reach**2
@@ -41,6 +41,6 @@ def find_leaders(place: Ints, values: RealArray, reach: float) -> Ints:
         remaining = remaining[~is_near]
         if not len(remaining):
             break
-        _, first, inverse = np.unique(place[remaining], return_index=True, return_inverse=True)
+        _, first, inverse = np.unique(key[remaining], return_index=True, return_inverse=True)
         candidates = remaining[first][inverse]
     return leader

@@ -1,7 +1,7 @@
 """Rounds positions to a grid: its points are multiples of a step, numbered by integers of 16 bits.
 
-The step is a power of two, and the grid contains the zero of model coordinates. So a position is
-rounded once, when it is moved to the grid: products, sums and float32 represent multiples of the
+The step is a power of two, and the grid contains the zero of model coordinates. So a position that
+was moved to the grid is not rounded again: products, sums and float32 represent multiples of the
 step exactly. Two meshes with equal steps still meet wherever they met before, in one file or in
 two, although each mesh numbers the points from its own lowest corner. A step that is a power of two
 wastes at most 1 of the 16 bits. The step is equal in all directions, because unequal steps would
@@ -18,8 +18,8 @@ MAX_NUMBER = 65535
 """The largest number of 16 bits."""
 
 MAX_STEPS = MAX_NUMBER - 2
-"""The most steps along a model. Two numbers are reserved: each of its two ends may be rounded
-twice, by half a step each time."""
+"""The most steps along a model. Two numbers are reserved, one for each end: rounding to the grid
+moves an end by up to half a step, and the end may have been rounded to float32 before."""
 
 MIN_STEP = 2.0**-126
 """The least step: below it float32 loses digits, and graphics cards treat numbers as zero."""

@@ -31,7 +31,10 @@ NOT_PATCHES = Issue(
 
 
 def find_largest_coordinate(model: Model, options: MeshOptions) -> float:
-    """An upper bound of the coordinates, in absolute value, of a model with its wires."""
+    """An upper bound of the absolute coordinates of the patches of a model and of its wires.
+
+    Sweeps have no wires and do not count.
+    """
     if isinstance(model, GroupModel):
         models = [(model.models[member.model], member.matrix) for member in model.members]
     else:
@@ -128,11 +131,13 @@ def _paint(batch: Patches, color: Color | None) -> tuple[Channel, ...]:
     if color is None:
         return batch.channels
     other_channels = tuple(channel for channel in batch.channels if channel.kind != "colors")
+    # Without colours: nets of degree 0, white.
     nets = np.ones((batch.count, *((1,) * (batch.points.ndim - 2)), 3))
     for channel in batch.channels:
         if channel.kind == "colors":
             nets = channel.nets
-    rows = tint(nets.reshape(-1, nets.shape[-1]), np.array(color), nets[..., 0].size)
+    net_rows = nets.reshape(-1, nets.shape[-1])
+    rows = tint(net_rows, np.array(color), len(net_rows))
     painted = rows.astype(np.float64).reshape(*nets.shape[:-1], -1)
     return (*other_channels, Channel("colors", "colors", painted))
 

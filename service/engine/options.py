@@ -46,9 +46,9 @@ class MeshOptions:
         Radians. Vertices at one position stay separate if the angle between their normals is
         larger.
     weld_tolerance : float
-        Two control points on borders count as one point if their distance is below this share of
-        the diagonal (`service.engine.joining`). The distance is at least 2^-50 of the largest
-        coordinate, and at most `MAX_WELD_TOLERANCE` of the diagonal. With 0, only points that are
+        Two control points on borders count as one point if their distance is at most this share of
+        the diagonal, or at most the rounding error of coordinates and knots, which counts up to
+        `MAX_WELD_TOLERANCE` (`service.engine.mesh.equal_points`). With 0, only points that are
         equal bit for bit count as one.
     overlays : tuple of names
         Lines to draw beside the faces.
@@ -58,8 +58,8 @@ class MeshOptions:
     wires : "lines", "tubes" or "ribbons"
         The form in which isoparametric curves are drawn.
     wire_width : float or None
-        Diameter of the tubes, width of the ribbons, in model units; None is a share of the
-        model's diagonal.
+        Diameter of the tubes, width of the ribbons, in model units; None is 1/300 of the model's
+        diagonal.
     wire_sides : int
         Sides of a tube.
     has_faces : bool

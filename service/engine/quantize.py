@@ -1,6 +1,7 @@
 """Meshes with positions on grids: the step of each mesh, and its report.
 
-The step depends on the control points alone, and not on tolerance or resolution. Two models of a
+The step depends on the control points and the width of wires, and not on tolerance or resolution,
+except that a mesh which is longer than `MAX_STEPS` steps gets a larger step. Two models of a
 group are neighbours if their placements are equal and their patches have a corner in common; models
 that meet along an edge always have. All models of a chain of neighbours get the largest of their
 steps, so that they still meet. All other models have separate steps: so the step of a small model

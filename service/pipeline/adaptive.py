@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING, TypeAlias
 
 from service.encoders.format import MeshSize
-from service.encoders.pieces import Content
+from service.encoders.split_content import Content
 from service.engine.accuracy import Accuracy
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.meshing import build_mesher

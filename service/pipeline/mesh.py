@@ -5,7 +5,7 @@ from operator import attrgetter
 
 from service.cancellation import checkpoint
 from service.encoders.format import EncodeOptions, Format, MeshSize
-from service.encoders.pieces import Content
+from service.encoders.split_content import Content
 from service.engine.bounds.mesh_deviation import round_up
 from service.engine.build import build, build_scene, draw_lines
 from service.engine.curvatures.placement_scale import add_stretches

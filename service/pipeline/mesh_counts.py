@@ -93,7 +93,7 @@ def mesh_size(
         quads,
         patches,
         size.control_points,
-        pieces=size.parts + size.members * len(names),
+        drawables=size.parts + size.members * len(names),
         name_bytes=size.name_bytes + len(names) * size.label_bytes + letters,
         overlay_points=points,
         overlay_segments=segments,

@@ -1,4 +1,4 @@
-"""Groups by place and distance, compared with their definition."""
+"""Groups by key and distance, compared with their definition."""
 
 import numpy as np
 from hypothesis import given
@@ -36,7 +36,7 @@ def test_groups_have_the_documented_members(
 
 
 def test_rows_that_remain_after_the_last_round_lead_their_own_groups() -> None:
-    """A place has more groups than `MAX_ROUNDS`; each row is near no other row."""
+    """A key has more groups than `MAX_ROUNDS`; each row is near no other row."""
     count = 3 * MAX_ROUNDS
     leader = find_leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
     np.testing.assert_array_equal(leader, np.arange(count))

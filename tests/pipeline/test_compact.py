@@ -1,6 +1,8 @@
 """Compact glTF (quantized, compressed) from surface to file: bounds, refusals and predictions."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from io import BytesIO
 from typing import Any
 
@@ -131,6 +133,18 @@ def test_compact_files_are_at_most_as_long_as_predicted(
     options = MeshOptions((6, 6), overlays=("control_net",), uvs=True)
     work = plan_mesh(find(example).surface(), options, fmt, encode)
     assert len(work.run().content) <= fmt.byte_bound(work.stored, encode)
+
+
+@pytest.mark.parametrize("options", [MeshOptions, partial(mesh_options, tolerance=0.1)])
+def test_lines_of_a_surface_that_is_one_point_are_an_empty_file(
+    options: Callable[[], MeshOptions],
+) -> None:
+    """Every side is a pole, so the boundary has no lines, and the grid no points."""
+    point = BezierSurface(np.zeros((2, 2, 3)))
+    lines = replace(options(), has_faces=False, overlays=("boundary",))
+    document = read_glb(render(point, lines, GLB, QUANTIZED)).document
+    assert "meshes" not in document
+    assert document == read_glb(render(point, lines, GLB)).document
 
 
 @pytest.mark.parametrize("example", ["sphere", "torus"])

@@ -1,7 +1,7 @@
 """Helpers of all formats of curves: sizes, coordinates and the report."""
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -20,15 +20,17 @@ class CurveSize:
 
 CurveFormat: TypeAlias = LineFormat[Polyline, CurveSize]
 
+Vectors = TypeVar("Vectors", FloatArray, RealArray)
 
-def in_space(vectors: RealArray) -> RealArray:
+
+def in_space(vectors: Vectors) -> Vectors:
     """Vectors (N, 2) or (N, 3) as vectors (N, 3); vectors of two coordinates get z = 0."""
     return vectors if vectors.shape[1] == 3 else np.pad(vectors, ((0, 0), (0, 1)))
 
 
 def absolute_points(line: Polyline) -> FloatArray:
     """The points in model coordinates, float64, shape (N, 3)."""
-    return in_space(line.points.astype(np.float64) + line.origin).astype(np.float64)
+    return in_space(line.points.astype(np.float64) + line.origin)
 
 
 def report_object(report: PolylineReport) -> dict[str, object]:

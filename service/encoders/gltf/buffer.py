@@ -45,7 +45,7 @@ class View:
         Whether bytes were added to each element, because the elements of vertex attributes must
         begin at multiples of 4 bytes (3.6.2.4).
     is_unit : bool
-        Whether the elements are unit vectors.
+        Whether the elements are unit vectors of 16-bit integers, which compression may round.
     """
 
     rows: Bytes
@@ -103,7 +103,7 @@ class BufferBuilder:
         """
         low, high = find_extent(column.values)
         self.is_quantized |= column.values.dtype.kind == "u"
-        # The bounds are float32 values, so readers of single and of double precision get the same.
+        # Single precision represents these bounds, so all readers get the same numbers.
         return self.add(column, {"min": low.tolist(), "max": high.tolist()})
 
     def add(self, column: Column, bounds: JsonObject | None = None) -> int:

@@ -1,7 +1,7 @@
 """The vertex attributes of a mesh: their names in glTF, and the numbers that a file stores.
 
 Colours are stored as linear RGB. An attribute `flow` with up to 4 components has the name `_FLOW`.
-If it has more components, it is split into `_FLOW_0`, `_FLOW_1` and so on, 4 components each.
+If it has more components, it is split into `_FLOW_0`, `_FLOW_1` and so on, each with at most 4.
 
 References
 ----------
@@ -31,7 +31,7 @@ class Column:
     is_normalized : bool
         Whether readers must divide the integers by the largest value of their type.
     is_unit : bool
-        Whether the values are unit vectors.
+        Whether the values are unit vectors of 16-bit integers, which compression may round.
     """
 
     values: NDArray[Any]
@@ -40,11 +40,9 @@ class Column:
 
     def take(self, rows: IndexArray | Ints | slice) -> "Column":
         """The attribute for these vertices only."""
-        return Column(self.rows(rows), self.is_normalized, self.is_unit)
-
-    def rows(self, rows: IndexArray | Ints | slice) -> NDArray[Any]:
-        """The values for these vertices only."""
-        return self.values[rows] if isinstance(rows, slice) else self.values.take(rows, axis=0)
+        all_values = self.values
+        values = all_values[rows] if isinstance(rows, slice) else all_values.take(rows, axis=0)
+        return Column(values, self.is_normalized, self.is_unit)
 
 
 Columns: TypeAlias = dict[str, Column]
@@ -71,8 +69,8 @@ def attribute_columns(name: str, dimension: int) -> Iterator[tuple[str, slice]]:
     if dimension <= 4:
         yield f"_{name.upper()}", slice(0, dimension)
         return
-    for piece, first in enumerate(range(0, dimension, 4)):
-        yield f"_{name.upper()}_{piece}", slice(first, first + 4)
+    for k, first in enumerate(range(0, dimension, 4)):
+        yield f"_{name.upper()}_{k}", slice(first, first + 4)
 
 
 def to_single(values: RealArray) -> NDArray[np.float32]:

@@ -31,10 +31,10 @@ DATA_URI = "data:application/gltf-buffer;base64,"
 """The beginning of the URI of a buffer that is inside the document (3.6.1.1)."""
 
 _URI_FIELD = b'"uri":"' + DATA_URI.encode() + b'"'
-"""The text at the place of the buffer. A name cannot contain it, because JSON escapes quotation
-marks."""
+"""The field of the buffer before its base64 is inserted. It occurs once in a document: names cannot
+contain it, because JSON escapes quotation marks."""
 
-PIECE_BYTES = 3 << 16
+BASE64_STEP = 3 << 16
 """The number of bytes that are converted to base64 at once; a multiple of 3."""
 
 REQUIRED = frozenset({quantized.EXTENSION, meshopt.EXTENSION})
@@ -66,7 +66,7 @@ def build_whole_document(
             "extras": {"report": report},
         },
         "extensionsUsed": extensions,
-        "extensionsRequired": [name for name in extensions if name in REQUIRED],
+        "extensionsRequired": [each for each in extensions if each in REQUIRED],
         "scene": 0,
         "scenes": [{"name": name, "nodes": [0]} if arrays["nodes"] else {"name": name}],
         **arrays,
@@ -86,6 +86,7 @@ def root_placement(origin: FloatArray, up: str) -> JsonObject:
     x, y, z = origin.tolist()
     placement: JsonObject = {"rotation": Z_UP_TO_Y_UP} if up == "z" else {}
     if origin.any():
+        # 0.0 - y is never -0.0.
         placement["translation"] = [x, z, 0.0 - y] if up == "z" else [x, y, z]
     return placement
 
@@ -105,10 +106,10 @@ def _base64(chunks: Iterable[memoryview | bytes]) -> Iterator[bytes]:
     """The base64 of the concatenated chunks."""
     remainder = b""
     for chunk in chunks:
-        for begin, end in row_runs(len(chunk), PIECE_BYTES):
-            piece = remainder + chunk[begin:end]
-            # 3 bytes become 4 letters; the remaining 1 or 2 bytes are joined to the next piece.
-            length = len(piece) - len(piece) % 3
-            remainder = piece[length:]
-            yield base64.b64encode(piece[:length])
+        for begin, end in row_runs(len(chunk), BASE64_STEP):
+            content = remainder + chunk[begin:end]
+            # 3 bytes become 4 letters; the remaining 1 or 2 bytes are encoded in the next step.
+            length = len(content) - len(content) % 3
+            remainder = content[length:]
+            yield base64.b64encode(content[:length])
     yield base64.b64encode(remainder)

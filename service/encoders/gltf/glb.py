@@ -28,7 +28,7 @@ from service.encoders.gltf.buffer import JsonObject, PackedBuffer
 from service.encoders.gltf.columns import Columns, build_plain_columns
 from service.encoders.gltf.mesh_document import build_document
 from service.encoders.gltf.primitives import split_parts
-from service.encoders.pieces import Content, Pieces
+from service.encoders.split_content import Content, SplitContent
 from service.encoders.text import json_text
 from service.engine.extent import is_moved
 from service.engine.mesh.mesh_value import Mesh
@@ -50,7 +50,7 @@ _PLACEHOLDER = re.compile(f'"{PLACEHOLDER.format("([a-z0-9]+)")}"'.encode())
 def encode_glb(mesh: Mesh, options: EncodeOptions) -> Content:
     """The mesh as a binary glTF file.
 
-    A long file is returned in pieces, some of which may be arrays of the mesh.
+    A long file is returned in several buffers, some of which may be arrays of the mesh.
 
     Raises
     ------
@@ -77,8 +77,8 @@ def _assemble(text: bytes, chunks: Iterable[memoryview | bytes], length: int) ->
     binary_head = struct.pack("<II", length, CHUNK_BIN) if length else b""
     total = 12 + 8 + len(text) + len(binary_head) + length
     head = struct.pack("<5I", GLB_MAGIC, GLB_VERSION, total, len(text), CHUNK_JSON)
-    pieces = (head + text + binary_head, *chunks)
-    return b"".join(pieces) if total <= MAX_JOINED_BYTES else Pieces(pieces)
+    buffers = (head + text + binary_head, *chunks)
+    return b"".join(buffers) if total <= MAX_JOINED_BYTES else SplitContent(buffers)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -92,7 +92,7 @@ class Template:
     rows : ndarray of int, or None
         The vertices of all primitives, one after another; None for all vertices in order.
     offsets : tuple of int
-        The number of vertices before each primitive, and the number of all.
+        The number of vertices before each primitive, and at last the number of all vertices.
     indices : tuple of list of bytes
         For each primitive, the bytes of its triangles and their padding.
     length : int
@@ -122,6 +122,7 @@ class Template:
             values[b"low%d" % number], values[b"high%d" % number] = map(json_text, bounds)
         chunks: list[memoryview | bytes] = []
         for begin, end, indices in zip(self.offsets, self.offsets[1:], self.indices, strict=False):
+            # float32 needs no padding.
             chunks += [array[begin:end].data.cast("B") for array in arrays]
             chunks += indices
         text = list(self.text)
@@ -131,11 +132,12 @@ class Template:
 
     def _bounds(self, mesh: Mesh, positions: NDArray[Any]) -> Iterator[tuple[Any, Any]]:
         """Least and greatest coordinates of the vertices of each primitive."""
+        # One primitive with all vertices, in model coordinates: its bounds are in the report.
         if len(self.indices) == 1 and self.rows is None and not is_moved(mesh.origin):
             return iter([(mesh.report.bounds_min, mesh.report.bounds_max)])
-        planes = positions.T.copy()
+        coordinates = positions.T.copy()
         lows, highs = (
-            np.array(least_or_greatest.reduceat(planes, self.offsets[:-1], axis=1)).T.tolist()
+            np.array(least_or_greatest.reduceat(coordinates, self.offsets[:-1], axis=1)).T.tolist()
             for least_or_greatest in (np.minimum, np.maximum)
         )
         return zip(lows, highs, strict=True)
@@ -147,6 +149,7 @@ def _encode_by_template(mesh: Mesh, options: EncodeOptions) -> Content | None:
     None if the faces of the mesh are not those of a cached plan, or if a template cannot be used.
     """
     is_plain = options.compression == "none" and not mesh.step and not find_nonempty(mesh.overlays)
+    # Faces of a cached plan are read-only.
     if mesh.triangles.flags.writeable or not is_plain or len(mesh.quads):
         return None
     columns = build_plain_columns(mesh)

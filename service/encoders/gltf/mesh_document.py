@@ -1,8 +1,8 @@
 """A mesh as a glTF 2.0 document.
 
 The root node has the name of the mesh and, if z is up, the rotation from z up to y up. Below the
-root, every part and every overlay is a named node with one mesh and with the local origin as its
-translation. Every attribute has a buffer view of its own, aligned to 4 bytes.
+root, every part with faces and every overlay is a named node with one mesh and with the local
+origin as its translation. Every attribute has a buffer view of its own, aligned to 4 bytes.
 
 References
 ----------
@@ -13,8 +13,8 @@ from service.encoders.content import report_object
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, write_gltf
-from service.encoders.gltf.primitives import build_pieces
-from service.encoders.gltf.quantized import grid_place
+from service.encoders.gltf.primitives import build_drawables
+from service.encoders.gltf.quantized import grid_transform
 from service.engine.mesh.mesh_value import Mesh
 
 
@@ -29,30 +29,30 @@ def encode_gltf(mesh: Mesh, options: EncodeOptions) -> bytes:
     return write_gltf(*build_document(mesh, options))
 
 
-def node_place(mesh: Mesh) -> JsonObject:
+def node_transform(mesh: Mesh) -> JsonObject:
     """The fields `translation` and `scale` of a node: from stored to model coordinates."""
-    if mesh.step and (len(mesh.positions) or mesh.overlays):
-        return grid_place(mesh)
+    if mesh.step:
+        return grid_transform(mesh)
     return {"translation": mesh.origin.tolist()} if mesh.origin.any() else {}
 
 
 def build_document(mesh: Mesh, options: EncodeOptions) -> File:
     """The glTF document of a mesh, and its buffer."""
     buffer = BufferBuilder()
-    pairs = [(piece, piece.material()) for piece in build_pieces(mesh, buffer, options)]
+    pairs = [(each, each.material()) for each in build_drawables(mesh, buffer, options)]
     materials: list[JsonObject] = []
     for _, material in pairs:
         if material not in materials:
             materials.append(material)
     meshes: list[JsonObject] = [
         {
-            "name": piece.name,
-            "primitives": [piece.primitive | {"material": materials.index(material)}],
+            "name": drawable.name,
+            "primitives": [drawable.primitive | {"material": materials.index(material)}],
         }
-        for piece, material in pairs
+        for drawable, material in pairs
     ]
-    place = node_place(mesh)
-    nodes = [{"name": m["name"], "mesh": k, **place} for k, m in enumerate(meshes)]
+    transform = node_transform(mesh)
+    nodes = [{"name": m["name"], "mesh": k, **transform} for k, m in enumerate(meshes)]
 
     root: JsonObject = {"name": mesh.name, "children": list(range(1, len(nodes) + 1))}
     if mesh.up == "z":

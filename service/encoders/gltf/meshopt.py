@@ -81,16 +81,17 @@ def order_faces(faces: IndexArray, vertices: int) -> tuple[IndexArray, Ints]:
         The old number of each vertex.
     """
     corners = faces.shape[1]
+    is_triangles, optimizes_size = corners == 3, False
     indices, new_number, used_count = _library().reorder_mesh(
-        np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), corners == 3, False
+        np.ascontiguousarray(faces, dtype=np.uint32).reshape(-1), is_triangles, optimizes_size
     )
-    new_number = new_number[:vertices]
-    # In `new_number`, unused vertices have numbers after all others.
+    # `new_number` ends at the last used vertex, or after `vertices`; the number of an unused vertex
+    # is at least `used_count`.
     order = np.empty(vertices, dtype=np.intp)
-    first_uses = np.flatnonzero(new_number < used_count)
-    order[new_number[first_uses]] = first_uses
+    used = np.flatnonzero(new_number[:vertices] < used_count)
+    order[new_number[used]] = used
     is_unused = np.ones(vertices, dtype=bool)
-    is_unused[first_uses] = False
+    is_unused[used] = False
     order[used_count:] = np.flatnonzero(is_unused)
     return indices.reshape(-1, corners), order
 
@@ -150,7 +151,8 @@ def _octahedral(rows: Bytes) -> Bytes:
     """Normals of 16 bits, (N, 8) bytes, encoded by the octahedral filter."""
     vectors = rows.view("<i2").astype(np.float32)
     vectors /= 32767.0
-    encoded: Bytes = _library().encode_filter_oct(vectors, 8, NORMAL_BITS)
+    bytes_per_normal = rows.shape[1]
+    encoded: Bytes = _library().encode_filter_oct(vectors, bytes_per_normal, NORMAL_BITS)
     return encoded
 
 

@@ -29,10 +29,11 @@ LINES, TRIANGLES = 1, 4
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Drawable:
     """A part or an overlay of a mesh, which becomes one glTF mesh.
 
-    `mesh` is the mesh of a part, None for an overlay. `color` is the base colour of a part.
+    `mesh` is the mesh that a part belongs to, None for an overlay. `color` is the base colour of a
+    part.
     """
 
     name: str
@@ -41,7 +42,7 @@ class Piece:
     color: Color | None = None
 
     def material(self, color: Color | None = None) -> JsonObject:
-        """The material of the piece; `color` is used for a part without a base colour."""
+        """The material; `color` is used for a part without a base colour."""
         if self.mesh is None:
             return LINE_MATERIAL
         colors = self.mesh.colors
@@ -50,7 +51,9 @@ class Piece:
         return surface_material(color, is_colored=colors is not None, is_blended=is_blended)
 
 
-def build_pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> Iterator[Piece]:
+def build_drawables(
+    mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions
+) -> Iterator[Drawable]:
     """The parts with faces and the overlays with lines; their arrays are added to the buffer."""
     refuse_quads(mesh, "glTF")
     columns = build_quantized_columns(mesh) if mesh.step else build_plain_columns(mesh)
@@ -58,12 +61,12 @@ def build_pieces(mesh: Mesh, buffer: BufferBuilder, options: EncodeOptions) -> I
         checkpoint()
         part_columns = {name: column.take(rows) for name, column in columns.items()}
         primitive = _build_primitive(part_columns, triangles, buffer, options)
-        yield Piece(part.name, primitive, mesh, part.color)
+        yield Drawable(part.name, primitive, mesh, part.color)
     for overlay in find_nonempty(mesh.overlays):
         points = overlay.positions
-        places = grid_positions(points, mesh) if mesh.step else Column(to_single(points))
-        primitive = _build_primitive({"POSITION": places}, overlay.segments, buffer, options)
-        yield Piece(overlay.name, primitive)
+        column = grid_positions(points, mesh) if mesh.step else Column(to_single(points))
+        primitive = _build_primitive({"POSITION": column}, overlay.segments, buffer, options)
+        yield Drawable(overlay.name, primitive)
 
 
 def _build_primitive(
@@ -100,7 +103,7 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
         ("glTF", runs, vertices),
         lambda: _split(mesh.triangles, runs, vertices),
     )
-    for part, (rows, triangles) in zip(mesh.parts, part_split.pieces, strict=True):
+    for part, (rows, triangles) in zip(mesh.parts, part_split.runs, strict=True):
         if len(triangles):
             yield part, rows, triangles
 
@@ -109,12 +112,12 @@ def split_parts(mesh: Mesh) -> Iterator[tuple[MeshPart, Ints | slice, IndexArray
 class _Split:
     """For each run of triangles: its vertices, and its triangles with indices into these."""
 
-    pieces: tuple[tuple[Ints | slice, IndexArray], ...]
+    runs: tuple[tuple[Ints | slice, IndexArray], ...]
 
     @property
     def nbytes(self) -> int:
         """Memory in bytes."""
-        arrays = [array for piece in self.pieces for array in piece if not isinstance(array, slice)]
+        arrays = [array for run in self.runs for array in run if not isinstance(array, slice)]
         return sum(array.nbytes for array in arrays)
 
 
@@ -126,7 +129,7 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
     if len(runs) == 1:
         return _Split(((slice(None), index_rows(triangles[slice(*runs[0])], vertices)),))
     is_used, lookup = np.zeros(vertices, dtype=np.bool_), np.empty(vertices, dtype=np.uint32)
-    pieces: list[tuple[Ints | slice, IndexArray]] = []
+    split_runs: list[tuple[Ints | slice, IndexArray]] = []
     for run in runs:
         part_vertices: IndexArray | slice = slice(0, 0)
         faces = triangles[slice(*run)]
@@ -139,8 +142,8 @@ def _split(triangles: IndexArray, runs: Sequence[tuple[int, int]], vertices: int
         )
         # NumPy's `take` is fastest with indices of type intp.
         rows = part_vertices if isinstance(part_vertices, slice) else part_vertices.astype(np.intp)
-        pieces.append((rows, index_rows(faces, count)))
-    return _Split(tuple(pieces))
+        split_runs.append((rows, index_rows(faces, count)))
+    return _Split(tuple(split_runs))
 
 
 def _find_used_vertices(

@@ -6,8 +6,9 @@ the translation t and the scaling s. All parts and lines of a mesh have the same
 
 Normals are signed 16-bit integers, which readers divide by 32767; their error is at most 0.0015°.
 Signed bytes would save 4 bytes for each vertex, but their error would be up to 0.35°, a third of
-the crease angle. Texture coordinates from 0 to 1, and colours, are stored as multiples of 1/65535:
-dark linear colours need more than 8 bits. Other texture coordinates, and attributes, stay float32.
+the default crease angle. Texture coordinates from 0 to 1, and colours, are stored as multiples of
+1/65535: dark linear colours need more than 8 bits. Other texture coordinates, and attributes, stay
+float32.
 
 References
 ----------
@@ -44,23 +45,29 @@ def grid_positions(positions: RealArray, mesh: Mesh) -> Column:
     """Positions of the mesh, or of its lines, as numbers of steps from `_corner(mesh)`."""
     steps = positions.astype(np.float64) / mesh.step - _corner(mesh)
     if len(steps) and not 0 <= steps.min() <= steps.max() <= MAX_UNSIGNED:
-        raise ValueError("The grid has fewer steps than the mesh is long.")
+        raise ValueError(f"The mesh is longer than {MAX_UNSIGNED} steps of its grid.")
+    # The steps are integers already: the positions are multiples of `mesh.step`.
     return Column(steps.astype("<u2"))
 
 
-def grid_place(mesh: Mesh) -> dict[str, list[float]]:
+def grid_transform(mesh: Mesh) -> dict[str, list[float]]:
     """The fields `translation` and `scale` of a node: from stored integers to model coordinates."""
     shift = mesh.origin + _corner(mesh) * mesh.step
-    place = {"translation": shift.tolist()} if shift.any() else {}
-    return place | {"scale": [mesh.step] * 3}
+    translation = {"translation": shift.tolist()} if shift.any() else {}
+    return translation | {"scale": [mesh.step] * 3}
 
 
 def _corner(mesh: Mesh) -> FloatArray:
-    """The least corner of the box of all positions and lines, in steps from the origin."""
+    """The least corner of the box of all positions and lines, in steps from the origin.
+
+    It is 0 if the mesh has no positions and no lines.
+    """
     arrays = [mesh.positions, *(overlay.positions for overlay in mesh.overlays)]
     lows = [rows.min(axis=0) for rows in arrays if len(rows)]
-    corner: FloatArray = np.min(lows, axis=0).astype(np.float64) / mesh.step + 0.0
-    return corner
+    if not lows:
+        return np.zeros(3)
+    corner: FloatArray = np.min(lows, axis=0).astype(np.float64) / mesh.step
+    return corner + 0.0  # turns -0.0 into 0.0
 
 
 def _quantize_shares(column: Column) -> Column:

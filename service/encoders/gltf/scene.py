@@ -22,8 +22,8 @@ from service.encoders.format import EncodeOptions
 from service.encoders.gltf.buffer import BufferBuilder, JsonObject
 from service.encoders.gltf.document import Z_UP_TO_Y_UP, File, build_whole_document, write_gltf
 from service.encoders.gltf.glb import write_glb
-from service.encoders.gltf.mesh_document import node_place
-from service.encoders.gltf.primitives import Piece, build_pieces
+from service.encoders.gltf.mesh_document import node_transform
+from service.encoders.gltf.primitives import Drawable, build_drawables
 from service.engine.scenes.scene import Scene, scene_parts
 from service.surface.lowered import Color, PlacedModel
 
@@ -48,8 +48,10 @@ class _Document:
     def __init__(self, scene: Scene, options: EncodeOptions) -> None:
         self.scene, self.options = scene, options
         self.buffer = BufferBuilder()
-        self.pieces = [list(build_pieces(mesh, self.buffer, options)) for mesh in scene.meshes]
-        self.places = [node_place(mesh) for mesh in scene.meshes]
+        self.drawables = [
+            list(build_drawables(mesh, self.buffer, options)) for mesh in scene.meshes
+        ]
+        self.transforms = [node_transform(mesh) for mesh in scene.meshes]
         self.nodes: list[JsonObject] = []
         self.meshes: list[JsonObject] = []
         self.materials: list[JsonObject] = []
@@ -73,7 +75,10 @@ class _Document:
         return build_whole_document(scene.name, report, arrays, self.buffer, self.options)
 
     def _add_copy(self, member: PlacedModel) -> int:
-        """Add the node of one copy, with a child for each of several pieces; returns its number."""
+        """Add the node of one copy, with a child for each of several drawables.
+
+        Returns the number of the node.
+        """
         number = len(self.nodes)
         node_fields, child_fields = split_matrix(member.matrix)
         node: JsonObject = {"name": member.name, **node_fields}
@@ -82,32 +87,34 @@ class _Document:
             node["children"] = [len(self.nodes)]
             node = child_fields
             self.nodes.append(node)
-        model_pieces = self.pieces[member.model]
-        place = self.places[member.model]
-        if len(model_pieces) == 1 and not place:
+        drawables, transform = self.drawables[member.model], self.transforms[member.model]
+        if len(drawables) == 1 and not transform:
             node["mesh"] = self._add_mesh(member, 0, member.name)
-        elif model_pieces:
-            node["children"] = list(range(len(self.nodes), len(self.nodes) + len(model_pieces)))
+        elif drawables:
+            node["children"] = list(range(len(self.nodes), len(self.nodes) + len(drawables)))
             self.nodes += [
-                {"name": piece.name, "mesh": self._add_mesh(member, k, piece.name), **place}
-                for k, piece in enumerate(model_pieces)
+                {"name": each.name, "mesh": self._add_mesh(member, k, each.name), **transform}
+                for k, each in enumerate(drawables)
             ]
         return number
 
     def _add_mesh(self, member: PlacedModel, k: int, name: str) -> int:
-        """The number of the mesh of piece k in the colour of a copy; added for the first copy."""
-        piece = self.pieces[member.model][k]
-        color = None if piece.mesh is None else piece.color or member.color
+        """The number of the mesh of drawable k in the colour of a copy.
+
+        The mesh is added, with this name, for the first copy in this colour.
+        """
+        drawable = self.drawables[member.model][k]
+        color = None if drawable.mesh is None else drawable.color or member.color
         key = (member.model, k, color)
         if key not in self._mesh_numbers:
             self._mesh_numbers[key] = len(self.meshes)
-            primitive = piece.primitive | {"material": self._add_material(piece, color)}
+            primitive = drawable.primitive | {"material": self._add_material(drawable, color)}
             self.meshes.append({"name": name, "primitives": [primitive]})
         return self._mesh_numbers[key]
 
-    def _add_material(self, piece: Piece, color: Color | None) -> int:
-        """The number of the material of a piece in a base colour; added if it is new."""
-        material = piece.material(color)
+    def _add_material(self, drawable: Drawable, color: Color | None) -> int:
+        """The number of the material of a drawable in a base colour; added if it is new."""
+        material = drawable.material(color)
         key = (str(material["name"]), "alphaMode" in material, color)
         if key not in self._material_numbers:
             self._material_numbers[key] = len(self.materials)
@@ -124,22 +131,22 @@ def split_matrix(matrix: FloatArray | None) -> tuple[JsonObject, JsonObject]:
     if matrix is None:
         return {}, {}
     shift, linear = matrix[:3, 3], matrix[:3, :3]
-    place: JsonObject = {"translation": shift.tolist()} if shift.any() else {}
+    fields: JsonObject = {"translation": shift.tolist()} if shift.any() else {}
     if not (linear - np.diag(np.diag(linear))).any():
-        return place | dict(_write_scale(np.diag(linear))), {}
+        return fields | dict(_write_scale(np.diag(linear))), {}
     lengths = np.sqrt((linear**2).sum(axis=0))
     if np.linalg.det(linear) < 0:
         lengths = -lengths
     turn = linear / lengths
     if np.abs(turn.T @ turn - np.eye(3)).max() <= NEGLIGIBLE:
-        return place | {"rotation": quaternion(turn)} | dict(_write_scale(lengths)), {}
+        return fields | {"rotation": quaternion(turn)} | dict(_write_scale(lengths)), {}
     left, scale, right = np.linalg.svd(linear)
     if np.linalg.det(left) < 0:
         left, scale = -left, -scale
     if np.linalg.det(right) < 0:
         right, scale = -right, -scale
-    place |= {"rotation": quaternion(left)} | dict(_write_scale(scale))
-    return place, {"rotation": quaternion(right)}
+    fields |= {"rotation": quaternion(left)} | dict(_write_scale(scale))
+    return fields, {"rotation": quaternion(right)}
 
 
 def quaternion(turn: FloatArray) -> list[float]:

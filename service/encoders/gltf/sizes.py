@@ -2,6 +2,7 @@
 
 from service.encoders.content import REPORT_PART_CHARS
 from service.encoders.format import EncodeOptions, MeshSize
+from service.encoders.gltf.buffer import LARGEST_SHORT_COUNT
 from service.encoders.gltf.columns import attribute_columns
 from service.encoders.gltf.document import DATA_URI
 from service.encoders.text import FLOAT64_CHARS, LONGEST_ESCAPE
@@ -31,12 +32,12 @@ def gltf_byte_bound(size: MeshSize, options: EncodeOptions) -> int:
 def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
     """The most bytes of the JSON without the buffer.
 
-    Each part and each overlay (`size.pieces` together) is a node. A node with its mesh, accessors
-    and buffer views has less than 1200 characters of keys and small numbers; nine float64
-    (translation, minimum, maximum); and its name twice. The name of the surface occurs twice, too,
-    and the report names every part. Each additional vertex attribute has its name, an accessor and
-    a view. The constant covers the asset with the report, two materials, the root node and the
-    scene. Quantizing adds characters to each node, compression to each view.
+    Each part and each overlay is a node. A node with its mesh, accessors, buffer views and material
+    has less than 1200 characters of keys and small numbers; nine float64 (translation, minimum,
+    maximum); and its name twice. The name of the surface occurs twice, too, and the report names
+    every part. Each additional vertex attribute has its name, an accessor and a view. The constant
+    covers the asset with the report, the root node and the scene. Quantizing adds characters to
+    each node, compression to each view.
     """
     keys = [key for name, d in size.attributes for key, _ in attribute_columns(name, d)]
     keys = ["COLOR_0", *keys] if size.colors else keys
@@ -47,7 +48,7 @@ def _json_bound(size: MeshSize, options: EncodeOptions) -> int:
         # Views of indices, positions, normals and texture coordinates; then the other attributes.
         node += COMPRESSED_CHARS * (4 + len(keys))
     names = 3 * LONGEST_ESCAPE * size.name_bytes
-    return 2660 + 13 * FLOAT64_CHARS + size.pieces * node + names
+    return 2660 + 13 * FLOAT64_CHARS + size.drawables * node + names
 
 
 def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
@@ -61,6 +62,8 @@ def _buffer_bound(size: MeshSize, options: EncodeOptions) -> int:
         point, vertex = 8, 8 + 8 + 8 + (8 if size.colors else 0) + attributes
     else:
         point, vertex = 12, 12 + 12 + 8 + 4 * size.colors + attributes
-    index = 2 if max(size.vertices, size.overlay_points) <= 65535 else 4
+    index = 2 if max(size.vertices, size.overlay_points) <= LARGEST_SHORT_COUNT else 4
     corners = 3 * (size.triangles + 2 * size.quads) + 2 * size.overlay_segments
-    return size.vertices * vertex + size.overlay_points * point + corners * index + 3 * size.pieces
+    return (
+        size.vertices * vertex + size.overlay_points * point + corners * index + 3 * size.drawables
+    )

@@ -68,13 +68,14 @@ def obj_bound(size: SectionSize) -> int:
 
 
 def encode_oogl(sections: Sections) -> bytes:
-    """The OOGL file, ASCII: one VECT of one color. A negative count means a closed polyline."""
+    """The OOGL file, ASCII: one VECT of one colour. A negative count means a closed polyline."""
     lines = [line for section in sections.sections for line in section.polylines]
     points = [points_of(section) for section in sections.sections]
     all_points = np.concatenate([np.zeros((0, 3)), *points])
     counts = [-(len(line.points) - 1) if line.closed else len(line.points) for line in lines]
     head = f"VECT\n{len(lines)} {len(all_points)} {min(len(lines), 1)}\n"
     head += "\n".join(map(str, counts)) + "\n"
+    # The first polyline has 1 colour; the others have 0, which means the colour before.
     head += "\n".join(["1"] * bool(lines) + ["0"] * (len(lines) - 1)) + "\n"
     return head.encode() + (rows(all_points) + b"1 1 1 1\n" if lines else b"")
 

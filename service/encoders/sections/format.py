@@ -88,7 +88,7 @@ def point_rows_of(section: Section) -> list[Ints]:
 
 
 def find_stored_origin(sections: Sections) -> tuple[FloatArray, float]:
-    """The origin for points in float32, shape (3,), and the largest distance by which they move."""
+    """The origin of points stored in float32, and the largest distance that rounding moves one."""
     points = [points_of(section) for section in sections.sections]
     all_points = np.concatenate([np.zeros((0, 3)), *points])
     if not len(all_points):

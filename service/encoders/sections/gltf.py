@@ -57,7 +57,7 @@ def gltf_bound(size: SectionSize) -> int:
 
 def _document(sections: Sections) -> File:
     """The glTF document of some sections, and its buffer."""
-    origin, moved = find_stored_origin(sections)
+    origin, rounding = find_stored_origin(sections)
     buffer = BufferBuilder()
     children = list(range(1, len(sections.sections) + 1))
     root = {"name": sections.name, **root_placement(origin, sections.up), "children": children}
@@ -73,7 +73,7 @@ def _document(sections: Sections) -> File:
         nodes.append(node)
     arrays = {"nodes": nodes, "meshes": meshes, "materials": [LINE_MATERIAL] if meshes else []}
     return build_whole_document(
-        sections.name, report_object(sections, moved), arrays, buffer, EncodeOptions()
+        sections.name, report_object(sections, rounding), arrays, buffer, EncodeOptions()
     )
 
 

@@ -3,7 +3,7 @@
 A point p has the coordinates (p · x, −p · y) in model units, where x and y are the axes of the
 plane; the sign is negative because the y axis of SVG points downwards. The path of a closed
 polyline ends with Z. Each plane is a group; the groups of several planes overlap. The file contains
-no text from the request.
+no text from the request, so no script: browsers run the scripts of an SVG.
 
 References
 ----------
@@ -55,6 +55,6 @@ def _view_box(boxes: list[FloatArray]) -> tuple[float, float, float, float]:
     if not boxes:
         return 0.0, 0.0, 1.0, 1.0
     low, high = np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))
-    margin = MARGIN * float((high - low).max()) or 1.0
+    margin = MARGIN * float((high - low).max()) or 1.0  # 1 about a single point
     (x, y), (width, height) = (low - margin).tolist(), (high - low + 2 * margin).tolist()
     return x, y, width, height

@@ -8,7 +8,7 @@ import pytest
 
 from service.encoders.format import EncodeOptions
 from service.encoders.gltf.glb import PLACEHOLDER, encode_glb
-from service.encoders.pieces import Pieces
+from service.encoders.split_content import SplitContent
 from service.engine.build import build
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.options import MeshOptions
@@ -63,23 +63,23 @@ def test_a_name_may_be_equal_to_a_placeholder_of_the_cached_text(key: str) -> No
     assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
 
-def test_a_long_file_is_a_list_of_pieces_that_share_memory_with_the_mesh() -> None:
+def test_a_long_file_has_several_buffers_some_of_which_are_arrays_of_the_mesh() -> None:
     mesh = build_example("saddle", 128)
     content = encode_glb(mesh, OPTIONS)
-    assert isinstance(content, Pieces)
+    assert isinstance(content, SplitContent)
     assert len(content) == len(bytes(content))
     assert bytes(content) == encode(mesh) == encode_without_plan(mesh)
     assert any(
-        np.shares_memory(np.frombuffer(piece, np.uint8), mesh.positions)
-        for piece in content
-        if piece
+        np.shares_memory(np.frombuffer(buffer, np.uint8), mesh.positions)
+        for buffer in content
+        if buffer
     )
 
 
 @pytest.mark.parametrize("sizes", [(), (0,), (3, 4, 5), (11, 1, 9, 1), (4, 20, 3, 3, 3, 3)])
 def test_short_neighbours_are_joined_up_to_ten_bytes(sizes: tuple[int, ...]) -> None:
-    pieces = Pieces(tuple(bytes([number]) * size for number, size in enumerate(sizes)))
-    joined_pieces = list(pieces.join_short(10))
-    assert b"".join(joined_pieces) == bytes(pieces)
-    assert all(len(piece) <= 10 or piece in pieces.pieces for piece in joined_pieces)
-    assert all(len(first) + len(second) > 10 for first, second in pairwise(joined_pieces))
+    content = SplitContent(tuple(bytes([number]) * size for number, size in enumerate(sizes)))
+    joined = list(content.join_short(10))
+    assert b"".join(joined) == bytes(content)
+    assert all(len(buffer) <= 10 or buffer in content.buffers for buffer in joined)
+    assert all(len(first) + len(second) > 10 for first, second in pairwise(joined))
