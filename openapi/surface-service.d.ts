@@ -4646,7 +4646,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -4785,7 +4785,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4826,7 +4826,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4867,7 +4867,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -4911,7 +4911,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -4972,7 +4972,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -5028,7 +5028,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -5083,7 +5083,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];
@@ -5164,7 +5164,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -5186,7 +5186,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -5243,7 +5243,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -5414,7 +5414,7 @@ export interface operations {
                 headers: {
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     /**
@@ -5500,7 +5500,7 @@ export interface operations {
                     Vary: string;
                     /**
                      * @description Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. `cache;desc=hit` if nothing was computed for this request.
-                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, compress;dur=4.200
+                     * @example cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200
                      */
                     "Server-Timing": string;
                     "RateLimit-Policy": components["headers"]["RateLimit-Policy"];

@@ -15,13 +15,13 @@ Array = NDArray[np.float64]
 
 
 class KnotVector(NamedTuple):
-    """A knot vector and its degree."""
+    """A knot vector and its degree, which functions of `service.bases.knots` take as `*vector`."""
 
     knots: Array
     degree: int
 
     @property
-    def points(self) -> int:
+    def point_count(self) -> int:
         """Number of control points."""
         return len(self.knots) - self.degree - 1
 

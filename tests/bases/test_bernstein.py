@@ -97,7 +97,8 @@ def test_grid_basis_is_the_product_of_the_bases_along_u_and_v() -> None:
 def test_product_of_polynomials_is_the_product_of_their_values(first: Array, second: Array) -> None:
     """The product agrees with exact values of both factors, coordinate by coordinate.
 
-    Coordinates of the factors are at most 2, so coordinates of the product are at most 4.
+    Coordinates of the factors are at most 2, so coordinates of the product are at most 4. 64 units
+    in the last place of 4 are allowed.
     """
     product = multiply(np.moveaxis(first, -1, 0), np.moveaxis(second, -1, 0))
     net = exact.to_exact_net(np.moveaxis(product, 0, -1))

@@ -1,5 +1,8 @@
 """Bézier points of the spans of a B-spline: they are accurate, the reversed curve has the same
-bits, and neighbouring spans share a point."""
+bits, and neighbouring spans share a point.
+
+`*vector` passes the two fields of a `KnotVector`, the knots and the degree.
+"""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -30,13 +33,15 @@ def test_bezier_points_of_every_span_give_the_same_polynomial(
     vector: KnotVector, seed: int
 ) -> None:
     """de Casteljau on the Bézier points agrees with Cox and de Boor on the control points."""
-    points = random_points(vector.points, seed)
+    points = random_points(vector.point_count, seed)
     lowered, lowered_weights = extract_bezier_points(points, *vector)
     assert lowered_weights is None
-    exact, breaks = to_fractions(vector.knots), to_fractions(knots.breaks(*vector))
+    exact_knots, breaks = to_fractions(vector.knots), to_fractions(knots.breaks(*vector))
     for k, (a, b) in enumerate(pairwise(breaks)):
         for t in (Fraction(0), Fraction(1, 3), Fraction(5, 8)):
-            expected = spline_point(to_exact_points(points), exact, vector.degree, a + (b - a) * t)
+            expected = spline_point(
+                to_exact_points(points), exact_knots, vector.degree, a + (b - a) * t
+            )
             actual = curve_point(to_exact_points(lowered[k]), t)
             np.testing.assert_allclose(
                 [float(x) for x in actual], [float(x) for x in expected], atol=1e-13
@@ -47,9 +52,12 @@ def test_bezier_points_of_every_span_give_the_same_polynomial(
 def test_reversed_curves_have_bezier_points_with_the_same_bits(
     vector: KnotVector, seed: int, is_rational: bool
 ) -> None:
-    """The reversed curve has knots 3 − U, and its points run from the last to the first."""
-    points = random_points(vector.points, seed)
-    weights = random_weights(vector.points, seed) if is_rational else None
+    """The reversed curve has the knots c − U, here c = 3, and its points run backwards.
+
+    Its spans, Bézier points and operators (spans, p+1, p+1) are in reverse order along each axis.
+    """
+    points = random_points(vector.point_count, seed)
+    weights = random_weights(vector.point_count, seed) if is_rational else None
     reversed_knots = 3 - vector.knots[::-1]
     lowered, lowered_weights = extract_bezier_points(points, *vector, weights)
     reversed_points, reversed_weights = extract_bezier_points(
@@ -67,13 +75,17 @@ def test_reversed_curves_have_bezier_points_with_the_same_bits(
 def test_spans_share_a_point_unless_the_knot_has_multiplicity_p_plus_1(
     vector: KnotVector, seed: int, is_rational: bool
 ) -> None:
-    """A knot of multiplicity p is at a control point; at multiplicity p + 1 two points differ."""
+    """At a knot of multiplicity p the curve is a control point.
+
+    At a knot of multiplicity p + 1 a span ends at a control point, and the next begins at another.
+    """
     p = vector.degree
-    points = random_points(vector.points, seed)
-    weights = random_weights(vector.points, seed) if is_rational else None
+    points = random_points(vector.point_count, seed)
+    weights = random_weights(vector.point_count, seed) if is_rational else None
     lowered, _ = extract_bezier_points(points, *vector, weights)
     spans = knots.spans(*vector)
-    # The multiplicity of a knot is the distance of the spans before and after it.
+    # The number of a span is that of the last knot at its beginning. So the numbers of two
+    # neighbours differ by the multiplicity of the knot between them.
     for k, multiplicity in enumerate(np.diff(spans)):
         if multiplicity <= p:
             np.testing.assert_array_equal(lowered[k, -1], lowered[k + 1, 0])
@@ -108,6 +120,7 @@ def test_a_curve_that_repeats_its_first_points_at_the_end_closes(is_rational: bo
 def test_repeated_points_over_knots_that_are_not_periodic_do_not_close() -> None:
     points = knots.wrap_points(random_points(7, 1), 3)
     vector = knots.periodic_knots(7, 3)
+    # These knots are after the domain, which ends at vector[-4].
     vector[-1] += 1e-6
     vector[-3] += 1e-6
     lowered, _ = extract_bezier_points(points, vector, 3)
@@ -123,10 +136,11 @@ def test_extraction_in_small_chunks_gives_the_same_points(
     vector = np.sort(rng.uniform(0, 1, 60 + 2 * degree))
     vector[degree + 5 : degree + 8] = vector[degree + 5]
     count = len(vector) - degree - 1
+    # 3 curves at once, made with the seed 2.
     points, weights = random_points(count, 2, 3), random_weights(count, 2, 3)
     in_one_chunk, lowered_weights = extract_bezier_points(points, vector, degree, weights)
     monkeypatch.setattr(extraction, "CHUNK_BYTES", 1000)
-    MESH_PLANS.clear()
+    MESH_PLANS.clear()  # the plan too is computed in chunks
     in_chunks, chunk_weights = extract_bezier_points(points, vector, degree, weights)
     np.testing.assert_array_equal(in_chunks, in_one_chunk)
     np.testing.assert_array_equal(chunk_weights, lowered_weights)

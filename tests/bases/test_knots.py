@@ -1,4 +1,7 @@
-"""Knot vectors and their spans, and the B-spline basis compared with exact arithmetic."""
+"""Knot vectors and their spans, and the B-spline basis compared with exact arithmetic.
+
+`*vector` passes the two fields of a `KnotVector`, the knots and the degree.
+"""
 
 import numpy as np
 import pytest
@@ -64,6 +67,6 @@ def test_basis_values_agree_with_the_recursion_of_cox_and_de_boor(
         (exact_t,) = to_fractions([parameter])
         expected = [float(x) for x in basis_values(exact_knots, vector.degree, exact_t)]
         assert span[row] == find_span(exact_knots, vector.degree, exact_t)
-        actual = np.zeros(vector.points)
+        actual = np.zeros(vector.point_count)
         actual[span[row] - vector.degree : span[row] + 1] = values[row]
         np.testing.assert_allclose(actual, expected, atol=1e-15)

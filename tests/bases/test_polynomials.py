@@ -118,6 +118,7 @@ def test_equal_points_stay_equal(count: int, x: float, weight: float, t: float) 
 
 
 def test_many_curves_are_elevated_at_once() -> None:
+    """Control points are along axis 0, and the 5 × 2 curves along the axes after it."""
     rng = np.random.default_rng(5)
     points, weights = rng.uniform(-1, 1, (4, 5, 2, 3)), rng.uniform(1, 2, (4, 5, 2))
     all_points, all_weights = elevate((points, weights), 6)

@@ -44,7 +44,7 @@ def test_refined_knots_give_the_same_curve(
 
     The shares of each new control point are not negative and add up to 1.
     """
-    (knots, degree), count = vector, vector.points
+    (knots, degree), count = vector, vector.point_count
     low, high = domain(knots, degree)
     begin, end = (low, high) if is_whole_domain else ((1 - s) * low + s * high for s in ends)
     assume(begin < end)

@@ -56,13 +56,14 @@ def test_cells_are_in_order_and_have_the_values_of_the_whole_net() -> None:
     exact_net = to_exact_net(net)
     half = Fraction(1, 2)
     for number, cell in enumerate(cells):
-        k, column = divmod(number, 3)
+        row, column = divmod(number, 3)
         # The middle of the cell as a share of the domain [0, 4] × [1, 3].
-        middle = (u[k] + u[k + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
+        middle = (u[row] + u[row + 1]) / 8, ((v[column] + v[column + 1]) / 2 - 1) / 2
         expected = surface_point(exact_net, Fraction(middle[0]), Fraction(middle[1]))
         result = surface_point(to_exact_net(cell), half, half)
         np.testing.assert_allclose(
             [float(x) for x in result], [float(x) for x in expected], rtol=1e-14
         )
-    corner = curve_point([row[0] for row in exact_net], Fraction(1, 4))
+    # Cell 3 begins at u = 1, a quarter of [0, 4], and at v = 1, which is a side of the net.
+    corner = curve_point([row_points[0] for row_points in exact_net], Fraction(1, 4))
     np.testing.assert_allclose(cells[3, 0, 0], [float(x) for x in corner], rtol=1e-15)

@@ -1,4 +1,4 @@
-"""Batches of rows contain every row once, in order, and no batch is too long."""
+"""Slices of rows contain every row once, in order, and no slice is too large."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -7,12 +7,12 @@ from service.bases.row_batches import row_slices
 
 
 @given(st.integers(0, 50), st.integers(1, 20), st.integers(0, 100))
-def test_every_row_is_in_one_batch_and_batches_fit_into_the_room(
-    count: int, width: int, room: int
+def test_every_row_is_in_one_slice_and_slices_have_at_most_the_size(
+    count: int, width: int, max_size: int
 ) -> None:
-    """A batch of one row may be larger than the room, because no batch can be shorter."""
-    result = list(row_slices(count, width, room))
-    assert [row for part in result for row in range(part.start, part.stop)] == list(range(count))
-    for part in result:
-        length = part.stop - part.start
-        assert length == 1 or length * width <= room
+    """A slice of one row may be larger, because no slice can be shorter."""
+    slices = list(row_slices(count, width, max_size))
+    assert [row for each in slices for row in range(each.start, each.stop)] == list(range(count))
+    for each in slices:
+        length = each.stop - each.start
+        assert length == 1 or length * width <= max_size

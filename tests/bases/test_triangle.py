@@ -43,10 +43,10 @@ def test_points_are_stored_row_by_row(degree: int) -> None:
     assert [keys[first][1:] for first in starts[:-1]] == [(0, k) for k in range(degree + 1)]
     assert starts[-1] == triangle.count_points(degree)
     # For each side: which of i, j and k is 0, and which of them rises.
-    for row, (zero_index, rising_index) in zip(
+    for numbers, (zero_index, rising_index) in zip(
         triangle.side_rows(degree), ((1, 2), (0, 2), (2, 1)), strict=True
     ):
-        assert [keys[k] for k in row] == sorted(
+        assert [keys[number] for number in numbers] == sorted(
             (key for key in keys if key[zero_index] == 0), key=lambda key: key[rising_index]
         )
 
@@ -69,12 +69,13 @@ def test_basis_values_are_accurate(degree: int, divisions: int) -> None:
 
 @pytest.mark.parametrize("degree", [1, 3, 20, 64])
 def test_basis_is_a_partition_of_unity(degree: int) -> None:
-    """The sum is 1 also close to the corners, where s / (r + s) has few digits."""
+    """The sum is 1 also close to the corners, where r + s or t is tiny."""
     small = 2.0 ** -np.arange(1, 50)
     places = np.concatenate(
         [triangle.barycentric(9)]
         + [np.roll([1 - 3 * x, x, 2 * x], k)[None] for x in small for k in range(3)]
     )
+    # For x = 1/2 the number 1 − 3x is below zero.
     places = np.abs(places)
     places /= places.sum(axis=1, keepdims=True)
     basis = triangle_basis.triangle_bernstein(degree, places)

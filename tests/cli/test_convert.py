@@ -43,6 +43,7 @@ def net(tmp_path: Path) -> Path:
     ],
 )
 def test_flags_become_operations(name: str, text: str, expected: dict[str, Any]) -> None:
+    """Words that are not finite numbers stay texts, which the request's schema refuses."""
     assert operations_from_text([(name, text)]) == ([name], [{"op": name, **expected}])
 
 
@@ -53,6 +54,7 @@ def test_operations_are_applied_in_the_order_of_the_flags(tmp_path: Path, net: P
         assert main(["convert", source, "-o", str(output), *flags]) == 0
         surface = json.loads(output.read_bytes())["surface"]
         assert surface["type"] == "patches"
+        # The split makes two patches; 3 × 4 control points each become 4 × 3.
         assert [len(surface["patches"]), len(surface["patches"][0])] == [2, 4]
     expected = plan_conversion(
         find("saddle").surface(),

@@ -29,6 +29,7 @@ def test_with_the_key_in_the_environment_commands_succeed(
     assert main(["store", "saddle", "--url", server]) == 0
 
 
+# With 1 the service refused the request; with 2 the key cannot be in a header, so nothing was sent.
 @pytest.mark.parametrize(("key", "code"), [("", 1), ("sfk_0", 1), ("sfk_0\n", 2), ("schlüssel", 2)])
 def test_without_a_valid_key_the_error_names_the_variable(
     server: str,

@@ -1,6 +1,5 @@
 """`surface project`: points from flags and from a file, projected onto a surface or a curve."""
 
-import io
 import json
 from pathlib import Path
 
@@ -14,9 +13,7 @@ def test_points_from_flags_and_from_a_file(
     tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     points = tmp_path / "points.npy"
-    file = io.BytesIO()
-    np.save(file, np.array([[0.0, 0, 5], [1, 2, 3]]))
-    points.write_bytes(file.getvalue())
+    np.save(points, np.array([[0.0, 0, 5], [1, 2, 3]]))
     flags = ["--relative-tolerance", "1e-6", "--sign", "-o", "-"]
     assert main(["project", "sphere", "--point", "0,0,5", "--point", "1,2,3", *flags]) == 0
     output = capsysbinary.readouterr().out

@@ -31,6 +31,7 @@ def read_output(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
 def test_the_printed_urls_serve_the_surface(
     server: str, net: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """The id is the same if the surface is stored already, and for float32 with equal numbers."""
     array = tmp_path / "net.npy"
     np.save(array, NET.astype(np.float32))
     for arguments in ([net], [net], [str(array), "--name", "sail"]):

@@ -99,7 +99,7 @@ REPLACEMENTS = [
     (b"(2, 2, 3)", b"(12,)    "),
     (b"'shape'", b'"shape"'),
     (b"}  ", b"} 1"),
-    (b"\1\0v", b"\3\0v"),
+    (b"\1\0v", b"\3\0v"),  # the version; the byte `v` begins the length of the header
 ]
 """Old and new bytes of a header; with the new bytes, the file stays valid or nearly valid."""
 
@@ -112,14 +112,14 @@ def damaged_files(draw: st.DrawFn) -> bytes:
         content = content.replace(old, new)
     for _ in range(draw(st.integers(0, 3))):
         position = draw(st.integers(0, len(content)))
-        piece = draw(
+        new_bytes = draw(
             st.one_of(
                 st.binary(max_size=4),
                 st.sampled_from([b"9" * 18, b"(", b")", b"'", b",", b"{", b"}", b"0", b"-1", b"O"]),
             )
         )
-        removed_bytes = draw(st.one_of(st.just(len(piece)), st.integers(0, 4)))
-        content = content[:position] + piece + content[position + removed_bytes :]
+        removed_count = draw(st.one_of(st.just(len(new_bytes)), st.integers(0, 4)))
+        content = content[:position] + new_bytes + content[position + removed_count :]
     return content[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else content
 
 

@@ -17,9 +17,9 @@ def read(text: bytes, max_numbers: int = 10**6) -> list[float]:
     return values
 
 
-@pytest.mark.parametrize("piece", [1, 2, 7, 64, 1 << 16])
-def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: int) -> None:
-    monkeypatch.setattr(numbers, "PIECE_BYTES", piece)
+@pytest.mark.parametrize("piece_bytes", [1, 2, 7, 64, 1 << 16])
+def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece_bytes: int) -> None:
+    monkeypatch.setattr(numbers, "PIECE_BYTES", piece_bytes)
     values = np.random.default_rng(3).normal(size=500) * 10.0 ** np.arange(-250, 250)
     # A line break follows every third number.
     text = "".join(
@@ -28,21 +28,21 @@ def test_pieces_are_cut_between_numbers(monkeypatch: pytest.MonkeyPatch, piece: 
     assert read(text.encode()) == values.tolist()
 
 
-@pytest.mark.parametrize("piece", range(1, 10))
+@pytest.mark.parametrize("piece_bytes", range(1, 10))
 def test_the_last_number_ends_where_the_range_ends(
-    monkeypatch: pytest.MonkeyPatch, piece: int
+    monkeypatch: pytest.MonkeyPatch, piece_bytes: int
 ) -> None:
-    monkeypatch.setattr(numbers, "PIECE_BYTES", piece)
+    monkeypatch.setattr(numbers, "PIECE_BYTES", piece_bytes)
     text = b"1 2.5 -3} 4"
     values = read_numbers(text, 0, text.index(b"}"), 3, lambda: build_too_many_error("more", 3))
     assert values.tolist() == [1.0, 2.5, -3.0]
 
 
-@pytest.mark.parametrize("piece", [1, 2, 3, 5, 1 << 16])
+@pytest.mark.parametrize("piece_bytes", [1, 2, 3, 5, 1 << 16])
 def test_words_are_counted_and_too_many_are_refused(
-    monkeypatch: pytest.MonkeyPatch, piece: int
+    monkeypatch: pytest.MonkeyPatch, piece_bytes: int
 ) -> None:
-    monkeypatch.setattr(numbers, "PIECE_BYTES", piece)
+    monkeypatch.setattr(numbers, "PIECE_BYTES", piece_bytes)
     for text, count in ((b"", 0), (b"1", 1), (b" 1,, 22\n3\t", 3), (b"12 34 56", 3), (b" ,", 0)):
         assert numbers._count_words(text, 0, len(text)) == count
         if count:
@@ -51,8 +51,9 @@ def test_words_are_counted_and_too_many_are_refused(
 
 
 def test_each_number_is_on_the_line_that_is_computed() -> None:
-    text = b"head 1,2\n\n3 ,\n4 5"
-    assert [line_of_number(text, 4, index) for index in range(5)] == [1, 1, 3, 4, 4]
+    head = b"head"
+    text = head + b" 1,2\n\n3 ,\n4 5"
+    assert [line_of_number(text, len(head), index) for index in range(5)] == [1, 1, 3, 4, 4]
 
 
 def test_numbers_after_the_limit_are_not_read(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -87,7 +87,10 @@ def test_corners_carry_colours_and_texture_coordinates() -> None:
     np.testing.assert_array_equal(colors[[0, 2, 0, 2], [0, 0, 1, 1], :3],
                                   [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])  # fmt: skip
     np.testing.assert_array_equal(colors[1, 0], [0.5, 0.5, 0, 1])
-    assert read_surface(text.replace(b"STCBEZ213", b"CBEZ213_ST")) is not None
+    same_document = decode(text.replace(b"STCBEZ213", b"CBEZ213_ST"), None, MAX_POINTS)
+    for name in ("uvs", "colors"):
+        np.testing.assert_array_equal(same_document[name], document[name])
+    read_surface(text)  # the document is valid
 
 
 def test_colours_of_an_encoded_file_are_decoded_exactly() -> None:
@@ -112,6 +115,7 @@ def test_patches_of_several_degrees_become_a_group_of_all_patches() -> None:
     np.testing.assert_array_equal(first["vertices"][4:], first["vertices"][:4])
     assert "weights" not in second
     surface = validate_document(MeshRequest, {"surface": document}).to_surface()
+    # An STL file has 84 bytes and 50 for each triangle: here 2 triangles for each of the 3 patches.
     assert len(render(surface, MeshOptions((1, 1)), BY_NAME["stl"])) == 84 + 50 * 6
 
 
@@ -182,7 +186,7 @@ def test_points_of_geomviews_example_files_agree_with_geomview(name: str) -> Non
         dtype=float,
     )
     assert len(expected) == len(points) == patches.count * samples * samples
-    # Geomview may number the points in another order, and has float32.
+    # Geomview may number the points in another order, so each coordinate is sorted; it has float32.
     np.testing.assert_allclose(np.sort(points, axis=0), np.sort(expected, axis=0), atol=2e-5)
 
 
@@ -252,18 +256,22 @@ def test_the_limit_of_control_points_is_for_the_whole_file() -> None:
 
 @pytest.mark.parametrize("empty_object", [b"{VECT 1}", b"{LIST}", b"{appearance {} VECT 1}"])
 def test_too_many_objects_without_patches_are_refused(empty_object: bytes) -> None:
+    """Beside those of the patches `FREE_OBJECTS` are allowed; an object in braces counts as two.
+
+    `LIST` is one of them, so one object in braces less than `FREE_OBJECTS` / 2 is allowed.
+    """
     patches = (b"{BEZ113 " + FLAT + b"}") * 3
-    few_objects = b"{VECT 1}" * (FREE_OBJECTS // 2 - 4)
+    few_objects = b"{VECT 1}" * (FREE_OBJECTS // 2 - 1)
     assert decode(b"LIST" + patches + few_objects, None, 12)
     with pytest.raises(SurfaceError) as error:
-        decode(b"LIST" + patches + empty_object * (FREE_OBJECTS // 2 + 1), None, 12)
+        decode(b"LIST" + patches + empty_object * (FREE_OBJECTS // 2), None, 12)
     assert error.value.issues[0].code == "too_many_control_points"
 
 
 def test_long_texts_are_refused_before_much_memory_is_used() -> None:
-    """The decoder reads a text of 8 MiB only until the numbers exceed the limit."""
-    for piece in (b"1 ", b"#\n", b"1e1 ", b"{BEZ113 " + FLAT + b"}", b"\n"):
-        text = b"LIST {BBP " + piece * ((8 << 20) // len(piece))
+    """8 MiB of too many numbers or comments, or of other errors, take less than 6 MiB of memory."""
+    for unit in (b"1 ", b"#\n", b"1e1 ", b"{BEZ113 " + FLAT + b"}", b"\n"):
+        text = b"LIST {BBP " + unit * ((8 << 20) // len(unit))
         tracemalloc.start()
         with pytest.raises(SurfaceError):
             decode(text, None, 1000)

@@ -33,8 +33,8 @@ seeds = st.integers(0, 10**6)
 
 def build_surface(u: KnotVector, v: KnotVector, seed: int, is_rational: bool) -> BsplineSurface:
     """A random surface over these knots, with or without weights."""
-    net = random_points(u.points, seed, v.points)
-    weights = random_weights(u.points, seed + 1, v.points) if is_rational else None
+    net = random_points(u.point_count, seed, v.point_count)
+    weights = random_weights(u.point_count, seed + 1, v.point_count) if is_rational else None
     return BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
 
 

@@ -135,8 +135,8 @@ small_knots = knot_vectors(st.integers(1, 4), max_spans=3)
 def build_spline(
     u: KnotVector, v: KnotVector, channels: Channels, is_rational: bool
 ) -> BsplineSurface:
-    net = random_points(u.points, 7, v.points)
-    weights = random_weights(u.points, 8, v.points) if is_rational else None
+    net = random_points(u.point_count, 7, v.point_count)
+    weights = random_weights(u.point_count, 8, v.point_count) if is_rational else None
     degree, knots = (u.degree, v.degree), (u.knots, v.knots)
     return BsplineSurface(net, degree, knots, weights, channels=channels)
 
@@ -146,7 +146,7 @@ def test_a_channel_with_the_shape_of_the_control_net_is_a_spline_without_weights
     u: KnotVector, v: KnotVector, is_rational: bool
 ) -> None:
     """The attribute `place` is the control net, so its values are points of the surface."""
-    net = random_points(u.points, 7, v.points)
+    net = random_points(u.point_count, 7, v.point_count)
     channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
     (batch,) = build_spline(u, v, channels, is_rational).lower().batches
     (plain,) = build_spline(u, v, Channels(), is_rational=False).lower().batches
@@ -161,7 +161,7 @@ def test_a_channel_of_another_shape_is_one_bezier_net_over_the_domain(
 ) -> None:
     """Values at all vertices of a mesh agree with exact de Casteljau at their parameters."""
     shape = data.draw(st.tuples(st.integers(1, 6), st.integers(1, 6)))
-    if shape == (u.points, v.points):
+    if shape == (u.point_count, v.point_count):
         shape = (7, 1)
     net = np.random.default_rng(shape).random((*shape, 2))
     model = build_spline(u, v, Channels(attributes=(("heat", net),)), is_rational=True).lower()

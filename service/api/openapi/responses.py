@@ -44,8 +44,7 @@ TIMED: Json = {
     "Server-Timing": header(
         "Times in milliseconds by step; `wait`: waiting for a thread, memory or other requests. "
         "`cache;desc=hit` if nothing was computed for this request.",
-        "cache;desc=miss, surface;dur=0.310, wait;dur=0.020, plan;dur=0.240, mesh;dur=1.920, "
-        "compress;dur=4.200",
+        "cache;desc=miss, surface;dur=0.310, wait;dur=0.020, mesh;dur=1.920, compress;dur=4.200",
     )
 }
 FILE_HEADERS: Json = TIMED | {

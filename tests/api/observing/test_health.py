@@ -22,7 +22,7 @@ from tests.api.client import Client, start_client
 pytestmark = pytest.mark.anyio
 
 
-def test_a_ready_service_reports_its_version_engine_and_parts(client: Client) -> None:
+def test_a_ready_service_reports_its_version_its_engine_and_each_check(client: Client) -> None:
     expected = {"status": "ready", "version": __version__, "engine": ENGINE}
     assert client.get("/health").json() == expected
     assert client.get("/health/live").json() == {"status": "live"}
@@ -44,6 +44,7 @@ def test_a_draining_service_is_alive_and_not_ready() -> None:
 def test_a_store_that_fails_for_long_makes_the_service_unready(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # A negative interval: each request checks the store again.
     monkeypatch.setattr(store_module, "CHECK_INTERVAL", -1.0)
     root = tmp_path / "store"
     with start_client(create_app(Settings(store=str(root)))) as client:
@@ -64,6 +65,7 @@ def test_a_store_that_fails_for_long_makes_the_service_unready(
 def test_a_wrong_number_makes_the_service_unready(monkeypatch: pytest.MonkeyPatch) -> None:
     assert computes_correctly()
     sample = bernstein.sample_partials_basis
+    # New workspaces: those of earlier tests have the right basis already.
     monkeypatch.setattr(at_once, "_WORKSPACES", Workspaces(at_once._Workspace))
     monkeypatch.setattr(grid_products, "sample_partials_basis", lambda *args: sample(*args) * 1.001)
     assert not computes_correctly()
@@ -72,7 +74,9 @@ def test_a_wrong_number_makes_the_service_unready(monkeypatch: pytest.MonkeyPatc
     assert (response.status_code, response.json()["computing"]) == (503, "unavailable")
 
 
-async def test_the_self_test_computes_once_in_5_s_for_all_callers() -> None:
+async def test_the_self_test_computes_once_in_each_interval_for_all_callers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     calls: list[int] = []
 
     def work() -> bool:
@@ -82,11 +86,14 @@ async def test_the_self_test_computes_once_in_5_s_for_all_callers() -> None:
     self_test = SelfTest(work)
     assert all(await asyncio.gather(*(self_test.passes() for _ in range(20))))
     assert len(calls) == 1
+    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)  # the interval is over
+    assert await self_test.passes()
+    assert len(calls) == 2
 
 
 async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(health, "DEADLINE", 0.05)
-    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)
+    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)  # each call computes
     may_end = threading.Event()
 
     def raise_error() -> bool:
@@ -95,6 +102,7 @@ async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.M
     hanging = SelfTest(lambda: may_end.wait(10))
     assert not await SelfTest(raise_error).passes()
     assert not await hanging.passes()
+    # The work of the first call still runs, so the second call waits for its thread.
     assert not await hanging.passes()
     may_end.set()
 
@@ -102,7 +110,7 @@ async def test_an_engine_that_raises_or_hangs_is_not_ready(monkeypatch: pytest.M
 async def test_a_slow_engine_is_ready_until_the_last_success_is_long_ago(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)
+    monkeypatch.setattr(health, "TEST_INTERVAL", -1.0)  # each call computes
     may_end = threading.Event()
     hangs = iter((False, True, True))
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from prometheus_client import Metric
-from prometheus_client.openmetrics import parser as open_parser
+from prometheus_client.openmetrics import parser as openmetrics_parser
 from prometheus_client.parser import text_string_to_metric_families as families
 
 from service.api.app import create_app
@@ -85,11 +85,12 @@ def test_requests_with_many_paths_have_few_series(fresh_client: Client) -> None:
         fresh_client.get(f"/{number}")
         fresh_client.get(f"/v1/surfaces/{number}")
     text = fresh_client.get("/metrics").text
+    # One series of all paths without a route, and one of all unknown surfaces.
     assert text.count("surface_http_request_duration_seconds_count{") == 2
 
 
 @pytest.mark.parametrize(
-    ("accept", "is_open"),
+    ("accept", "is_openmetrics"),
     [
         ("", False),
         ("*/*", False),
@@ -98,21 +99,26 @@ def test_requests_with_many_paths_have_few_series(fresh_client: Client) -> None:
             "application/openmetrics-text;version=1.0.0,text/plain;version=0.0.4;q=0.5,*/*;q=0.1",
             True,
         ),
+        # Parameters, here hostile ones, are ignored.
         ("application/openmetrics-text; version=99\t\x7f.0; escaping=\\", True),
         ("text/plain; version=abc", False),
     ],
 )
 def test_the_text_format_is_chosen_by_the_accept_header(
-    fresh_client: Client, accept: str, is_open: bool
+    fresh_client: Client, accept: str, is_openmetrics: bool
 ) -> None:
     response = fresh_client.get("/metrics", headers={"Accept": accept})
     assert response.status_code == 200
     assert response.headers["cache-control"] == "no-store"
     assert response.headers["content-type"].startswith(
-        "application/openmetrics-text" if is_open else "text/plain; version=0.0.4"
+        "application/openmetrics-text" if is_openmetrics else "text/plain; version=0.0.4"
     )
-    open_families: Callable[[str], Iterator[Metric]] = open_parser.text_string_to_metric_families
-    metrics = list(open_families(response.text) if is_open else families(response.text))
+    openmetrics_families: Callable[[str], Iterator[Metric]] = (
+        openmetrics_parser.text_string_to_metric_families
+    )
+    metrics = list(
+        openmetrics_families(response.text) if is_openmetrics else families(response.text)
+    )
     assert len({metric.name for metric in metrics}) == len(metrics) > 15
 
 
@@ -148,7 +154,7 @@ def test_seconds_of_the_engine_are_counted_by_formulation(fresh_client: Client) 
         )
 
 
-def test_the_store_queues_threads_and_memory_are_reported(fresh_client: Client) -> None:
+def test_metrics_report_the_store_and_queues_and_threads_and_memory(fresh_client: Client) -> None:
     stored = fresh_client.post("/v1/surfaces", {"surface": {"control_net": NET}})
     fresh_client.get(stored.json()["links"]["self"])
     outcome = {"outcome": "done"}

@@ -49,7 +49,9 @@ def labels() -> RouteLabels:
 def test_labels_contain_only_known_ids_and_suffixes(
     labels: RouteLabels, path: str, label: RouteLabel
 ) -> None:
-    assert labels.find(path) == labels.find(path) == label
+    assert labels.find(path) == label
+    # The second label may come from a cache.
+    assert labels.find(path) == label
 
 
 def test_long_paths_are_not_remembered(labels: RouteLabels) -> None:
@@ -67,6 +69,7 @@ def test_labels_do_not_include_the_mount_point(labels: RouteLabels) -> None:
     ("header", "trace"),
     [
         (f"00-{TRACE}-{SPAN}-00", TRACE),
+        # A later version of Trace Context may append fields; version 00 has none.
         (f"cc-{TRACE}-{SPAN}-01-later", TRACE),
         (f"00-{TRACE}-{SPAN}-01-more", ""),
         (f"00-{'0' * 32}-{SPAN}-01", ""),

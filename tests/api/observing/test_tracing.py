@@ -98,7 +98,7 @@ def test_steps_of_a_request_are_children_of_its_span(
         times = [span.start_time, step.start_time, step.end_time, span.end_time]
         known_times = [time for time in times if time]
         assert len(known_times) == 4
-        # The library reads two clocks one after the other, so times may differ a little.
+        # The library reads two clocks one after the other, so times (in ns) may differ a little.
         assert all(later >= earlier - 10**6 for earlier, later in pairwise(known_times))
 
 
@@ -158,6 +158,7 @@ def test_spans_do_not_contain_the_text_of_an_exception(
     span = find_server_span(spans)
     assert span.attributes is not None
     assert span.attributes["http.response.status_code"] == (204 if starts_response else 500)
+    # The address that the application of `send_request` records.
     assert span.attributes["client.address"] == "2001:db8::1"
     assert "hush" not in span.to_json()
 
@@ -208,7 +209,8 @@ def test_a_collector_that_does_not_respond_does_not_delay_the_shutdown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(tracing_module, "SHUTDOWN_TIMEOUT", 0.05)
-    # A real exporter would try again during later tests, in a thread that draws random numbers.
+    # A real exporter would try again during later tests, in a thread that draws numbers from
+    # `random`, which Hypothesis seeds for each example.
     processor, provider = BlockingProcessor(), TracerProvider(shutdown_on_exit=False)
     provider.add_span_processor(processor)
     try:
@@ -232,13 +234,14 @@ def test_tracing_without_its_packages_is_refused_at_the_start(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.delitem(sys.modules, "service.api.observing.tracing")
+    # The import of a module that is None here fails, as if it were not installed.
     monkeypatch.setitem(sys.modules, "opentelemetry.sdk.trace", None)
     with pytest.raises(InvalidSettings, match="extra `telemetry`"):
         create_app(Settings(tracing=True))
 
 
-def test_without_tracing_its_modules_are_not_imported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only `service.api.observing.tracing` imports OpenTelemetry; import-linter checks this."""
+def test_without_tracing_its_module_is_not_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So OpenTelemetry's SDK is not imported: import-linter checks that no other module does it."""
     name = "service.api.observing.tracing"
     monkeypatch.delitem(sys.modules, name)
     assert create_app(Settings()).state.tracing is None

@@ -76,8 +76,8 @@ def test_partials_agree_with_scipy(
     inner_shares: tuple[list[float], ...],
 ) -> None:
     """At breaks, both libraries give the partials of the span that begins there."""
-    weights = random_weights(u.points, seed, v.points) if is_rational else None
-    net = random_points(u.points, seed, v.points)
+    weights = random_weights(u.point_count, seed, v.point_count) if is_rational else None
+    net = random_points(u.point_count, seed, v.point_count)
     surface = BsplineSurface(net, (u.degree, v.degree), (u.knots, v.knots), weights)
     parameter_lines = []
     for vector, parameter_shares in zip((u, v), inner_shares, strict=True):

@@ -53,7 +53,7 @@ def splines(draw: st.DrawFn, may_be_discontinuous: bool = True) -> BsplineSurfac
         axis_knots: Knots
         if name is None:
             vector = draw(knot_vectors(st.just(p), may_be_discontinuous, max_spans=3))
-            axis_knots, count = vector.knots, vector.points
+            axis_knots, count = vector.knots, vector.point_count
         else:
             axis_knots, count = name, p + draw(st.integers(1 if name != "periodic" else 3, 4))  # type: ignore[assignment]
         degree.append(p)
