@@ -41,9 +41,15 @@ PLACEMENTS = {
 
 
 def build_group(*matrices: Array | None, name: str = "sphere") -> GroupModel:
-    ball = find(name).surface()
+    """A group of placed copies of an example.
+
+    `add_stretches` gives each copy a model with the stretch of its placement, from which its
+    curvatures are computed.
+    """
+    surface = find(name).surface()
+    # With the vertical axis of the examples, no copy is rotated before it is placed.
     return add_stretches(
-        GroupSurface(tuple(Member(ball, matrix=m) for m in matrices), up="z").lower()
+        GroupSurface(tuple(Member(surface, matrix=m) for m in matrices), up="z").lower()
     )
 
 
@@ -85,8 +91,8 @@ def test_a_placed_sphere_is_an_ellipsoid(name: str, accuracy: Accuracy | None) -
 
 
 @pytest.mark.parametrize("name", ["utah-teapot", "saddle", "octahedral-sphere", "bspline-hills"])
-def test_copies_have_the_curvatures_of_placed_control_points(name: str) -> None:
-    """The examples include triangles and rational patches."""
+def test_a_sheared_copy_has_the_curvatures_of_placed_control_points(name: str) -> None:
+    """`to_patches` places control points. The examples include triangles and rational patches."""
     options = MeshOptions(resolution=(4, 4), curvatures=True, weld=False)
     group = build_group(SHEAR, name=name)
     result, expected = build(group, options), build(to_patches(group), options)
@@ -114,6 +120,7 @@ def test_copies_with_equal_curvatures_share_a_model() -> None:
     assert [member.model for member in group.members] == [0, 0, 0, 1, 1, 2, 2]
     plain, *stretched = group.models
     assert all(m.batches is plain.batches for m in stretched)  # type: ignore[union-attr]
+    # A second call changes nothing.
     stretched_twice = add_stretches(group)
     assert [m.model for m in stretched_twice.members] == [m.model for m in group.members]
     scene = build_scene(stretched_twice, OPTIONS)

@@ -101,7 +101,8 @@ def test_every_formulation_is_chosen_in_some_case() -> None:
         choose_formulation(build_smooth_patch((3, 3), False), (512, 512), True)
         == "normal_polynomial"
     )
-    # Rational bilinear patches on large grids take one product with four control points.
+    # Grids too large for the cache of the processor: rational bilinear patches take one product
+    # with all four control points, unless its matrix is too large for the cache of bases.
     net = np.random.default_rng(0).random((8, 2, 2, 3))
     bilinear = TensorPatches(net, 1 + net[..., 0])
     assert choose_formulation(bilinear, (200, 200), True) == "kronecker"
@@ -113,16 +114,15 @@ def test_every_formulation_is_chosen_in_some_case() -> None:
 
 def test_steep_patches_get_their_normals_in_double_precision() -> None:
     """If partials are nearly parallel, float32 loses four digits; one patch also has a pole."""
-    net = np.random.default_rng(4).random((300, 4, 4, 3)) / 3 + np.indices((4, 4, 1)).T[0].swapaxes(
-        0, 1
-    )
-    net[::3, ..., 2] *= 3000
-    net[5, 0] = net[5, 0, 0]
+    nets = np.random.default_rng(4).random((300, 4, 4, 3)) / 3
+    nets[..., :2] += np.moveaxis(np.indices((4, 4)), 0, -1)  # a regular grid in x and y
+    nets[::3, ..., 2] *= 3000
+    nets[5, 0] = nets[5, 0, 0]
     single, double = (
-        evaluate(TensorPatches(net), (8, 8), dtype=dtype) for dtype in (np.float32, np.float64)
+        evaluate(TensorPatches(nets), (8, 8), dtype=dtype) for dtype in (np.float32, np.float64)
     )
     assert np.abs(_get_normals(single) - _get_normals(double)).max() < 1e-5
-    assert single.poles == double.poles == 9
+    assert single.poles == double.poles == 9  # all samples of the collapsed side
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)

@@ -75,6 +75,7 @@ def test_positions_of_triangles_agree_with_exact_arithmetic(
     surface: tuple[Array, Array | None], divisions: int
 ) -> None:
     expected = triangles.positions(triangles.jets(*surface, divisions))
+    # A triangle takes the larger of the two divisions.
     check_points(build_triangle_batch(*surface), (1, divisions), expected)
 
 
@@ -158,10 +159,11 @@ def test_the_method_does_not_change_faces_and_welds(
     """Faces and shared vertices are the same as with `matrix`, so closed meshes stay closed."""
     source: Any = name
     if name == "cube":
-        source = build_cube((0, 3, 5, 6, 0, 3))
+        source = build_cube((0, 3, 5, 6, 0, 3))  # u and v rotated, with the normals still outwards
     if name == "mixed":
         rng = np.random.default_rng(2)
         square, triangle = rng.standard_normal((4, 4, 3)), rng.standard_normal((10, 3))
+        # The side t = 0 of the triangle is the side u = 1 of the square.
         triangle[[0, 1, 2, 3]] = square[-1]
         source = build_mixed_model([square, triangle])
     for resolution in ((6, 6), (3, 7)):
@@ -186,6 +188,7 @@ def check_welds(mesh: Mesh) -> None:
 def test_chunks_have_no_effect(
     method: Method, dtype: Real, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Compares one chunk with chunks of a few samples; the grid has 120, the triangle 78."""
     rng = np.random.default_rng(6)
     batches: list[Patches] = [
         TensorPatches(rng.standard_normal((7, 4, 3, 3)), rng.uniform(0.5, 2, (7, 4, 3))),
@@ -241,7 +244,11 @@ def test_errors_of_forward_differences_grow_with_the_divisions() -> None:
 
 @pytest.mark.parametrize(("p", "q"), [(1, 1), (3, 3), (2, 5), (6, 1)])
 def test_effort_counts_the_multiplications(p: int, q: int) -> None:
-    """The test counts two multiplications for each interpolated coordinate."""
+    """Two multiplications for each interpolated coordinate, in the order of de Casteljau's steps.
+
+    While both degrees are above 0, a step along u and one along v follow each other; then the
+    remaining row of points is interpolated.
+    """
     count, rows, columns = 0, p + 1, q + 1
     while rows > 1 and columns > 1:
         count += sum(2 for _ in range(rows - 1) for _ in range(columns))

@@ -46,7 +46,8 @@ def evaluate_normals(
 def list_inward_directions(u: Fraction, v: Fraction) -> Iterator[tuple[int, int]]:
     """Directions into the domain, in the order in which limits are tried.
 
-    They lead away from the edge, along the edge, and diagonally.
+    They lead away from the edge, along the edge, and diagonally; at a corner, along v, along u, and
+    diagonally.
     """
     into_u, into_v = 1 if u <= Fraction(1, 2) else -1, 1 if v <= Fraction(1, 2) else -1
     directions = [(0, into_v), (into_u, 0)]
@@ -141,8 +142,8 @@ def test_degenerate_nets_have_unit_normals(
 
 
 @given(degenerate_nets())
-def test_normals_at_poles_on_the_border_are_the_limits_from_inside(net: Array) -> None:
-    """Compares normals with the exact limits, wherever these exist."""
+def test_normals_on_the_border_are_the_limits_from_inside(net: Array) -> None:
+    """Compares normals where du × dv vanishes with the exact limits, wherever these exist."""
     # At this resolution all parameters are exact in float64. The parameter 1/3 would be rounded: on
     # a fold at u = 1/3 the surface has no normal, but it has one at the rounded parameter.
     resolution = (4, 2)
@@ -157,7 +158,7 @@ def test_normals_at_poles_on_the_border_are_the_limits_from_inside(net: Array) -
                 assert result[0, i, j] == pytest.approx(limit, abs=1e-9)
 
 
-CUSP = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]], [[0, 0, 0], [0, 1, 0]]]
+FOLD = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]], [[0, 0, 0], [0, 1, 0]]]
 
 
 def _build_bubble() -> Array:
@@ -183,7 +184,7 @@ DEGENERATE: dict[str, Callable[[], Array]] = {
     "an arc, not a surface": lambda: np.repeat(
         [[[0, 0, 0]], [[1, 2, 0]], [[2.0, 0, 1]]], 3, axis=1
     ),
-    "folded onto itself": lambda: np.array(CUSP, dtype=float),
+    "folded onto itself": lambda: np.array(FOLD, dtype=float),
     "two points": lambda: np.repeat([[[0.0, 0, 0]], [[1, 2, 3]]], 4, axis=1),
     "all four edges in one point": _build_bubble,
     "a corner and its neighbours in one point": _build_corner,
@@ -194,8 +195,8 @@ DEGENERATE: dict[str, Callable[[], Array]] = {
 def test_degenerate_shapes_have_unit_normals(shape: str) -> None:
     """No normal is zero or NaN, and NumPy gives no warning (tests treat warnings as errors)."""
     dtypes: list[type[np.float32] | type[np.float64]] = [np.float64, np.float32]
-    places = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), dtypes)
-    for is_rational, offset, scale, dtype in places:
+    cases = product((False, True), (0.0, 1e6), (1.0, 1e-30, 1e30), dtypes)
+    for is_rational, offset, scale, dtype in cases:
         net = (DEGENERATE[shape]() + offset) * scale
         weights = np.random.default_rng(3).uniform(0.2, 5, net.shape[:2]) if is_rational else None
         result = evaluate(build_batch(net, weights), (5, 4), dtype=dtype)

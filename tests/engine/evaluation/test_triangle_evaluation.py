@@ -47,6 +47,7 @@ def test_positions_agree_with_exact_arithmetic(
 ) -> None:
     net, weights = surface
     expected = triangles.positions(triangles.jets(net, weights, divisions))
+    # A triangle takes the larger of the two divisions.
     result = evaluate(build_batch(net, weights), (divisions, 1), normals=False)
     assert result.normals is None
     assert result.positions.shape == (1, len(expected), 3)
@@ -114,21 +115,21 @@ def test_chunks_have_no_effect(
 def build_degenerate_nets() -> dict[str, Any]:
     """Nets with collapsed sides, with repeated points, on a line, or equal to one point."""
     net = build_hills(3).points[0]
-    lines = triangle.side_rows(3)
+    sides = triangle.side_rows(3)  # the rows of the control points on each side
     cases = {}
     for number in range(3):
         side_net = net.copy()
-        side_net[lines[number]] = net[lines[number][0]]
+        side_net[sides[number]] = net[sides[number][0]]
         cases[f"side {number}"] = side_net
         repeated_net = net.copy()
-        repeated_net[lines[number][1]] = net[lines[number][0]]
+        repeated_net[sides[number][1]] = net[sides[number][0]]
         cases[f"repeated point {number}"] = repeated_net
     two_sides_net = net.copy()
-    two_sides_net[np.unique(lines[:2])] = net[0]
+    two_sides_net[np.unique(sides[:2])] = net[0]
     cases["two sides"] = two_sides_net
     cases["line"] = net * (1.0, 0.0, 0.0)
     cases["point"] = np.ones_like(net)
-    cases["all sides"] = np.where(np.isin(np.arange(10), np.unique(lines))[:, None], 0.0, net)
+    cases["all sides"] = np.where(np.isin(np.arange(10), np.unique(sides))[:, None], 0.0, net)
     return cases
 
 
@@ -157,7 +158,8 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
 ) -> None:
     """Near the collapsed side, the triangle is to first order the cone over C, its next row.
 
-    So the normal is along C × C'. Each side is checked, in both directions.
+    So the normal is along C × C'. The collapsed side of the net is s = 0; the six symmetries make
+    it each side, in both directions.
     """
     rng = np.random.default_rng(5)
     net = np.array([[j, k, 0] for _, j, k in triangles.keys(4)]) + rng.uniform(-0.2, 0.2, (15, 3))
@@ -176,13 +178,14 @@ def test_normals_along_a_collapsed_side_are_those_of_the_cone(
     )
     result = evaluate(transformed if is_rational else TrianglePatches(transformed.points), (6, 6))
     assert result.normals is not None
-    assert result.poles == 7
+    assert result.poles == 7  # all samples of the side
     is_collapsed = triangles.apply_symmetry(
         np.array([key[1] == 0 for key in triangles.keys(6)]), symmetry
     )
+    # Each sample of the collapsed side has moved from the parameter t = order / 6.
     order = triangles.apply_symmetry(np.array([key[2] for key in triangles.keys(6)]), symmetry)[
         is_collapsed
     ]
-    sign = -1 if symmetry >= 3 else 1
+    sign = -1 if symmetry >= 3 else 1  # these symmetries are reflections
     expected = sign * np.array(cone_normals)[order]
     assert np.abs(result.normals[0][is_collapsed] - expected).max() < 1e-11

@@ -190,11 +190,12 @@ def build_square_with_strips(columns: int, rows: int, degree: int) -> Multipatch
 
 @pytest.mark.parametrize(
     ("columns", "rows", "degree", "is_cut"),
+    # The docstring states the limits; the strips count, too.
     [
-        (118, 70, 1, True),  # 8448 patches = 8192 + 256
-        (64, 129, 1, False),  # 8449
-        (16, 512, 1, True),  # 8720 patches = 16 · 529 + 256
-        (16, 513, 1, False),  # 8737 > 16 · 530 + 256
+        (118, 70, 1, True),  # 118 · 70 + 188 = 8448 patches = 8192 + 256
+        (64, 129, 1, False),  # 64 · 129 + 193 = 8449 patches
+        (16, 512, 1, True),  # 16 · 512 + 528 = 8720 patches = 16 · 529 + 256
+        (16, 513, 1, False),  # 16 · 513 + 529 = 8737 patches > 16 · 530 + 256
         # Before the cuts the model has 169 + 4 · 56 = 393 points: 13² in the square, 4 in a strip.
         (27, 29, 12, True),  # 27 · 29 · 169 + 4 · 56 = 132,551 points < 16 · 393 + 2^17
         (28, 29, 12, False),  # 28 · 29 · 169 + 4 · 57 = 137,456 points > 16 · 397 + 2^17

@@ -98,7 +98,7 @@ def test_a_chain_of_near_points_is_not_a_group(count: int) -> None:
 
 
 def test_the_points_of_a_short_line_are_not_a_group() -> None:
-    """They are a chain wider than `reach`; points that differ by rounding join their neighbours."""
+    """They are a chain wider than `reach` = 1; but points that differ by 1e-4 make pairs."""
     line = np.linspace(0, 1.5, 4)[:, None] * [1.0, 0, 0]
     reverse_line = line[::-1] + np.random.default_rng(0).uniform(-1e-4, 1e-4, line.shape)
     groups = group_near_points(np.concatenate([line, reverse_line]), 1.0)

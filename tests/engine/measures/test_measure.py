@@ -26,14 +26,14 @@ from tests.oracles.sheets import build_sheets
 from tools.certify.surfaces import FAMILIES
 
 RNG = np.random.default_rng
-PI = mpmath.mp.clone()
-PI.dps = 50
+MP = mpmath.mp.clone()  # with 50 digits
+MP.dps = 50
 
 
 def measure_surface(
     surface: SurfaceKind, tolerance: float = 1e-6, weld: float = 1e-12, budget: int = 1 << 18
 ) -> Measures:
-    """The measures of a surface with this tolerance, weld tolerance and budget of cells."""
+    """The measures of a surface; `budget` is the most control points of all cells."""
     return measure(surface.lower(), MeasureQuery(tolerance, weld, budget))
 
 
@@ -48,8 +48,8 @@ def contains(interval: Interval | None, expected: object, slack: float = 0.0) ->
 def test_intervals_contain_the_exact_values_if_products_underflow(scale: float) -> None:
     sphere = find_example("sphere")
     result = measure_surface(replace(sphere, vertices=sphere.vertices * scale), 1e-3)
-    assert contains(result.area, 4 * PI.pi * PI.mpf(scale) ** 2)
-    assert contains(result.volume, 4 / PI.mpf(3) * PI.pi * PI.mpf(scale) ** 3)
+    assert contains(result.area, 4 * MP.pi * MP.mpf(scale) ** 2)
+    assert contains(result.volume, 4 / MP.mpf(3) * MP.pi * MP.mpf(scale) ** 3)
     assert result.centroid is not None
     assert all(contains(c, 0) for c in result.centroid)
 
@@ -61,24 +61,25 @@ def find_example(name: str) -> PatchSurface:
     return surface
 
 
+# Areas and volumes are divided by π; `height` is z of the centroid.
 @pytest.mark.parametrize(
     ("name", "area", "volume", "height"),
     [
-        ("sphere", 4, 4 / PI.mpf(3), 0),
-        ("octahedral-sphere", 4, 4 / PI.mpf(3), 0),
-        ("torus", 4 * PI.pi * PI.mpf("0.4"), 2 * PI.pi * PI.mpf("0.16"), 0),
+        ("sphere", 4, 4 / MP.mpf(3), 0),
+        ("octahedral-sphere", 4, 4 / MP.mpf(3), 0),
+        ("torus", 4 * MP.pi * MP.mpf("0.4"), 2 * MP.pi * MP.mpf("0.16"), 0),
         ("cylinder", 6, 2, 0),
-        ("cone", 1 + PI.sqrt(5), 2 / PI.mpf(3), -0.5),
+        ("cone", 1 + MP.sqrt(5), 2 / MP.mpf(3), -0.5),
     ],
 )
 def test_measures_of_quadrics_are_right(
     name: str, area: object, volume: object, height: float
 ) -> None:
-    tolerance = 1e-3 if name in ("torus", "cone") else 1e-9
+    tolerance = 1e-9
     result = measure_surface(find(name).surface(), tolerance)
     # Rounded square roots in nets change the surfaces by some 1e-16.
     for interval, expected in ((result.area, area), (result.volume, volume)):
-        exact = expected * PI.pi
+        exact = expected * MP.pi
         assert contains(interval, exact, 1e-15 * float(exact))
         assert interval is not None
         assert interval.high - interval.low <= tolerance * interval.value
@@ -98,9 +99,11 @@ def test_measures_of_quadrics_are_right(
 def test_measures_of_ellipsoids_are_right(
     axes: tuple[float, float, float], seed: int, is_mirrored: bool
 ) -> None:
+    # The formula of the area needs a > b > c.
     c, b, a = sorted(axes)
     a, b = max(a, b + 1e-3, c + 2e-3), max(b, c + 1e-3)
     rotation, _ = np.linalg.qr(RNG(seed).normal(size=(3, 3)))
+    # First a rotation of determinant 1, then perhaps mirrored.
     rotation *= np.linalg.det(rotation) * (-1 if is_mirrored else 1)
     centre = RNG(seed).uniform(-9, 9, 3)
     matrix = np.eye(4)
@@ -110,7 +113,7 @@ def test_measures_of_ellipsoids_are_right(
     result = measure_surface(ellipsoid, budget=1 << 20)
     assert contains(result.area, oracle.ellipsoid_area(a, b, c), 1e-14)
     # The normals of a mirrored member still point outwards.
-    assert contains(result.volume, 4 / PI.mpf(3) * PI.pi * a * b * c, 1e-13)
+    assert contains(result.volume, 4 / MP.mpf(3) * MP.pi * a * b * c, 1e-13)
     assert result.centroid is not None
     assert all(
         contains(interval, coordinate, 1e-14)
@@ -118,22 +121,23 @@ def test_measures_of_ellipsoids_are_right(
     )
 
 
-SMOOTH = (
+NARROW = (
     "bicubic, moderate", "bicubic, wild", "degrees 1 to 8", "B-splines", "rings and tori",
     "triangles", "quadrics", "bilinear", "far away", "tiny", "almost degenerate", "creases",
 )  # fmt: skip
+"""Families of surfaces (`tools.certify.surfaces`) whose areas get narrow intervals."""
 
 
-@pytest.mark.parametrize("name", [*SMOOTH, "rational", "rational triangles", "poles", "NURBS"])
+@pytest.mark.parametrize("name", [*NARROW, "rational", "rational triangles", "poles", "NURBS"])
 def test_areas_agree_with_extrapolated_polyhedra(name: str) -> None:
     surface = FAMILIES[name].surface(11)
-    result = measure_surface(surface, 1e-8 if name in SMOOTH else 1e-4)
+    result = measure_surface(surface, 1e-8 if name in NARROW else 1e-4)
     expected, error = oracle.measure_area(
         build_sheets(surface), levels=4 if isinstance(surface, BsplineSurface) else 5
     )
     assert contains(result.area, expected, error)
     # The intervals of rational surfaces and of poles may be wider than the area.
-    assert result.area.high - result.area.low < (1e-6 if name in SMOOTH else 20) * expected
+    assert result.area.high - result.area.low < (1e-6 if name in NARROW else 20) * expected
 
 
 def test_cells_are_halved_although_the_patches_exceed_the_budget() -> None:
@@ -147,9 +151,12 @@ def test_cells_are_halved_although_the_patches_exceed_the_budget() -> None:
 
 
 def test_cells_are_halved_until_the_budget_is_used_up() -> None:
-    """Four patches become twelve cells: three times the control points of the patches."""
+    """Even with budget 0, cells may have three times the control points of the patches.
+
+    So the four patches become cells of twelve nets.
+    """
     cells = cells_of(RNG(6).uniform(-0.5, 0.5, (4, 3, 3, 3)), np.arange(4), 0.0)
-    result = refine([cells], "size", np.full(1, 1e-30), 0)
+    result = refine([cells], "size", allowed=np.full(1, 1e-30), budget=0)
     assert sum(bounded.cells.size for bounded in result.bounded) == 3 * cells.size
 
 
@@ -157,7 +164,9 @@ def test_cells_are_halved_until_the_budget_is_used_up() -> None:
 def test_the_flux_of_polynomial_patches_is_exact_up_to_rounding(degree: tuple[int, int]) -> None:
     nets = RNG(sum(degree)).uniform(-0.5, 0.5, (2, degree[0] + 1, degree[1] + 1, 3))
     cells = cells_of(nets, np.arange(2), 0.0)
-    sums, errors = refine([cells], "flux", np.ones(2), 0).integrate().over_parts(np.arange(2), 2)
+    refinement = refine([cells], "flux", allowed=np.ones(2), budget=0)
+    # Each patch is a part. Column 0 has the sums of all parts, column 1 + k those of part k.
+    sums, errors = refinement.integrate().over_parts(np.arange(2), 2)
     for k, net in enumerate(nets):
         expected = oracle.exact_flux([to_exact_net(net)])
         assert abs(sums[0, 1 + k] - expected) <= errors[0, 1 + k] < 1e-11
@@ -195,8 +204,8 @@ def test_an_open_surface_has_no_volume_and_lists_its_borders() -> None:
     (loop,) = result.boundaries
     assert loop.closed
     assert loop.edges == 3
-    assert contains(loop.length, 3 * PI.pi / 2, 1e-15)
-    assert contains(result.boundary_length, 3 * PI.pi / 2, 1e-15)
+    assert contains(loop.length, 3 * MP.pi / 2, 1e-15)
+    assert contains(result.boundary_length, 3 * MP.pi / 2, 1e-15)
 
 
 def test_a_reversed_patch_makes_edges_inconsistent() -> None:
@@ -205,6 +214,7 @@ def test_a_reversed_patch_makes_edges_inconsistent() -> None:
     patches[5] = patches[5].transpose(1, 0)
     result = measure_surface(replace(torus, patches=patches))
     assert result.volume is None
+    # Both sides of each of the four edges of the patch.
     assert (result.open_edges, result.inconsistent_edges) == (0, 8)
     assert {fault.request_side.patch for fault in result.faulty_edges} >= {5}
     reversed_torus = measure_surface(
@@ -216,6 +226,7 @@ def test_a_reversed_patch_makes_edges_inconsistent() -> None:
 
 def test_borders_have_the_right_lengths_and_places() -> None:
     result = measure_surface(find("utah-teapot").surface())
+    # The rim, both ends of handle and spout, and the lid.
     assert [loop.edges for loop in result.boundaries] == [4, 2, 2, 2, 2, 4]
     sheets = build_sheets(find("utah-teapot").surface().lower())
     rim = result.boundaries[0]
@@ -227,7 +238,7 @@ def test_borders_have_the_right_lengths_and_places() -> None:
     assert contains(rim.length, *map(sum, zip(*expected, strict=True)))
     spline = find("bspline-hills").surface()
     (border,) = measure_surface(spline).boundaries
-    assert border.edges == 18
+    assert border.edges == 18  # 4 × 5 spans
     assert border.first.patch is None
     assert border.first.uv == ((0.0, 0.0), (0.0, 1.0))
     triangle = measure_surface(find("monkey-saddle").surface())
@@ -247,62 +258,62 @@ def build_halves(is_mirrored: bool) -> GroupSurface:
 def test_members_that_meet_enclose_a_volume(is_mirrored: bool) -> None:
     result = measure_surface(build_halves(is_mirrored))
     assert result.closed
-    assert contains(result.volume, PI.mpf("0.32") * PI.pi**2, 1e-14)
+    assert contains(result.volume, MP.mpf("0.32") * MP.pi**2, 1e-14)
     assert [part.name for part in result.parts] == ["torus", "other"]
     assert all(part.volume is None for part in result.parts)
-    assert all(contains(part.area, 0.8 * PI.pi**2, 1e-14) for part in result.parts)
+    assert all(contains(part.area, 0.8 * MP.pi**2, 1e-14) for part in result.parts)
 
 
 def test_open_sides_of_mirrored_triangles_are_reported_as_in_the_request() -> None:
     sphere = find_example("octahedral-sphere")
     rows = np.array(sphere.triangles)
-    half = rows[(sphere.vertices[rows][..., 0] > -1e-9).all(axis=1)]
-    whole = replace(sphere, triangles=half, parts=())
-    part = replace(sphere, triangles=half[1:], parts=())
+    rows_of_half = rows[(sphere.vertices[rows][..., 0] > -1e-9).all(axis=1)]
+    half = replace(sphere, triangles=rows_of_half, parts=())
+    incomplete_half = replace(sphere, triangles=rows_of_half[1:], parts=())
     placement = np.diag([-1.0, 1, 1, 1])
     faulty_sides = {
         (f.request_side.patch, f.request_side.side, f.request_side.uv)
-        for f in measure_surface(part).faulty_edges
+        for f in measure_surface(incomplete_half).faulty_edges
     }
-    mirrored = measure_surface(GroupSurface((Member(part, matrix=placement),)))
+    mirrored = measure_surface(GroupSurface((Member(incomplete_half, matrix=placement),)))
     assert {
         (f.request_side.patch, f.request_side.side, f.request_side.uv)
         for f in mirrored.faulty_edges
     } == faulty_sides
-    # Beside the other half, only the sides of the missing triangle are open. Sides of the mirrored
-    # member may be reported from either end.
+    # Beside the complete half, only the sides of the missing triangle are open. Sides of the
+    # mirrored member may be reported from either end.
     joined = measure_surface(
-        GroupSurface((Member(whole), Member(part, name="part", matrix=placement)))
+        GroupSurface((Member(half), Member(incomplete_half, name="other", matrix=placement)))
     )
     open_sides = [f.request_side for f in joined.faulty_edges if f.request_side.surface == 1]
     assert {(side.patch, side.side) for side in open_sides} <= {
         (patch, side) for patch, side, _ in faulty_sides
     }
-    ends = {side: set(uv) for _, side, uv in faulty_sides}
+    ends_of_side = {side: set(uv) for _, side, uv in faulty_sides}
     assert open_sides
-    assert all(set(side.uv) == ends.get(side.side, set(side.uv)) for side in open_sides)
+    assert all(set(side.uv) == ends_of_side[side.side] for side in open_sides)
 
 
 def test_each_closed_member_has_a_volume() -> None:
-    far = np.diag([2.0, 2, -2, 1])
+    far = np.diag([2.0, 2, -2, 1])  # larger, mirrored and translated
     far[:3, 3] = 100
     sphere = find_example("sphere")
-    cap = replace(sphere, patches=sphere.patches[1:], parts=())
+    open_sphere = replace(sphere, patches=sphere.patches[1:], parts=())
     members = (
         Member(sphere),
-        Member(cap, name="open", matrix=far @ np.diag([3.0, 3, 3, 1])),
+        Member(open_sphere, name="open", matrix=far @ np.diag([3.0, 3, 3, 1])),
         Member(sphere, name="far", matrix=far),
     )
     result = measure_surface(GroupSurface(members))
     assert result.volume is None
     volumes = [part.volume for part in result.parts]
     assert volumes[1] is None
-    assert contains(volumes[0], 4 * PI.pi / 3, 1e-14)
-    assert contains(volumes[2], 32 * PI.pi / 3, 1e-13)
+    assert contains(volumes[0], 4 * MP.pi / 3, 1e-14)
+    assert contains(volumes[2], 32 * MP.pi / 3, 1e-13)
     assert result.faulty_edges[0].request_side.surface == 1
-    mirrored_group = GroupSurface((Member(cap, matrix=far),))
+    mirrored_group = GroupSurface((Member(open_sphere, matrix=far),))
     (first, *_) = measure_surface(mirrored_group).faulty_edges
-    plain = measure_surface(cap).faulty_edges
+    plain = measure_surface(open_sphere).faulty_edges
     assert first.request_side.side in {fault.request_side.side for fault in plain}
 
 
@@ -319,7 +330,7 @@ def test_closing_gaps_widens_the_interval_of_the_volume() -> None:
     assert result.moved > 1e-8
     assert result.volume is not None
     assert 1e-7 < result.volume.high - result.volume.low < 2e-5
-    assert contains(result.volume, 4 / PI.mpf(3) * PI.pi)
+    assert contains(result.volume, 4 / MP.mpf(3) * MP.pi)
     expected, error = oracle.measure_flux(build_sheets(surface), levels=5)
     assert contains(result.volume, expected / 3, error)
 
@@ -334,9 +345,8 @@ def test_the_volume_of_an_affine_image_is_scaled_by_the_determinant(
     image = replace(torus, vertices=torus.vertices @ matrix.T + offset)
     result = measure_surface(image, 1e-1)
     det = float(np.linalg.det(matrix))
-    volume = float(PI.mpf("0.32") * PI.pi**2 * det)
+    volume = float(MP.mpf("0.32") * MP.pi**2 * det)
     assert contains(
         result.volume, volume, 1e-13 * float(np.abs(matrix).max()) ** 3 * (1 + abs(offset))
     )
-    second_result = measure_surface(image, 1e-1)
-    assert second_result == result
+    assert measure_surface(image, 1e-1) == result  # the same query has the same result

@@ -101,9 +101,9 @@ def test_corner_samples_have_the_control_values() -> None:
 
 def build_attribute_model(pieces: list[Array], values_of_patches: list[Array]) -> PatchModel:
     """A model of patches of one degree; `values_of_patches` are the nets of their attribute "a"."""
-    batch = TensorPatches(
-        np.stack(pieces) + 0.0, channels=(Channel("a", "attribute", np.stack(values_of_patches)),)
-    )
+    points = np.stack(pieces) + 0.0  # −0.0 becomes 0.0
+    channel = Channel("a", "attribute", np.stack(values_of_patches))
+    batch = TensorPatches(points, channels=(channel,))
     return PatchModel("model", (batch,), (Part("model", 0, len(pieces)),))
 
 
@@ -133,7 +133,7 @@ def test_framed_patches_have_the_values_of_their_neighbours(
     plain = build_mesh(build_model(patches), resolution=resolution)
     assert len(mesh.positions) == len(plain.positions)
     assert mesh.welds is None
-    # x and y are linear in u and v, so the parameters follow from the vertex.
+    # x = 2 u and y = 2 v over the whole surface, so the parameters follow from the vertex.
     for position, row in zip(mesh.positions, find_attribute(mesh, "a"), strict=True):
         u, v = (Fraction(float(c)).limit_denominator(10**6) / 2 for c in position[:2])
         expected = exact.surface_point(exact.to_exact_net(channel_net), u, v)
@@ -153,7 +153,7 @@ def test_samples_weld_only_if_their_values_are_equal(normals: bool) -> None:
     mesh = build_mesh(build_strip(left, right), resolution=(4, 4), normals=normals)
     # The values agree at v = 0 only.
     assert len(mesh.positions) == 2 * 25 - 1
-    assert mesh.report.vertices == 2 * 25 - 5
+    assert mesh.report.vertices == 2 * 25 - 5  # the report counts positions
     # With equal values on the seam, its five samples are common vertices.
     mesh = build_mesh(build_strip(left, left[::-1]), resolution=(4, 4), normals=normals)
     assert (mesh.welds, len(mesh.positions)) == (None, 2 * 25 - 5)
@@ -230,7 +230,7 @@ def test_samples_match_only_if_all_channels_agree() -> None:
     first = ChannelRows("a", "attribute", np.array([[1.0], [7], [1 + 1e-9], [1], [0]]))
     second = ChannelRows("b", "attribute", np.array([[3.0, 0], [0, 0], [3, 0], [3, 1], [3, 0]]))
     assert match_values(place, (first, second)).tolist() == [0, 1, 0, 3, 4]
-    assert first.values[2] == 1.0
+    assert first.values[2] == 1.0  # now equal to the value of sample 0
 
 
 def test_colors_stay_within_0_and_1() -> None:

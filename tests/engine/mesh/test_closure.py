@@ -17,7 +17,7 @@ from tests.examples import lower_patches
 from tests.spline_strategies import random_points, random_weights
 from tests.strategies import Array
 
-HALF = np.sqrt(0.5)
+ROOT = np.sqrt(0.5)
 
 
 def build_ring(rows: int = 7, columns: int = 5) -> Array:
@@ -46,12 +46,12 @@ def build_wall(first: Array, last: Array) -> Array:
 
 
 def build_cylinder(breaks: list[float]) -> BsplineSurface:
-    """A cylinder over a full circle of degree 2 with double knots, as in textbooks."""
+    """A cylinder over a full circle of degree 2, as in textbooks; `breaks` are its five knots."""
     corners = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1], [1, 0]]
     net = np.zeros((9, 2, 3))
     net[..., :2] = np.array(corners)[:, None]
     net[:, 1, 2] = 1
-    weights = np.array([1, HALF, 1, HALF, 1, HALF, 1, HALF, 1])[:, None] * [1.0, 1.0]
+    weights = np.array([1, ROOT, 1, ROOT, 1, ROOT, 1, ROOT, 1])[:, None] * [1.0, 1.0]
     vector = np.repeat(breaks, [3, 2, 2, 2, 3])
     return BsplineSurface(net, (2, 1), (vector, "clamped"), weights)
 
@@ -88,12 +88,12 @@ def test_repeating_the_first_row_makes_a_crease() -> None:
     assert mesh.normals is not None
     assert mesh.welds is not None
     repeated = np.flatnonzero(mesh.welds != np.arange(len(mesh.welds)))
-    assert len(repeated) == 4 * 5
+    assert len(repeated) == 4 * 5  # four divisions in each of the five spans along the seam
     np.testing.assert_allclose(
         mesh.positions[repeated, 1], mesh.positions[repeated[0], 1], atol=1e-12
     )
     cosines = (mesh.normals[repeated] * mesh.normals[mesh.welds[repeated]]).sum(axis=1)
-    assert cosines.max() < np.cos(np.radians(1))
+    assert cosines.max() < np.cos(np.radians(1))  # the default `crease_angle` is 1°
     assert cosines.min() < 0.7
 
 

@@ -21,17 +21,19 @@ def sample_normals(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 @given(st.integers(0, 1 << 16), st.integers(1, 40), st.sampled_from([0.0, 0.02, 1.0, np.pi]))
 def test_creases_and_means_are_those_of_plain_loops(seed: int, count: int, angle: float) -> None:
-    place, normals = sample_normals(seed, count)
-    places = Averages.from_leaders(place)
-    expected = find_leaders(place, normals, chord_length(angle))
-    creases = find_creases(normals, places, angle)
-    result = place.copy()
+    first_at_place, normals = sample_normals(seed, count)
+    groups = Averages.from_leaders(first_at_place)
+    expected = find_leaders(first_at_place, normals, chord_length(angle))
+    creases = find_creases(normals, groups, angle)
+    result = first_at_place.copy()
     if creases is not None:
-        result[places.members] = creases.leaders
+        # The members of a group are its samples without the leader.
+        result[groups.members] = creases.leaders
         # Opposite normals have the same creases, and so the same key in the cache of plans.
-        assert getattr(find_creases(-normals, places, angle), "key", None) == creases.key
+        assert getattr(find_creases(-normals, groups, angle), "key", None) == creases.key
     assert result.tolist() == expected.tolist()
     averages = Averages.from_leaders(expected)
+    # Each sample is a leader or a member.
     assert sorted([*averages.members, *np.unique(expected)]) == list(range(count))
     for leader, mean in zip(averages.leaders, mean_normals(normals, averages), strict=True):
         total = np.zeros(3)

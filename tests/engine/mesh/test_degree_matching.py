@@ -170,7 +170,10 @@ def test_nearly_equal_edges_are_not_joined() -> None:
 
 
 def test_joined_edges_are_within_the_stated_distance() -> None:
-    """Compares samples of a rational edge, far from the origin, before and after raising."""
+    """Compares samples of a rational edge, far from the origin, before and after raising.
+
+    `SAME_CURVE` states the distance: ten times its value, relative to the largest coordinate.
+    """
     largest_gap = 0.0
     for seed in range(20):
         (line,) = build_curves(1, 3, seed, is_rational=True)
@@ -183,12 +186,15 @@ def test_joined_edges_are_within_the_stated_distance() -> None:
             for p, w in ((points, line[1]), raised_line)
         ]
         gap = meshes[0].positions[:10] - meshes[1].positions[:10]
-        largest_gap = max(largest_gap, float(np.abs(gap).max()) / 1000)
+        largest_gap = max(largest_gap, float(np.abs(gap).max()) / 1000)  # coordinates are near 1000
     assert largest_gap <= 10 * SAME_CURVE
 
 
 def test_curves_of_different_sizes_are_not_joined() -> None:
-    """A closed curve and a larger copy from the same point; two arches and a very high arch."""
+    """A closed curve and a larger copy from the same point; two arches and a very high arch.
+
+    The high arch must not make the tolerance larger for the others, which differ by 1e-9.
+    """
     loop = np.array([[0.0, 0, 0], [1, 2, 0], [-1, 2, 1], [0, 0, 0]])
     larger_loop = elevate_exactly((2 * loop, np.ones(4)), 4)[0]
     model = build_model([np.stack([net, translate(net, 0, 0, 9)]) for net in (loop, larger_loop)])
