@@ -50,6 +50,8 @@ def test_every_example_is_sound(example: str, weld: bool, faces: str, is_float32
 def test_the_welded_teapot_has_the_known_counts(is_float32: bool) -> None:
     """8257 positions, 256 boundary edges on 16 open borders, four components, all manifold.
 
+    The default resolution is (16, 16): a patch has 256 quads, each split into two triangles.
+
     The handle touches the body in one point. Handle and body have different normals there, so this
     position has two vertices.
     """
@@ -62,7 +64,7 @@ def test_the_welded_teapot_has_the_known_counts(is_float32: bool) -> None:
     np.testing.assert_allclose(mesh.positions[repeated_vertex], (-2, 0, 0.9), rtol=1e-7)
     assert (shape.boundary, shape.non_manifold, shape.misoriented) == (256, 0, 0)
     assert shape.components == 4
-    # A cell has two triangles, or one triangle at one of the eight poles.
+    # The 16 quads at each of the eight poles have two equal corners: they are one triangle each.
     assert len(mesh.triangles) == 32 * 512 - 8 * 16
     assert mesh.report.boundary_edges == 256
     assert not mesh.report.watertight
@@ -81,8 +83,8 @@ def test_teapot_has_no_cracks_by_position() -> None:
         assert len(mesh.positions) == 32 * (resolution[0] + 1) * (resolution[1] + 1)
 
 
-def test_the_teapot_has_quads_in_all_cells_away_from_poles() -> None:
-    """At a pole, a cell is a triangle."""
+def test_the_teapot_has_triangles_instead_of_quads_only_at_poles() -> None:
+    """32 patches of 16 × 16 faces; 16 of these are triangles at each of the eight poles."""
     mesh = build_mesh("utah-teapot", faces="quads")
     assert (len(mesh.quads), len(mesh.triangles)) == (32 * 256 - 8 * 16, 8 * 16)
     assert mesh.report.vertices == 8257
@@ -90,13 +92,14 @@ def test_the_teapot_has_quads_in_all_cells_away_from_poles() -> None:
 
 
 def test_the_teapot_keeps_its_parts() -> None:
-    """Parts are named runs of faces, in order."""
+    """Each patch has 4 × 4 quads of two triangles; those at a pole are one triangle."""
     mesh = build_mesh("utah-teapot", resolution=(4, 4))
-    cells = {"rim": 4, "body": 8, "handle": 4, "spout": 4, "lid": 8, "bottom": 4}
-    assert [part.name for part in mesh.parts] == list(cells)
+    patches = {"rim": 4, "body": 8, "handle": 4, "spout": 4, "lid": 8, "bottom": 4}
+    assert [part.name for part in mesh.parts] == list(patches)
     for part in mesh.parts:
-        poles = 4 * 4 if part.name in ("lid", "bottom") else 0
-        assert part.triangles[1] - part.triangles[0] == cells[part.name] * 32 - poles
+        # Four patches of the lid and of the bottom have a pole.
+        omitted = 4 * 4 if part.name in ("lid", "bottom") else 0
+        assert part.triangles[1] - part.triangles[0] == patches[part.name] * 32 - omitted
 
 
 @given(weighted_nets(height_nets()), resolutions)
@@ -126,7 +129,10 @@ def test_grids_list_the_vertex_of_each_sample(
 def test_a_single_patch_has_the_documented_order_of_vertices_and_faces(
     net: Array, resolution: tuple[int, int], faces: str
 ) -> None:
-    """Sample (i, j) is vertex i (Rv+1) + j, and faces are counter-clockwise about the normal."""
+    """Sample (i, j) is vertex i (Rv+1) + j, and faces are counter-clockwise about the normal.
+
+    `check_upright` checks the latter.
+    """
     mesh = build_mesh([net], resolution=resolution, faces=faces)
     ru, rv = resolution
     index = np.arange((ru + 1) * (rv + 1)).reshape(ru + 1, rv + 1)
@@ -162,7 +168,7 @@ def test_degenerate_nets_make_usable_meshes(
 @pytest.mark.parametrize("offset", [1e5, 1e6, -3e7])
 @pytest.mark.parametrize("example", ["utah-teapot", "sphere", "tveit"])
 def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> None:
-    """A model far from zero: float32 positions are exact relative to its extent."""
+    """Far from zero, the rounding of float32 positions is still small relative to the extent."""
     model = lower_patches(example)
     (batch,) = model.batches
     far_batch = TensorPatches(batch.points + offset, batch.weights)
@@ -181,14 +187,14 @@ def test_large_coordinates_have_a_local_origin(example: str, offset: float) -> N
 
 
 def compute_digest(mesh: Mesh) -> str:
-    """A hash of every array of a mesh."""
+    """A hash of the main arrays and the report of a mesh."""
     arrays = [mesh.positions, mesh.normals, mesh.triangles, mesh.quads, mesh.uvs, mesh.welds]
     content = b"".join(b"-" if a is None else a.tobytes() for a in arrays)
     return hashlib.sha256(content + repr(mesh.report).encode()).hexdigest()
 
 
 def test_the_same_request_gives_the_same_bytes() -> None:
-    """Earlier contents of memory and random numbers have no effect."""
+    """Meshes that were built before have no effect."""
     digests = [
         compute_digest(build_mesh("cone", uvs=True)),
         compute_digest(build_mesh("utah-teapot", is_float32=True)),
@@ -222,7 +228,7 @@ def test_overlays_are_lines_beside_the_faces(name: str) -> None:
 
 
 def test_the_control_net_overlay_has_all_segments_and_cells_of_the_net() -> None:
-    """16 points, 12 segments along u and along v, and 9 cells (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
+    """16 points, 12 segments along v, 12 along u, and 9 cells (i,j) (i,j+1) (i+1,j+1) (i+1,j)."""
     net = lower_patches("tveit").batches[0].points[0]
     (overlay,) = build_mesh("tveit", overlays=("control_net",)).overlays
     np.testing.assert_array_equal(overlay.positions, net.reshape(-1, 3))
@@ -241,7 +247,7 @@ def test_the_boundary_overlay_runs_along_the_borders() -> None:
     mesh = build_mesh("bourke-1111", overlays=("boundary",), resolution=(5, 3))
     (overlay,) = mesh.overlays
     assert len(overlay.segments) == 16
-    border = mesh.grids[0][0].copy()
-    border[1:-1, 1:-1] = border[0, 0]
-    samples = {row.tobytes() for row in mesh.positions[np.unique(border)]}
+    grid = mesh.grids[0][0]
+    border = np.concatenate([grid[0], grid[-1], grid[:, 0], grid[:, -1]])
+    samples = {row.tobytes() for row in mesh.positions[border]}
     assert {row.tobytes() for row in overlay.positions[np.unique(overlay.segments)]} == samples

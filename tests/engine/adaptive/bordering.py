@@ -15,6 +15,7 @@ from tests.oracles.exact import curve_point, to_exact_net
 from tests.strategies import Array, build_model
 
 MOST = 1_000_000
+"""Largest number of triangles, for tests that set no other limit."""
 
 
 class Bordered(NamedTuple):
@@ -32,7 +33,7 @@ class Bordered(NamedTuple):
         return self.border.at[rows].tolist(), vertex.tolist(), self.border.points[vertex]
 
     def list_bits(self) -> list[bytes]:
-        """The points of every side, as bytes, in the direction that comes first in order."""
+        """The points of every side, as bytes: of both directions, the one whose bytes are less."""
         result = []
         for face in range(len(self.faces.first)):
             for side in range(4):
@@ -42,7 +43,7 @@ class Bordered(NamedTuple):
 
 
 def build_border(source: PatchModel | list[Array], goal: Goal, most: int = MOST) -> Bordered:
-    """The faces of a model, or of a list of nets, and their border."""
+    """The faces of a model, or of a list of nets, and their border; for `most` triangles."""
     model = build_model(source) if isinstance(source, list) else source
     seams = find_seams(model.batches)
     faces = find_faces(model, seams)
@@ -50,10 +51,15 @@ def build_border(source: PatchModel | list[Array], goal: Goal, most: int = MOST)
 
 
 def check_border(bordered: Bordered, tolerance: float) -> None:
-    """Checks properties of every border, at points that are computed exactly."""
+    """Checks the entries of all sides, and compares them with exact points of the sides.
+
+    Places ascend from end to end, vertices are on the side, and the side is within the tolerance of
+    its chords.
+    """
     border, faces = bordered.border, bordered.faces
     assert np.array_equal(np.unique(border.vertex), np.arange(len(border.points)))
     patches = [(batch, number) for batch in bordered.model.batches for number in range(batch.count)]
+    # Along each side: its first patch, the step from patch to patch, and the number of patches.
     begin, step, spans = faces.list_sides()
     for face in range(len(faces.first)):
         for side in range(4):
@@ -61,38 +67,38 @@ def check_border(bordered: Bordered, tolerance: float) -> None:
             count = int(spans[face, side])
             assert (at[0], at[-1]) == (0, count * SPAN)
             assert at == sorted(set(at))
-            numbers = begin[face, side] + step[face, side] * np.arange(count)
-            collapsed = bordered.seams.collapsed[numbers, side]
+            along = begin[face, side] + step[face, side] * np.arange(count)
+            collapsed = bordered.seams.collapsed[along, side]
             assert collapsed.all() == collapsed.any() == border.collapsed[face, side]
             if border.collapsed[face, side]:
                 assert len(at) == 2
                 assert vertex[0] == vertex[1]
                 continue
             assert all(a != b for a, b in pairwise(vertex))
-            nets = []
-            for number in numbers.tolist():
-                batch, row = patches[number]
+            curves = []
+            for patch in along.tolist():
+                batch, row = patches[patch]
                 net, weights = batch.side(side)
-                nets.append((net[row], None if weights is None else weights[row]))
-            size = max(float(np.ptp(net, axis=0).max()) for net, _ in nets)
-            room = 1e-11 * max(size, 1e-3 * float(np.abs(nets[0][0]).max()))
+                curves.append((net[row], None if weights is None else weights[row]))
+            size = max(float(np.ptp(net, axis=0).max()) for net, _ in curves)
+            rounding = 1e-11 * max(size, 1e-3 * float(np.abs(curves[0][0]).max()))
             for place, point in zip(at, points, strict=True):
-                true = _evaluate_chain(nets, Fraction(place, SPAN))
-                assert np.abs(true - point).max() <= room
+                true = _evaluate_curves(curves, Fraction(place, SPAN))
+                assert np.abs(true - point).max() <= rounding
             for k in range(len(at) - 1):
-                middle = [
-                    _evaluate_chain(
-                        nets, Fraction(at[k], SPAN) + Fraction(at[k + 1] - at[k], SPAN) * i / 4
+                between = [
+                    _evaluate_curves(
+                        curves, Fraction(at[k], SPAN) + Fraction(at[k + 1] - at[k], SPAN) * i / 4
                     )
                     for i in (1, 2, 3)
                 ]
-                assert max(_measure_gap(p, points[k], points[k + 1]) for p in middle) <= tolerance
+                assert max(_measure_gap(p, points[k], points[k + 1]) for p in between) <= tolerance
 
 
-def _evaluate_chain(nets: list[tuple[Array, Array | None]], t: Fraction) -> Array:
-    """A point of a chain of curves; t counts its spans."""
-    span = min(int(t), len(nets) - 1)
-    points, weights = nets[span]
+def _evaluate_curves(curves: list[tuple[Array, Array | None]], t: Fraction) -> Array:
+    """A point of Bézier curves one after the other; curve k is over k ≤ t ≤ k + 1."""
+    span = min(int(t), len(curves) - 1)
+    points, weights = curves[span]
     (net,) = to_exact_net([points], None if weights is None else [weights])
     result = curve_point(net, t - span)
     if weights is not None:

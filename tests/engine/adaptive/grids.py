@@ -12,28 +12,29 @@ from service.engine.mesh.seams import find_seams
 from service.surface.lowered import PatchModel
 
 SAME = 1e-9
+"""Positions nearer than this, relative to the largest coordinate, become one vertex."""
 
 
 @dataclass(frozen=True)
 class Regular:
-    """A model in faces, their sides, and triangles with made-up bounds 1/8, 2/8, 3/8, …"""
+    """The faces of a model, their sides, and triangles with made-up bounds 1/8, 2/8, 3/8, …"""
 
     faces: Faces
     border: Border
     triangulation: Triangulation
 
 
-def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) -> Regular:
+def build_regular(model: PatchModel, divisions: int = 2, *, per_face: bool = False) -> Regular:
     """Divides each span of each face into divisions × divisions cells of two triangles.
 
-    With `skip`, grids ignore knot lines: every face has this number of divisions in all.
+    With `per_face`, each face, not each span, has this number of cells, which may cross knot lines.
     """
     faces = find_faces(model, find_seams(model.batches))
     patch_nets = PatchNets.of(model)
     places, triangles, owners, sides = [], [], [], []
     count = 0
-    for number_of_face, (n_u, n_v) in enumerate(faces.spans.tolist()):
-        rows, columns = (divisions, divisions) if skip else (n_u * divisions, n_v * divisions)
+    for owner, (n_u, n_v) in enumerate(faces.spans.tolist()):
+        rows, columns = (divisions, divisions) if per_face else (n_u * divisions, n_v * divisions)
         at_u = np.arange(rows + 1) * (n_u * SPAN) // rows
         at_v = np.arange(columns + 1) * (n_v * SPAN) // columns
         number = count + np.arange((rows + 1) * (columns + 1)).reshape(rows + 1, columns + 1)
@@ -41,7 +42,7 @@ def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) 
         a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
         triangles.append(np.stack([a, b, d], axis=-1).reshape(-1, 3))
         triangles.append(np.stack([b, c, d], axis=-1).reshape(-1, 3))
-        owners.append(np.full(number.size, number_of_face))
+        owners.append(np.full(number.size, owner))
         sides += [
             (number[0], at_v),
             (number[-1], at_v),
@@ -63,8 +64,9 @@ def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) 
         collapsed,
     )  # fmt: skip
     corners = np.concatenate(triangles)
-    ends = vertex[corners]
-    kept = corners[(ends != np.roll(ends, 1, axis=1)).all(axis=1)]
+    # At poles, triangles of which two corners are one vertex are left out.
+    vertices = vertex[corners]
+    kept = corners[(vertices != np.roll(vertices, 1, axis=1)).all(axis=1)]
     kept = kept[np.argsort(face[kept[:, 0]], kind="stable")]
     bounds = (1 + np.arange(len(kept))) / 8
     built = Triangulation(face, at[:, 0], at[:, 1], vertex, points[first], kept, bounds, None)
@@ -74,7 +76,7 @@ def build_regular(model: PatchModel, divisions: int = 2, *, skip: bool = False) 
 def evaluate_points(
     patch_nets: PatchNets, faces: Faces, face: np.ndarray, at: np.ndarray
 ) -> np.ndarray:
-    """Points at places of faces."""
+    """Points (N, 3) at places (N, 2) of faces (N,)."""
     span = np.minimum(at // SPAN, faces.spans[face] - 1)
     u, v = ((at - span * SPAN) / SPAN).T
     patch = faces.first[face] + span[:, 0] * faces.stride[face] + span[:, 1]

@@ -18,10 +18,11 @@ from tests.engine.adaptive.bordering import build_border
 from tests.strategies import Array
 
 MOST = 200_000
+"""Largest number of triangles, for tests that set no other limit."""
 
 
 class Refined(NamedTuple):
-    """A model, its faces and borders, and their triangulation."""
+    """The nets and faces of a model, the border of the faces, and their triangulation."""
 
     patch_nets: PatchNets
     faces: Faces
@@ -42,7 +43,7 @@ def build_refined(
     most: int = MOST,
     store: Callable[[Array], Array] = lambda positions: positions,
 ) -> Refined:
-    """The triangulation of a model."""
+    """The triangulation of a model; `store` rounds positions as a format does."""
     result = build_border(model, goal, most)
     patch_nets = PatchNets.of(model)
     built = triangulate(patch_nets, result.faces, result.border, goal, store=store, most=most)
@@ -50,7 +51,7 @@ def build_refined(
 
 
 def check_refined(refined: Refined, tolerance: float) -> None:
-    """Checks in whole numbers that triangles cover the faces exactly once."""
+    """Checks bounds and order, and in whole numbers that triangles cover faces exactly once."""
     _, faces, border, built = refined
     corners = built.triangles
     assert (built.bounds <= tolerance).all()
@@ -61,23 +62,24 @@ def check_refined(refined: Refined, tolerance: float) -> None:
     assert len(set(places)) == len(places)
     u, v = built.u.astype(object), built.v.astype(object)
     a, b, c = corners.T
-    areas = (u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a])
-    assert (areas > 0).all()
-    # Triangles with two equal vertices are left out; they occur beside sides that are one point, or
-    # coincide.
-    area = np.bincount(built.face[a], areas.astype(np.float64), minlength=len(faces.first))
+    twice_areas = (u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a])
+    assert (twice_areas > 0).all()
+    # Triangles of which two corners are one vertex are left out. They occur beside a side that is
+    # one point, and between two sides that are one edge: such faces are not covered completely.
+    covered = np.bincount(built.face[a], twice_areas.astype(float), minlength=len(faces.first))
     whole = 2.0 * faces.spans.prod(axis=1) * float(SPAN) ** 2
-    assert (area <= whole * (1 + 1e-12)).all()
+    assert (covered <= whole * (1 + 1e-12)).all()
     simple = ~border.collapsed.any(axis=1) & ~_find_touching(border)
     for face in np.flatnonzero(simple):
-        exact = sum(areas[built.face[a] == face].tolist())
+        exact = sum(twice_areas[built.face[a] == face].tolist())
         assert exact == 2 * int(faces.spans[face].prod()) * SPAN**2
     check_edges(border, built)
 
 
 def _find_touching(border: Border) -> np.ndarray:
-    """Faces that have a vertex twice."""
+    """Which faces (F,) have a vertex at two places of their sides."""
     result = []
+    # The four corners of a face are entries of two sides each, so they are counted twice.
     for face in range(len(border.collapsed)):
         rows = [border.vertex[slice(*border.start[4 * face + s :][:2])] for s in range(4)]
         result.append(len(np.unique(np.concatenate(rows))) < sum(map(len, rows)) - 4)
@@ -85,8 +87,10 @@ def _find_touching(border: Border) -> np.ndarray:
 
 
 def check_edges(border: Border, triangulation: Triangulation) -> None:
-    """Checks that edges inside faces have two triangles, and edges of the border one for each
-    face."""
+    """Checks that edges inside faces have two triangles, and edges of the border one for each side.
+
+    The samples on the sides are at all places of the border, and at no others.
+    """
     vertices = triangulation.vertex[triangulation.triangles]
     used: Counter[tuple[int, int]] = Counter()
     for row in vertices.tolist():

@@ -40,7 +40,7 @@ def build_mesh(source: str | PatchModel, angle: float, **accuracy: float) -> Mes
 example_mesh = cache(build_mesh)
 
 
-# The most triangles that a mesh may take, at 0.5 and at 0.2 radians.
+# The most triangles that a mesh may take, at 0.5 and at 0.2 radians: a little more than it takes.
 SMOOTH = {
     "sphere": (500, 2600),
     "octahedral-sphere": (500, 2800),
@@ -63,13 +63,13 @@ def test_normals_turn_by_at_most_the_requested_angle(example: str) -> None:
         mesh = example_mesh(example, angle)
         check_sound(mesh)
         assert mesh.report.normal_angle is not None
-        assert mesh.report.normal_angle <= 1.1 * angle
+        assert mesh.report.normal_angle <= angle
         assert mesh.report.triangles <= most
 
 
 def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
-    """The seam is straight, so only normals divide it: those of the member with the larger
-    angles."""
+    """The seam is straight, so only the angles of normals divide it: those of the member that turns
+    more. Both meshes have the same vertices on the seam."""
     rows = np.array([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]], [[2, 0, -2], [2, 1, 4.0]]])
     one, other = rows[:2], rows[1:]
     group = GroupSurface((Member(BezierSurface(one)), Member(BezierSurface(other))))
@@ -84,7 +84,7 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
         near = np.linalg.norm(away - share[:, None] * along, axis=1) < 1e-12
         result.append({*map(tuple, mesh.positions[near].tolist())})
         assert mesh.report.normal_angle is not None
-        assert mesh.report.normal_angle <= 0.055
+        assert mesh.report.normal_angle <= 0.05
     assert len(result[0]) > 4
     assert result[0] == result[1]
 
@@ -92,7 +92,10 @@ def test_members_of_a_group_are_divided_alike_along_a_straight_seam() -> None:
 @pytest.mark.parametrize("kind", ["fans", "rings"])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_refinement_of_folded_patches_ends(kind: str, seed: int) -> None:
-    """Folded patches: normals turn by π at every division, and the report has this angle."""
+    """Nearly all of these models have folds, where no division makes angles smaller than 0.5.
+
+    The number of triangles and the largest angle do not depend on the order of the patches.
+    """
     whole = build_complex(kind, seed)
     order = range(len(whole.nets))
     one = build_mesh(whole.model(order), 0.5)
@@ -111,5 +114,6 @@ def test_an_angle_that_needs_too_many_triangles_is_refused_at_once(example: str)
         build_mesher(model, options, Storage(), has_nodes=False).build_mesh(goal, MOST, effort)
     assert refused.value.issues[0].code == "too_many_triangles"
     assert effort.spent == 0
+    # The estimate by which the request was refused is never above the number of triangles.
     for angle in (0.5, 0.2):
         assert estimate_least_triangles(model, angle) <= len(example_mesh(example, angle).triangles)

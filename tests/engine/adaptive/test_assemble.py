@@ -56,11 +56,11 @@ def list_corners(mesh: Mesh, values: RealArray) -> tuple[Array, Array]:
     return inside.reshape(-1, 3), corner_values.reshape(len(inside) * 3, -1)
 
 
-def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
-    """Checks that common triangles have equal values at their corners; returns the number of
-    corners.
+def check_same_corners(mesh: Mesh, other: Mesh, limit: float) -> int:
+    """Checks that values at the corners of common triangles differ by at most `limit`.
 
-    At poles, the two patterns use different samples as corners of triangles.
+    Returns the number of these corners. At poles, the two meshes use different samples as corners
+    of triangles, so not all triangles are common.
     """
     pairs = [(mesh.normals, other.normals), (mesh.uvs, other.uvs), (mesh.colors, other.colors)]
     pairs += [(values, dict(other.attributes)[name]) for name, values in mesh.attributes]
@@ -69,13 +69,11 @@ def check_same_corners(mesh: Mesh, other: Mesh, apart: float) -> int:
         assert (ours is None) == (theirs is None)
         if ours is None or theirs is None:
             continue
-        (places, values), (ours_values, expected) = (
-            list_corners(mesh, ours),
-            list_corners(other, theirs),
-        )
-        distance, row = cKDTree(ours_values).query(places)
-        same = distance < 1e-9 * max(1.0, float(np.abs(ours_values).max()))
-        np.testing.assert_allclose(values[same], expected[row[same]], atol=apart)
+        points, values = list_corners(mesh, ours)
+        other_points, expected = list_corners(other, theirs)
+        distance, row = cKDTree(other_points).query(points)
+        same = distance < 1e-9 * max(1.0, float(np.abs(other_points).max()))
+        np.testing.assert_allclose(values[same], expected[row[same]], atol=limit)
         compared = int(same.sum())
     return compared
 
@@ -86,13 +84,14 @@ def test_a_regular_triangulation_is_the_mesh_of_a_resolution(example: str) -> No
     theirs = build_mesh(example, resolution=(2, 2), uvs=True)
     check_sound(ours)
     batches = lower_patches(example).batches
-    # Triangles are divided here as squares of which a side is one point.
+    # `ours` has triangular patches divided as squares of which side v = 1 is one point: there, no
+    # triangles need be common.
     triangular = [isinstance(batch, TrianglePatches) for batch in batches]
     if not all(triangular):
         compared = check_same_corners(ours, theirs, 1e-9)
-        pointed = any(bool(batch.collapsed[:, :3].any()) for batch in batches)
-        every = compared == 3 * len(theirs.triangles) == 3 * len(ours.triangles)
-        assert every or ((pointed or any(triangular)) and compared > 100)
+        has_poles = any(triangular) or any(bool(batch.collapsed.any()) for batch in batches)
+        are_all_common = compared == 3 * len(theirs.triangles) == 3 * len(ours.triangles)
+        assert are_all_common or (has_poles and compared > 100)
     assert find_topology(ours).boundary == find_topology(theirs).boundary
     assert ours.report.watertight == theirs.report.watertight
     assert ours.report.closure == theirs.report.closure
@@ -129,11 +128,11 @@ def test_a_crease_at_a_knot_line_has_a_normal_on_each_side() -> None:
     check_sound(mesh)
 
 
-@pytest.mark.parametrize("skip", [False, True])
-def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(skip: bool) -> None:
+@pytest.mark.parametrize("per_face", [False, True])
+def test_a_corner_belongs_to_the_patch_that_the_triangle_covers(per_face: bool) -> None:
     """A step from the corner towards the middle of the triangle stays in the patch."""
     model = lower_patches("bspline-hills")
-    built = build_regular(model, 3, skip=skip)
+    built = build_regular(model, 3, per_face=per_face)
     samples, corners = find_samples(built.faces, built.triangulation)
     assert model.domain is not None
     columns = len(model.domain.v) - 1
@@ -162,6 +161,7 @@ def test_parts_are_runs_with_bounds_of_their_own() -> None:
     model = lower_patches("utah-teapot")
     built = build_regular(model, 2)
     mesh = assemble_regular(model)
+    # Each face of the teapot is one patch.
     patch = built.triangulation.face[built.triangulation.triangles[:, 0]]
     sequence = np.arange(model.patch_count) if model.sequence is None else model.sequence
     result = []
@@ -174,14 +174,16 @@ def test_parts_are_runs_with_bounds_of_their_own() -> None:
             built.triangulation.vertex[built.triangulation.triangles[inside]]
         ]
         ours = mesh.positions[mesh.triangles[first:last]]
-        order, other = (np.lexsort(c.mean(axis=1).round(9).T) for c in (corners, ours))
-        np.testing.assert_array_equal(corners[order], ours[other])
+        # The triangles are compared in the order of their middles.
+        order, our_order = (np.lexsort(c.mean(axis=1).round(9).T) for c in (corners, ours))
+        np.testing.assert_array_equal(corners[order], ours[our_order])
         result.append(float(built.triangulation.bounds[inside].max()))
     assert mesh.report.deviation_bound == max(result)
     assert len(model.parts) > 1
 
 
-def test_patches_in_a_sequence_are_written_in_it() -> None:
+def test_patches_are_written_in_the_order_of_the_sequence() -> None:
+    """The batches have the patch of tveit first, the sequence has the flat patch first."""
     model = lower_patches("tveit")
     flat = BezierSurface(np.array([[[9.0, 0, 0], [9, 1, 0]], [[10, 0, 0], [10, 1, 0]]])).lower()
     assert isinstance(flat, PatchModel)
@@ -190,16 +192,17 @@ def test_patches_in_a_sequence_are_written_in_it() -> None:
         batches=(*model.batches, *flat.batches),
         domains=(),
         sequence=np.array([1, 0]),
-        parts=(replace(model.parts[0], name="second", first=0, last=1),
-               replace(model.parts[0], name="first", first=1, last=2)),
+        parts=(replace(model.parts[0], name="flat", first=0, last=1),
+               replace(model.parts[0], name="tveit", first=1, last=2)),
     )  # fmt: skip
     mesh = assemble_regular(both)
-    (_, rest) = mesh.parts
-    assert mesh.positions[mesh.triangles[: rest.triangles[0]], 0].min() == 9
-    assert mesh.positions[mesh.triangles[rest.triangles[0] :], 0].max() < 9
+    flat_part, tveit_part = mesh.parts
+    assert mesh.positions[mesh.triangles[slice(*flat_part.triangles)], 0].min() == 9
+    assert mesh.positions[mesh.triangles[slice(*tveit_part.triangles)], 0].max() < 9
 
 
 def test_the_largest_angle_is_measured_if_requested() -> None:
+    """It is the angle of normals at two corners of a triangle; the mesh may be without normals."""
     accuracy = Accuracy(angle_tolerance=0.5)
     mesh = assemble_regular("saddle", 3, accuracy=accuracy)
     assert mesh.normals is not None
@@ -215,7 +218,7 @@ def test_the_largest_angle_is_measured_if_requested() -> None:
     assert assemble_regular("saddle", 3).report.normal_angle is None
 
 
-def test_overlays_go_through_vertices_of_the_mesh() -> None:
+def test_the_boundary_overlay_is_the_open_edges_of_the_mesh() -> None:
     mesh = assemble_regular("saddle", 4, overlays=("control_net", "boundary"))
     net, border = mesh.overlays
     assert net.name == "control_net"

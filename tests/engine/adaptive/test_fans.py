@@ -16,13 +16,13 @@ from tests.engine.adaptive.refining import build_refined, check_refined
 from tests.strategies import Array, build_model
 
 
-def build_quadratic(along_u: float, along_v: float, mixed: float = 0.0) -> Array:
-    """The net of z = 4 (a u (1 − u) + b v (1 − v)) + m u v over the unit square.
+def build_quadratic(a: float, b: float, mixed: float = 0.0) -> Array:
+    """The net of z = 4 (a u (1 − u) + b v (1 − v)) + mixed u v over the unit square.
 
-    a and b are the heights of the middles of its sides over their chords.
+    a and b are the heights of the middles of its sides along u and along v over their chords.
     """
     u, v = np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij")
-    height = 2.0 * (along_u * (u % 1 > 0) + along_v * (v % 1 > 0)) + mixed * u * v
+    height = 2.0 * (a * (u == 0.5) + b * (v == 0.5)) + mixed * u * v
     return np.stack([u, v, height], axis=-1)
 
 
@@ -43,8 +43,8 @@ def divide_patch(net: Array, tolerance: float) -> tuple[Task, Leaves]:
 def test_heights_over_fans_are_those_of_dense_samples(shape: tuple[float, float, float]) -> None:
     """The cells are quadratic and nearly flat, so their normals hardly turn."""
     a, b, mixed = np.array(shape) * 1e-4
-    half = np.array([0.0, 0.5, 1.0])
-    u, v = (grid.ravel() for grid in np.meshgrid(half, half, indexing="ij"))
+    halves = np.array([0.0, 0.5, 1.0])
+    u, v = (grid.ravel() for grid in np.meshgrid(halves, halves, indexing="ij"))
     nine_points = evaluate_quadratic(a, b, mixed, u, v)
     result = measure_fans(nine_points[..., np.newaxis], two_sided=False)
     corners, middle = nine_points[[0, 6, 8, 2]], nine_points[4]
@@ -62,7 +62,10 @@ def test_heights_over_fans_are_those_of_dense_samples(shape: tuple[float, float,
 
 
 def test_a_cell_that_bends_alike_in_both_directions_becomes_a_fan() -> None:
-    """The height of the cell over a side is half of its height over a diagonal."""
+    """Heights over sides are 0.01, over diagonals 0.02; a fan must be near enough only to sides.
+
+    If the cell is divided into four, these heights are a quarter.
+    """
     net = build_quadratic(0.01, 0.01)
     for tolerance, leaves, fans in ((0.021, 1, 0), (0.016, 1, 1), (0.006, 4, 0)):
         _, result = divide_patch(net, tolerance)
@@ -76,7 +79,8 @@ def test_a_saddle_of_equal_and_opposite_bends_has_no_fan() -> None:
 
 
 def test_a_cell_is_not_a_fan_if_the_border_has_a_vertex_that_halves_it() -> None:
-    """A side on the border with a height of 0.8 tolerances is divided, so halving costs nothing."""
+    """The sides on the border are 0.8 tolerances high. They are divided, so a cut of the cell adds
+    no vertex to them."""
     assert not divide_patch(build_quadratic(0.01, 0.01), 0.0125)[1].is_fan.any()
 
 
@@ -93,12 +97,13 @@ def test_a_fan_has_one_triangle_for_each_piece_of_its_boundary() -> None:
 def test_leaves_that_fail_become_fans_once_and_are_halved_then() -> None:
     """Only leaves of two triangles become fans, and only where a fan may be near enough."""
     task, whole = divide_patch(build_quadratic(0.01, 0.01), 0.021)
-    plain, along_v = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
-    fan = replace_failing(task, whole, along_v, plain)
+    is_plain, along_v = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
+    fan = replace_failing(task, whole, along_v, is_plain)
     assert fan.is_fan.tolist() == [True]
     assert fan.box.tolist() == whole.box.tolist()
-    assert len(replace_failing(task, fan, along_v, plain)) == 2
-    assert len(replace_failing(task, whole, along_v, ~plain)) == 2
+    assert len(replace_failing(task, fan, along_v, is_plain)) == 2
+    assert len(replace_failing(task, whole, along_v, ~is_plain)) == 2
+    # Over the sides along u heights are 0.02, for a fan as for two triangles.
     task, whole = divide_patch(build_quadratic(0.02, 0.0), 0.021)
-    whole.form[6] = 0.019
-    assert len(replace_failing(task, whole, along_v, plain)) == 2
+    whole.form[6] = 0.019  # the allowed deviation
+    assert len(replace_failing(task, whole, along_v, is_plain)) == 2

@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.bases.arrays import Ints
-from service.engine.adaptive.cutting.cells import Cells, Leaves
+from service.engine.adaptive.cutting.cells import SHORTEST, Cells, Leaves
 from service.engine.adaptive.drafts.draft import Draft
 from service.engine.adaptive.limits import Effort
 from service.engine.adaptive.refine import triangulate
+from service.engine.bounds.faces import SPAN
 from service.engine.bounds.goal import Goal, View
 from service.engine.bounds.patch_nets import PatchNets
 from service.errors import InvalidRequest, TooLarge
@@ -62,8 +63,8 @@ def test_triangles_of_a_face_do_not_depend_on_other_faces(
     order = list(range(len(patches)))
     random.shuffle(order)
     shuffled = build_refined(build_model([patches[k] for k in order]), goal)
-    for place, k in enumerate(order):
-        assert together.list_face_bytes(k) == shuffled.list_face_bytes(place)
+    for row, k in enumerate(order):
+        assert together.list_face_bytes(k) == shuffled.list_face_bytes(row)
         assert together.list_face_bytes(k) == build_refined(
             build_model([patches[k]]), goal
         ).list_face_bytes(0)
@@ -86,8 +87,11 @@ def test_examples_are_closed_and_take_few_triangles(
 
 
 def test_a_ring_of_equal_leaves_is_cut_in_few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A leaf is cut to the vertices of the leaf beside it that was cut before, so its cut adds no
-    vertex to the next leaf of the ring."""
+    """Leaves that fail are cut between vertices that they have already.
+
+    Otherwise each cut would add a vertex to the next leaf of the ring, which would fail one round
+    later.
+    """
     rounds: list[int] = []
     renew = Draft.renew
 
@@ -102,18 +106,20 @@ def test_a_ring_of_equal_leaves_is_cut_in_few_rounds(monkeypatch: pytest.MonkeyP
 
 
 def test_triangles_are_smaller_near_the_eye() -> None:
-    """With a camera, the allowed deviation grows with the distance."""
+    """With a camera, the allowed deviation grows with the distance from its eye."""
     rng = np.random.default_rng(5)
     u, v = np.meshgrid(np.linspace(0, 10, 14), np.linspace(0, 2, 6), indexing="ij")
     net = np.stack([u, v, 0.3 * rng.uniform(-1, 1, u.shape)], axis=-1)
     model = BsplineSurface(net, (3, 3), ("clamped", "clamped")).lower()
-    result = build_refined(model, Goal(1.0, view=View(np.array([-1.0, 1.0, 0.5]), 2e-3, 0.1)))
+    view = View(np.array([-1.0, 1.0, 0.5]), rate=2e-3, near=0.1)
+    result = build_refined(model, Goal(1.0, view=view))
     built = result.triangulation
     middles = built.positions[built.vertex[built.triangles], 0].mean(axis=1)
     near, far = (middles < 2).sum(), (middles > 8).sum()
     assert near > 2 * far
     farthest = np.linalg.norm(built.positions[built.vertex[built.triangles]], axis=2).max(axis=1)
-    assert (built.bounds <= 2e-3 * (farthest + 2.0)).all()
+    # The eye is 1.5 from the origin, so no vertex is further from it than farthest + 1.5.
+    assert (built.bounds <= 2e-3 * (farthest + 1.5)).all()
 
 
 def test_bounds_are_those_of_stored_positions() -> None:
@@ -153,9 +159,9 @@ def test_work_above_the_limit_is_refused() -> None:
 
 
 def test_a_tolerance_that_needs_too_many_halvings_is_refused() -> None:
-    """Cells would be shorter than the least length of places."""
-    cells = Cells(np.array([0]), np.array([[0], [16], [0], [1 << 30]]))
+    """A cell that is 16 units of places long along u is halved along v, but not along u."""
+    cells = Cells(np.array([0]), np.array([[0], [SHORTEST], [0], [SPAN]]))
     with pytest.raises(InvalidRequest) as refused:
-        cells.halve(np.array([False]))
+        cells.halve(along_v=np.array([False]))
     assert refused.value.issues[0].code == "tolerance_too_small"
-    assert len(cells.halve(np.array([True]))[0]) == 1
+    assert len(cells.halve(along_v=np.array([True]))[0]) == 1

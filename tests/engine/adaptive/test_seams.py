@@ -21,7 +21,10 @@ def count_uses(refined: Refined) -> Counter[frozenset[int]]:
 
 
 def list_side_bytes(refined: Refined, face: int) -> list[bytes]:
-    """The points of the sides of a face, each in the direction that comes first, as a set."""
+    """The points of each side of a face that is not one point, as bytes; the list is sorted.
+
+    Of both directions of a side, it has the one whose bytes are less.
+    """
     bits = []
     for side in range(4):
         if not refined.border.collapsed[face, side]:
@@ -31,17 +34,23 @@ def list_side_bytes(refined: Refined, face: int) -> list[bytes]:
     return sorted(bits)
 
 
-def find_equal(whole: Complex) -> list[int]:
-    """Patches whose edges have equal control points, bit for bit, in all patches at the edge."""
-    mixed = [patches for pair, patches in whole.edges().items() if pair not in whole.alike]
-    touched = {patch for patches in mixed for patch in patches}
+def find_alike_patches(whole: Complex) -> list[int]:
+    """Patches whose edges have the same control points and weights in all patches at the edge.
+
+    Other edges have another degree, or weights with another factor, in one of their patches.
+    """
+    others = [patches for edge, patches in whole.edges().items() if edge not in whole.alike]
+    touched = {patch for patches in others for patch in patches}
     return [k for k in range(len(whole.nets)) if k not in touched]
 
 
 @pytest.mark.parametrize("kind", BODIES)
 @pytest.mark.parametrize("seed", [6, 7])
 def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
-    """Degrees are mixed in the first model of each kind, equal in the second."""
+    """Degrees are mixed in the first model of each kind, equal in the second.
+
+    The goal of fans and rings has a view, too.
+    """
     whole = build_complex(kind, seed)
     patches = range(len(whole.nets))
     eye = np.array([2.0, -3.0, 1.0])
@@ -50,21 +59,24 @@ def test_random_models_are_joined_in_any_order(kind: str, seed: int) -> None:
     check_refined(result, 0.2)
     counts = Counter(count_uses(result).values())
     assert set(counts) <= {1, 2}
-    # The open edges are those of the sides of one patch only.
-    shared = whole.edges()
-    single = Counter(vertex for row in find_open_edges(result) for vertex in row)
-    assert (counts[1] == 0) == (kind in CLOSED) == all(len(p) == 2 for p in shared.values())
-    assert all(times == 2 for times in single.values())
+    # The mesh has open edges only if the model has edges of one patch. They form closed loops: each
+    # of their vertices is at two of them.
+    patches_by_edge = whole.edges()
+    uses = Counter(vertex for edge in find_open_edges(result) for vertex in edge)
+    assert (counts[1] == 0) == (kind in CLOSED)
+    assert (counts[1] == 0) == all(len(p) == 2 for p in patches_by_edge.values())
+    assert all(times == 2 for times in uses.values())
+    # The same patches in another order, each in a batch of its own.
     order = np.random.default_rng(seed).permutation(len(whole.nets)).tolist()
     again = build_refined(whole.model(order, together=False), goal)
-    for place, k in enumerate(order):
-        assert again.list_face_bytes(place) == result.list_face_bytes(k)
-    for k in find_equal(whole)[:2]:
+    for row, k in enumerate(order):
+        assert again.list_face_bytes(row) == result.list_face_bytes(k)
+    for k in find_alike_patches(whole)[:2]:
         alone = build_refined(whole.model([k]), goal)
         assert list_side_bytes(alone, 0) == list_side_bytes(result, k)
         assert alone.list_face_bytes(0) == result.list_face_bytes(k)
 
 
 def find_open_edges(refined: Refined) -> list[list[int]]:
-    """Edges of one triangle."""
+    """The edges that only one triangle has."""
     return [sorted(edge) for edge, times in count_uses(refined).items() if times == 1]

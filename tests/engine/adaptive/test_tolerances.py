@@ -79,6 +79,7 @@ def test_the_allowed_deviation_is_the_size_of_a_pixel_at_each_distance() -> None
 def test_the_goal_of_a_model_keeps_its_copy_within_the_goal_of_the_group(
     matrix: Array, tolerance: float, error: float
 ) -> None:
+    """`error` bounds the rounding that follows the placement of the copy."""
     model = build_group(matrix).models[0]
     model_goal = move_goal(Goal(tolerance), matrix, model.bounds, error)
     rounding = bound_placing_error(matrix, *model.bounds) + error
@@ -109,7 +110,7 @@ def test_tolerances_below_twice_the_rounding_are_refused() -> None:
         build_model_goals(Goal(1e-3), model, 1e-3)
     (issue,) = refused.value.issues
     assert (issue.code, issue.needed.split(" for")[0]) == ("tolerance_too_small", "at least 0.002")
-    view = View(np.zeros(3), 1e-9, 1.0)
+    view = View(np.zeros(3), rate=1e-9, near=1.0)
     with pytest.raises(InvalidRequest):
         build_model_goals(Goal(inf, view=view), model, 1e-3)
 
@@ -119,6 +120,7 @@ def test_separate_copies_have_separate_models() -> None:
     apart = separate_copies(whole)
     assert len(apart.models) == 3
     assert [member.model for member in apart.members] == [0, 1, 2]
+    # The three entries are the same model; they are separate because their goals differ.
     assert all(model is whole.models[0] for model in apart.models)
     assert [m.matrix for m in apart.members] == [m.matrix for m in whole.members]
 
@@ -141,13 +143,14 @@ def test_errors_point_to_the_option_of_the_request(accuracy: Accuracy, where: st
 def test_edges_are_divided_by_the_full_goal_unless_rounding_takes_much(
     rounding: float, is_full: bool
 ) -> None:
+    """Much is more than 0.04 of the tolerance."""
     bounds = np.zeros(3), np.ones(3)
     goal = Goal(1.0)
     tight = tighten_for_border(goal, rounding, bounds)
     assert (tight is goal) == is_full
     assert is_full or tight.tolerance == 1.0 - rounding
-    # The eye is at the box, so the nearest point allows 1e-3.
-    goal_with_view = Goal(1.0, view=View(np.zeros(3), 0.1, 0.01))
+    # The eye is at the box, so the least that is allowed is rate times near, 1e-3.
+    goal_with_view = Goal(1.0, view=View(np.zeros(3), rate=0.1, near=0.01))
     assert (
         tighten_for_border(goal_with_view, 1e-3 * rounding, bounds) is goal_with_view
     ) == is_full

@@ -46,10 +46,10 @@ def evaluate_places(patch_nets: PatchNets, faces: Faces, places: Index | Array) 
     return patch_nets.evaluate_points(patch, t[:, 0], t[:, 1])
 
 
-def build_parts(places: Index, corners: Index, beyond: Index) -> Parts:
-    """Parts with one triangle each, which is the reference triangle of its part."""
-    none = np.zeros(len(corners), dtype=np.intp)
-    return Parts(none, places[corners], corners, beyond)
+def build_parts(places: Index, corners: Index, across: Index) -> Parts:
+    """Parts of face 0, one for each triangle, which is the reference triangle of its part."""
+    face = np.zeros(len(corners), dtype=np.intp)
+    return Parts(face, places[corners], corners, across)
 
 
 def measure_deviations(
@@ -63,11 +63,11 @@ def measure_deviations(
     count = len(weights)
     result = measure_distances(points, np.repeat(positions[parts.reference], count, axis=0))
     for k in range(3):
-        near = parts.reference[:, [k, (k + 1) % 3]]
-        has = parts.across[:, k] >= 0
-        beyond = np.concatenate([near, np.where(has, parts.across[:, k], near[:, 0])[:, None]], 1)
+        edge, across = parts.reference[:, [k, (k + 1) % 3]], parts.across[:, k]
+        # Where there is no neighbour, the edge itself is measured instead.
+        neighbour = np.column_stack([edge, np.where(across >= 0, across, edge[:, 0])])
         result = np.minimum(
-            result, measure_distances(points, np.repeat(positions[beyond], count, axis=0))
+            result, measure_distances(points, np.repeat(positions[neighbour], count, axis=0))
         )
     furthest: Array = result.reshape(-1, count).max(axis=1)
     return furthest
@@ -96,6 +96,7 @@ def measure_reference_distances(
 
 
 def build_face(rows: int = 1, columns: int = 1) -> Faces:
+    """One face of rows × columns patches, which are all patches of the model."""
     return Faces(np.array([0]), np.array([columns]), np.array([[rows, columns]]))
 
 
@@ -115,7 +116,7 @@ def divide_evenly(count: int, spans: int = 1) -> Index:
 
 
 def draw_places(rng: np.random.Generator, count: int, spans: int = 1) -> Index:
-    """Random places that divide a face unevenly along one direction."""
+    """Random places along a face that divide it unevenly."""
     inner = np.sort(rng.choice(np.arange(1, 1000), count - 1, replace=False))
     places = np.concatenate([[0], inner * (spans * SPAN // 1000), [spans * SPAN]])
     assert all(a < b for a, b in pairwise(places.tolist()))

@@ -64,21 +64,25 @@ def test_nets_over_boxes_are_the_surface(p: int, q: int) -> None:
 
 
 @pytest.mark.parametrize(("p", "q"), DEGREES)
-def test_triangles_of_few_shapes_have_the_points_of_their_nets(p: int, q: int) -> None:
-    """Nets of halves of boxes and of triangles of fans are equal up to the order of their points,
-    for both windings and each first corner, alone or with others."""
+def test_nets_that_are_not_ordered_have_the_same_points(p: int, q: int) -> None:
+    """With `ordered=False` only the order of the points of a net may be different.
+
+    Halves of boxes and triangles of fans take a shorter way then, all other triangles the usual
+    one. The triangles have both windings and each first corner, and are alone or with others.
+    """
     rng = np.random.default_rng(p * 10 + q + 2)
     box = [(0.25, 0.5), (0.75, 0.5), (0.75, 0.625), (0.25, 0.625)]
     middles = [(0.5, 0.5), (0.75, 0.5625), (0.5, 0.625), (0.25, 0.5625)]
+    # A triangle of a fan has the shape of a side of a box with the middle of the opposite side.
     fans = [(box[k], box[(k + 1) % 4], middles[(k + 2) % 4]) for k in range(4)]
-    three = [list(corners) for corners in permutations(box, 3)]
-    three += [list(corners) for fan in fans for corners in permutations(fan)]
-    three += [[*box[:2], (0.5, 0.6)], [*box[:2], (0.375, 0.625)]]
-    places = np.moveaxis(np.array(three), 0, -1)
-    nets = np.repeat(rng.normal(size=(1, 3, p + 1, q + 1)), len(three), axis=0)
-    exactly = build_triangle_nets(nets, places)
+    corners = [list(half) for half in permutations(box, 3)]  # 24 halves of the box
+    corners += [list(triangle) for fan in fans for triangle in permutations(fan)]  # 24 of fans
+    corners += [[*box[:2], (0.5, 0.6)], [*box[:2], (0.375, 0.625)]]  # two others
+    parameters = np.moveaxis(np.array(corners), 0, -1)
+    nets = np.repeat(rng.normal(size=(1, 3, p + 1, q + 1)), len(corners), axis=0)
+    ordered = build_triangle_nets(nets, parameters)
     for some in (slice(None), slice(0, 24), slice(24, 48), slice(24, 25)):
-        built = build_triangle_nets(nets[some], places[..., some], ordered=False)
-        for one, other in zip(built, exactly[some], strict=True):
+        built = build_triangle_nets(nets[some], parameters[..., some], ordered=False)
+        for one, other in zip(built, ordered[some], strict=True):
             away = np.linalg.norm(one[:, :, np.newaxis] - other[:, np.newaxis], axis=0)
             assert max(away.min(axis=0).max(), away.min(axis=1).max()) < 1e-14

@@ -40,7 +40,10 @@ def to_fractions(value: exact.Vector) -> exact.Vector:
 
 
 def measure_errors(batch: TensorPatches | TrianglePatches, seed: int) -> float:
-    """The largest error of the surfaces of computed nets, in units of its bound."""
+    """The largest error of computed nets over triangles, as a share of its bound.
+
+    Points of a net are compared with exact points of the patch. Nets are relative to `middles`.
+    """
     rng = np.random.default_rng(seed)
     patch_nets = PatchNets.of(build_model(batch))
     (nets,) = patch_nets.groups
@@ -83,6 +86,10 @@ def test_rounding_of_nets_is_within_its_bound(shape: tuple[int, ...], weighted: 
 
 
 def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:
+    """4 (m_0 λ_0 λ_1 + m_1 λ_1 λ_2 + m_2 λ_2 λ_0) over a triangle, at a grid of points λ.
+
+    The rows of coefficients m are random; positive; near 1; and special.
+    """
     rng = np.random.default_rng(1)
     grid = triangles.places(40)
     shares = np.array([[float(x) for x in place] for place in grid])
@@ -97,9 +104,9 @@ def test_the_closed_form_is_the_greatest_value_of_a_quadratic() -> None:
         axis=1,
     )
     result = maximize_quadratics(m)
-    seen = np.maximum(products @ m, 0).max(axis=0)
-    assert (result >= seen * (1 - 1e-15)).all()
-    np.testing.assert_allclose(result, seen, rtol=0, atol=2e-3 * np.abs(m).max())
+    sampled = np.maximum(products @ m, 0).max(axis=0)
+    assert (result >= sampled * (1 - 1e-15)).all()
+    np.testing.assert_allclose(result, sampled, rtol=0, atol=2e-3 * np.abs(m).max())
 
 
 @pytest.mark.parametrize("degree", [3, 9])
@@ -111,12 +118,13 @@ def test_a_tolerance_below_the_least_is_refused(degree: int) -> None:
     patch_nets = PatchNets.of(BezierSurface(np.stack([x, y, height], axis=-1)).lower())
     least = find_least_tolerance(patch_nets)
     assert 1e-14 < least < 1e-10
+    # Storing positions with an error of up to 1e-7 adds twice that.
     assert find_least_tolerance(patch_nets, 1e-7) == pytest.approx(least + 2e-7)
     faces = build_face()
-    places, corners, beyond = divide_face(divide_evenly(64), divide_evenly(64))
+    places, corners, across = divide_face(divide_evenly(64), divide_evenly(64))
     goal = Goal(least)
     check_goal(goal, least)
-    parts = build_parts(places, corners, beyond)
+    parts = build_parts(places, corners, across)
     assert certify(
         patch_nets, faces, parts, evaluate_places(patch_nets, faces, places), goal
     ).meets_goal.all()
@@ -124,9 +132,9 @@ def test_a_tolerance_below_the_least_is_refused(degree: int) -> None:
         check_goal(replace(goal, tolerance=least / 2), least)
     (issue,) = caught.value.issues
     assert (issue.code, issue.pointer) == ("tolerance_too_small", "/tolerance")
-    view = View(np.zeros(3), least / 2, 1.0)
+    view = View(np.zeros(3), rate=least / 2, near=1.0)
     with pytest.raises(InvalidRequest) as caught:
         check_goal(Goal(inf, view=view), least)
     assert caught.value.issues[0].pointer == "/pixel_tolerance"
-    # What is far away is seen from afar, however little is allowed beside the eye.
+    # A model at the distance 1000 is allowed enough, although points beside the eye are not.
     check_goal(Goal(inf, view=view), least, nearest=1e3)

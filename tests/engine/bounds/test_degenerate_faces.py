@@ -26,6 +26,7 @@ def test_fine_patches_with_poles_have_no_missing_triangles(
     collapsed: tuple[bool, bool, bool, bool], faces: Faces
 ) -> None:
     for ru, rv in product(range(FINE, FINE + 2), repeat=2):
+        # A side has the divisions of the grid, or three more: then the patch is framed.
         for more in product((0, 3), repeat=4):
             divisions = zip((rv, rv, ru, ru), more, collapsed, strict=True)
             a, b, c, d = (n if is_pole else n + m for n, m, is_pole in divisions)
@@ -35,6 +36,7 @@ def test_fine_patches_with_poles_have_no_missing_triangles(
 
 
 def test_a_single_division_between_two_poles_has_missing_triangles() -> None:
+    """The sides v = 0 and v = 1 are poles, with one division between them, or with two."""
     shape = Shape((4, 1), (1, 1, 4, 4), (False, False, True, True))
     assert has_missing_triangles(shape, "triangles")
     assert not has_missing_triangles(

@@ -45,7 +45,7 @@ def test_a_spline_is_one_face() -> None:
         assert faces.spans[0].prod() == model.patch_count
 
 
-def test_a_face_ends_where_a_surface_parts() -> None:
+def test_a_face_ends_where_a_surface_is_discontinuous() -> None:
     """A knot of multiplicity degree + 1 separates faces."""
     knots = np.array([0.0, 0, 0, 1, 2, 2, 2, 3, 3, 3])
     model = BsplineSurface(build_wave(7, 6), (2, 3), (knots, "clamped")).lower()
@@ -56,7 +56,7 @@ def test_a_face_ends_where_a_surface_parts() -> None:
 
 
 def test_a_face_ends_where_a_knot_line_is_a_point() -> None:
-    """A double cone: its waist, and the sides that meet there."""
+    """A double cone: the knot line between the two cones is their common apex."""
     angle = 2 * pi * np.arange(6) / 6
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
     net = np.stack([translate(ring, 0, 0, -1), 0 * ring, translate(ring, 0, 0, 1)])
@@ -67,7 +67,7 @@ def test_a_face_ends_where_a_knot_line_is_a_point() -> None:
 
 
 def test_a_face_ends_where_a_surface_touches_itself() -> None:
-    """A sheet folded back onto one of its own knot lines."""
+    """A sheet folded back: of its knot lines 0 to 5, two have x = 1 and z = 0."""
     x = np.array([0.0, 1, 2, 2, 1, 1])
     z = np.array([0.0, 0, 0, 1, 0, -1])
     net = np.stack([np.stack([x, x * 0 + y, z], axis=-1) for y in range(3)], axis=1)
@@ -78,7 +78,10 @@ def test_a_face_ends_where_a_surface_touches_itself() -> None:
 
 
 def test_a_face_ends_where_a_side_becomes_a_point() -> None:
-    """A spline of degree 2: three control points of one side are equal."""
+    """A spline of degree 2 with three equal control points on a side: its middle span is a point.
+
+    Faces end before and after this span.
+    """
     net = build_wave(5, 5)
     net[1:4, 0] = net[1, 0]
     model = BsplineSurface(net, (2, 2)).lower()

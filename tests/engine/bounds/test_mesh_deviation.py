@@ -1,4 +1,4 @@
-"""The bound of a mesh of equal divisions, compared with sampled distances."""
+"""The deviation bound of a mesh by resolution, compared with sampled distances."""
 
 from dataclasses import replace
 from typing import Any
@@ -22,6 +22,10 @@ DIAGONALS = (((0, 1, 3), (1, 2, 3)), ((0, 1, 2), (0, 2, 3)))
 """The two diagonals along which a quad can be split."""
 
 SAMPLES = 300
+"""Samples of each surface, without those that `measure_surface_to_mesh` adds."""
+
+SWAPPED = 5
+"""For `apply_symmetry`: u is reversed, and then u and v are swapped."""
 
 
 def split_faces(mesh: Mesh, diagonal: int = 0) -> Array:
@@ -76,11 +80,17 @@ def test_the_bound_of_forward_differences_includes_their_rounding() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "resolution"), [("rounded-box", (2, 1)), ("cone", (1, 4)), ("torus", (3, 2))]
+    ("name", "resolution", "faces"),
+    [
+        ("rounded-box", (2, 1), "triangles"),
+        ("cone", (1, 4), "quads"),
+        ("torus", (3, 2), "triangles"),
+    ],
 )
-def test_the_bound_holds_for_frames_poles_and_seams(name: str, resolution: tuple[int, int]) -> None:
+def test_the_bound_holds_for_frames_poles_and_seams(
+    name: str, resolution: tuple[int, int], faces: str
+) -> None:
     model = lower_patches(name)
-    faces = "quads" if resolution == (1, 4) else "triangles"
     check_deviation_bound(
         model, build_mesh(model, resolution=resolution, faces=faces, normals=False), SAMPLES // 3
     )
@@ -95,19 +105,20 @@ def test_the_bound_is_close_where_surfaces_bend_evenly(name: str, share: float) 
 
 
 def test_parts_follow_the_sequence() -> None:
+    """The batches have the flat patch first, the sequence has the bent patch first."""
     flat = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
     bent = translate(flat, 4.0)
     bent[1, 1, 2] = 1.0
     model = replace(
         build_mixed_model([flat, bent]),
-        parts=(Part("second", 0, 1), Part("first", 1, 2)),
+        parts=(Part("bent", 0, 1), Part("flat", 1, 2)),
         sequence=np.array([1, 0]),
     )
-    second, first = build(model, MeshOptions(resolution=(1, 1))).parts
-    assert first.deviation_bound is not None
-    assert first.deviation_bound < 1e-12
-    assert second.deviation_bound is not None
-    assert second.deviation_bound >= 0.25
+    bent_part, flat_part = build(model, MeshOptions(resolution=(1, 1))).parts
+    assert flat_part.deviation_bound is not None
+    assert flat_part.deviation_bound < 1e-12
+    assert bent_part.deviation_bound is not None
+    assert bent_part.deviation_bound >= 0.25
 
 
 @pytest.mark.parametrize("shift", [1e3, 1e7])
@@ -125,9 +136,12 @@ def test_rounding_far_from_the_origin_counts(shift: float) -> None:
 
 
 def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_with() -> None:
-    """Patches with a frame are evaluated apart from a huge patch of the same batch."""
+    """Patches with a frame are evaluated apart from a huge patch of the same batch.
+
+    The second patch has u and v swapped, so its side on the first patch has 5 divisions, not 2.
+    """
     plane = np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]])
-    nets = [plane, apply_symmetry(translate(plane, 1), 5), translate(plane * 1e9, 5)]
+    nets = [plane, apply_symmetry(translate(plane, 1), SWAPPED), translate(plane * 1e9, 5)]
     parts = tuple(Part(name, k, k + 1) for k, name in enumerate(("plain", "framed", "huge")))
     mesh = build(replace(build_model(nets), parts=parts), MeshOptions(resolution=(2, 5)))
     plain, framed, huge = (part.deviation_bound or 0.0 for part in mesh.parts)
@@ -136,12 +150,15 @@ def test_the_rounding_of_a_framed_patch_is_that_of_the_patches_it_is_evaluated_w
 
 
 def test_the_bound_of_a_framed_patch_does_not_depend_on_the_batches_before_it() -> None:
-    """A strip joins the second patch of a batch to the edge that it shares with the first one."""
+    """A strip joins the second patch of a batch to the edge that it shares with the first one.
+
+    The first patch has u and v swapped, so it divides the edge into 9, not into 4.
+    """
     x, y = np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="ij")
     net = np.stack([x, y, np.random.default_rng(9).uniform(-1, 1, (4, 4))], axis=-1)
     beside = translate(net, 3.0)
     beside[0] = net[-1]
-    pair = build_model([apply_symmetry(beside, 5), net])
+    pair = build_model([apply_symmetry(beside, SWAPPED), net])
     bounds = []
     for before in ((), build_mixed_model([translate(net[:2, :2], 9.0)]).batches):
         count = len(before)
@@ -153,6 +170,7 @@ def test_the_bound_of_a_framed_patch_does_not_depend_on_the_batches_before_it() 
 
 
 def test_bounds_are_rounded_up() -> None:
+    """The largest bound has at most four digits. It is None if it is infinite."""
     assert find_largest_bound(np.array([0.5, 0.123401, 0.2])) == 0.5
     assert find_largest_bound(np.array([0.12340001])) == 0.1235
     assert find_largest_bound(np.array([3.0000001e-12])) == 3.001e-12

@@ -24,7 +24,7 @@ def build_model(*batches: TensorPatches | TrianglePatches) -> PatchModel:
     return PatchModel("model", batches, (Part("all", 0, count),))
 
 
-def random_batches(seed: int) -> tuple[TensorPatches | TrianglePatches, ...]:
+def build_random_batches(seed: int) -> tuple[TensorPatches | TrianglePatches, ...]:
     """Batches of tensor patches and of triangles, both polynomial and rational."""
     rng = np.random.default_rng(seed)
     return (
@@ -37,6 +37,7 @@ def random_batches(seed: int) -> tuple[TensorPatches | TrianglePatches, ...]:
 
 
 PLACES = st.tuples(st.integers(0, 64), st.integers(0, 64))
+"""Parameters u and v, in units of 1/64."""
 
 
 @given(strategies.weighted_nets(), st.lists(PLACES, min_size=1, max_size=4))
@@ -76,10 +77,10 @@ def test_triangles_are_evaluated_as_squares_with_one_side_a_point(weighted: bool
 
 
 def test_the_bits_of_a_patch_depend_on_nothing_else() -> None:
-    batches = random_batches(7)
+    batches = build_random_batches(7)
     patch_nets = PatchNets.of(build_model(*batches))
     rng = np.random.default_rng(8)
-    patch = rng.integers(0, 11, 5000)
+    patch = rng.integers(0, sum(batch.count for batch in batches), 5000)
     u, v = rng.random((2, 5000))
     together = patch_nets.evaluate_points(patch, u, v)
     first = 0

@@ -71,7 +71,10 @@ def test_a_sphere_has_constant_curvatures_and_one_vertex_per_position(
 
 @pytest.mark.parametrize("accuracy", [None, FINE])
 def test_the_curvatures_at_the_apex_of_a_cone_are_0(accuracy: Accuracy | None) -> None:
-    """H = −cos α / (2ρ) is unbounded near the apex, so it has no limit; the mesh has 0 there."""
+    """H = −cos α / (2ρ) is unbounded near the apex, so it has no limit; the mesh has 0 there.
+
+    ρ is the distance from the axis, and α the angle between axis and side: here tan α = ½.
+    """
     mesh = build_mesh(quadrics.cone(1.0, 2.0).lower(), accuracy=accuracy)
     assert mesh.normals is not None
     rho = np.hypot(*mesh.positions[:, :2].T)
@@ -190,8 +193,8 @@ def test_curvatures_of_all_families_agree_with_single_parameters(name: str) -> N
 def test_samples_of_framed_sides_have_the_curvatures_of_their_patch() -> None:
     """A curved patch and a flat patch meet; the flat patch is framed along the common edge.
 
-    The edge is along v of the curved patch, and along u of the flat patch. So it has 7 divisions,
-    more than the flat patch has along u.
+    The edge is along v of the curved patch, and along u of the flat patch. It has the 7 divisions
+    of v, and the flat patch has only 3 divisions along u.
     """
     curved = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 1]]], dtype=float)
     flat = np.array([[[0, 0, 0], [0, -1, 0]], [[1, 0, 0], [1, -1, 0]]], dtype=float)

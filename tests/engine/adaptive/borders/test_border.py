@@ -48,28 +48,27 @@ def test_degenerate_patches_have_sound_borders(net: Array, tolerance: float) -> 
 
 @given(split_models(oriented=False), tolerances, st.permutations(range(4)))
 def test_neighbours_share_vertices_and_order_does_not_matter(
-    pieces: tuple[Array, list[Array]], tolerance: float, order: list[int]
+    split: tuple[Array, list[Array]], tolerance: float, order: list[int]
 ) -> None:
-    """16 sides have 12 edges; vertices have the same bits alone, together and in any order."""
-    result = build_border(pieces[1], Goal(tolerance))
+    """The 16 sides of four quarters of a patch are 12 edges: four of them have two sides.
+
+    Vertices have the same bits alone, together and in any order.
+    """
+    _, quarters = split
+    result = build_border(quarters, Goal(tolerance))
     check_border(result, tolerance)
-    pairs = {
-        frozenset(pair)
-        for face in range(4)
-        for side in range(4)
-        for pair in [result.find_side(face, side)[1]]
-    }
-    assert len(pairs) == 12
+    edges = {frozenset(result.find_side(face, side)[1]) for face in range(4) for side in range(4)}
+    assert len(edges) == 12
     bits = result.list_bits()
-    again = build_border([pieces[1][k] for k in order], Goal(tolerance)).list_bits()
-    for place, k in enumerate(order):
-        assert again[4 * place : 4 * place + 4] == bits[4 * k : 4 * k + 4]
-        alone = build_border([pieces[1][k]], Goal(tolerance)).list_bits()
+    again = build_border([quarters[k] for k in order], Goal(tolerance)).list_bits()
+    for row, k in enumerate(order):
+        assert again[4 * row : 4 * row + 4] == bits[4 * k : 4 * k + 4]
+        alone = build_border([quarters[k]], Goal(tolerance)).list_bits()
         assert alone == bits[4 * k : 4 * k + 4]
 
 
 def build_spline(seed: int, rows: int, columns: int, rational: bool) -> tuple[Array, Array | None]:
-    """A random control net with weights."""
+    """A random control net and its weights, or None if it is not rational."""
     rng = np.random.default_rng(seed)
     u, v = np.meshgrid(np.arange(float(rows)), np.arange(float(columns)), indexing="ij")
     net = np.stack([u, v, rng.uniform(-1, 1, u.shape)], axis=-1)
@@ -90,14 +89,14 @@ def test_splines_that_meet_agree_without_knowing_each_other(
         others[0] = weights[-1]
         others = apply_symmetry(others, symmetry)
     one = BsplineSurface(net, (degree, 3), weights=weights)
-    swapped = symmetry & 4
+    swapped = symmetry & 4  # u and v are swapped
     two = BsplineSurface(
         apply_symmetry(other, symmetry), (3, degree) if swapped else (degree, 3), weights=others
     )
     for tolerance in (3.0, 0.1, 1e-2):
         result = build_border(one.lower(), Goal(tolerance))
         check_border(result, tolerance)
-        side = result.find_side(0, 1)[2]
+        side = result.find_side(0, 1)[2]  # u = 1: the shared row is the last one
         bits = build_border(two.lower(), Goal(tolerance)).list_bits()
         assert min(side.tobytes(), side[::-1].tobytes()) in bits
 
@@ -125,7 +124,8 @@ def test_rings_have_three_divisions_however_coarse(periodic: bool, spans: int) -
     count = max(spans, degree + 1) if periodic else spans + degree
     angle = 2 * pi * np.arange(count) / (count if periodic else count - 1)
     ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    ring[-1] = ring[-1] if periodic else ring[0]
+    if not periodic:
+        ring[-1] = ring[0]  # exactly
     net = np.stack([ring, translate(ring, 0, 0, 1)])
     knots: Knots = "periodic" if periodic else "clamped"
     model = BsplineSurface(net, (1, degree), ("clamped", knots)).lower()
@@ -156,14 +156,15 @@ def test_two_curves_between_two_corners_stay_two(thickness: float) -> None:
 
 
 @given(nets(), st.sampled_from([0.5, 0.05]))
-def test_division_by_angles_ends_at_cusps(net: Array, angle: float) -> None:
-    """Division ends for all curves."""
+def test_division_by_angles_ends(net: Array, angle: float) -> None:
+    """Random sides, which may have cusps and loops."""
     check_border(build_border([net], Goal(0.5, angle)), 0.5)
 
 
 @pytest.mark.parametrize("rational", [False, True])
-def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
-    """Straight sides with uneven parameters, in one span and in several."""
+def test_two_sided_goals_limit_distances_at_equal_parameters(rational: bool) -> None:
+    """A straight side is its own chord, but its points are elsewhere than those of the chord at
+    equal parameters. With `two_sided` their distance is at most twice the tolerance."""
     weights = np.array([[1.0, 1, 9, 1]] * 2) if rational else None
     line = np.array([[0.0, 0, 0], [0, 0, 0], [0, 1, 0], [0, 9, 0]])
     model = build_model(
@@ -181,7 +182,7 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
             basis *= 1.0 if weights is None else weights[0]
             there = basis @ line / basis.sum()
             assert np.linalg.norm(there - p - (q - p) * k / 8) <= 1.0
-    # Each span of a spline has an equal share of the chord.
+    # Seven straight spans of increasing length: each is compared with 1/7 of the chord.
     net = np.stack([translate(np.array([[y * y, 0, 0] for y in range(8)]), 0, k) for k in range(2)])
     spline = BsplineSurface(net, (1, 1)).lower()
     assert len(build_border(spline, Goal(5.0)).find_side(0, 0)[0]) == 2
@@ -189,8 +190,8 @@ def test_goals_of_two_sides_need_even_steps(rational: bool) -> None:
 
 
 def test_tolerances_below_the_rounding_are_refused() -> None:
-    """The limit also holds for surfaces far from the origin, and for lines."""
-    (net,) = (np.array([[[0.0, 0, 0], [0, 1, 2]], [[1, 0, 0], [1, 1, 2]]]),)
+    """The limit also holds for a plane with straight sides, far from the origin."""
+    net = np.array([[[0.0, 0, 0], [0, 1, 2]], [[1, 0, 0], [1, 1, 2]]])
     for model, tolerance in (
         (lower_patches("utah-teapot"), 1e-15),
         (build_model([net + 1e9]), 1e-8),
@@ -207,7 +208,8 @@ def test_tolerances_below_the_rounding_are_refused() -> None:
     [(3e38, False), (3e38, True), (1e-30, False), (1e-30, True), (4e-321, False)],
 )
 def test_borders_of_huge_and_of_tiny_surfaces_are_divided(scale: float, rational: bool) -> None:
-    """Coordinates from the largest to subnormal numbers, with weights of any ratio."""
+    """Coordinates from the largest that requests may have, that of float32, to subnormal numbers;
+    quotients of weights of up to 1e8."""
     rng = np.random.default_rng(1)
     net = rng.uniform(-1, 1, (4, 6, 3)) * scale
     model = build_model([net], [10 ** rng.uniform(-8, 0, (4, 6))] if rational else None)

@@ -1,4 +1,4 @@
-"""Chains: a chain along several sides is one chain, with one direction."""
+"""Chains: sides with the same edges have one chain, whose direction does not depend on them."""
 
 import numpy as np
 from hypothesis import given
@@ -17,13 +17,14 @@ def find_model_chains(model: PatchModel) -> tuple[Chains, Seams]:
     return find_chains(find_faces(model, seams), seams), seams
 
 
-def list_points(chains: Chains, seams: Seams, number: int) -> Array:
+def list_points(chains: Chains, seams: Seams, chain: int) -> Array:
     """Control points along a chain."""
     result = []
-    for row in range(chains.start[number], chains.start[number + 1]):
+    for row in range(chains.start[chain], chains.start[chain + 1]):
+        # One of the groups, which have curves of one degree each, has the curve of the edge.
         for group in seams.curves:
-            (place,) = np.nonzero(group.ids == chains.edge[row])
-            result += [net[:: -1 if chains.backward[row] else 1] for net in group.points[place]]
+            (match,) = np.nonzero(group.ids == chains.edge[row])
+            result += [net[:: -1 if chains.backward[row] else 1] for net in group.points[match]]
     return np.concatenate(result)
 
 
@@ -36,8 +37,8 @@ def test_a_turned_spline_has_the_same_chains(seed: int, columns: int, symmetry: 
         for points in (net, apply_symmetry(net, symmetry))
     )
     result = [
-        sorted(list_points(*each, number).tobytes() for number in range(len(each[0].length)))
-        for each in (one, two)
+        sorted(list_points(chains, seams, k).tobytes() for k in range(len(chains.length)))
+        for chains, seams in (one, two)
     ]
     assert result[0] == result[1]
 
@@ -50,11 +51,11 @@ def test_the_sides_of_a_torus_are_two_chains() -> None:
     assert chains.uses.tolist() == [2, 2]
     assert chains.side.tolist() == [0, 1, 2, 3]
     # Each chain is closed: it ends at the corner at which it begins.
-    for number in range(2):
-        first = chains.start[number] + number
-        assert chains.corner[first] == chains.corner[first + chains.length[number]]
-        ends = seams.corner_points[chains.corner[first]]
-        np.testing.assert_array_equal(list_points(chains, seams, number)[[0, -1]], [ends, ends])
+    for chain in range(2):
+        first = chains.start[chain] + chain  # each chain has one corner more than edges
+        assert chains.corner[first] == chains.corner[first + chains.length[chain]]
+        end = seams.corner_points[chains.corner[first]]
+        np.testing.assert_array_equal(list_points(chains, seams, chain)[[0, -1]], [end, end])
 
 
 def test_a_moebius_strip_runs_along_its_seam_both_ways() -> None:

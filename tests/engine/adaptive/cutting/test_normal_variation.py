@@ -24,18 +24,22 @@ from tests.strategies import Array, build_model
 HALVES = np.array([0.0, 0.5, 1.0])
 
 
-def list_nine_points(surface: Array) -> Array:
-    """Nine places of one cell from an array (3, 3, 3): u, v, coordinate."""
-    return surface[..., np.newaxis]
+def shape_nine_points(points: Array) -> Array:
+    """Nine points of one cell, (3, 3, 3) for u, v and coordinates, as (3, 3, 3, 1)."""
+    return points[..., np.newaxis]
 
 
 def build_arc(turn: float, radius: float = 1.0) -> Array:
-    """A piece of a cylinder with this turn along u."""
+    """Nine points of a cell of a cylinder whose normals turn by `turn` along u."""
     u, v = np.meshgrid(turn * HALVES, HALVES, indexing="ij")
-    return list_nine_points(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
+    return shape_nine_points(np.stack([radius * np.sin(u), v, -radius * np.cos(u)], axis=-1))
 
 
 def build_scale(share_u: float, share_v: float, size: float = 1e3) -> Scale:
+    """The scale of a cell with these shares of its span in a patch of this size in space.
+
+    The default size is so large that only the shares tell whether the cell is small.
+    """
     return Scale(np.array([[share_u], [share_v]]), np.array([size]))
 
 
@@ -60,7 +64,8 @@ def test_the_normal_at_a_pole_is_extrapolated_from_its_neighbours(noise: float) 
     u, v = np.meshgrid(0.5 * HALVES, 0.2 * HALVES, indexing="ij")
     cap = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1)
     cap[1, 0, 1] += noise
-    result = estimate_normals(list_nine_points(cap))
+    result = estimate_normals(shape_nine_points(cap))
+    # The pole is the side v = 0: all three samples there have the normal ±z.
     for i in range(3):
         apart = np.linalg.norm(np.abs(result[i][0][:, 0]) - [0.0, 0.0, 1.0])
         assert 2 * asin(apart / 2) < 0.02
@@ -69,12 +74,15 @@ def test_the_normal_at_a_pole_is_extrapolated_from_its_neighbours(noise: float) 
 def build_fold(skew: float) -> Array:
     """A sheet folded on itself along u + skew v = 0.3 (1 + skew): it turns by π in one half."""
     u, v = np.meshgrid(HALVES, HALVES, indexing="ij")
-    return list_nine_points(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))
+    return shape_nine_points(np.stack([(u + skew * v - 0.3 * (1 + skew)) ** 2, v, 0 * u], axis=-1))
 
 
 @pytest.mark.parametrize(("skew", "least"), [(1.0, ROUGH), (0.0, FINEST)])
 def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
-    """A fold along v adds one cell at every halving; any other fold doubles the cells along it."""
+    """A fold along v adds one cell at every halving; any other fold doubles the cells along it.
+
+    So cells at a fold along v may become as short as `FINEST`, others only as short as `ROUGH`.
+    """
     large, small = (
         find_cut(compare_normals(build_fold(skew), 0.5, build_scale(s, s)))
         for s in (2 * least, least)
@@ -85,15 +93,17 @@ def test_a_fold_is_not_cut_for_ever(skew: float, least: float) -> None:
 
 @pytest.mark.parametrize("angle", [0.1, 1.0, 3.0])
 def test_a_roof_at_the_height_limit_turns_by_the_angle(angle: float) -> None:
+    """A roof over a chord of length 2: each half rises over a length of 1."""
     height = find_height_limit(angle, np.array([2.0]))[0]
     assert 2 * np.arctan(height) == pytest.approx(angle)
     assert find_chord(angle) == pytest.approx(2 * sin(angle / 2))
     assert find_height_limit(pi, np.array([2.0]))[0] == np.inf
+    # A cell that is small in one direction is not cut for its height.
     assert find_height_limit(angle, np.array([2.0]), build_scale(1, ROUGH))[0] == np.inf
 
 
 def test_bends_between_nine_places_are_not_missed() -> None:
-    """A wave of degree 8 is flat at all nine places."""
+    """A wave of degree 8 along u is 0 at u = 0, ½ and 1, so all nine points are in one plane."""
     t = np.linspace(0, 1, 9)
     wave = np.array([0, 0, 0.0, 2.0, 0.0, -2.0, 0, 0, 0])
     net = np.stack(
@@ -103,16 +113,16 @@ def test_bends_between_nine_places_are_not_missed() -> None:
     assert len(build_leaves(build_model([net]), Goal(np.inf))) == 1
 
 
-def build_edge(c: float) -> tuple[list[float], list[float]]:
-    """Nets of (t − c)² and (t − c)³, of degree 3."""
+def build_cusp(c: float) -> tuple[list[float], list[float]]:
+    """Nets, of degree 3, of (t − c)² and (t − c)³: the coordinates of a curve with a cusp at c."""
     d = 1.0 - c
     square = [c * c, (c * c - 2 * c * d) / 3, (d * d - 2 * c * d) / 3, d * d]
     return square, [-(c**3), c * c * d, -c * d * d, d**3]
 
 
 def test_leaves_at_a_cusp_are_not_cut_for_ever() -> None:
-    """A cusp along u within a patch adds a leaf at every halving."""
-    square, cube = build_edge(0.4)
+    """A cusp along u within a patch adds a leaf at every halving, until leaves are too short."""
+    square, cube = build_cusp(0.4)
     net = np.stack(
         [np.tile([[0.0], [1.0]], 4), np.tile(square, (2, 1)), np.tile(cube, (2, 1))], axis=-1
     )
@@ -136,7 +146,7 @@ def test_division_of_spans_ends_as_that_of_patches_does(spans: tuple[int, int]) 
 
 
 def test_a_cell_that_is_large_in_space_is_cut_though_small_in_parameters() -> None:
-    """A fold in a cell that is most of its patch in space."""
+    """A cell with a fold is cut if its patch is as large, not if its patch is 50 times as large."""
     assert (
         find_cut(compare_normals(build_fold(1.0), 0.5, build_scale(ROUGH, ROUGH, size=1.0)))[0]
         is True
@@ -150,6 +160,6 @@ def test_a_cell_that_is_large_in_space_is_cut_though_small_in_parameters() -> No
 def test_turns_across_a_narrow_cell_are_not_cut_lengthwise() -> None:
     """A cell that is too narrow to be cut across is not cut along its length for ever."""
     u, v = np.meshgrid(HALVES, 1e-6 * HALVES, indexing="ij")
-    trough = list_nine_points(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
+    trough = shape_nine_points(np.stack([u, v, 5e5 * v * v + 0.05 * u * u], axis=-1))
     result = compare_normals(trough, 0.5, build_scale(1.0, 1.0, size=1.0))
     assert find_cut(result)[0] is False

@@ -45,30 +45,32 @@ def count_cuts(leaves: Leaves) -> tuple[int, int]:
     return len(np.unique(leaves.box[0])), len(np.unique(leaves.box[2]))
 
 
-@given(nets(), st.sampled_from([0, 1]), st.integers(1, 7), st.integers(0, 6))
-def test_nets_of_pieces_are_the_same_surface(net: Array, axis: int, end: int, begin: int) -> None:
-    """Compares halved, restricted and elevated nets with exact points."""
-    last, zero = np.moveaxis(net[None], 0, -1), np.zeros(1, dtype=np.intp)
-    low, high = min(begin, end - 1) / 8, (end + 1) / 8
-    both = np.empty((*last.shape[:3], 2, last.shape[3]))
-    halve(last, axis, both)
-    pieces = [(0.0, 0.5, both[..., 0, :]), (0.5, 1.0, both[..., 1, :])]
+@given(nets(), st.sampled_from([0, 1]), st.sets(st.integers(0, 8), min_size=2, max_size=2))
+def test_nets_of_cells_are_the_same_surface(net: Array, axis: int, eighths: set[int]) -> None:
+    """Compares halved, restricted and elevated nets with exact points.
+
+    A cell is the interval between two eighths of one parameter, and all of the other parameter.
+    """
+    nets_of_cells, zero = net[..., np.newaxis], np.zeros(1, dtype=np.intp)
+    low, high = sorted(k / 8 for k in eighths)
+    both = np.empty((*net.shape, 2, 1))
+    halve(nets_of_cells, axis, both)
     box = np.array([[0], [SPAN], [0], [SPAN]])
     box[2 * axis : 2 * axis + 2] = [[int(low * SPAN)], [int(high * SPAN)]]
-    piece = restrict(Nets(zero, last), zero, Cells(zero, box))
-    pieces.append((low, high, piece))
+    cell = restrict(Nets(zero, nets_of_cells), zero, Cells(zero, box))
     exact = to_exact_net(net)
-    for start, stop, piece in pieces:
-        for i, row in enumerate(evaluate_nine_points(elevate(piece))):
-            for j, place in enumerate(row):
+    halves = [(0.0, 0.5, both[..., 0, :]), (0.5, 1.0, both[..., 1, :])]
+    for begin, end, built in [*halves, (low, high, cell)]:
+        for i, row in enumerate(evaluate_nine_points(elevate(built))):
+            for j, point in enumerate(row):
                 at = [i / 2, j / 2]
-                at[axis] = start + (stop - start) * at[axis]
+                at[axis] = begin + (end - begin) * at[axis]
                 true = [float(x) for x in surface_point(exact, *map(Fraction, at))]
-                assert place[:, 0] == pytest.approx(true, abs=1e-12 * (1 + np.abs(net).max()))
+                assert point[:, 0] == pytest.approx(true, abs=1e-12 * (1 + np.abs(net).max()))
 
 
 def test_the_net_of_a_quadratic_follows_from_three_points() -> None:
-    """The net may be elevated to any degree."""
+    """The values at 0, ½ and 1 give the net of the quadratic, also elevated to a higher degree."""
     for degree in (2, 3, 7):
         net = np.array([1.0, -3.0, 2.0])
         values = np.array([1.0, (1.0 - 6.0 + 2.0) / 4, 2.0])
@@ -94,9 +96,9 @@ def test_leaves_cover_the_face(net: tuple[Array, Array | None], tolerance: float
 
 
 def build_parabola(along: Array) -> Array:
-    """A net (3, n, 3) that is bent along u, 1/100 high, with these parameters along v."""
-    u = np.array([0.0, 0.5, 1.0])[:, None] + 0 * along
-    return np.stack([u, along + 0 * u, 0.04 * u * (1 - u) * 2], axis=-1)
+    """A net (3, n, 3) that is bent along u, 1/100 high; `along` are its coordinates along v."""
+    u, y = np.meshgrid([0.0, 0.5, 1.0], along, indexing="ij")
+    return np.stack([u, y, 0.02 * (u == 0.5)], axis=-1)
 
 
 @pytest.mark.parametrize("along", [[0.0, 1.0], [0.0, 0.1, 0.2, 1.0], [0.0, 0.9, 0.95, 1.0, 1.0]])
@@ -113,7 +115,7 @@ def test_cells_are_cut_only_where_they_bend(along: list[float]) -> None:
 
 
 def test_flat_spans_stay_together() -> None:
-    """The flat spans around a bump of 4 of 60 × 40 spans, and beyond a bend, are few cells."""
+    """A plane of 60 × 40 spans is one cell; around a bump of 4 × 4 spans there are few cells."""
     u, v = np.meshgrid(np.arange(63.0), np.arange(43.0), indexing="ij")
     flat = BsplineSurface(np.stack([u, v, 0 * u], -1), (3, 3), ("clamped", "clamped")).lower()
     assert len(build_leaves(flat, Goal(1e-6))) == 1

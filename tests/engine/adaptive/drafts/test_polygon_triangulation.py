@@ -19,11 +19,12 @@ from service.engine.adaptive.drafts.polygon_triangulation import (
 from tests.strategies import Array
 
 FLAT = np.array([1.0, 0, 1, 0, 0, 0, 1])
-"""A unit square without height."""
+"""A flat unit square as a `Leaves.form`: E, F, G of its lengths, a, b, c of its heights, and the
+allowed deviation."""
 
 
 def place_around(below: int, right: int, above: int, left: int) -> tuple[Array, Array]:
-    """A square with these numbers of places between the corners of its sides."""
+    """Parameters x, y of the corners of a square, with this many corners more on each side."""
     rest = [np.arange(n + 1) / (n + 1) for n in (below, right, above, left)]
     x = [rest[0], np.ones(right + 1), 1 - rest[2], np.zeros(left + 1)]
     y = [np.zeros(below + 1), rest[1], np.ones(above + 1), 1 - rest[3]]
@@ -43,7 +44,7 @@ def triangulate_one(x: Array, y: Array, z: Array, form: Array) -> tuple[Ints, Ar
 
 @given(st.tuples(*[st.integers(0, 4)] * 4))
 def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
-    """Polygons with few or many corners, in any position."""
+    """Squares with up to four more corners on each side."""
     x, y = place_around(*between)
     triangles, areas = triangulate_one(x, y, np.zeros(len(x)), FLAT)
     assert len(triangles) == len(x) - 2
@@ -52,7 +53,7 @@ def test_polygons_are_covered(between: tuple[int, int, int, int]) -> None:
 
 
 def test_all_triangulations_are_listed() -> None:
-    """All listed ways are different, and their number is a Catalan number."""
+    """All listed triangulations are different, and their number is a Catalan number."""
     for corners in range(4, ALL + 1):
         result = list_triangulations(corners)
         assert list_triples(corners).shape == (3, comb(corners, 3))
@@ -62,7 +63,7 @@ def test_all_triangulations_are_listed() -> None:
 
 @given(st.integers(4, ALL), st.integers(0, 99))
 def test_both_methods_find_a_triangulation_of_the_least_cost(corners: int, seed: int) -> None:
-    """Both methods find a triangulation of the same cost."""
+    """One method compares all triangulations; the other builds them from those of fewer corners."""
     costs = np.random.default_rng(seed).uniform(size=(comb(corners, 3), 5))
     least = costs[_choose_among_all(costs, corners), np.arange(5)].sum(axis=0)
     assert costs[_choose_step_by_step(costs, corners), np.arange(5)].sum(axis=0) == pytest.approx(
@@ -75,7 +76,8 @@ def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
     """Edges follow a ridge along a diagonal, with few corners or many."""
     x, y = place_around(0, 0, 0, extra)
     for sign, ends in ((1.0, {0, 2}), (-1.0, {1, 3})):
-        # Heights (x − y)² or (x + y)²: none along the one diagonal, most along the other.
+        # E, F, G; a, b, c of the heights (x − y)² or (x + y)², 0 along the diagonal between `ends`
+        # and large across it; and the allowed deviation.
         form = np.array([1.0, 0, 1, 1, -sign, 1, 0.5])
         triangles, _ = triangulate_one(x, y, np.zeros(len(x)), form)
         across = {1, 3} if sign > 0 else {0, 2}
@@ -89,7 +91,8 @@ def test_edges_run_where_the_surface_does_not_bend(extra: int) -> None:
 
 
 def test_a_straight_corner_keeps_its_area() -> None:
-    """Two sides of the square that are one line in space: the diagonal starts between them."""
+    """Two sides of the square are one line in space, so the other three corners are in line: the
+    diagonal begins at the corner between these sides."""
     x, y = place_around(0, 0, 0, 0)
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0]]).T
     triangles, _ = triangulate_polygons(np.array([4]), x, y, points, FLAT[:, None])

@@ -24,7 +24,7 @@ def build_first_triangles(
     draft = Draft(task, result.border, lambda positions: positions)
     leaves = divide_cells(task, build_whole_cells(result.faces))
     draft.renew(leaves)
-    # The first samples are those of the boundaries, in their order.
+    # The draft traces these boundaries, too, and has their samples in the same order.
     boundaries = trace_boundaries(draft.border_places, leaves, draft.halvings)
     return boundaries, draft.triangles
 
@@ -67,17 +67,21 @@ def test_triangles_at_a_pole_have_reference_triangles() -> None:
     assert result.is_written[result.reference[flat]].all()
     assert (result.leaf[result.reference[flat]] == result.leaf[flat]).all()
     assert (boundaries.u[result.corners[flat]] == 0).sum(axis=1).tolist() == [2] * len(flat)
-    assert not len(result.bare)
-    assert not len(result.crossed)
+    assert not len(result.bare)  # leaves at the border that have only flat triangles there
+    assert not len(result.crossed)  # edges of more than two triangles
 
 
 def test_borders_without_vertices_have_strips() -> None:
-    """A side that is straight, and leaves that end on it: their corners are lifted."""
+    """The side u = 0 is straight, so it has no vertices, but leaves have corners on it.
+
+    These corners are lifted: moved into the face. The strip between them and a segment of the
+    border has one triangle for each lifted corner; one of them, the base, has the whole segment.
+    """
     u, v = np.meshgrid(np.arange(4) / 3, np.arange(4) / 3, indexing="ij")
     net = np.stack([u, v, v * (1 - v) * np.array([0.0, 3.0, -3.0, 3.0])[:, None]], axis=-1)
     net[0, :, 2] = 0.0
     boundaries, result = build_first_triangles([net], 0.01)
-    strips = result.leaf < 0
+    strips = result.leaf < 0  # triangles of strips belong to no leaf
     assert strips.any()
     assert (boundaries.u[boundaries.lifted] > 0).all()
     bases = np.unique(result.base[strips])
