@@ -1,4 +1,4 @@
-"""The text format of the teapot: all layouts give the same surface; errors name the line."""
+"""The text format of the teapot: any separators and line breaks; errors name the line."""
 
 from contextlib import suppress
 
@@ -7,13 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.decoders.teapot import decode
+from service.decoders import teapot
+from service.decoders.format import Tree
 from service.errors import SurfaceError
 from service.surface.examples import find
 from service.surface.patches import PatchSurface
 
 MAX_POINTS = 1_000_000
 """The limit of control points, for tests in which it does not matter."""
+
+
+def decode(content: bytes, max_points: int = MAX_POINTS) -> Tree:
+    """The decoded surface, whose kind is found from the content."""
+    return teapot.decode(content, None, max_points)
 
 
 def build_teapot() -> PatchSurface:
@@ -23,7 +29,10 @@ def build_teapot() -> PatchSurface:
 
 
 def write_text(surface: PatchSurface, comma: str = ",", has_row_lines: bool = False) -> str:
-    """The text of a surface: a line for each patch, or for each row of a patch."""
+    """The text of a surface: a line for each patch, or for each row of a patch.
+
+    `comma` is between two numbers of a line.
+    """
     lines = [str(len(surface.patches))]
     for patch in np.asarray(surface.patches) + 1:
         rows = patch if has_row_lines else patch.reshape(1, -1)
@@ -41,14 +50,14 @@ def test_the_text_of_the_teapot_is_decoded_to_equal_arrays(
 ) -> None:
     surface = build_teapot()
     content = write_text(surface, comma, has_row_lines).replace("\n", end).encode()
-    document = decode(content, None, MAX_POINTS)
+    document = decode(content)
     np.testing.assert_array_equal(document["vertices"], surface.vertices)
     np.testing.assert_array_equal(document["patches"], surface.patches)
 
 
 @st.composite
 def surfaces(draw: st.DrawFn) -> PatchSurface:
-    """Patches of any degree. Coordinates are whole numbers, so vertices look like indices."""
+    """Patches of degrees 1 to 4. Coordinates are whole numbers, so vertices look like indices."""
     side, count = draw(st.integers(2, 5)), draw(st.integers(1, 4))
     vertex_count = draw(st.integers(1, 40))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
@@ -57,18 +66,22 @@ def surfaces(draw: st.DrawFn) -> PatchSurface:
 
 
 @given(surfaces(), st.booleans())
-def test_any_layout_is_decoded_to_equal_arrays(surface: PatchSurface, has_row_lines: bool) -> None:
+def test_patches_of_any_degree_are_decoded_to_equal_arrays(
+    surface: PatchSurface, has_row_lines: bool
+) -> None:
     content = write_text(surface, has_row_lines=has_row_lines).encode()
-    document = decode(content, None, MAX_POINTS)
+    document = decode(content)
     np.testing.assert_array_equal(document["patches"], surface.patches)
     np.testing.assert_array_equal(document["vertices"], surface.vertices)
 
 
 VALID = "2\n1,2,3,4\n3,4,5,6\n6\n0,0,0\n0,1,0\n1,0,1\n1,1,1\n2,0,0\n2,1,0\n"
+"""Two patches of degree 1, with 8 control points among 6 vertices, in 10 lines."""
 
 REFUSALS = {
     "nothing": ("", "malformed_body", 1),
     "a word": (VALID.replace("5,6\n6", "zq9x7,6\n6"), "malformed_body", 3),
+    # Without the added line, the numbers could also be read as one patch of 5 × 5 vertices.
     "no number of patches": (VALID[2:] + "0,0,0\n", "malformed_body", 1),
     "no patches": (VALID.replace("2\n1", "0\n1"), "malformed_body", 1),
     "half a patch": (VALID.replace("2\n1", "1.5\n1"), "malformed_body", 1),
@@ -99,7 +112,7 @@ REFUSALS = {
 @pytest.mark.parametrize(("text", "code", "line"), REFUSALS.values(), ids=list(REFUSALS))
 def test_errors_name_the_line(text: str, code: str, line: int) -> None:
     with pytest.raises(SurfaceError) as error:
-        decode(text.encode(), None, MAX_POINTS)
+        decode(text.encode())
     issue = error.value.issues[0]
     assert issue.code == code
     assert f"(line {line})" in issue.message
@@ -108,14 +121,21 @@ def test_errors_name_the_line(text: str, code: str, line: int) -> None:
 
 
 def test_texts_with_too_many_control_points_are_refused() -> None:
-    assert decode(VALID.encode(), None, 8)
-    for text in (VALID, "1\n" + "1 " * 100, "9" * 90):
+    """The limit is 7: a text has 8 control points, another has more numbers than 7 points need."""
+    assert decode(VALID.encode(), max_points=8)
+    for text in (VALID, "1\n" + "1 " * 100):
         with pytest.raises(SurfaceError) as error:
-            decode(text.encode(), None, 7)
-        assert error.value.issues[0].code in ("too_many_control_points", "malformed_body")
+            decode(text.encode(), max_points=7)
+        assert error.value.issues[0].code == "too_many_control_points"
+
+
+def test_a_huge_number_of_patches_without_patches_is_malformed() -> None:
+    with pytest.raises(SurfaceError) as error:
+        decode(b"9" * 90)
+    assert error.value.issues[0].code == "malformed_body"
 
 
 @given(st.text("0123456789,. \n-e", max_size=60))
 def test_any_text_is_decoded_or_refused(text: str) -> None:
     with suppress(SurfaceError):
-        assert decode(text.encode(), None, MAX_POINTS)["patches"].ndim == 3
+        assert decode(text.encode())["patches"].ndim == 3

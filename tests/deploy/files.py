@@ -1,4 +1,4 @@
-"""Reads the files in `deploy/`, and checks limits of memory and time that all of them have."""
+"""Reads the files in `deploy/`, and checks the limits of memory and time that they set."""
 
 import subprocess
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from service.settings.values import Settings
 ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
 USER = 10001
-"""Id of the user and group that the image runs as."""
+"""Id of the user and of the group that the processes of the image run as."""
 
 
 def load_yaml(path: Path) -> Any:
@@ -46,7 +46,10 @@ PROCESS_BYTES = 200_000_000
 
 
 def build_settings(environment: Mapping[str, str]) -> Settings:
-    """The settings from the variables `SURFACE_…`; with an unknown one the test fails."""
+    """The settings from the variables `SURFACE_…`; with an unknown one the test fails.
+
+    The default of `memory_bytes` is what it is in a container: half of the container's memory.
+    """
     texts = {
         name.removeprefix(PREFIX).lower(): value
         for name, value in environment.items()

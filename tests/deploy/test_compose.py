@@ -42,14 +42,16 @@ def test_without_a_profile_only_one_instance_of_the_service_starts() -> None:
 
 
 @every_service
-def test_containers_cannot_write_to_their_image_or_gain_privileges(name: str) -> None:
+def test_containers_are_limited_and_cannot_write_to_their_image_or_gain_privileges(
+    name: str,
+) -> None:
     service = SERVICES[name]
     assert service["read_only"]
     assert service["cap_drop"] == ["ALL"]
     assert "no-new-privileges:true" in service["security_opt"]
     assert {"mem_limit", "cpus", "pids_limit", "stop_grace_period"} <= service.keys()
     for volume in service.get("volumes", []):
-        if volume.startswith("."):
+        if volume.startswith("."):  # a path in this repository
             assert volume.endswith(":ro")
 
 
@@ -109,10 +111,10 @@ def test_both_instances_use_the_store_in_surface_env() -> None:
     assert "s3_region = " + f'"{settings["AWS_REGION"]}"' in (
         DEPLOY / "garage" / "garage.toml"
     ).read_text(encoding="utf-8")
-    # Two instances need a common store, so the second does not start without this file.
+    # Two instances need a common store, so the second does not start without surface.env.
     assert SERVICES["surface-2"]["env_file"] == ["surface.env"]
 
 
 @pytest.mark.parametrize("name", ["store", "prometheus", "grafana"])
-def test_other_containers_have_health_checks(name: str) -> None:
+def test_the_store_and_the_monitoring_have_health_checks(name: str) -> None:
     assert SERVICES[name]["healthcheck"]["test"][0] == "CMD"

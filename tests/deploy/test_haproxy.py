@@ -43,15 +43,19 @@ def test_the_proxy_opens_fewer_connections_than_an_instance_accepts() -> None:
 
 
 def test_one_client_address_may_have_a_quarter_of_the_connections() -> None:
+    # The first `maxconn` is that of the section `global`.
     assert 4 * read_number("sc0_conn_cur gt") <= read_number("maxconn")
 
 
 def test_the_proxy_notices_a_draining_instance_before_its_listener_closes() -> None:
-    """A draining instance responds to the health check at once; `fall` failures in a row count."""
+    """A draining instance fails each health check; after `fall` failures it gets no requests.
+
+    The first failure comes after `inter` at the latest, the others follow every `fastinter`.
+    """
     detection_time = read_seconds("inter") + (read_number("fall") - 1) * read_seconds("fastinter")
     settings = build_settings(SERVICES["surface"]["environment"])
     assert settings.drain_delay >= 2 * detection_time
-    # The health check of an instance that works may take DEADLINE seconds.
+    # The health check of an instance that works takes at most DEADLINE seconds.
     assert read_seconds("timeout check") > DEADLINE
     assert "uri /health/ready " in TEXT
 
@@ -60,6 +64,7 @@ def test_hosts_are_services_of_the_compose_file() -> None:
     addresses = re.findall(r'server (\S+) "\$\{\w+-(\S+):(\d+)\}"', TEXT)
     assert {host for _, host, _ in addresses} == {"surface", "surface-2"} <= SERVICES.keys()
     for name, host, port in addresses:
+        # The servers any-… are backups, for times when no instance is ready.
         assert name in (host, f"any-{host}")
         assert int(port) == DEFAULTS.port
 

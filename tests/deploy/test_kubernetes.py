@@ -24,7 +24,9 @@ from tests.deploy.files import (
 )
 from tests.programs import find_program
 
-KUBERNETES = "1.37"
+KUBERNETES_VERSION = "1.37"
+"""The version against whose schemas the manifests are validated."""
+
 FOLDER = DEPLOY / "kubernetes"
 OVERLAYS = sorted(path.name for path in (FOLDER / "overlays").iterdir())
 OPERATOR_KINDS = {"ServiceMonitor", "PrometheusRule"}
@@ -41,7 +43,7 @@ def build_overlay(overlay: str) -> dict[tuple[str, str], Manifest]:
     manifests = list(yaml.safe_load_all(text))
     for each in manifests:
         if each["kind"] not in OPERATOR_KINDS:
-            kubernetes_validate.validate(each, KUBERNETES, strict=True)
+            kubernetes_validate.validate(each, KUBERNETES_VERSION, strict=True)
     by_name = {(each["kind"], each["metadata"]["name"]): each for each in manifests}
     assert len(by_name) == len(manifests)
     return by_name
@@ -117,7 +119,7 @@ def test_the_settings_fit_into_the_limits_of_the_container(overlay: str) -> None
     # With 0 the service would start one thread for each processor of the node.
     assert settings.threads > 0
     if select_kind(overlay, "Ingress"):
-        # In this time the load balancer notices that the pod is not ready.
+        # During `drain_delay`, the load balancer notices that the pod is not ready.
         assert settings.drain_delay >= 5
     # A `preStop` hook that waits is not necessary, because the service itself waits.
     assert "lifecycle" not in find_container(overlay)
@@ -151,7 +153,7 @@ def test_probes_request_routes_of_the_service(overlay: str) -> None:
 
 @overlays
 def test_network_policies_allow_only_needed_traffic(overlay: str) -> None:
-    """Into the pods to the port of the service; out of them to DNS and HTTPS, only for a bucket."""
+    """Clients reach the port of the service; if the store is a bucket, pods reach DNS and HTTPS."""
     policies = {
         each["metadata"]["name"]: each["spec"] for each in select_kind(overlay, "NetworkPolicy")
     }
@@ -202,6 +204,7 @@ def test_in_production_replicas_share_a_bucket_and_one_may_stop() -> None:
     assert budget["selector"] == deployment["spec"]["selector"]
     settings = read_settings("production")
     assert settings.store.startswith("s3://")
+    # Opening a bucket checks its address, and sends no request.
     open_store(settings.store, settings.store_quota)
     assert {"secretRef": {"name": "surface-bucket"}} in find_container("production")["envFrom"]
     for each in find_pod("production")["topologySpreadConstraints"]:
@@ -236,8 +239,7 @@ def test_the_ingress_leads_to_all_routes_except_those_for_operators() -> None:
 
     routes = {route.path for route in iter_route_contexts(create_app(Settings()).routes)}
     operator_paths = {"/health/live", "/health/ready", "/metrics"}
-    unreached_paths = {path for path in routes | operator_paths if path and not is_reached(path)}
-    assert unreached_paths == operator_paths
+    assert {path for path in routes if not is_reached(path)} == operator_paths
     annotations = find_only("production", "Ingress")["metadata"]["annotations"]
     seconds = int(annotations["haproxy.org/timeout-server"].removesuffix("s"))
     assert seconds > read_settings("production").request_timeout

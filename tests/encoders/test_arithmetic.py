@@ -1,4 +1,4 @@
-"""The name of the arithmetic differs between processors and libraries that round differently."""
+"""`describe_platform`: another processor, which may round differently, has another text."""
 
 import os
 import platform
@@ -15,14 +15,14 @@ OLD_CORES = {"x86_64": ("Prescott", "Nehalem"), "aarch64": ("ARMV8", "NEOVERSEN1
 PROGRAM = "from service.encoders.arithmetic import describe_platform; print(describe_platform())"
 
 
-def name_with_core(core: str) -> str:
-    """The name of the arithmetic in a process whose OpenBLAS uses the code for processor `core`."""
+def describe_with_core(core: str) -> str:
+    """The text of `describe_platform` if OpenBLAS uses the code for the processor `core`."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": core}
     return run_python("-c", PROGRAM, env=environment, cwd=Path(__file__).parents[2]).stdout
 
 
-def test_the_name_depends_on_the_processor() -> None:
+def test_the_text_depends_on_the_processor() -> None:
     if not any(library["internal_api"] == "openblas" for library in threadpool_info()):
         pytest.skip("only OpenBLAS can use the code for another processor")
     first_core, second_core = OLD_CORES[platform.machine()]
-    assert name_with_core(first_core) != name_with_core(second_core)
+    assert describe_with_core(first_core) != describe_with_core(second_core)

@@ -40,7 +40,10 @@ def test_normals_and_uvs_are_float32() -> None:
 
 
 def test_a_mesh_with_attributes_and_creases_has_attribute_faces() -> None:
-    """At a crease several rows of attributes belong to one position."""
+    """At a crease several rows of attributes belong to one position.
+
+    `attribute_faces` are the faces by rows of attributes; `faces` are those by positions.
+    """
     mesh = replace(add_attributes(build_silo()), normals=None, uvs=None, colors=None)
     assert decode(mesh)["attribute_faces"] == mesh.triangles.tolist()
     assert "attribute_faces" not in decode(replace(mesh, attributes=()))
@@ -71,4 +74,5 @@ def test_the_local_origin_is_added_to_positions() -> None:
     # For each row of the document, the first vertex of the mesh with its position.
     first = [find_rows(build_silo()).index(k) for k in range(len(document["vertices"]))]
     np.testing.assert_array_equal(document["vertices"], expected[first])
+    # The boundary begins at the point (0, 0, 0) of the mesh.
     np.testing.assert_array_equal(document["lines"][1]["vertices"][0], origin)

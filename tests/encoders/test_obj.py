@@ -39,7 +39,8 @@ def test_a_position_with_two_colors_has_two_lines() -> None:
     records = read_records(mesh)
     rows = read_numbers(records, "v")
     positions = np.unique(rows[:, :3], axis=0)
-    assert mesh.report.vertices > len(positions)
+    # At creases, at the seam and at the apex, several vertices share a position.
+    assert len(mesh.positions) > len(positions)
     assert len(np.unique(rows, axis=0)) == len(rows) > len(positions)
     for face, vertices in zip(read_corners(records), mesh.triangles.tolist(), strict=True):
         for (row, *_), vertex in zip(face, vertices, strict=True):

@@ -22,14 +22,25 @@ def read_lines(content: bytes) -> list[str]:
     return content.decode("ascii").splitlines()
 
 
+def list_vertices(sheet: Mesh, form: OoglForm) -> list[int]:
+    """The vertices of a sheet in the order of the file, in which they begin after two lines.
+
+    MESH lists the samples of the only patch with u fastest, OFF lists the vertices.
+    """
+    if form == "off":
+        return list(range(len(sheet.positions)))
+    (patch,) = sheet.grids[0]
+    order: list[int] = patch.T.ravel().tolist()
+    return order
+
+
 @pytest.mark.parametrize("form", ["mesh", "off"])
 def test_positions_are_written_with_all_digits(form: OoglForm, tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     positions = rng.standard_normal((16, 3)) * 10.0 ** rng.integers(-30, 30, (16, 1))
     mesh = replace(build_sheet(3), positions=positions)
     content = encode(mesh, form)
-    # MESH lists the samples of a grid with u fastest, OFF lists the vertices.
-    order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
+    order = list_vertices(mesh, form)
     rows = [[float(x) for x in line.split()[:3]] for line in read_lines(content)[2:18]]
     assert rows == positions[order].tolist()
     # Geomview stores float32, and its last bit may be wrong.
@@ -57,8 +68,7 @@ def test_a_line_has_position_normal_color_and_texture_coordinates(
     content = encode(mesh, form)
     lines = read_lines(content)
     assert lines[1].startswith(f"{{ = {prefix}{form.upper()} ")
-    order = mesh.grids[0][0].T.ravel() if form == "mesh" else np.arange(16)
-    for line, k in zip(lines[2:18], order.tolist(), strict=True):
+    for line, k in zip(lines[2:18], list_vertices(mesh, form), strict=True):
         color = [*mesh.colors[k].tolist(), 1.0]
         expected = [*mesh.positions[k], *mesh.normals[k], *color, *mesh.uvs[k], *tail]
         np.testing.assert_allclose([float(x) for x in line.split()], expected, rtol=1e-7)

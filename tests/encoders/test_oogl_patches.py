@@ -78,7 +78,7 @@ def test_corners_have_their_colors(tmp_path: Path) -> None:
     """
     colors = np.random.default_rng(6).random((2, 2, 2, 4))
     points = build_net(2, 1, patches=2)
-    points[1] += 9
+    points[1] += 9  # so that no point of one patch is near the other patch
     batch = TensorPatches(points, channels=(Channel("colors", "colors", colors),))
     content = encode_patches(build_model(batch))
     assert content.startswith(b"LIST\n{ = CBEZ 2 1 3\n")

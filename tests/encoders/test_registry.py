@@ -26,6 +26,7 @@ def test_every_module_that_writes_a_format_is_in_the_registry() -> None:
     for info in iter_modules(service.encoders.__path__, "service.encoders."):
         module = import_module(info.name)
         bound = getattr(module, "byte_bound", None)
+        # Formats of meshes have the function `byte_bound(size, options)`.
         if bound and "size" in signature(bound).parameters:
             assert bound in bounds, f"service/encoders/registry.py lacks {info.name}"
 

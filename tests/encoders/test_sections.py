@@ -21,8 +21,14 @@ SVG = "{http://www.w3.org/2000/svg}"
 @pytest.fixture(scope="module")
 def teapot() -> Sections:
     """Sections of the teapot: closed polylines, open polylines, and a plane that misses it."""
-    normals = [(0, 0, 1), (0, 1, 0.1), (0, 0, 1)]
-    return cut(lower_patches(find("utah-teapot").surface()), normals, [1, 0.1, 9])
+    normals, offsets = [(0, 0, 1), (0, 1, 0.1), (0, 0, 1)], [1, 0.1, 9]
+    return cut(lower_patches(find("utah-teapot").surface()), normals, offsets)
+
+
+@pytest.fixture(scope="module")
+def empty() -> Sections:
+    """The section of a sphere of radius 1 by the plane z = 5, which misses it."""
+    return cut(lower_patches(find("sphere").surface()), normals=(0, 0, 1), offsets=5)
 
 
 def measure_lengths(sections: Sections) -> list[float]:
@@ -35,9 +41,9 @@ def encode_sections(sections: Sections, name: str) -> bytes:
     return SECTIONS_BY_NAME[name].encode(sections)
 
 
-def test_files_are_not_longer_than_their_bounds(teapot: Sections) -> None:
-    empty = cut(lower_patches(find("sphere").surface()), (0, 0, 1), 5)
-    tangent = cut(lower_patches(find("sphere").surface()), (1, 2, 3), 1)
+def test_files_are_not_longer_than_their_bounds(teapot: Sections, empty: Sections) -> None:
+    # A plane at the distance 1 from the centre of the sphere touches it.
+    tangent = cut(lower_patches(find("sphere").surface()), normals=(1, 2, 3), offsets=1)
     for sections in (teapot, empty, tangent):
         for fmt in SECTION_FORMATS:
             assert len(fmt.encode(sections)) <= fmt.byte_bound(SectionSize.of(sections))
@@ -93,7 +99,8 @@ def test_glb_has_a_strip_for_each_polyline(teapot: Sections) -> None:
     assert lengths == pytest.approx(measure_lengths(teapot), rel=1e-6)
     # 3 is LINE_STRIP.
     assert {strip["mode"] for strip in strips} == {3}
-    assert len(content.document["nodes"]) == 4
+    # The root, and a node for each plane.
+    assert len(content.document["nodes"]) == 1 + 3
 
 
 def test_obj_has_a_line_element_of_equal_length_for_each_polyline(teapot: Sections) -> None:
@@ -107,9 +114,10 @@ def test_obj_has_a_line_element_of_equal_length_for_each_polyline(teapot: Sectio
 
 
 @pytest.mark.parametrize("name", ["glb", "gltf"])
-def test_the_validator_finds_no_issue(teapot: Sections, name: str, tmp_path: Path) -> None:
+def test_the_validator_finds_no_issue(
+    teapot: Sections, empty: Sections, name: str, tmp_path: Path
+) -> None:
     assert list_issues(encode_sections(teapot, name), tmp_path / f"a.{name}") == []
-    empty = cut(lower_patches(find("sphere").surface()), (0, 0, 1), 5)
     assert list_issues(encode_sections(empty, name), tmp_path / f"b.{name}") == []
 
 

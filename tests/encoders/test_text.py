@@ -9,7 +9,13 @@ import pytest
 from service.bases.cache import MESH_PLANS
 from service.encoders.format import EncodeOptions
 from service.encoders.registry import BY_NAME
-from service.encoders.text import general_lines, join_rows, json_array, json_document
+from service.encoders.text import (
+    ROW_NUMBERS,
+    general_lines,
+    join_rows,
+    json_array,
+    json_document,
+)
 from service.engine.options import MeshOptions
 from service.pipeline.mesh import build_mesh
 from service.surface.examples import find
@@ -17,9 +23,9 @@ from service.surface.examples import find
 RANDOM = np.random.default_rng(3)
 RANDOM_BITS = RANDOM.integers(0, 2**64, 20_000, dtype=np.uint64).view(np.float64)
 DECIMALS = RANDOM.integers(-(10**7), 10**7, 20_000) / 10.0 ** RANDOM.integers(0, 12, 20_000)
-"""Numbers with at most seven digits, many of which lie in the middle between six digits."""
+"""Numbers of at most seven digits: a seventh digit 5 is midway between two numbers of six."""
 EDGES = [-0.0, 1e6, 999999.5, 999999.4, 9.99996e-5, 0.0001, 1.000005, 100000.5, 5e-324]
-"""Numbers at which six digits change to the notation with an exponent, or round up to a power."""
+"""Numbers that `%g` writes with an exponent or just without, or rounds up to a power of ten."""
 NUMBERS = np.concatenate(
     (EDGES, RANDOM_BITS[np.isfinite(RANDOM_BITS)], DECIMALS, np.nextafter(DECIMALS, 1))
 )
@@ -40,13 +46,16 @@ def test_lines_have_the_numbers_of_their_rows_with_all_bits() -> None:
     assert table[:, 3:].astype(np.float32).tobytes() == single.tobytes()
 
 
-@pytest.mark.parametrize("count", [0, 1, 32, 33, 64, 2601])
+@pytest.mark.parametrize(
+    "count", [0, 1, ROW_NUMBERS, ROW_NUMBERS + 1, 2 * ROW_NUMBERS, 81 * ROW_NUMBERS + 9]
+)
 def test_long_rows_of_the_longest_numbers_are_written(count: int) -> None:
-    """For such rows orjson alone would write beyond the end of its buffer."""
+    """orjson gets at most `ROW_NUMBERS` numbers in a row: more would not fit into its buffer."""
     array = -1.2345678901234567e-300 * (1 + np.arange(2.0 * count).reshape(2, count) / 1e6)
     assert json.loads(json_array(array)) == array.tolist()
-    value = {"array": array[0], "gaps": array[:, ::2], "done": b"[1]", "number": array.sum()}
-    plain = {"array": array[0].tolist(), "gaps": array[:, ::2].tolist(), "done": [1]}
+    # `bytes` are JSON already.
+    value = {"array": array[0], "strided": array[:, ::2], "json": b"[1]", "number": array.sum()}
+    plain = {"array": array[0].tolist(), "strided": array[:, ::2].tolist(), "json": [1]}
     assert json.loads(json_document(value)) == plain | {"number": float(array.sum())}
 
 

@@ -69,7 +69,9 @@ def test_oogl_with_patches_has_lines_but_refuses_tubes_and_missing_faces() -> No
         (MeshOptions(has_faces=False, overlays=("control_net",)), "/faces"),
     ],
 )
-def test_surfaces_without_parameters_have_no_wires(options: MeshOptions, pointer: str) -> None:
+def test_tubes_have_no_isocurves_and_cannot_be_drawn_without_faces(
+    options: MeshOptions, pointer: str
+) -> None:
     with pytest.raises(InvalidRequest) as error:
         render(find("trefoil-tube").surface(), options, BY_NAME["json"])
     (issue,) = error.value.issues
@@ -77,6 +79,7 @@ def test_surfaces_without_parameters_have_no_wires(options: MeshOptions, pointer
 
 
 def test_wires_beyond_single_precision_are_refused() -> None:
+    """Coordinates must fit into float32, also in formats that store float64."""
     large = BezierSurface(3e38 * np.array([[[0.0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]))
     options = MeshOptions(isocurves=(1, 1), wires="tubes", wire_width=1e38)
     with pytest.raises(SurfaceError) as error:

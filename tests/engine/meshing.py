@@ -12,13 +12,11 @@ from service.surface.lowered import Model
 from tests.oracles.topology import Topology, count_topology, winding_agreement
 from tests.strategies import Array, build_model
 
-Faces = list[list[int]]
-
 
 def build_mesh(
     source: str | Model | list[Array], *, is_float32: bool = False, **options: Any
 ) -> Mesh:
-    """The mesh of an example, a model, or a list of nets."""
+    """The mesh of an example, a model, or a list of control nets (p+1, q+1, 3) of patches."""
     if isinstance(source, str):
         source = find(source).surface().lower()
     elif isinstance(source, list):
@@ -26,21 +24,21 @@ def build_mesh(
     return build(source, MeshOptions(**options), is_float32=is_float32)
 
 
-def list_faces(mesh: Mesh) -> Faces:
+def list_faces(mesh: Mesh) -> list[list[int]]:
     """Triangles, then quads, as lists of vertex numbers."""
-    faces: Faces = mesh.triangles.tolist() + mesh.quads.tolist()
+    faces: list[list[int]] = mesh.triangles.tolist() + mesh.quads.tolist()
     return faces
 
 
-def find_places(mesh: Mesh) -> np.ndarray:
+def find_first_vertices(mesh: Mesh) -> np.ndarray:
     """For each vertex, the first vertex at its position; without `welds`, the vertex itself."""
     return np.arange(len(mesh.positions)) if mesh.welds is None else mesh.welds
 
 
 def find_topology(mesh: Mesh) -> Topology:
     """The topology of the surface; vertices with one entry in `welds` count as one vertex."""
-    place = find_places(mesh).tolist()
-    return count_topology([[place[i] for i in face] for face in list_faces(mesh)])
+    first_vertex = find_first_vertices(mesh).tolist()
+    return count_topology([[first_vertex[i] for i in face] for face in list_faces(mesh)])
 
 
 def to_triangles(mesh: Mesh) -> np.ndarray:
@@ -137,7 +135,7 @@ def check_upright(mesh: Mesh) -> None:
 def check_winding(mesh: Mesh) -> None:
     """Checks that every face is counter-clockwise about the mean of the normals of its corners.
 
-    Use it for meshes that are fine enough: a coarse mesh of a sound surface may fail.
+    Use it for fine meshes only: a coarse mesh may fail, although nothing is wrong with it.
     """
     assert mesh.normals is not None
     assert winding_agreement(mesh.positions, mesh.normals, to_triangles(mesh)).min() > 0

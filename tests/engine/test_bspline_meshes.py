@@ -1,12 +1,10 @@
 """Meshes of B-splines: seams, creases, discontinuous surfaces, parameters."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from service.bases import knots
-from service.engine.options import MeshOptions
+from service.engine.mesh.mesh_value import Mesh
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import build_mesh, check_sound, find_topology
 from tests.spline_strategies import random_points, random_weights
@@ -15,7 +13,7 @@ from tests.strategies import Array
 
 def build_field(rows: int, columns: int) -> Array:
     """A control net over a grid in x and y; the surface has no folds, and its normals point up."""
-    net = random_points(rows, 11, columns)
+    net = random_points(rows, 11, columns)  # 11 is the seed
     net[..., 0], net[..., 1] = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     net[..., 2] /= 8
     return net
@@ -28,7 +26,7 @@ def build_roof(rows: int, columns: int) -> Array:
     return net
 
 
-def pair_normals(mesh: Any) -> tuple[Array, Array]:
+def pair_normals(mesh: Mesh) -> tuple[Array, Array]:
     """Normals (n, 3) of vertices that repeat a position, and of the first vertices there."""
     assert mesh.normals is not None
     if mesh.welds is None:
@@ -108,12 +106,13 @@ def test_uvs_are_parameters_of_the_domain(weld: bool) -> None:
         assert len(np.unique(mesh.uvs[:, 0])) == 7
         assert len(np.unique(mesh.uvs[:, 1])) == 7
     assert np.isin([-1, 0.1, 0.7, 2], mesh.uvs[:, 0]).all()
-    for (u, v), place in zip(mesh.uvs, mesh.positions, strict=True):
-        (s,), rows = knots.evaluate_basis(vector, 2, [u])
-        (t,), columns = knots.evaluate_basis(knots.uniform_knots(5, 3), 3, [v])
+    for (u, v), position in zip(mesh.uvs, mesh.positions, strict=True):
+        # The p + 1 basis functions that do not vanish in span s belong to the points s − p to s.
+        (s,), (basis_u,) = knots.evaluate_basis(vector, 2, [u])
+        (t,), (basis_v,) = knots.evaluate_basis(knots.uniform_knots(5, 3), 3, [v])
         window = surface.control_net[s - 2 : s + 1, t - 3 : t + 1]
-        expected = np.einsum("i,j,ijd->d", rows[0], columns[0], window)
-        np.testing.assert_allclose(place, expected, atol=1e-13)
+        expected = np.einsum("i,j,ijd->d", basis_u, basis_v, window)
+        np.testing.assert_allclose(position, expected, atol=1e-13)
 
 
 def test_on_the_seam_of_a_closed_surface_uvs_have_both_ends_of_the_domain() -> None:
@@ -133,8 +132,8 @@ def test_the_control_net_overlay_is_the_net_of_the_request() -> None:
     """The overlay is the net of the surface, not of patches; a periodic direction closes."""
     net = build_field(5, 6)
     surface = BsplineSurface(net, (2, 3), ("clamped", "periodic"), random_weights(5, 3, 6))
-    options = MeshOptions(resolution=(2, 2), overlays=("control_net", "boundary"))
-    overlay, _ = build_mesh(surface.lower(), resolution=(2, 2), overlays=options.overlays).overlays
+    mesh = build_mesh(surface.lower(), resolution=(2, 2), overlays=("control_net", "boundary"))
+    overlay, _ = mesh.overlays
     closed_net = np.concatenate([net, net[:, :1]], axis=1)
     np.testing.assert_array_equal(overlay.positions, closed_net.reshape(-1, 3))
     assert len(overlay.segments) == 4 * 7 + 5 * 6

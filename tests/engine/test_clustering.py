@@ -1,4 +1,4 @@
-"""Groups by key and distance, compared with their definition."""
+"""Groups of rows with one key and near values, compared with their definition."""
 
 import numpy as np
 from hypothesis import given
@@ -36,7 +36,7 @@ def test_groups_have_the_documented_members(
 
 
 def test_rows_that_remain_after_the_last_round_lead_their_own_groups() -> None:
-    """A key has more groups than `MAX_ROUNDS`; each row is near no other row."""
+    """All rows have one key, and none is near another: more groups than `MAX_ROUNDS`."""
     count = 3 * MAX_ROUNDS
     leader = find_leaders(np.zeros(count, dtype=np.intp), np.arange(count)[:, None] * 10.0, 1.0)
     np.testing.assert_array_equal(leader, np.arange(count))

@@ -1,15 +1,17 @@
-"""Bounds of points, with and without folding rows of points."""
+"""Bounds of points, of few by columns and of many by rows of `FOLD` points."""
 
 import numpy as np
 import pytest
 
-from service.engine.extent import FOLD, find_extent
+from service.engine.extent import FOLD, MAX_TRANSPOSED, find_extent
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("count", [1, FOLD, 4 * FOLD - 1, 4 * FOLD, 4 * FOLD + 1, 5 * FOLD + 77])
+@pytest.mark.parametrize(
+    "count", [1, 77, MAX_TRANSPOSED, MAX_TRANSPOSED + 1, MAX_TRANSPOSED + FOLD]
+)
 def test_bounds_are_the_least_and_largest_coordinates(count: int, dtype: type[np.floating]) -> None:
-    """`FOLD` is the number of points in a row; the last row may have fewer points."""
+    """More points than `MAX_TRANSPOSED` are reduced by rows; the last row may be incomplete."""
     points = np.random.default_rng(count).standard_normal((count, 3)).astype(dtype)
     # The same points, with x and z exchanged, and in reverse order: views with negative strides.
     for view in (points, points[:, ::-1], points[::-1]):

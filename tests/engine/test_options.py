@@ -43,7 +43,7 @@ def test_options_are_frozen_and_hashable() -> None:
         ({"wire_width": 0.0}, "/wire_width"),
         ({"wire_width": nan}, "/wire_width"),
         ({"wire_sides": 2}, "/wire_sides"),
-        ({"has_faces": False}, "/faces"),
+        ({"has_faces": False}, "/faces"),  # without isocurves or overlays, nothing is left
     ],
 )
 def test_invalid_options_are_refused(options: dict[str, Any], pointer: str) -> None:

@@ -108,6 +108,7 @@ def test_an_origin_is_rounded_to_the_grid_without_moving_positions(
 
 
 def test_models_that_meet_have_equal_grid_steps() -> None:
+    """Models meet if patches of theirs have a corner in common."""
     small, large, far = build_square(), build_square(1.0, 40.0), build_square(100.0)
     separate_steps = [
         find_grid_steps(surface.lower(), COARSE)[0] for surface in (small, large, far)

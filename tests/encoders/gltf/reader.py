@@ -1,4 +1,7 @@
-"""A short glTF reader, written from the specification and independent of the encoders."""
+"""A short glTF reader, written from the specification and independent of the encoders.
+
+Numbers such as 3.6.2.2 are sections of the glTF 2.0 specification.
+"""
 
 import base64
 import json
@@ -11,10 +14,13 @@ import pytest
 from numpy.typing import NDArray
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-"""dtypes of NumPy by the `componentType` of an accessor."""
+"""dtypes of NumPy by the `componentType` of an accessor (3.6.2.2)."""
 
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 """Numbers of one element by the `type` of an accessor."""
+
+CORNERS = {1: 2, 4: 3}
+"""Corners of a line and of a triangle, by the `mode` of a primitive."""
 
 ELEMENT_ARRAY_BUFFER = 34963
 """Target of a buffer view of indices."""
@@ -27,7 +33,7 @@ def import_meshopt() -> Any:
 
 @dataclass(frozen=True)
 class Gltf:
-    """The JSON document of a glTF file, and its only buffer."""
+    """The JSON document of a glTF file, and the only buffer whose bytes the file contains."""
 
     document: dict[str, Any]
     buffer: bytes
@@ -40,6 +46,7 @@ class Gltf:
         size = kind.itemsize * columns
         stride = view.get("byteStride", size)
         assert view["byteLength"] == stride * entry["count"]
+        # Vertex attributes are aligned to 4 bytes, indices are not (3.6.2.4).
         assert stride % 4 == 0 or view["target"] == ELEMENT_ARRAY_BUFFER
         rows = self._bytes(view).reshape(entry["count"], stride)[:, :size]
         return np.ascontiguousarray(rows).view(kind)
@@ -95,8 +102,8 @@ class Gltf:
         """Positions at the corners of every triangle or line at a node, shape (N, 3 or 2, 3)."""
         primitive = self.primitive(name)
         indices = self.array(primitive["indices"]).ravel()
-        columns = {1: 2, 4: 3}[primitive["mode"]]
-        corners: NDArray[Any] = self.attribute(name, "POSITION")[indices].reshape(-1, columns, 3)
+        shape = -1, CORNERS[primitive["mode"]], 3
+        corners: NDArray[Any] = self.attribute(name, "POSITION")[indices].reshape(shape)
         return corners
 
 
@@ -118,6 +125,7 @@ def read_glb(content: bytes) -> Gltf:
 def read_gltf(content: bytes) -> Gltf:
     """The document and the buffer of a `.gltf` file, whose buffer is a data URL."""
     document = json.loads(content)
+    # Other buffers are fallback buffers of compressed views.
     buffer, *_ = document["buffers"]
     head, data = buffer["uri"].split(",")
     assert head == "data:application/gltf-buffer;base64"

@@ -59,6 +59,7 @@ def test_the_cached_text_has_no_values_of_another_mesh() -> None:
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
 def test_a_name_may_be_equal_to_a_placeholder_of_the_cached_text(key: str) -> None:
+    """Placeholders stand for values; `low0` and `high7` for bounds of positions of parts 0 and 7."""
     mesh = replace(build_example("saddle"), name=PLACEHOLDER.format(key))
     assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
@@ -76,6 +77,7 @@ def test_a_long_file_has_several_buffers_some_of_which_are_arrays_of_the_mesh() 
     )
 
 
+# `sizes` are the lengths of the buffers; buffers of more than ten bytes stay as they are.
 @pytest.mark.parametrize("sizes", [(), (0,), (3, 4, 5), (11, 1, 9, 1), (4, 20, 3, 3, 3, 3)])
 def test_short_neighbours_are_joined_up_to_ten_bytes(sizes: tuple[int, ...]) -> None:
     content = SplitContent(tuple(bytes([number]) * size for number, size in enumerate(sizes)))

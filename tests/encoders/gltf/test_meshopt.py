@@ -17,7 +17,7 @@ from service.engine.options import MeshOptions
 from service.engine.quantize import quantize_mesh
 from service.surface.examples import find
 from tests.clients.gltf_validator import list_issues
-from tests.encoders.gltf.reader import Gltf, read_glb, read_gltf
+from tests.encoders.gltf.reader import CORNERS, Gltf, read_glb, read_gltf
 from tests.meshes import (
     add_attributes,
     add_overlays,
@@ -67,7 +67,7 @@ def read_faces(gltf: Gltf, name: str, ignored: Iterable[str] = ()) -> set[tuple[
         for key, number in sorted(primitive["attributes"].items())
         if key not in ignored
     ]
-    corners = {1: 2, 4: 3}[primitive["mode"]]
+    corners = CORNERS[primitive["mode"]]
     vertices = list(map(tuple, np.hstack(columns).tolist()))
     faces = []
     for face in gltf.array(primitive["indices"]).reshape(-1, corners).tolist():
@@ -86,16 +86,22 @@ def test_decompressed_meshes_have_the_same_faces(mesh: Mesh, options: EncodeOpti
     plain = read_glb(bytes(BY_NAME["glb"].encode(mesh, remove_compression(options))))
     # Quantized normals are rounded in another way if they are compressed.
     ignored = {"NORMAL"} if options.quantize else ()
-    names = [node["name"] for node in plain.document.get("nodes", [{}])[1:]]
-    assert [node["name"] for node in compressed.document.get("nodes", [{}])[1:]] == names
+    names = list_names(plain)
+    assert list_names(compressed) == names
     for name in names:
         assert read_faces(compressed, name, ignored) == read_faces(plain, name, ignored)
     assert compressed.document["asset"] == plain.document["asset"]
 
 
+def list_names(gltf: Gltf) -> list[str]:
+    """The names of the nodes below the root; a file without faces and lines has no nodes."""
+    return [node["name"] for node in gltf.document.get("nodes", ())[1:]]
+
+
 def test_normals_are_within_a_tenth_of_a_degree() -> None:
     rows = np.random.default_rng(4).normal(size=(4225, 3))
-    # Normals along an axis and along a diagonal are included.
+    # Normals along an axis and along a diagonal are included. Of the 27 vectors with components
+    # -1, 0 and 1, the vector 13 is zero, and is replaced.
     rows[:27] = np.indices((3, 3, 3)).reshape(3, -1).T - 1
     rows[13] = 1, 1e-6, -1e-6
     rows /= np.linalg.norm(rows, axis=1)[:, None]
@@ -104,7 +110,8 @@ def test_normals_are_within_a_tenth_of_a_degree() -> None:
     attributes = compressed.primitive("sheet")["attributes"]
     normals = compressed.values(attributes["NORMAL"])
     assert np.abs(np.linalg.norm(normals, axis=1) - 1).max() < 1e-4
-    # Positions say which sample (i, j) of the sheet each vertex of the file is.
+    # Positions say which sample (i, j) of the sheet each vertex of the file is: two samples are
+    # 1/64 apart, which is 256 steps.
     samples = compressed.array(attributes["POSITION"]).astype(int) // 256
     expected = rows[samples[:, 0] * 65 + samples[:, 1]]
     angles = np.degrees(2 * np.arcsin(np.linalg.norm(normals - expected, axis=1) / 2))
@@ -116,6 +123,7 @@ def test_views_that_would_become_longer_are_not_compressed(options: EncodeOption
     """Random bits cannot be compressed."""
     rng = np.random.default_rng(6)
     mesh = to_single(add_attributes(build_sheet(40)))
+    # Bits below 2^31 − 2^24 are those of finite numbers.
     noise = rng.integers(0, 2**31 - 2**24, (len(mesh.positions), 16), np.int32).view(np.float32)
     positions = rng.uniform(-1, 1, mesh.positions.shape).astype(np.float32)
     triangles = rng.permuted(mesh.triangles.ravel()).reshape(-1, 3)
@@ -136,9 +144,10 @@ def test_the_validator_reports_only_that_it_does_not_know_the_extension(
 ) -> None:
     path = tmp_path / "model.glb"
     content = bytes(BY_NAME["glb"].encode(prepare_mesh(MESHES["parts"], options), options))
+    # The extension is the last: after that for lines without shading, and that for quantization.
     pointer = "/extensionsUsed/" + ("2" if options.quantize else "1")
     assert summarize_issues(content, path) == [("UNSUPPORTED_EXTENSION", 2, pointer)]
-    # If every view is compressed, the validator finds no use of the buffer.
+    # A sheet has no lines. If every view is compressed, the validator finds no use of the buffer.
     content = bytes(
         BY_NAME["glb"].encode(prepare_mesh(to_single(build_sheet(20)), options), options)
     )
@@ -161,6 +170,7 @@ def test_gltf_and_glb_have_the_same_buffer(options: EncodeOptions) -> None:
     mesh = prepare_mesh(MESHES["parts"], options)
     text = read_gltf(bytes(BY_NAME["gltf"].encode(mesh, options)))
     binary = read_glb(bytes(BY_NAME["glb"].encode(mesh, options)))
+    # In a GLB file, the buffer is padded.
     assert text.buffer == binary.buffer[: len(text.buffer)]
     assert text.document["bufferViews"] == binary.document["bufferViews"]
 

@@ -88,7 +88,7 @@ def test_a_matrix_is_the_product_of_two_nodes(matrix: Array) -> None:
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("angle", [1e-9, 0.3, 2.0, np.pi - 1e-9, np.pi])
 def test_quaternions_of_rotations_by_any_angle_are_exact(axis: int, angle: float) -> None:
-    """Near half a turn, the sum of the diagonal is near −1, and has few correct digits."""
+    """Near half a turn, 4 w² = 1 + trace is near 0, and has few correct digits."""
     rotation = np.eye(3)
     j, k = (axis + 1) % 3, (axis + 2) % 3
     rotation[[j, k], [j, k]] = np.cos(angle)
@@ -189,6 +189,7 @@ def test_every_kind_of_surface_can_be_a_member(name: str, uvs: bool, tmp_path: P
     """Some members have colours or attributes; the file is not longer than its bound."""
     group, fmt = build_group_of_examples(), BY_NAME[name]
     options = MeshOptions(resolution=(3, 2), uvs=uvs)
+    # A format without nodes stores each copy of a surface.
     group_size = group.size() if fmt.encode_scene is None else group.stored_size()
     size = mesh_size(group_size, options, fmt)
     content = render(group, options, fmt)

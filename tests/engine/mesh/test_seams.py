@@ -18,7 +18,7 @@ from tests.engine.meshing import (
     check_sound,
     check_upright,
     check_winding,
-    find_places,
+    find_first_vertices,
     find_topology,
     list_faces,
     to_triangles,
@@ -107,8 +107,8 @@ def test_unequal_divisions_make_no_t_junctions(
 
 
 def list_open_edges(mesh: Mesh) -> list[list[int]]:
-    """The edges, as pairs of places, that only one face has."""
-    loops = [find_places(mesh)[face].tolist() for face in list_faces(mesh)]
+    """The edges that only one face has, as pairs of first vertices at their positions."""
+    loops = [find_first_vertices(mesh)[face].tolist() for face in list_faces(mesh)]
     uses = Counter(
         frozenset(ends) for loop in loops for ends in zip(loop, loop[1:] + loop[:1], strict=True)
     )

@@ -20,7 +20,7 @@ from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
 from service.surface.lowered import GroupModel
 from service.surface.patches import PatchSurface
-from tests.engine.meshing import build_mesh, check_sound, find_places, to_triangles
+from tests.engine.meshing import build_mesh, check_sound, find_first_vertices, to_triangles
 from tests.oracles.topology import volume
 from tests.strategies import Array, placements
 
@@ -127,12 +127,12 @@ def test_equal_members_share_one_mesh_and_are_counted_separately() -> None:
 
 
 def test_copies_are_not_welded_to_each_other() -> None:
-    """Two copies at one place: vertices are welded within each copy only."""
+    """Two copies with one placement: vertices are welded within each copy only."""
     ball = find("sphere").surface()
     mesh = build(build_group(Member(ball), Member(ball)), MeshOptions(resolution=(3, 3)))
-    places = find_places(mesh)
-    half = len(places) // 2
-    np.testing.assert_array_equal(places[half:], places[:half] + half)
+    first_vertices = find_first_vertices(mesh)
+    half = len(first_vertices) // 2
+    np.testing.assert_array_equal(first_vertices[half:], first_vertices[:half] + half)
 
 
 def test_a_mesh_with_a_framed_member_has_no_grids() -> None:
