@@ -59,7 +59,7 @@ def test_the_cached_text_has_no_values_of_another_mesh() -> None:
 
 @pytest.mark.parametrize("key", ["report", "origin", "low0", "high7"])
 def test_a_name_may_be_equal_to_a_placeholder_of_the_cached_text(key: str) -> None:
-    """Placeholders stand for values; `low0` and `high7` for bounds of positions of parts 0 and 7."""
+    """A placeholder stands for a value; `low0` and `high7` for bounds of the parts 0 and 7."""
     mesh = replace(build_example("saddle"), name=PLACEHOLDER.format(key))
     assert encode(mesh) == encode(mesh) == encode_without_plan(mesh)
 
