@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from service.bases import knots
+from service.bases.arrays import RealArray
 from service.engine.mesh.mesh_value import Mesh
 from service.surface.bspline import BsplineSurface
 from tests.engine.meshing import build_mesh, check_sound, find_topology
@@ -26,7 +27,7 @@ def build_roof(rows: int, columns: int) -> Array:
     return net
 
 
-def pair_normals(mesh: Mesh) -> tuple[Array, Array]:
+def pair_normals(mesh: Mesh) -> tuple[RealArray, RealArray]:
     """Normals (n, 3) of vertices that repeat a position, and of the first vertices there."""
     assert mesh.normals is not None
     if mesh.welds is None:
