@@ -31,7 +31,7 @@ def list_places(shape: Shape) -> list[Place]:
     return grid
 
 
-def compute_area(loop: list[Place]) -> Fraction:
+def compute_double_area(loop: list[Place]) -> Fraction:
     """Twice the signed area of a polygon."""
     pairs = zip(loop, loop[1:] + loop[:1], strict=True)
     return sum((a[0] * b[1] - b[0] * a[1] for a, b in pairs), Fraction(0))
@@ -42,9 +42,9 @@ def check_tiling(shape: Shape, kind: Faces) -> None:
     triangles, quads = build_faces(shape, kind)
     places = list_places(shape)
     loops = [*triangles.tolist(), *quads.tolist()]
-    areas = [compute_area([places[i] for i in loop]) for loop in loops]
-    assert min(areas) > 0
-    assert sum(areas) == 2
+    double_areas = [compute_double_area([places[i] for i in loop]) for loop in loops]
+    assert min(double_areas) > 0
+    assert sum(double_areas) == 2
     # Indices at one place are merged, because extra samples may be at places of grid samples.
     first: dict[Place, int] = {}
     first_index = [first.setdefault(place, k) for k, place in enumerate(places)]
@@ -75,10 +75,10 @@ def test_strips_join_sides_with_more_divisions_to_the_grid(
     side may then have fewer divisions than the grid.
     """
     sides: Divisions = tuple(  # type: ignore[assignment]
-        max(ru, rv) if is_finer else divisions
-        for is_finer, divisions in zip(are_finer, (rv, rv, ru, ru), strict=True)
+        max(ru, rv) if is_finer else own_divisions
+        for is_finer, own_divisions in zip(are_finer, (rv, rv, ru, ru), strict=True)
     )
-    assume(sides != (rv, rv, ru, ru))
+    assume(sides != (rv, rv, ru, ru))  # else the grid has no strips
     check_tiling(Shape((max(ru, 2), max(rv, 2)), sides), kind)
 
 

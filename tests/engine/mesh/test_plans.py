@@ -29,8 +29,8 @@ MODELS = [
 
 
 @pytest.fixture(autouse=True)
-def _set_default_capacity(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sets the default capacity of the cache of plans, because other tests change it."""
+def _set_capacity(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sets a capacity that holds the plans of a test: apps that other tests create change it."""
     monkeypatch.setattr(MESH_PLANS, "capacity", 64 << 20)
 
 
@@ -42,19 +42,24 @@ def forget_plans() -> None:
 def check_seams(model: PatchModel) -> None:
     """Compares two ways to find seams: from the pattern of equal points, and from coordinates.
 
-    Edges and corners must be the same up to their numbers, and samples of edges bit for bit.
+    Edges and corners must be the same up to their numbers, and samples of sides bit for bit.
     """
-    planned, result = connect(model), find_seams(model.batches)
-    np.testing.assert_array_equal(planned.collapsed, result.collapsed)
-    for first, second in ((planned.edge, result.edge), (planned.corner, result.corner)):
+    by_pattern, by_coordinates = connect(model), find_seams(model.batches)
+    np.testing.assert_array_equal(by_pattern.collapsed, by_coordinates.collapsed)
+    for first, second in (
+        (by_pattern.edge, by_coordinates.edge),
+        (by_pattern.corner, by_coordinates.corner),
+    ):
         pairs = np.unique(np.stack([first.ravel(), second.ravel()]), axis=1)
         assert pairs.shape[1] == first.max() + 1 == second.max() + 1
     np.testing.assert_array_equal(
-        planned.corner_points[planned.corner], result.corner_points[result.corner]
+        by_pattern.corner_points[by_pattern.corner],
+        by_coordinates.corner_points[by_coordinates.corner],
     )
     sides = []
-    for seams in (planned, result):
-        samples = sample_edges(seams.curves, None, 5).swapaxes(0, 1)[seams.edge]
+    for seams in (by_pattern, by_coordinates):
+        edge_samples = sample_edges(seams.curves, None, 5).swapaxes(0, 1)  # one row for each edge
+        samples = edge_samples[seams.edge]
         sides.append(np.where(seams.backward[..., None, None], samples[:, :, ::-1], samples))
     np.testing.assert_array_equal(sides[0], sides[1])
 
@@ -86,7 +91,11 @@ def test_a_file_is_equal_with_a_new_plan_and_with_a_cached_plan(
 
 @given(st.integers(0, 2**32 - 1))
 def test_moved_points_are_meshed_with_the_plan_of_their_pattern(seed: int) -> None:
-    """Translated, mirrored and scaled surfaces share a plan; a new plan gives the same numbers."""
+    """Translated, mirrored and scaled surfaces share a plan; a new plan gives the same numbers.
+
+    At a crease angle of π no edge is a crease: creases, which depend on shapes, would need a plan
+    of their own.
+    """
     rng = np.random.default_rng(seed)
     left = rng.random((4, 4, 3))
     right = rng.random((4, 4, 3))
@@ -94,7 +103,7 @@ def test_moved_points_are_meshed_with_the_plan_of_their_pattern(seed: int) -> No
     build_mesh([left, right], resolution=(3, 3), crease_angle=np.pi)
     misses = MESH_PLANS.misses
     nets = [net * rng.choice([-2.0, 3.0], 3) + rng.random(3) for net in (left, right)]
-    nets[1][0] = nets[0][-1]
+    nets[1][0] = nets[0][-1]  # the patches share this edge again
     from_cached_plan = build_mesh(nets, resolution=(3, 3), crease_angle=np.pi)
     assert MESH_PLANS.misses == misses
     forget_plans()
@@ -149,7 +158,8 @@ def test_a_plan_that_two_threads_request_is_made_once() -> None:
     assert len(built) == 200
 
 
-def test_results_are_kept_only_if_their_arrays_are_read_only() -> None:
+def test_results_are_kept_only_if_their_source_arrays_are_read_only() -> None:
+    """A copy of an array is another source, and is writeable."""
     rows = np.arange(3)
     assert derive_once((rows,), "text", lambda: b"1") == b"1"
     assert derive_once((rows,), "text", lambda: b"2") == b"2"

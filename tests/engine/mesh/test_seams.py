@@ -73,7 +73,7 @@ def read_border_bits(mesh: Mesh) -> set[bytes]:
 def test_pieces_of_a_surface_weld_for_all_parametrizations(
     net_and_pieces: tuple[Array, list[Array]], divisions: int
 ) -> None:
-    """Patches with reversed and exchanged parameters become one disc with smooth normals."""
+    """Four quarters with reversed and exchanged parameters become one disc with smooth normals."""
     _, pieces = net_and_pieces
     mesh = build_mesh(pieces, resolution=(divisions, divisions))
     check_sound(mesh)
@@ -86,7 +86,7 @@ def test_pieces_of_a_surface_weld_for_all_parametrizations(
     assert mesh.welds is None
 
 
-@given(split_models(oriented=False), resolutions)
+@given(split_models(oriented=False), resolutions)  # normals of pieces may be reversed
 def test_unequal_divisions_make_no_t_junctions(
     net_and_pieces: tuple[Array, list[Array]], resolution: tuple[int, int]
 ) -> None:
@@ -130,6 +130,7 @@ def test_quadrics_are_closed_for_all_parametrizations_of_their_patches(
     """
     (batch,) = lower_patches(example).batches
     assert batch.weights is not None
+    # No example has more than 16 patches; the remaining symmetries are not used.
     pieces = [apply_symmetry(net, k) for net, k in zip(batch.points, symmetries, strict=False)]
     weights = [apply_symmetry(net, k) for net, k in zip(batch.weights, symmetries, strict=False)]
     mesh = build_mesh(build_model(pieces, weights), resolution=resolution, faces=faces)
@@ -152,7 +153,7 @@ def test_a_shared_edge_takes_the_larger_number_of_divisions() -> None:
     on_edge = mesh.positions[mesh.positions[:, 0] == 1]
     np.testing.assert_allclose(np.sort(on_edge[:, 1]), np.arange(6) / 5, atol=1e-15)
     assert find_topology(mesh).euler == 1
-    assert mesh.grids == ()
+    assert mesh.grids == ()  # the second square has a strip, which is not a grid
 
 
 @given(split_models(), st.integers(1, 6))
@@ -172,7 +173,8 @@ def test_seams_of_rational_pieces_weld(net: Array, data: st.DataObject) -> None:
     """The weights of the common edge are equal, or equal up to a factor."""
     weights = data.draw(weights_like(net))
     mirrored = net * (-1, 1, 1) + 2 * net[0, 0] * (1, 0, 0)
-    # Reversed along u, the normals of the mirror image point up, and it meets the net at u = 1.
+    # The mirror image shares the side u = 0 of the net. Reversed along u, its normals point up, and
+    # this side is its side u = 1.
     for factor in (1.0, 2.0, 3.0):
         model = build_model([net, mirrored[::-1]], [weights, weights[::-1] * factor])
         mesh = build_mesh(model, resolution=(4, 5), crease_angle=0)
@@ -207,7 +209,7 @@ def test_a_common_factor_of_weights_does_not_change_the_bits_of_the_seam() -> No
                 weld=False,
             )
             # The edge is the last row of patch 0 and the first row of patch 1.
-            sides = [mesh.grids[0][place][0 if k else -1] for place, k in enumerate(order)]
+            sides = [mesh.grids[0][row][0 if k else -1] for row, k in enumerate(order)]
             result += [mesh.positions[side].tobytes() for side in sides]
         assert len(set(result)) == 1
 
@@ -240,11 +242,18 @@ def test_edges_with_different_weights_do_not_weld() -> None:
 
 
 @given(st.lists(st.sampled_from(ROTATIONS), min_size=6, max_size=6), resolutions)
-def test_a_cube_has_eight_corners_and_twelve_creases(
+def test_a_cube_has_eight_corners_and_twelve_edges(
     symmetries: list[int], resolution: tuple[int, int]
 ) -> None:
     """Six bilinear patches with random parametrizations; normals point outwards."""
-    mesh = build_mesh(build_cube(symmetries), resolution=resolution)
+    patches = build_cube(symmetries)
+    seams = find_seams(build_model(patches).batches)
+    assert (len(seams.corner_points), len(np.unique(seams.edge))) == (8, 12)
+    mesh = build_mesh(patches, resolution=resolution)
+    # The 12 edges are creases: a corner has three normals, an inner sample of an edge two.
+    assert mesh.welds is not None
+    normals_of_position = np.bincount(mesh.welds)
+    assert (normals_of_position.max(), np.sum(normals_of_position == 3)) == (3, 8)
     check_sound(mesh)
     check_winding(mesh)
     shape = find_topology(mesh)
@@ -335,7 +344,7 @@ def test_a_pillow_is_closed(divisions: tuple[int, int], faces: str) -> None:
         result = measure_surface_to_mesh(
             [build_bezier_sheet(net) for net in (front, parametrized_back)],
             mesh.positions[to_triangles(mesh)],
-            100,
+            count=100,
         )
         assert result.distance <= (mesh.report.deviation_bound or 0) + result.rounding
 

@@ -1,5 +1,7 @@
 """Points of degenerate and extreme surfaces: finite numbers or null, without warnings."""
 
+from typing import Any
+
 import numpy as np
 import orjson
 import pytest
@@ -13,22 +15,26 @@ from service.surface.batches import Patches, TensorPatches, TrianglePatches
 from service.surface.lowered import Domain, Part, PatchModel
 from tests.strategies import Array, degenerate_nets, triangle_nets, weights_like
 
-EXTREME_DOMAINS = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])
-"""The narrowest and the widest domain: partials by its parameters are too large or too small for
-float64."""
+NARROWEST_DOMAIN, WIDEST_DOMAIN = np.array([0.0, 1e-200]), np.array([-1e300, 1e300])
+"""Second partials by parameters of these domains are too large, and too small, for float64."""
 
 steps = st.lists(st.tuples(*[st.sampled_from([0, 1, 5, 8])] * 2), min_size=1, max_size=4)
 scales = st.sampled_from([1.0, 1e-300, 1e-30, 1e30, 3e38])
 
 
-def check_columns(model: PatchModel, query: PointsQuery) -> None:
-    """Checks that positions are finite, normals are unit vectors, and columns are valid JSON."""
+def check_columns(model: PatchModel, query: PointsQuery) -> dict[str, Any]:
+    """Checks that positions are finite, normals are unit vectors, and columns are valid JSON.
+
+    Returns the columns of the JSON.
+    """
     result = evaluate_points(model, locate(model, query), query.order)
     assert np.isfinite(result["positions"]).all()
     np.testing.assert_allclose(np.linalg.norm(result["normals"], axis=1), 1, atol=1e-12)
     content = json_points.encode(result)
     assert len(content) <= json_points.byte_bound(len(query.places), query.order)
-    assert set(orjson.loads(content)) == set(result)
+    columns: dict[str, Any] = orjson.loads(content)
+    assert set(columns) == set(result)
+    return columns
 
 
 def build_model(batch: Patches, domain: Domain | None = None) -> PatchModel:
@@ -66,9 +72,14 @@ def test_points_of_degenerate_triangles_are_valid(
     check_columns(build_model(batch), PointsQuery(rst, None, 2))
 
 
-@pytest.mark.parametrize("knots", EXTREME_DOMAINS, ids=["narrow", "wide"])
-def test_partials_beyond_float64_are_null(knots: Array) -> None:
+@pytest.mark.parametrize(
+    ("knots", "duu"), [(NARROWEST_DOMAIN, None), (WIDEST_DOMAIN, 0.0)], ids=["narrow", "wide"]
+)
+def test_partials_too_large_for_float64_are_null_and_too_small_ones_are_zero(
+    knots: Array, duu: float | None
+) -> None:
     net = np.random.default_rng(1).standard_normal((1, 3, 3, 3)) * 1e30
     model = build_model(TensorPatches(net), Domain(knots, np.array([0.0, 1.0])))
     uv = np.array([[knots[0], 0.5], [knots[1], 1.0]])
-    check_columns(model, PointsQuery(uv, None, 2))
+    columns = check_columns(model, PointsQuery(uv, None, 2))
+    assert columns["duu"] == [[duu] * 3] * 2

@@ -62,11 +62,15 @@ def test_all_curvatures_of_a_sphere_are_equal_also_at_its_poles(radius: float) -
 
 
 def test_a_cone_has_no_mean_curvature_at_its_apex() -> None:
-    """H = −cos α / (2ρ) is unbounded near the apex; K is 0 along every ruling."""
+    """H = −cos α / (2ρ) is unbounded near the apex; K is 0 along every ruling.
+
+    ρ is the distance from the axis, and α the angle between the axis and a ruling.
+    """
     patches = lower_patches(quadrics.cone(1.0, 2.0))
     places = [(0.4, v) for v in (0.0, 0.5, 0.9, 1 - 1e-6, 1.0)]
     result = evaluate_curvatures(patches, 0, places)
     np.testing.assert_allclose(result.gaussian, 0, atol=1e-9)
+    # The radius is 1 and the height is 2, so cos α = 2 / √5.
     rho = 1 - np.array([v for _, v in places[:-1]])
     np.testing.assert_allclose(result.mean[:-1], -2 / np.sqrt(5) / (2 * rho), rtol=1e-8)
     assert np.isnan([result.mean[-1], result.larger[-1], result.smaller[-1]]).all()
@@ -76,6 +80,7 @@ def test_an_ellipsoid_has_two_principal_curvatures_at_its_pole() -> None:
     """With half axes a, b, c they are −c/a² and −c/b², along every line to the pole."""
     sphere = lower_patches(quadrics.sphere())
     patches = TensorPatches(sphere.points * [3.0, 2.0, 1.5], sphere.weights)
+    # Patch 5 has the pole (0, 0, c) as its side v = 1.
     result = evaluate_curvatures(
         patches, 5, [(u, v) for u in (0.0, 0.3, 1.0) for v in (1.0, 1 - 1e-9)]
     )
@@ -84,10 +89,10 @@ def test_an_ellipsoid_has_two_principal_curvatures_at_its_pole() -> None:
     np.testing.assert_allclose(result.gaussian, 1.5**2 / 36, rtol=1e-8)
 
 
-def test_curvatures_are_limits_up_to_poles_of_order_3() -> None:
-    """The paraboloid z = x² + y² with the radius v, v² and v³: N has a zero of order 1, 3 and 5.
-
-    Above the highest order that is examined, the curvatures are NaN.
+def test_curvatures_at_a_pole_are_limits_unless_the_zero_of_the_normal_is_of_order_5() -> None:
+    """The paraboloid z = x² + y² with the radius v, v² and v³: at the pole v = 0, the normal
+    S_u × S_v has a zero of order 1, 3 and 5. Zeros are examined up to order 4; above, curvatures
+    are NaN.
     """
     arc = np.array([[1.0, 0], [1, 1], [0, 1]])
     for power, has_curvature in ((1, True), (2, True), (3, False)):

@@ -65,6 +65,7 @@ def test_partials_keep_their_digits_far_from_the_origin(
     near = evaluate_partials(net, weights, places)
     far = evaluate_partials(translate(net, 2.0**20, -(2.0**21)), weights, places)
     np.testing.assert_allclose(far[1:], near[1:], rtol=0, atol=1e-8)
+    # Numbers from 2²¹ on are multiples of 2⁻³¹.
     np.testing.assert_allclose(far[0] - [2.0**20, -(2.0**21), 0], near[0], rtol=0, atol=2.0**-31)
 
 

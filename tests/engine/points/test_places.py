@@ -20,7 +20,7 @@ KNOTS_U, KNOTS_V = np.array([-1.0, 0.5, 4.0]), np.array([2.0, 3.0])
 def build_pieces() -> tuple[Array, PatchModel]:
     """A net, and a model of its two halves over the domain [−1, 4] × [2, 3], split at u = 1/2."""
     net = np.arange(36.0).reshape(4, 3, 3) ** 1.5
-    halves = np.stack(split(net, 0.3))
+    halves = np.stack(split(net, 0.3))  # u = −1 + 0.3 · 5 = 1/2
     domain = Domain(KNOTS_U, KNOTS_V)
     return net, PatchModel(
         "model", (TensorPatches(halves),), (Part("model", 0, 2),), "y", (domain,)
@@ -103,6 +103,7 @@ def test_invalid_parameters_and_patch_numbers_are_refused() -> None:
 def test_triangles_take_barycentric_places_and_grids_take_uv() -> None:
     square, triangle = np.zeros((2, 2, 3)), np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 8]])
     model = build_mixed_model([square, triangle])
+    # The sum of coordinates may differ from 1 by 1e-9.
     places = np.array([[0.5, 0.25, 0.25], [0, 0, 1], [1 + 5e-10, 0, 0]])
     result = locate(model, PointsQuery(places, np.array(1), 0))
     np.testing.assert_allclose(result.local, places[:, 1:], rtol=0, atol=1e-15)

@@ -11,7 +11,7 @@ from service.engine.queries.net_partials import net_partials
 from service.engine.queries.nets import surface_nets
 from tools.certify.surfaces import FAMILIES
 
-SIDE = 7
+SAMPLES = 7
 """Samples of a cell along each of its two directions."""
 
 PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
@@ -23,23 +23,25 @@ PAIRS = ((1, 1, 3), (1, 2, 4), (2, 2, 5))
 )
 def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
     cells = CellTree(surface_nets(to_patches(FAMILIES[family].surface(6).lower()).batches))
-    for _ in range(4):
+    for _ in range(4):  # halves the last 60 cells
         cells.children(np.arange(cells.count)[-60:])
     selected_cells = np.unique(np.linspace(0, cells.count - 1, 60).astype(int))
-    a, b = (side.ravel() for side in np.meshgrid(*[np.linspace(-1, 1, SIDE)] * 2))
-    cell = np.repeat(selected_cells, SIDE**2)
+    # a and b in [−1, 1] are the parameters of a cell.
+    a, b = (axis.ravel() for axis in np.meshgrid(*[np.linspace(-1, 1, SAMPLES)] * 2))
+    cell = np.repeat(selected_cells, SAMPLES**2)
     a, b = np.tile(a, len(selected_cells)), np.tile(b, len(selected_cells))
     # The rows of `rectangle` are the least and the largest u, then the least and the largest v.
     low, high = cells.rectangle[::2, cell], cells.rectangle[1::2, cell]
     half = (high - low) / 2
     partials = net_partials(cells.nets, cells.net[cell], low + half * np.stack([a + 1, b + 1]))
     scale = np.stack([half[0] ** i * half[1] ** j for i, j in ORDERS[:6]])
-    s = partials * scale[:, np.newaxis]
+    s = partials * scale[:, np.newaxis]  # S and its partials by a and b
     model = cells.models[:, cell]
     center, *vectors = (model[k : k + 3] for k in (model_rows.CENTER, *model_rows.VECTORS))
     da, db, daa, dab, dbb, normal = vectors
     offset = s[0] - center
     remainder = offset - (da * a + db * b + daa * a * a / 2 + dab * a * b + dbb * b * b / 2)
+    # Pairs of a value at each sample, and the row of the model that bounds it.
     observed = [(np.linalg.norm(offset, axis=0), model_rows.RADIUS)]
     observed += [(np.linalg.norm(remainder, axis=0), model_rows.REST)]
     observed += [(np.abs((remainder * normal).sum(axis=0)), model_rows.REST_LIFT)]
@@ -49,9 +51,10 @@ def test_bounds_of_cells_hold_at_all_samples(family: str) -> None:
         observed += [(np.linalg.norm(second_difference, axis=0), model_rows.BEND_AA + k)]
         observed += [(np.abs((second_difference * normal).sum(axis=0)), model_rows.LIFT_AA + k)]
         observed += [(np.abs(spread), model_rows.SPREAD_AA + k)]
-    for value, column in observed:
+    for value, row in observed:
         slack = 1e-13 * (1 + np.abs(s).max())
-        assert (value <= model[column] + slack).all(), column
-    # If a bound were far above all values, the test would prove nothing.
-    value, column = observed[-1]
-    assert (value.reshape(-1, SIDE**2).max(axis=1) > model[column, :: SIDE**2] / 12).any()
+        assert (value <= model[row] + slack).all(), row
+    # In some cell the last bound, SPREAD_BB, is at most 12 times the largest value: if it were far
+    # above all values, the test would prove nothing.
+    value, row = observed[-1]
+    assert (value.reshape(-1, SAMPLES**2).max(axis=1) > model[row, :: SAMPLES**2] / 12).any()

@@ -28,8 +28,8 @@ def set_limits(monkeypatch: pytest.MonkeyPatch, *, max_open_pairs: int, max_pair
     `max_pairs` pairs for the whole query, without counting 4 pairs of each point or ray.
     """
     monkeypatch.setattr(patch_tree, "MAX_OPEN_PAIRS", max_open_pairs)
-    for module, name in ((closest, "MAX_PAIRS_IN_TREE"), (rays, "MAX_PAIRS_IN_TREE")):
-        monkeypatch.setattr(module, name, max_pairs)
+    for module in (closest, rays):
+        monkeypatch.setattr(module, "MAX_PAIRS_IN_TREE", max_pairs)
         monkeypatch.setattr(module, "FREE_PAIRS", 4)
 
 
@@ -48,7 +48,10 @@ def test_spheres_have_the_centres_of_their_cells() -> None:
 def test_closest_points_with_small_limits_are_right(
     monkeypatch: pytest.MonkeyPatch, max_open_pairs: int, max_pairs: int
 ) -> None:
-    """With enough memory, results are equal; with little, intervals contain the same distances."""
+    """With 60 pairs in all, some points are not `reached`: they have wider intervals.
+
+    A small limit of open pairs alone changes no result.
+    """
     reference = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
     set_limits(monkeypatch, max_open_pairs=max_open_pairs, max_pairs=max_pairs)
     result = project_on_surface(CLOUD, ProjectQuery(POINTS, 1e-6))
@@ -70,7 +73,10 @@ def test_closest_points_with_small_limits_are_right(
 def test_hits_of_rays_with_small_limits_are_right(
     monkeypatch: pytest.MonkeyPatch, max_open_pairs: int, max_pairs: int
 ) -> None:
-    """With enough memory, results are equal; with little, some rays are not `reached`."""
+    """With 60 pairs in all, some rays are not `reached`: they have no hits.
+
+    A small limit of open pairs alone changes no result.
+    """
     query = RayQuery(POINTS, DIRECTIONS, only_first=False)
     reference = intersect_rays(CLOUD, query, 1 << 20)
     set_limits(monkeypatch, max_open_pairs=max_open_pairs, max_pairs=max_pairs)

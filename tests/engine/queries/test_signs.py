@@ -34,6 +34,7 @@ def project(model: PatchModel, points: Array) -> Columns:
 def test_signs_of_quadrics_are_right_near_and_far_from_them(
     name: str, quadric: Callable[[Array], tuple[Array, Array]]
 ) -> None:
+    """`quadric` computes signed distances and normals. On the surface, signs are NaN."""
     points = RNG(1).uniform(-1.6, 1.6, (200, 3))
     distances, normals = quadric(points)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -43,7 +44,7 @@ def test_signs_of_quadrics_are_right_near_and_far_from_them(
     expected = np.sign(quadric(np.concatenate([points, near_points]))[0])
     np.testing.assert_array_equal(columns["signs"][:400], expected)
     is_on_surface = columns["distance_bounds"][400:, 0] == 0
-    assert is_on_surface.mean() > 0.9
+    assert is_on_surface.mean() > 0.9  # the others are beside the surface because of rounding
     assert np.isnan(columns["signs"][400:][is_on_surface]).all()
 
 
@@ -112,8 +113,8 @@ def test_signs_agree_with_solid_angles_of_a_fine_mesh(name: str) -> None:
     columns = project(model, points)
     # Nearer to the surface, a point may be inside the surface and outside the mesh.
     is_far = columns["distances"] > 0.02 * np.linalg.norm(high - low)
-    number = np.rint(compute_solid_angles(vertices[mesh.triangles], points[is_far]))
-    np.testing.assert_array_equal(columns["signs"][is_far], np.where(number != 0, -1, 1))
+    winding_number = np.rint(compute_solid_angles(vertices[mesh.triangles], points[is_far]))
+    np.testing.assert_array_equal(columns["signs"][is_far], np.where(winding_number != 0, -1, 1))
     assert set(columns["signs"]) == {-1, 1}
 
 
@@ -126,26 +127,31 @@ def build_grid(net: Array, divisions: int) -> Array:
 
 
 def test_bounds_of_solid_angles_hold() -> None:
-    """Compares the cells of a patch, seen from points outside, with fine triangles of the cells."""
+    """Compares fine triangles of cells of a patch with the two triangles of the model of a cell.
+
+    They are seen from points at 1.2 times the radius of the ball of the cell, so at 0.2 times the
+    radius from the ball: there AREA / distance² bounds the difference of the solid angles.
+    """
     surface = FAMILIES["rational"].surface(4)
     (group,) = surface_nets(to_patches(surface.lower()).batches).groups
     nets = [half for whole in halve(group.nets, 1) for half in halve(whole, 2)]
     for k, net in enumerate(np.concatenate(nets)):
+        # Each cell comes from two halvings; control points are at most 1 from the origin.
         model = chord_models.chord_models(net[np.newaxis], np.array([2]), 1.0)[:, 0]
+        center, radius = model[:3], model[3]
         a, b, c, d = model[chord_models.CORNERS :].reshape(4, 3)
         coarse = np.array([[a, b, c], [a, c, d]])
         grid = build_grid(net, 40)
         a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
         halves = (a, b, c), (a, c, d)
         fine = np.concatenate([np.stack(half, axis=2).reshape(-1, 3, 3) for half in halves])
-        assert np.linalg.norm(grid - model[:3], axis=2).max() <= model[3]
+        assert np.linalg.norm(grid - center, axis=2).max() <= radius
         directions = RNG(k).normal(size=(8, 3))
-        x = (
-            model[:3]
-            + directions / np.linalg.norm(directions, axis=1, keepdims=True) * model[3] * 1.2
-        )
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        x = center + directions * radius * 1.2
         error = 4 * np.pi * np.abs(compute_solid_angles(fine, x) - compute_solid_angles(coarse, x))
-        assert (error <= model[chord_models.AREA] / (0.2 * model[3]) ** 2 + 1e-4).all()
+        # 1e-4 allows for the errors of the fine triangles.
+        assert (error <= model[chord_models.AREA] / (0.2 * radius) ** 2 + 1e-4).all()
 
 
 def test_open_and_inconsistent_surfaces_have_no_signs() -> None:

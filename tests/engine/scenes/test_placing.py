@@ -15,6 +15,7 @@ from service.surface.lowered import GroupModel, PlacedModel
 from tests.meshes import build_silo
 from tests.strategies import Array, placements
 
+# A quarter turn about z, scaled by 2.
 TURN = np.array([[0.0, -2, 0, 5], [2, 0, 0, 0], [0, 0, 2, 1], [0, 0, 0, 1]])
 SHEAR = np.array([[1.0, 0, 0, 0], [3, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
@@ -60,7 +61,7 @@ def test_rounding_to_float32_is_bounded(seed: int, exponent: float, is_local: bo
 
 
 def build_mesh_with_bounds(bound: float | None, mesh_bound: float | None = None) -> Mesh:
-    """A mesh of three parts with these deviation bounds: of the surface and of the mesh."""
+    """A mesh with these deviation bounds; its three parts have `bound`, `bound`/2 and `bound`/3."""
     mesh = build_silo()
     parts = tuple(
         replace(part, deviation_bound=None if bound is None else bound / (k + 1))
@@ -99,14 +100,14 @@ def test_flattening_keeps_bounds_and_rounding_to_float32_increases_them() -> Non
     assert flat.report.deviation_bound == scene.report.deviation_bound
     bounds = [part.deviation_bound for part in flat.parts]
     assert bounds == [part.deviation_bound for part in scene_parts(scene)]
-    is_float32 = round_to_single(flat)
-    single_bound = is_float32.report.deviation_bound
+    rounded = round_to_single(flat)
+    single_bound = rounded.report.deviation_bound
     assert single_bound is not None
     assert flat.report.deviation_bound is not None
     assert 0 < single_bound - flat.report.deviation_bound < 1e-6
     assert all(
         part.deviation_bound is not None and 0 < part.deviation_bound - bound < 1e-6
-        for part, bound in zip(is_float32.parts, bounds, strict=True)
+        for part, bound in zip(rounded.parts, bounds, strict=True)
         if bound is not None
     )
 

@@ -1,4 +1,4 @@
-"""Groups as scenes, and flattened to one mesh: places, normals, winding, shared meshes."""
+"""Groups as scenes, and flattened to one mesh: positions, normals, winding, shared meshes."""
 
 from itertools import pairwise
 from typing import Any, cast
@@ -138,6 +138,8 @@ def test_copies_are_not_welded_to_each_other() -> None:
 def test_a_mesh_with_a_framed_member_has_no_grids() -> None:
     """The strips of a framed patch are not a grid."""
     square = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]])
+    # The common edge of the patches of `uneven` is along v in one patch and along u in the other,
+    # so it has 5 and 2 divisions.
     table = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]])
     uneven = PatchSurface(table, np.array([[[0, 1], [2, 3]], [[2, 4], [3, 5]]]))
     options = MeshOptions(resolution=(2, 5))
@@ -150,7 +152,7 @@ def test_a_mesh_with_a_framed_member_has_no_grids() -> None:
 
 @given(placements())
 def test_placing_control_points_places_the_patches(matrix: Array) -> None:
-    """Compares samples of rational patches, some of them mirrored, with placed samples."""
+    """Compares samples of a placed copy with placed samples; a mirror image has u and v swapped."""
     surface = find("cone").surface()
     model = to_patches(
         build_group(Member(surface, "first", matrix=matrix), Member(surface), up="z")

@@ -21,6 +21,8 @@ CUSP = [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0]]
 THERE_AND_BACK = [[0, 0, 0], [1, 0, 0], [0, 0, 0]]
 LOOP = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0]]
 LINE = [[0, 0, 0], [1, 2, 3]]
+CREASE_ANGLE = 0.02
+"""The crease angle of all paths, in radians."""
 CURVES = {"arch": ARCH, "cusp": CUSP, "back": THERE_AND_BACK, "loop": LOOP, "line": LINE}
 
 
@@ -58,17 +60,17 @@ def test_tubes_are_closed_and_have_unit_normals(
     name: str, divisions: int, sides: int, faces: Faces
 ) -> None:
     pieces = build_curve(CURVES[name])
-    path = build_path(pieces, divisions, 0.02)
+    path = build_path(pieces, divisions, CREASE_ANGLE)
     swept = build_tubes(path, 0.1, sides, faces=faces)
     assert is_closed(swept)
     assert np.isfinite(swept.positions).all()
     assert np.linalg.norm(swept.normals, axis=1) == pytest.approx(1, abs=1e-12)
-    assert path.points.shape[1] <= bound_station_count(pieces, divisions, 0.02)
+    assert path.points.shape[1] <= bound_station_count(pieces, divisions, CREASE_ANGLE)
 
 
 def test_a_conical_tube_has_the_normals_and_the_volume_of_a_cone() -> None:
     """The radius is 1 at the bottom and 0 at the top; the height is 2."""
-    path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, 0.02)
+    path = build_path(build_curve([[0, 0, 0], [0, 0, 2]]), 2, CREASE_ANGLE)
     swept = build_tubes(path, 1.0 - path.parameters, 64, slopes=np.full((1, 3), -0.5))
     # The normals of the cap at the bottom are (0, 0, −1).
     side_normals = swept.normals[np.abs(swept.normals[:, 2] + 1) > 1e-9]
@@ -141,10 +143,10 @@ def test_the_normals_of_a_ribbon_are_as_near_to_facing_as_possible() -> None:
     assert swept.normals.reshape(65, 2, 3)[:, 0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_ribbon_whose_tangent_is_facing_has_its_width() -> None:
-    """Then no normal is nearer to `facing` than the others."""
+def test_a_ribbon_along_the_direction_facing_has_the_given_width() -> None:
+    """All normals are perpendicular to `facing`, so none is nearer to it than the others."""
     swept = build_ribbons(
-        build_path(build_curve(LINE), 3, 0.02), 0.1, facing=np.array([1.0, 2.0, 3.0])
+        build_path(build_curve(LINE), 3, CREASE_ANGLE), 0.1, facing=np.array([1.0, 2.0, 3.0])
     )
     bars = swept.positions.reshape(4, 2, 3)
     assert np.linalg.norm(bars[:, 1] - bars[:, 0], axis=1) == pytest.approx(0.1, abs=1e-12)
@@ -153,7 +155,7 @@ def test_a_ribbon_whose_tangent_is_facing_has_its_width() -> None:
 @pytest.mark.parametrize("uvs", [False, True])
 @pytest.mark.parametrize("weld", [False, True])
 def test_the_report_of_a_tube_says_whether_it_is_closed(weld: bool, uvs: bool) -> None:
-    swept = build_tubes(build_path(build_curve(ARCH), 6, 0.02), 0.1, 8)
+    swept = build_tubes(build_path(build_curve(ARCH), 6, CREASE_ANGLE), 0.1, 8)
     mesh = build_swept_mesh("tube", swept, MeshOptions(weld=weld, uvs=uvs))
     assert mesh.report.watertight is weld
     assert (mesh.report.boundary_edges == 0) is weld
