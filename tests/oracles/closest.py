@@ -1,8 +1,9 @@
 """Closest points by exhaustive search, without the engine's code.
 
-`find_nearest` returns upper bounds. It samples every sheet; from the nearest samples, a search with
-decreasing steps moves only to nearer points. `least_distance` returns an interval. It divides
-polynomial nets in exact fractions; the bounding box of the control points encloses each part.
+`find_nearest` returns upper bounds. It samples every sheet (one surface, `tests.oracles.sheets`);
+from the nearest samples, a search moves by steps, only to nearer points. `least_distance` returns
+an interval. It divides polynomial nets in exact fractions; the bounding box of the control points
+encloses each part.
 """
 
 from collections.abc import Sequence
@@ -53,8 +54,9 @@ def find_nearest(
 def _search_from(sheet: Sheet, x: Array, places: Array, step: Array, steps: int) -> Array:
     """The least distances (m,) to x (m, 3) that a search from the places (m, k, 2) finds.
 
-    Each step tries the eight neighbours of a place. Steps become longer if a neighbour is nearer to
-    x, and shorter if not. After a quarter of the steps, only the best of the k places continues.
+    Each step tries the eight neighbours of a place. Steps are 2 `step` long at first; they become
+    longer if a neighbour is nearer to x, and shorter if not. After a quarter of the steps, only the
+    best of the k places continues.
     """
     m, k, _ = places.shape
     distance = np.linalg.norm(sheet.at(places.reshape(-1, 2)).reshape(m, k, 3) - x[:, None], axis=2)
@@ -121,7 +123,7 @@ def least_distance(
 
 
 def _split_quarters(net: Net) -> list[Net]:
-    """A net over the four quarters of its domain."""
+    """The nets of the four quarters of a patch."""
     return [_transpose(part) for half in _halve(net) for part in _halve(_transpose(half))]
 
 

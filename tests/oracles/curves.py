@@ -1,4 +1,4 @@
-"""Points of curves in exact arithmetic, and lengths of curves to 20 digits.
+"""Points of curves in exact arithmetic, and lengths computed with 20 digits.
 
 A B-spline is evaluated in fractions by the recurrence of Cox and de Boor, without Bézier pieces.
 """
@@ -67,7 +67,7 @@ def bspline_point(
 
 
 def bezier_length(points: Any, weights: Any, breaks: Sequence[float] = ()) -> float:
-    """∫ |C′| over [0, 1] to 20 digits; `breaks` are the parameters at which C′ vanishes."""
+    """∫ |C′| over [0, 1], computed with 20 digits; `breaks` are the parameters where C′ is 0."""
     count, dimension = len(points), len(points[0])
     with mpmath.workdps(20):
         w = [mpmath.mpf(1)] * count if weights is None else [mpmath.mpf(float(x)) for x in weights]

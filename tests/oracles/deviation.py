@@ -3,6 +3,7 @@
 Except for rounding, a sampled distance is never larger than the true largest distance. So an upper
 bound below a sampled distance is wrong.
 
+A surface is given as sheets (`tests.oracles.sheets`), its tensor-product and triangular parts.
 Samples are dense on the whole surface, denser on its borders, and densest around the samples with
 the largest distances.
 """
@@ -29,8 +30,8 @@ ROUNDS = 4
 wide as before."""
 
 DOUBTFUL_SAMPLES = 1_000_000
-"""Number of samples of a sheet from which the search for the nearest point begins in doubtful
-cases."""
+"""Number of samples of a sheet in doubtful cases: the search for the nearest point begins at the
+nearest of these samples."""
 
 REPEATED_POINTS = 128
 """Number of points whose distance to the surface is computed again at a time."""
@@ -59,8 +60,8 @@ def measure_surface_to_mesh(
 ) -> Deviation:
     """Largest sampled distance from a point of the surface to the triangles (T, 3, 3).
 
-    Each sheet has `count` samples in its domain, and more on its border and around the samples with
-    the largest distances.
+    Each sheet has about `count` samples in its domain, and more on its border and around the
+    samples with the largest distances.
     """
     return max(measure_each_sheet(sheets, corners, count), key=lambda deviation: deviation.distance)
 

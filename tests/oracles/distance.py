@@ -20,13 +20,15 @@ NEAR_POINTS = 3
 """Number of nearest points on triangles whose triangles give an upper bound."""
 
 FLAT = 1e-10
-"""A triangle whose height divided by its length is smaller is replaced by its three sides."""
+"""A triangle is replaced by its three sides if its height is less than this share of its longest
+side."""
 
 
 def measure_distances(points: Array, corners: Array) -> Array:
     """Distance (m,) of each point (m, 3) to its own triangle (m, 3, 3)."""
     point = np.ascontiguousarray(points.T)
     a, b, c = np.ascontiguousarray(corners.transpose(1, 2, 0))
+    # For each side: its vector, and the vectors from its two ends to the point.
     sides = [(end - start, point - start, point - end) for start, end in ((a, b), (b, c), (c, a))]
     side_squares = [_dot(side, side) for side, _, _ in sides]
     to_sides = np.minimum.reduce(
@@ -35,13 +37,13 @@ def measure_distances(points: Array, corners: Array) -> Array:
             for side, square in zip(sides, side_squares, strict=True)
         ]
     )
-    normal = _cross(sides[0][0], -sides[2][0])
-    area = _dot(normal, normal)
+    normal = _cross(b - a, c - a)
+    normal_square = _dot(normal, normal)
     # Whether the foot of the perpendicular from the point is inside the triangle.
-    is_over = area > (FLAT * np.maximum.reduce(side_squares)) ** 2
+    is_over = normal_square > (FLAT * np.maximum.reduce(side_squares)) ** 2
     for side, start, _ in sides:
         is_over &= _dot(_cross(normal, side), start) >= 0
-    to_plane = _dot(sides[0][1], normal) ** 2 / np.where(area > 0, area, 1.0)
+    to_plane = _dot(point - a, normal) ** 2 / np.where(normal_square > 0, normal_square, 1.0)
     return np.sqrt(np.where(is_over, np.minimum(to_plane, to_sides), to_sides))
 
 
@@ -75,8 +77,8 @@ class Soup:
     """Triangles (T, 3, 3) without connectivity, in search trees.
 
     `tree` has points on the triangles, and `owner` the triangle of each of these points. `balls`
-    are enclosing balls of triangles of about equal size: the tree of their centres, the numbers of
-    their triangles, and the largest radius.
+    has an entry for each group of triangles of about equal size: the tree of the centres of their
+    enclosing balls, the numbers of the triangles, and the largest radius.
     """
 
     corners: Array
@@ -151,13 +153,17 @@ def _enclose_triangles(corners: Array) -> list[tuple[cKDTree, Index, float]]:
 def _spread_points(corners: Array) -> tuple[Array, Index]:
     """Points (m, 3) inside the triangles, and the number (m,) of the triangle of each point.
 
-    The longer a triangle is in comparison with its height, the more points it has.
+    The more slender a triangle (longest side / height), the more points it has.
     """
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    longest = np.max([_dot((q - p).T, (q - p).T) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    side_squares = [_dot((q - p).T, (q - p).T) for p, q in ((a, b), (b, c), (c, a))]
+    longest_square = np.max(side_squares, axis=0)
     normal = _cross((b - a).T, (c - a).T)
-    area = np.sqrt(_dot(normal, normal))
-    slenderness = longest / np.maximum(area, longest / 64 + (longest == 0))
+    double_area = np.sqrt(_dot(normal, normal))
+    # At most 64; 0 if the triangle is a point.
+    slenderness = longest_square / np.maximum(
+        double_area, longest_square / 64 + (longest_square == 0)
+    )
     points_on_triangles: list[Array] = []
     owners: list[Index] = []
     for divisions, min_slenderness, max_slenderness in (

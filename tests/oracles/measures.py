@@ -1,10 +1,10 @@
 """Areas and volumes of surfaces and lengths of curves, extrapolated; and closed forms.
 
-A surface is sampled at n × n places between neighbouring knots, for n = n₀, 2 n₀, 4 n₀, …, by its
-own definition (`tests.oracles.sheets`). The area and the volume of the inscribed polyhedron, and
-the length of an inscribed polygon, differ from the truth by a series in 1/n². Romberg's scheme
-removes one power of 1/n² after the other. The code shares no normals, no quadrature and no bounds
-with the engine.
+A surface is given as sheets (`tests.oracles.sheets`), which are evaluated by their own definition.
+A sheet is sampled at n × n places between neighbouring knots, for n = n₀, 2 n₀, 4 n₀, …. The area
+and the volume of the inscribed polyhedron, and the length of an inscribed polygon, differ from the
+truth by a series in 1/n². Romberg's scheme removes one power of 1/n² after the other. The code
+shares no normals, no quadrature and no bounds with the engine.
 """
 
 from collections.abc import Callable, Sequence
@@ -45,7 +45,7 @@ def measure_area(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tu
 
 
 def measure_flux(sheets: Sequence[Sheet], first: int = 4, levels: int = 6) -> tuple[float, float]:
-    """Σ ∫∫ S · N over all sheets, and an estimate of its error.
+    """Σ ∫∫ S · (S_u × S_v) over all sheets, and an estimate of its error.
 
     For sheets that enclose a volume, this is three times the volume.
     """

@@ -1,9 +1,10 @@
 """Hits of rays by exhaustive search, without the engine's code.
 
-Every sheet is divided into many cells of parameters. Newton's method, with differences for
-partials, starts in each cell whose projection along the ray may contain the ray. If Newton's method
-ends at a point on the ray, this point is a hit. The search may miss one of two hits that are very
-near each other, but every hit is true.
+Every sheet (one surface, `tests.oracles.sheets`) is divided into many cells of parameters. Newton's
+method, with differences for partials, starts in each cell whose projection along the ray may
+contain the ray. If Newton's method ends at a point on the ray, this point is a hit. The search may
+miss one of two hits that are very near each other, and points where the ray touches the surface;
+but every hit is true.
 """
 
 from collections.abc import Sequence
@@ -55,7 +56,7 @@ def _divide_domain(sheet: Sheet, count: int) -> tuple[Array, Array, Array]:
     ]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     if not isinstance(sheet, TensorSheet):
-        grid[..., 0] *= 1 - grid[..., 1]
+        grid[..., 0] *= 1 - grid[..., 1]  # maps the square to the triangle
     corners_of_cells = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
     cells = np.stack([corner.reshape(-1, 2) for corner in corners_of_cells], axis=1)
     return cells, np.array([b[0] for b in breaks]), np.array([b[-1] for b in breaks])
@@ -93,10 +94,11 @@ def _iterate_newton(
     """The starts from which Newton's method reaches a hit, t of each hit, and the error of t.
 
     `places` (m, 2) are the starts, `o` and `d` (m, 3) are the origins and directions of their rays.
-    The results have the shape (n,); a start is the number of its row in `places`. Rounding the
-    parameters moves a point by 2⁻⁵³ times the partials, which grow with the weights. The error of t
-    is this distance plus the distance from the ray, divided by the sine of the angle between ray
-    and surface.
+    The results have the shape (n,); a start is the number of its row in `places`. Touching points,
+    where the sine of the angle between ray and surface is at most 1e-6, are not hits. Rounding the
+    parameters moves a point by up to 2⁻⁵³ times the partials, which grow with the weights. The
+    error of t is more than this distance plus the allowed distance from the ray, divided by the
+    sine and by |d|.
     """
     low, high = domain
     first, second = _build_frame(d)
@@ -116,6 +118,7 @@ def _iterate_newton(
                 [(fv * g - gv * f) / determinant, (gu * f - fu * g) / determinant], axis=1
             )
         newton_step = np.where(np.isfinite(newton_step), newton_step, 0.0)
+        # A step may leave the domain by 5%, and a later step may lead back.
         places = np.clip(
             places + newton_step, low - 0.05 * (high - low), high + 0.05 * (high - low)
         )
@@ -124,7 +127,8 @@ def _iterate_newton(
     speed = np.linalg.norm(d, axis=1)
     ray_distance = np.linalg.norm(np.cross(points - o, d), axis=1) / speed
     t = ((points - o) * d).sum(axis=1) / (d * d).sum(axis=1)
-    is_inside = (np.abs(sheet.clip_to_domain(places) - places) <= 0).all(axis=1)
+    is_inside = (sheet.clip_to_domain(places) == places).all(axis=1)
+    # The factors 2⁻⁵² for 2⁻⁵³, and 4, are a margin.
     point_error = 1e-13 * scale + 2.0**-52 * sum(np.linalg.norm(x, axis=1) for x in (du, dv))
     with np.errstate(all="ignore"):
         normal = np.cross(du, dv)

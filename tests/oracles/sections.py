@@ -1,7 +1,8 @@
 """Points of a surface in a plane, by a search on many isoparametric curves.
 
-If two neighbouring samples of a curve are on different sides of the plane, bisection computes a
-point between them in the plane.
+A surface is given as sheets (`tests.oracles.sheets`), its tensor-product and triangular parts. If
+two neighbouring samples of a curve are on different sides of the plane, bisection computes a point
+between them in the plane.
 """
 
 from collections.abc import Sequence

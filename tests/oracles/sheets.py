@@ -44,10 +44,10 @@ class Sheet(Protocol):
         ...
 
     def samples(self, count: int) -> Array:
-        """At least `count` places (m, 2).
+        """About `count` places (m, 2), equally spaced between neighbouring knots.
 
-        They are equally spaced in the domain, and denser on its border; knots are among them.
-        `count`/4 more places have about equal distances of their points in space.
+        There are more on the border of the domain, and at least `count`/4 more whose points have
+        about equal distances in space. Knots are among the places.
         """
         ...
 
@@ -56,13 +56,16 @@ class Sheet(Protocol):
         ...
 
     def step(self, count: int) -> Array:
-        """Distances (2,), in u and in v, between neighbours among `samples(count)`."""
+        """The largest distances (2,), in u and in v, of neighbours among the `count` places."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class TensorSheet:
-    """Σ_ij M_i(u) N_j(v) H_ij, projected; `net` (n, m, 4) is H, homogeneous about the origin."""
+    """Σ_ij M_i(u) N_j(v) H_ij, projected; `net` (n, m, 4) is H, homogeneous about the origin.
+
+    `bases` compute M and N; `breaks` are the distinct knots of the domain, in u and in v.
+    """
 
     net: Array
     bases: tuple[Basis, Basis]
@@ -73,7 +76,8 @@ class TensorSheet:
         rows, columns, _ = self.net.shape
         size = max(1, CHUNK // (columns * 4 + rows))
         return np.concatenate(
-            [self._at(places[k : k + size]) for k in range(0, len(places), size)] or [places[:, :0]]
+            [self._at(places[k : k + size]) for k in range(0, len(places), size)]
+            or [np.zeros((0, 3))]
         )
 
     def _at(self, places: Array) -> Array:
@@ -167,7 +171,7 @@ class PlacedSheet:
 
 
 def _divide(breaks: Array, per_span: int) -> Array:
-    """Parameters that divide every span into `per_span` equal parts; the breaks are exact."""
+    """Parameters that divide every span into `per_span` equal parts; they include the breaks."""
     t = np.arange(per_span) / per_span
     starts = breaks[:-1, np.newaxis] + np.diff(breaks)[:, np.newaxis] * t
     return np.append(starts.ravel(), breaks[-1])

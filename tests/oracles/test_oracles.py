@@ -52,7 +52,7 @@ def test_halves_of_a_split_net_are_parts_of_the_surface() -> None:
 
 
 def test_limit_normal_at_the_apex_of_a_plane_patch() -> None:
-    """A bilinear patch with one collapsed edge is a plane triangle; its normal is constant."""
+    """A bilinear patch with one collapsed side is a plane triangle; its normal is constant."""
     triangle = [[[1, 0, 0], [0, 0, 1]], [[0, 1, 0], [0, 0, 1]]]
     component = 1 / math.sqrt(3)
     for u in (Fraction(0), Fraction(1, 2), Fraction(1)):
@@ -76,7 +76,10 @@ def test_topology_of_a_tetrahedron() -> None:
 
 
 def test_topology_counts_each_fault() -> None:
-    """Faults: a missing face, a reversed face, a third face at an edge, a repeated vertex."""
+    """Faults: a missing face, a reversed face, a third face at an edge, a repeated vertex.
+
+    Faces with only a vertex in common are two components.
+    """
     assert count_topology(TETRAHEDRON[:3]).boundary == 3
     assert count_topology([*TETRAHEDRON[:3], TETRAHEDRON[3][::-1]]).misoriented == 3
     assert count_topology([*TETRAHEDRON, (0, 1, 9)]).non_manifold == 1

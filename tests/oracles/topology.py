@@ -46,14 +46,14 @@ def count_topology(faces: Iterable[Sequence[int]]) -> Topology:
     ends = np.concatenate(
         [_list_edge_ends(each) for each in loops] or [np.empty((0, 2), dtype=np.int64)]
     )
-    _, directed = np.unique(_number_edges(ends), return_counts=True)
+    _, directed_uses = np.unique(_number_edges(ends), return_counts=True)
     _, edge, uses = np.unique(
         _number_edges(np.sort(ends, axis=1)), return_inverse=True, return_counts=True
     )
     # A graph whose nodes are faces and edges; each face is joined to its edges.
-    corners = np.repeat([each.shape[1] for each in loops], [len(each) for each in loops])
-    count = len(corners)
-    owner = np.repeat(np.arange(count), corners.astype(np.int64))
+    corner_counts = np.repeat([each.shape[1] for each in loops], [len(each) for each in loops])
+    count = len(corner_counts)
+    owner = np.repeat(np.arange(count), corner_counts.astype(np.int64))
     size = count + len(uses)
     graph = coo_array((np.ones(len(edge)), (owner, count + edge)), (size, size))
     repeats = [np.diff(np.sort(each, axis=1), axis=1) == 0 for each in loops]
@@ -63,7 +63,7 @@ def count_topology(faces: Iterable[Sequence[int]]) -> Topology:
         faces=count,
         boundary=int((uses == 1).sum()),
         non_manifold=int((uses > 2).sum()),
-        misoriented=int((directed > 1).sum()),
+        misoriented=int((directed_uses > 1).sum()),
         degenerate=sum(int(each.any(axis=1).sum()) for each in repeats),
         components=int(connected_components(graph, directed=False)[0]) if count else 0,
     )

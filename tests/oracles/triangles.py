@@ -122,7 +122,7 @@ def apply_symmetry(net: np.ndarray, symmetry: int) -> np.ndarray:
     """The net after one of the six symmetries of a triangle; axis 0 of the net is the points.
 
     Numbers 0 to 5: the net is rotated `symmetry % 3` times, and then reflected if `symmetry` ≥ 3. A
-    rotation moves corner r to s, s to t and t to r.
+    rotation moves corner r to s, s to t and t to r; the reflection exchanges corners r and s.
     """
     order = keys(find_degree(len(net)))
     row = {key: number for number, key in enumerate(order)}

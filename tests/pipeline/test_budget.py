@@ -127,6 +127,8 @@ def test_a_search_ends_when_the_work_of_a_request_is_spent() -> None:
     plan = plan_mesh(EXAMPLES["saddle"].surface(), MeshOptions(accuracy=accuracy), fmt)
     build = AdaptiveMesher(plan, *plan.lower(), effort).build
     best, _ = search_budget(build, plan.encode_mesh, accuracy, 1e-12, effort)
+    # This work suffices for about 4000 triangles.
     assert 300 < best.report.triangles < 5000
-    # The search completes a mesh that it began before the limit, and begins no mesh after it.
+    # A mesh may take a third of the limit. Its triangles are counted only when it is complete, so
+    # the last mesh may exceed the limit a little.
     assert 3e7 < effort.spent < 1.2e8

@@ -35,7 +35,18 @@ SHEAR = np.array([[1.0, 0, 0, 4], [2, 1, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
 MIRROR = np.array([[-1.0, 0, 0, 0], [0, 1, 0, -5], [0, 0, 1, 0], [0, 0, 0, 1]])
 WAVES = np.array([[[i, j, (i * j) % 3] for j in range(4)] for i in range(4)], dtype=float)
 DOME = np.array([[0.0, 0, 0], [1, 0, 2], [2, 0, 0], [0, 1, 2], [1, 1, 2], [0, 2, 0]])
-TUBES = {"trefoil-tube", "ribbon", "hair"}
+SWEEPS = {"trefoil-tube", "ribbon", "hair"}
+
+
+def build_group(*members: Member) -> GroupSurface:
+    return GroupSurface(members)
+
+
+STRETCHED = build_group(
+    Member(BezierSurface(WAVES), "plain"),
+    Member(BezierSurface(WAVES), "sheared", matrix=SHEAR),
+    Member(TriangleSurface(DOME), "mirrored", matrix=MIRROR),
+)
 
 
 def mesh_options(**accuracy: Any) -> MeshOptions:
@@ -64,7 +75,7 @@ def read_corners(content: bytes, name: str) -> Array:
     return corners
 
 
-@pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in TUBES])
+@pytest.mark.parametrize("example", [e for e in EXAMPLES if e not in SWEEPS])
 def test_every_example_is_within_its_tolerance(example: str) -> None:
     surface = find(example).surface()
     response = plan_mesh(surface, mesh_options(relative_tolerance=0.02), BY_NAME["json"]).run()
@@ -73,7 +84,7 @@ def test_every_example_is_within_its_tolerance(example: str) -> None:
     report = response.report
     assert report is not None
     assert report.deviation_bound is not None
-    assert 0 <= report.deviation_bound <= 0.02 * 1.5 * np.linalg.norm(np.ptp(points, axis=0))
+    assert 0 <= report.deviation_bound <= 0.02 * surface.lower().diagonal
     assert len(document["faces"]) == report.triangles > 0
     corners = points[np.array(document["faces"])]
     sheets = [] if isinstance(surface, GroupSurface) else build_sheets(surface)
@@ -93,6 +104,7 @@ def test_every_format_stores_all_triangles(fmt: Format) -> None:
     assert bytes(response.content) == render(surface, options, fmt)
     assert response.report is not None
     mesh = build_mesh(work)
+    # The numbers of triangles and vertices are those of the mesh, all else is as predicted.
     assert len(bytes(response.content)) <= fmt.byte_bound(
         size_of_mesh(mesh, work.stored), EncodeOptions()
     )
@@ -127,17 +139,6 @@ def test_the_deviation_bound_holds_for_the_positions_in_the_file(name: str, offs
     result = measure_deviation(surface, corners)
     assert result <= bound
     assert result > bound / 4
-
-
-def build_group(*members: Member) -> GroupSurface:
-    return GroupSurface(members)
-
-
-STRETCHED = build_group(
-    Member(BezierSurface(WAVES), "plain"),
-    Member(BezierSurface(WAVES), "sheared", matrix=SHEAR),
-    Member(TriangleSurface(DOME), "mirrored", matrix=MIRROR),
-)
 
 
 @pytest.mark.parametrize("name", ["glb", "stl", "ply", "off"])
@@ -179,7 +180,7 @@ def test_equal_members_share_a_mesh_that_is_fine_enough_for_all_of_them() -> Non
 def camera_options(
     position: tuple[float, float, float], pixels: float = 1.0, **accuracy: Any
 ) -> MeshOptions:
-    camera = Camera(position, 0.8, 600)
+    camera = Camera(position, field_of_view=0.8, height=600)
     return mesh_options(camera=camera, pixel_tolerance=pixels, **accuracy)
 
 
@@ -217,7 +218,7 @@ def test_the_deviation_is_bounded_in_both_directions_if_requested() -> None:
     mesh_bound = mesh.report.mesh_deviation_bound
     assert mesh_bound is not None
     assert mesh.report.deviation_bound is not None
-    assert mesh_bound <= 0.1
+    assert mesh_bound <= 2 * 0.05
     assert mesh.report.deviation_bound <= 0.05
 
 
@@ -229,7 +230,7 @@ def test_normal_angles_are_within_an_angle_tolerance() -> None:
     )
     assert coarse.normal_angle is not None
     assert fine.normal_angle is not None
-    assert fine.normal_angle <= 0.2 * 1.05
+    assert fine.normal_angle <= 0.2 * 1.05  # an angle is a goal that is not certified
     assert fine.triangles > 4 * coarse.triangles
     assert fine.deviation_bound is not None
 
@@ -251,7 +252,7 @@ def test_overlays_are_the_same_with_and_without_faces() -> None:
     assert len(mesh.overlays[0].segments) == mesh_with_faces.report.boundary_edges
 
 
-@pytest.mark.parametrize("example", sorted(TUBES))
+@pytest.mark.parametrize("example", sorted(SWEEPS))
 @pytest.mark.parametrize(
     "option", ["tolerance", "relative_tolerance", "angle_tolerance", "max_bytes"]
 )
@@ -292,7 +293,9 @@ def test_too_many_triangles_are_refused_with_the_pointer_of_the_option(example: 
         render(surface, options, BY_NAME["glb"], limits=limits)
     (issue,) = refused.value.issues
     assert (issue.code, issue.pointer) == ("too_many_triangles", "/relative_tolerance")
-    assert issue.needed.startswith("at most 1000")
+    assert issue.needed.startswith("at most 1000")  # two for each vertex
+    result = list_issues(surface, mesh_options(tolerance=1e-4), limits=limits)
+    assert result == [("too_many_triangles", "/tolerance")]
     budget = mesh_options(relative_tolerance=1e-5, max_triangles=300)
     assert list_issues(surface, budget) == [("too_many_triangles", "/max_triangles")]
 
@@ -305,8 +308,6 @@ def test_too_many_bytes_are_refused_with_the_pointer_of_the_option() -> None:
     assert result == [("too_many_bytes", "/max_bytes")]
     content = render(surface, mesh_options(tolerance=0.01, max_bytes=500_000), BY_NAME["json"])
     assert len(content) < 500_000
-    result = list_issues(surface, options, limits=Limits(max_vertices=100))
-    assert result[0][1] == "/tolerance"
 
 
 @pytest.mark.parametrize("name", ["json", "glb", "stl"])
@@ -373,11 +374,12 @@ def test_without_welding_patches_share_no_vertices() -> None:
 
 def test_a_camera_far_away_needs_few_triangles() -> None:
     """At the camera the tolerance is almost 0, but the surface is far from the camera."""
-    camera = Camera((1e5, 0.0, 0.0), 0.8, 1080)
+    camera = Camera((1e5, 0.0, 0.0), field_of_view=0.8, height=1080)
     mesh = build_mesh(
         plan_mesh(
             BezierSurface(WAVES), mesh_options(camera=camera, pixel_tolerance=1e-3), BY_NAME["glb"]
         )
     )
+    assert mesh.report.triangles < 100
     assert mesh.report.deviation_bound is not None
     assert 0.01 < mesh.report.deviation_bound < 0.1

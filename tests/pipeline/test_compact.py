@@ -49,9 +49,9 @@ def mesh_options(**accuracy: Any) -> MeshOptions:
 def read_corners(gltf: Gltf) -> Array:
     """Corners (T, 3, 3) of all triangles of a file, in model coordinates."""
     result = []
-    for node in gltf.document["nodes"][1:]:
+    for node in gltf.document["nodes"][1:]:  # all but the root
         (primitive,) = gltf.document["meshes"][node["mesh"]]["primitives"]
-        if primitive["mode"] != 4:
+        if primitive["mode"] != 4:  # triangles
             continue
         stored = gltf.array(primitive["attributes"]["POSITION"]).astype(np.float64)
         points = stored * node.get("scale", [1.0] * 3) + node.get("translation", [0.0] * 3)
@@ -129,6 +129,7 @@ def test_a_budget_of_bytes_counts_the_bytes_of_the_compact_file(encode: EncodeOp
 def test_compact_files_are_at_most_as_long_as_predicted(
     example: str, encode: EncodeOptions, suffix: str
 ) -> None:
+    """The format bounds the length from `work.stored`, the predicted counts."""
     fmt = BY_NAME[suffix]
     options = MeshOptions((6, 6), overlays=("control_net",), uvs=True)
     work = plan_mesh(find(example).surface(), options, fmt, encode)

@@ -46,11 +46,13 @@ def test_a_tube_along_a_trefoil_has_the_right_volume_and_normals(faces: Faces) -
     curve = trefoil()
     radius = 0.2 / measure_greatest_curvature(curve)
     tube = TubeSurface(curve, np.array([radius]), sides=48)
+    # Of a resolution, sweeps use only the first number: the divisions of each span of the curve.
     mesh = build(tube.lower(), MeshOptions(resolution=(8, 1), faces=faces))
+    spans = len(curve.control_points)  # a periodic curve
     assert (mesh.report.watertight, mesh.report.boundary_edges) == (True, 0)
-    assert mesh.report.vertices == 24 * 8 * 48
+    assert mesh.report.vertices == spans * 8 * 48
     if faces == "quads":
-        assert (len(mesh.quads), len(mesh.triangles)) == (24 * 8 * 48, 0)
+        assert (len(mesh.quads), len(mesh.triangles)) == (spans * 8 * 48, 0)
         return
     solid = load_in_trimesh(mesh)
     assert solid.is_watertight
@@ -64,7 +66,7 @@ def test_a_tube_along_a_trefoil_has_the_right_volume_and_normals(faces: Faces) -
     assert (normals * mesh.normals[mesh.triangles]).sum(axis=2).min() > 0.99
     # Each vertex is a point of the curve plus the radius times the normal.
     centres = mesh.positions - radius * mesh.normals
-    curve_points = build_spline(curve)(np.linspace(0, 24, 24 * 8 + 1))
+    curve_points = build_spline(curve)(np.linspace(0, spans, spans * 8 + 1))
     gaps = np.linalg.norm(centres[:, None] - curve_points[None], axis=2).min(axis=1)
     assert gaps.max() < 1e-9
 
@@ -76,8 +78,8 @@ def test_hair_tapers_to_its_point() -> None:
     curve = curl().curve
     tip = curve.control_points[-1]
     assert (mesh.positions == tip).all(axis=1).any()
-    # The tube has a cap at the root, but not at the tip, where its radius is 0. So 63 rings of 8
-    # sides have two triangles each; the last ring and the cap have one for each side.
+    # For each of its 8 sides the tube has two triangles in each of 63 divisions, one in the last
+    # division, where the radius falls to 0, and one in the cap at the root. The tip has no cap.
     assert mesh.report.triangles == 63 * 8 * 2 + 8 + 8
 
 
@@ -92,7 +94,7 @@ def test_normals_of_a_tube_of_varying_radius_are_right() -> None:
     # The derivatives of z and of the radius.
     speed = 2 * (1 - t) + 6 * t
     rate = 2 * ((1 - t) * (radii[1] - radii[0]) + t * (radii[2] - radii[1]))
-    (grid,) = mesh.grids
+    (grid,) = mesh.grids  # (1, 11, 6): vertices of the one patch, along the line and around it
     assert mesh.normals is not None
     assert mesh.positions[grid[0, :, 0], 2] == pytest.approx(z, abs=1e-12)
     expected = -rate / np.hypot(rate, speed)
@@ -121,13 +123,14 @@ def test_a_ribbon_follows_the_curve_and_its_profile() -> None:
     assert (mesh.report.quads, mesh.report.triangles) == (46, 2)
 
 
-def test_a_tube_along_a_closed_curve_is_open_if_its_end_radii_differ() -> None:
+def test_a_tube_along_a_closed_curve_has_caps_if_its_end_radii_differ() -> None:
+    """Without caps its Euler characteristic is 0, as of a torus; with caps 2, as of a sphere."""
     loop = BezierCurve(np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 0]]))
-    closed_tube = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
-    assert load_in_trimesh(closed_tube).euler_number == 0
-    open_tube = build(TubeSurface(loop, np.array([0.1, 0.2])).lower(), MeshOptions())
-    assert open_tube.report.watertight
-    assert load_in_trimesh(open_tube).euler_number == 2
+    joined_tube = build(TubeSurface(loop, np.array([0.1])).lower(), MeshOptions())
+    assert load_in_trimesh(joined_tube).euler_number == 0
+    capped_tube = build(TubeSurface(loop, np.array([0.1, 0.2])).lower(), MeshOptions())
+    assert capped_tube.report.watertight
+    assert load_in_trimesh(capped_tube).euler_number == 2
 
 
 CURVES: dict[str, FloatArray] = {

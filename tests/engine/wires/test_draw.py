@@ -30,12 +30,13 @@ def draw_wires(source: Any, count: int | tuple[int, int], **options: Any) -> Mes
 
 
 def list_paths(model: PatchModel, count: int) -> list[tuple[int, int, bool]]:
-    """For each kind of path: the number of paths, the stations of each, whether they are closed.
+    """For paths with equal stations: their number, the stations of each, whether they are closed.
 
-    The list is sorted.
+    A station is a point of a path: each sample is one station, a bend of more than 1° two. Curves
+    have 4 divisions in each patch. The list is sorted.
     """
     runs = sample_isocurves(model, (4, 4), (count, count))
-    result = [wires.paths for wires in build_wire_paths(model, runs, np.radians(1))]
+    result = [wires.paths for wires in build_wire_paths(model, runs, crease_angle=np.radians(1))]
     return sorted((*paths.points.shape[:2], paths.closed) for paths in result)
 
 
@@ -66,12 +67,11 @@ def test_wires_are_sound_meshes_within_the_predicted_size(
 
 
 def test_tubes_are_centred_on_curves_of_the_surface() -> None:
-    """All points of tubes are within half of their width of the unit sphere."""
+    """The points of tubes that are furthest from the unit sphere are half of the width away."""
     mesh = draw_wires("sphere", 4, wires="tubes", wire_width=0.05, wire_sides=12)
     check_winding(mesh)
     distance = np.linalg.norm(mesh.positions, axis=1)
-    assert abs(distance - 1).max() < 0.025 + 1e-3
-    assert distance.max() > 1.02
+    assert (distance.min(), distance.max()) == pytest.approx((0.975, 1.025), abs=1e-12)
 
 
 def test_ribbons_lie_on_the_surface() -> None:
@@ -86,7 +86,7 @@ def test_ribbons_lie_on_the_surface() -> None:
 
 
 def test_a_circle_across_patches_is_one_closed_tube() -> None:
-    """Circles of four pieces on the side, the rim and the base of a cone have no caps."""
+    """Circles through four patches on the side, the rim and the base of a cone have no caps."""
     cone = lower_patches("cone")
     # 3 circles: v = 1/2 on the side and on the base, and the rim; 4 diameters of the base; 8
     # rulings.
@@ -98,7 +98,7 @@ def test_a_circle_across_patches_is_one_closed_tube() -> None:
 
 def test_lines_continue_through_corners_of_patches() -> None:
     """Meridians of a sphere continue through poles, and knot lines of a B-spline to its borders."""
-    # 4 meridian circles and 3 parallels, each of 4 pieces with 4 divisions.
+    # 4 meridian circles and 3 parallels, each through 4 patches with 4 divisions.
     assert list_paths(lower_patches("sphere"), 2) == [(7, 17, True)]
     hills = lower_patches("bspline-hills")
     assert hills.domain is not None
@@ -160,7 +160,8 @@ def test_wires_of_a_surface_with_colors_have_their_own_color() -> None:
     assert len(values) == len(mesh.positions)
 
 
-def test_the_default_width_is_a_share_of_the_diagonal() -> None:
+def test_the_default_width_is_1_300th_of_the_diagonal() -> None:
+    """The box of the control points of the sphere is a cube with edges of length 2."""
     model = lower_patches("sphere")
     assert find_width(model, MeshOptions()) == pytest.approx(np.sqrt(12) / 300)
     assert find_width(model, MeshOptions(wire_width=0.25)) == 0.25

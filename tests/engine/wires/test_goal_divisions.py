@@ -1,4 +1,4 @@
-"""Isoparametric curves in meshes by tolerance: within the tolerance, on the grid, and limited."""
+"""Isoparametric curves in meshes by tolerance: deviation, quantization and limits."""
 
 from typing import Any
 
@@ -13,6 +13,7 @@ from service.engine.bounds.goal import Goal, View
 from service.engine.mesh.mesh_value import Mesh
 from service.engine.mesh.seams import find_seams
 from service.engine.options import MeshOptions
+from service.engine.wires.draw import NAME
 from service.engine.wires.goal_divisions import count_goal_divisions
 from service.engine.wires.isocurves import sample_divided_isocurves, sample_isocurves
 from service.errors import TooLarge
@@ -20,6 +21,7 @@ from service.pipeline.limits import Limits
 from service.pipeline.mesh import plan_mesh
 from service.surface.batches import TrianglePatches
 from service.surface.examples import find
+from service.surface.group import GroupSurface
 from service.surface.lowered import Part, PatchModel
 from tests.engine.meshing import build_mesh
 from tests.strategies import Array, build_model, nets, triangle_nets, weighted_nets
@@ -49,8 +51,9 @@ def measure_deviation(model: PatchModel, goal: Goal) -> float:
     assert sum(len(run.points) for run in lines) <= curves
     assert sum(run.points[..., 0].size for run in lines) <= samples
     dense_points = [run.points.reshape(-1, 3) for run in sample_isocurves(model, (33, 33), COUNTS)]
-    if not lines:  # all curves are points, so there must be no samples
-        return float(len(dense_points))
+    if not lines:  # all curves are points, which are not drawn
+        assert not dense_points
+        return 0.0
     a = np.concatenate([run.points[:, :-1].reshape(-1, 3) for run in lines])
     b = np.concatenate([run.points[:, 1:].reshape(-1, 3) for run in lines])
     return max(float(measure_distances(points, a, b).max()) for points in dense_points)
@@ -73,11 +76,10 @@ def test_lines_on_a_triangle_are_within_the_tolerance(net: Array) -> None:
     assert measure_deviation(model, Goal(0.02)) <= 0.02
 
 
-def test_finer_goals_have_more_divisions_and_far_eyes_fewer() -> None:
+def test_finer_goals_and_nearer_eyes_need_more_samples() -> None:
     model = find("utah-teapot").surface().lower()
     assert isinstance(model, PatchModel)
     seams = find_seams(model.batches)
-    far_view = View(np.array([0, 0, 1e3]), rate=1e-3, near=1.0)
 
     def count_samples(goal: Goal) -> int:
         _, samples = count_goal_divisions(model, seams, goal).count_curves(seams, COUNTS)
@@ -85,7 +87,13 @@ def test_finer_goals_have_more_divisions_and_far_eyes_fewer() -> None:
 
     fine, coarse = count_samples(Goal(1e-3)), count_samples(Goal(1e-2))
     with_angle = count_samples(Goal(1e-3, angle=0.05))
-    assert count_samples(Goal(1.0, view=far_view)) < coarse < fine < with_angle
+    assert coarse < fine < with_angle
+    # The eye is at z = `height`; the allowed deviation is 1/1000 of the distance from it.
+    far, near = (
+        count_samples(Goal(1.0, view=View(np.array([0, 0, height]), rate=1e-3, near=1.0)))
+        for height in (1e3, 10.0)
+    )
+    assert far < near
 
 
 @pytest.mark.parametrize(
@@ -117,12 +125,13 @@ def test_wires_lie_on_the_grid_of_a_compact_file(wires: Any) -> None:
     assert mesh.step
     rows = np.concatenate([mesh.positions, *(overlay.positions for overlay in mesh.overlays)])
     assert (rows / mesh.step == np.rint(rows / mesh.step)).all()
-    assert len(plan.run().content)
+    assert plan.run().content  # such a mesh can be encoded
 
 
 @pytest.mark.parametrize("wires", ["lines", "tubes"])
 @pytest.mark.parametrize("accuracy", [FINE.accuracy, Accuracy(max_triangles=400)])
 def test_wires_above_the_limit_of_triangles_are_refused(wires: Any, accuracy: Accuracy) -> None:
+    """The limit of triangles is twice that of vertices."""
     options = MeshOptions(accuracy=accuracy, isocurves=(900, 900), wires=wires)
     surface = find("torus").surface()
     with pytest.raises(TooLarge) as refused:
@@ -131,7 +140,9 @@ def test_wires_above_the_limit_of_triangles_are_refused(wires: Any, accuracy: Ac
 
 
 def test_every_copy_has_wires_with_a_camera() -> None:
-    accuracy = Accuracy(camera=Camera((9, 0, 4), 0.8, 400), pixel_tolerance=1)
-    assert build_mesh(
-        "tea-service", accuracy=accuracy, isocurves=(2, 2), wires="tubes"
-    ).report.triangles
+    accuracy = Accuracy(camera=Camera((9, 0, 4), field_of_view=0.8, height=400), pixel_tolerance=1)
+    mesh = build_mesh("tea-service", accuracy=accuracy, isocurves=(2, 2), wires="tubes")
+    triangles = {part.name: part.triangles[1] - part.triangles[0] for part in mesh.parts}
+    group = find("tea-service").surface()
+    assert isinstance(group, GroupSurface)
+    assert all(triangles[f"{member.name}/{NAME}"] for member in group.members)

@@ -31,8 +31,8 @@ def sample_curves(
     """Samples the curves, and checks that their numbers are within the predicted bounds."""
     result = sample_isocurves(model, resolution, counts)
     triangles = sum(b.count for b in model.batches if isinstance(b, TrianglePatches))
-    grids = model.patch_count - triangles
-    curves, points = bound_isocurves(grids, triangles, resolution, counts)
+    tensor_patches = model.patch_count - triangles
+    curves, points = bound_isocurves(tensor_patches, triangles, resolution, counts)
     assert sum(len(run.points) for run in result) <= curves
     assert sum(run.points[..., 0].size for run in result) <= points
     return result
@@ -84,10 +84,10 @@ def test_a_triangle_has_curves_in_three_directions(net: Array) -> None:
                 expected = [float(c) for c in triangles.value(exact_net, place)]
                 np.testing.assert_allclose(point, expected, atol=1e-11)
     if len({tuple(point) for point in net.tolist()}) == len(net):  # no side is one point
-        # 3 sides, and 3 inner lines in each of 3 directions.
-        assert count_curves(runs) == 3 + 3 * 3
-        # Lines at 1/4, 1/2 and 3/4 end at samples of the mesh, whose sides have 8 divisions.
-        assert Counter(run.points.shape[1] - 1 for run in runs) == {8: 1, 6: 3, 4: 3, 2: 3}
+        # A triangle takes the larger count, 4, and the larger resolution, 8. So its 3 sides have 8
+        # divisions, and the lines at 1/4, 1/2 and 3/4 in each of 3 directions have 6, 4 and 2.
+        divisions = Counter(run.points.shape[1] - 1 for run in runs for _ in run.points)
+        assert divisions == {8: 3, 6: 3, 4: 3, 2: 3}
 
 
 @pytest.mark.parametrize(
@@ -100,6 +100,7 @@ def test_one_patch_has_the_right_number_of_curves(counts: tuple[int, int], expec
 
 def test_shared_borders_are_drawn_once() -> None:
     """A cube has 12 edges, and each face has 3 inner lines in each direction."""
+    # Differently rotated and mirrored faces: some borders have opposite directions in two faces.
     model = build_model(build_cube((0, 3, 5, 6, 2, 1)))
     assert count_curves(sample_curves(model, (1, 1))) == 12
     assert count_curves(sample_curves(model, (4, 4))) == 12 + 6 * 6
@@ -121,9 +122,9 @@ def test_curves_of_neighbours_meet_bit_for_bit(net_and_pieces: tuple[Array, list
     model = build_model(pieces)
     runs = sample_curves(model, (3, 3), (4, 6))
     # The first two runs are the borders of patches, with 4 and with 6 divisions.
-    corners = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
+    patch_corners = {tuple(end) for run in runs[:2] for c in run.points for end in (c[0], c[-1])}
     ends = Counter(tuple(end) for run in runs for c in run.points for end in (c[0], c[-1]))
-    single_ends = [end for end, uses in ends.items() if uses == 1 and end not in corners]
+    single_ends = [end for end, uses in ends.items() if uses == 1 and end not in patch_corners]
     # At each of the 8 edges on the border of the surface, 2 inner curves end.
     assert len(single_ends) == 16
 
@@ -132,17 +133,17 @@ def test_curves_of_neighbours_meet_bit_for_bit(net_and_pieces: tuple[Array, list
 def test_lines_pass_through_the_vertices_of_the_mesh(example: str) -> None:
     """The number of curves divides the resolution, so each point of a curve is a vertex."""
     vertices = build_mesh(example, resolution=(8, 8)).positions
-    places_of_vertices = {tuple(vertex) for vertex in vertices.tolist()}
+    vertex_points = {tuple(vertex) for vertex in vertices.tolist()}
     borders, *inner_runs = sample_curves(lower_patches(example), (4, 4), (8, 8))
     border_points = borders.points.reshape(-1, 3).tolist()
-    assert all(tuple(point) in places_of_vertices for point in border_points)
+    assert all(tuple(point) in vertex_points for point in border_points)
     # Inner curves have the bits of the mesh only at their ends; adding 0.0 makes −0.0 equal to 0.0.
-    rounded_places = {tuple(vertex) for vertex in (vertices.round(9) + 0.0).tolist()}
+    rounded_vertices = {tuple(vertex) for vertex in (vertices.round(9) + 0.0).tolist()}
     for run in inner_runs:
         ends = run.points[:, [0, -1]].reshape(-1, 3).tolist()
-        assert all(tuple(end) in places_of_vertices for end in ends)
+        assert all(tuple(end) in vertex_points for end in ends)
         rounded_points = run.points.round(9).reshape(-1, 3) + 0.0
-        assert all(tuple(point) in rounded_places for point in rounded_points.tolist())
+        assert all(tuple(point) in rounded_vertices for point in rounded_points.tolist())
 
 
 def test_the_curves_of_a_spline_follow_its_knots() -> None:
