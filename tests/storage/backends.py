@@ -1,4 +1,4 @@
-"""Opens stores for tests, and finds the files in which a store keeps its contents."""
+"""Opens stores for tests, and gives the paths of the files in which they keep their contents."""
 
 import hashlib
 from collections.abc import Iterator
@@ -24,8 +24,8 @@ def open_test_store(kind: str, folder: Path, quota: int = 0) -> SurfaceStore:
     return open_store("memory://" if kind == "memory" else str(folder), quota)
 
 
-def find_file(folder: Path, content: bytes) -> Path:
-    """The path at which a store in this folder keeps a content."""
+def compute_path(folder: Path, content: bytes) -> Path:
+    """The path at which a store in this folder keeps a content, or would keep it."""
     return folder / key_of(compute_id(content))
 
 

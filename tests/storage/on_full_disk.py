@@ -14,7 +14,7 @@ import httpx
 import pytest
 
 from service.storage.backends import STAGING
-from tests.storage.backends import find_file, list_files
+from tests.storage.backends import compute_path, list_files
 from tools.processes import service_server
 
 BALLAST_BYTES = 1 << 20
@@ -95,7 +95,7 @@ def test_on_a_full_disk_the_service_refuses_to_store_and_all_else_works(
     }
     # The content of every file is complete: the path in the store depends on the content.
     for path in objects:
-        assert path == find_file(disk / "store", path.read_bytes())
+        assert path == compute_path(disk / "store", path.read_bytes())
     assert list_files(disk / "store" / STAGING) == []
 
 

@@ -1,5 +1,6 @@
 """A store in a folder: files reach the disk, and errors of the disk leave no partial files."""
 
+import errno
 import os
 import stat
 import threading
@@ -11,7 +12,7 @@ from service.errors import StoreFailed, StoreFull
 from service.storage.backends import STAGING
 from service.storage.keys import key_of
 from service.storage.store import SurfaceStore
-from tests.storage.backends import compute_id, find_file, list_files, open_test_store
+from tests.storage.backends import compute_id, compute_path, list_files, open_test_store
 
 pytestmark = pytest.mark.anyio
 FIRST, SECOND = b"first", b"second"
@@ -25,7 +26,7 @@ async def test_an_object_is_on_the_disk_before_its_file_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """First the file is synced, then the folders that have a new entry."""
-    final_path = find_file(tmp_path, FIRST)
+    final_path = compute_path(tmp_path, FIRST)
     store = open_test_store("folder", tmp_path)
     synced_files: list[tuple[int, bool]] = []
     fsync = os.fsync
@@ -47,7 +48,7 @@ async def test_an_object_is_on_the_disk_before_its_file_has_its_name(
     ]
 
 
-def test_new_folders_of_a_store_are_synced_once(
+def test_new_folders_of_a_store_are_synced_only_when_it_is_first_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     synced_files: list[int] = []
@@ -60,6 +61,7 @@ def test_new_folders_of_a_store_are_synced_once(
     monkeypatch.setattr(os, "fsync", record_and_sync)
     open_test_store("folder", tmp_path / "a" / "b")
     assert {tmp_path.stat().st_ino, (tmp_path / "a").stat().st_ino} <= set(synced_files)
+    # It has two new folders, `surfaces` and `staging`, and is synced after each of them.
     assert synced_files.count((tmp_path / "a" / "b").stat().st_ino) == 2
     synced_files.clear()
     open_test_store("folder", tmp_path / "a" / "b")
@@ -78,6 +80,7 @@ async def test_a_store_whose_staging_folder_breaks_fails_and_works_again_later(
         await store.put(compute_id(SECOND), SECOND)
     assert error.value.issues == ()
     assert key_of(compute_id(SECOND)) in caplog.text
+    # obstore appends a description of its internal objects, which begins with these words.
     assert "Debug source" not in caplog.text
     assert await store.get(compute_id(FIRST)) == FIRST
     assert not await store.has(compute_id(SECOND))
@@ -91,7 +94,7 @@ async def test_a_failed_write_leaves_no_file(
     """Some disks report only at `fsync` that they are full."""
 
     def raise_disk_full(_: int) -> None:
-        raise OSError(28, "No space left on device")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     store = open_test_store("folder", tmp_path)
     with monkeypatch.context() as patch:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from service.storage.backends import ABANDONED_AFTER, STAGING
-from tests.storage.backends import compute_id, find_file, list_files, open_test_store
+from tests.storage.backends import compute_id, compute_path, list_files, open_test_store
 from tests.storage.storing import CONTENTS, generate_contents
 
 pytestmark = pytest.mark.anyio
@@ -37,20 +37,23 @@ def read_stored_ids(folder: Path) -> set[str]:
     """The ids of all objects in a folder, each of which must be complete."""
     objects = list_files(folder / "surfaces")
     for path in objects:
-        assert path == find_file(folder, path.read_bytes()), "the name is not the hash"
+        assert path == compute_path(folder, path.read_bytes()), "the name is not the hash"
     return {path.name for path in objects}
 
 
 def test_a_killed_process_leaves_only_complete_objects_and_all_that_it_reported(
     tmp_path: Path,
 ) -> None:
-    """Two processes store in one folder; they are killed after 1 and after 120 contents."""
+    """Two processes, one after the other, are killed when they have stored 1 and 120 contents.
+
+    A third process then stores the rest in the same folder.
+    """
     for count in (1, 120):
         with start_storing(tmp_path) as process:
             assert process.stdout is not None
             reported_ids = {process.stdout.readline().strip() for _ in range(count)}
             process.kill()
-            # More ids that the process printed before the signal.
+            # More ids that the process printed before it was killed; the last line may be cut off.
             reported_ids |= {line.strip() for line in process.stdout if line.endswith("\n")}
         assert process.returncode == -signal.SIGKILL
         assert count <= len(reported_ids) < CONTENTS

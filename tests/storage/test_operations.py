@@ -15,7 +15,7 @@ ID = hashlib.sha256(CONTENT).hexdigest()
 
 @pytest.mark.anyio
 async def test_operations_are_counted_by_kind_and_outcome(tmp_path: Path) -> None:
-    store = open_store(str(tmp_path), 10)
+    store = open_store(str(tmp_path), quota=10)
     assert await store.put(ID, CONTENT)
     assert not await store.put(ID, CONTENT)
     with pytest.raises(StoreFull):
@@ -29,16 +29,16 @@ async def test_operations_are_counted_by_kind_and_outcome(tmp_path: Path) -> Non
         await store.get(ID)
     assert await store.delete(ID)
     assert await store.is_ready()
-    assert not await store.has("no id")
+    assert not await store.has("no id")  # not counted, because the store does not look for it
     totals = store.operations.totals
     assert {key: total.count for key, total in totals.items()} == {
         ("put", "done"): 2,
         ("put", "refused"): 1,
-        ("get", "done"): 2,
+        ("get", "done"): 2,  # an unknown surface is no failure
         ("get", "failed"): 1,
         ("has", "done"): 1,
         ("delete", "done"): 1,
-        ("ask", "done"): 1,
+        ("ask", "done"): 1,  # by `is_ready`
     }
     assert all(total.seconds > 0 for total in totals.values())
     assert store.used == 0

@@ -39,7 +39,9 @@ def test_a_damaged_surface_is_not_sent_until_it_is_stored_again(
 
 
 def test_the_error_of_a_full_store_names_its_free_bytes(tmp_path: Path) -> None:
-    with start_client(create_app(Settings(store=str(tmp_path), store_quota=400))) as client:
+    # There is room for one of the two surfaces.
+    quota = 400
+    with start_client(create_app(Settings(store=str(tmp_path), store_quota=quota))) as client:
         assert client.post("/v1/surfaces", PATCH).status_code == 201
         (file,) = list_files(tmp_path)
         size = file.stat().st_size
@@ -47,5 +49,5 @@ def test_the_error_of_a_full_store_names_its_free_bytes(tmp_path: Path) -> None:
         assert response.status_code == 507
         assert response.json()["code"] == "store_full"
         (error,) = response.json()["errors"]
-        assert (error["code"], error["needed"]) == ("store_full", f"at most {400 - size} bytes")
+        assert (error["code"], error["needed"]) == ("store_full", f"at most {quota - size} bytes")
         assert list_files(tmp_path) == [file]

@@ -9,7 +9,7 @@ from service.errors import StoreFailed, StoreFull
 from service.storage import quota as module
 from service.storage.quota import FRESH_SECONDS, STALE_SECONDS, Usage
 from service.storage.store import SurfaceStore
-from tests.storage.backends import KINDS, compute_id, find_file, list_files, open_test_store
+from tests.storage.backends import KINDS, compute_id, compute_path, list_files, open_test_store
 
 pytestmark = pytest.mark.anyio
 CONTENTS = [bytes([digit]) * 10 for digit in range(10)]
@@ -65,7 +65,7 @@ async def test_replacing_a_damaged_object_needs_no_more_bytes(tmp_path: Path) ->
     store = open_test_store("folder", tmp_path, 20)
     for content in CONTENTS[:2]:
         await put(store, content)
-    find_file(tmp_path, CONTENTS[0]).write_bytes(b"")
+    compute_path(tmp_path, CONTENTS[0]).write_bytes(b"")
     assert await put(store, CONTENTS[0])
 
 
@@ -78,15 +78,15 @@ async def test_bytes_that_other_processes_delete_become_free(
     for path in list_files(tmp_path):
         path.unlink()
     with pytest.raises(StoreFull):
-        await put(store, CONTENTS[2])  # the last count is recent
+        await put(store, CONTENTS[2])  # the last count is recent, so the store does not repeat it
     monkeypatch.setattr(module, "FRESH_SECONDS", -1)
     assert await put(store, CONTENTS[2])
 
 
-class SharedPlace:
-    """A place that other processes use too, with a clock that tests set.
+class SharedBackend:
+    """A backend that other processes use too, with a clock that tests set.
 
-    `bytes` is what a listing of the place reports; `listings` counts the listings.
+    `bytes` is what a listing of its objects reports; `listings` counts the listings.
     """
 
     def __init__(self) -> None:
@@ -113,51 +113,60 @@ async def store_bytes(usage: Usage, size: int) -> None:
 
 
 async def run_tasks() -> None:
+    """Lets listings run that were started in the background."""
     for _ in range(5):
         await asyncio.sleep(0)
 
 
-async def test_the_place_is_listed_at_first_before_a_refusal_and_when_the_count_is_old() -> None:
-    place = SharedPlace()
-    usage = place.build_usage(100)
+async def test_listings_are_made_only_if_there_is_no_count_or_it_is_too_old() -> None:
+    """The first count is a listing. A count is too old to refuse an object after `FRESH_SECONDS`.
+
+    After `STALE_SECONDS` it is too old for objects that fit, too.
+    """
+    backend = SharedBackend()
+    usage = backend.build_usage(100)
     await asyncio.gather(*(store_bytes(usage, 10) for _ in range(5)))
-    assert place.listings == 1
-    place.bytes = 20
-    place.now = FRESH_SECONDS + 1
+    assert backend.listings == 1
+    backend.bytes = 20
+    backend.now = FRESH_SECONDS + 1
     await store_bytes(usage, 80)  # 50 bytes by our own count, 20 by the listing
-    assert place.listings == 2
+    assert backend.listings == 2
     with pytest.raises(StoreFull):
         await store_bytes(usage, 1)
-    assert place.listings == 2, "a full store is not listed for every request"
-    place.now += STALE_SECONDS + 1
+    assert backend.listings == 2, "a full store is not listed for every request"
+    backend.now += STALE_SECONDS + 1
     with pytest.raises(StoreFull):
         await store_bytes(usage, 101)
-    assert place.listings == 2, "a content larger than the quota needs no listing"
-    place.bytes = 0
+    assert backend.listings == 2, "a content larger than the quota needs no listing"
     await store_bytes(usage, 0)
+    assert backend.listings == 2, "an object that takes no more bytes needs no listing"
+    backend.bytes = 0
+    await store_bytes(usage, 1)
+    assert backend.listings == 3, "without a listing, 1 byte would be refused"
+    backend.now += STALE_SECONDS + 1
     await store_bytes(usage, 1)
     await run_tasks()
-    assert place.listings == 3
+    assert backend.listings == 4, "an old count starts a listing in the background"
 
 
 async def test_an_old_count_is_used_while_listings_fail() -> None:
-    place = SharedPlace()
-    usage = place.build_usage(100)
+    backend = SharedBackend()
+    usage = backend.build_usage(100)
     await store_bytes(usage, 10)
-    place.is_broken = True
-    place.now = STALE_SECONDS + 1
+    backend.is_broken = True
+    backend.now = STALE_SECONDS + 1
     await store_bytes(usage, 10)
     await run_tasks()
-    assert place.listings == 2
+    assert backend.listings == 2, "the listing in the background has failed"
     with pytest.raises(StoreFailed):
-        await store_bytes(usage, 90)
+        await store_bytes(usage, 90)  # the old count, 20 bytes, is too old for a refusal
 
 
 async def test_surfaces_stored_during_a_listing_are_counted() -> None:
-    place = SharedPlace()
-    usage = place.build_usage(100)
+    backend = SharedBackend()
+    usage = backend.build_usage(100)
     await store_bytes(usage, 10)
-    place.bytes = 10
+    backend.bytes = 10
     recount = asyncio.create_task(usage.recount())
     await asyncio.sleep(0)
     await asyncio.sleep(0)  # the listing runs
@@ -169,7 +178,7 @@ async def test_surfaces_stored_during_a_listing_are_counted() -> None:
 
 
 async def test_a_failed_write_releases_its_bytes() -> None:
-    usage = SharedPlace().build_usage(100)
+    usage = SharedBackend().build_usage(100)
     for _ in range(3):
         with pytest.raises(ZeroDivisionError):
             async with usage.reserve(100):

@@ -32,7 +32,7 @@ INVALID_NAMES = [
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("size", [0, 1, INLINE_BYTES + 1])
+@pytest.mark.parametrize("size", [0, 1, INLINE_BYTES + 1])  # a thread hashes the largest
 async def test_stored_surfaces_are_read_back(kind: str, size: int, tmp_path: Path) -> None:
     content = bytes(index % 251 for index in range(size))
     id = compute_id(content)

@@ -111,6 +111,7 @@ def test_the_reversed_surface_has_reversed_patches(
 ) -> None:
     """u and v are reversed at once; points and weights are equal bit for bit."""
     forward = build_surface(u, v, seed, is_rational)
+    # 3 − u is exact, because the knots of the strategy are multiples of 1/16.
     backward = BsplineSurface(
         forward.control_net[::-1, ::-1],
         forward.degree,
@@ -176,6 +177,7 @@ def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
 
 VALID_FIELDS: dict[str, Any] = {"control_net": np.zeros((5, 4, 3)), "degree": (2, 3)}
 KNOTS = [0, 0, 0, 1, 2, 3, 3, 3]
+"""Valid knots along u for `VALID_FIELDS`."""
 
 
 def list_issues(**fields: Any) -> tuple[Issue, ...]:
@@ -258,6 +260,7 @@ ROUNDING = 1e-13
 def test_knots_that_differ_by_rounding_are_made_equal(
     u_knots: list[float], expected: list[float] | None, merged_count: int
 ) -> None:
+    """`expected` are the knots of the computation; None if they are those of the request."""
     net = np.random.default_rng(1).random((len(u_knots) - 3, 4, 3))
     surface = BsplineSurface(net, (2, 3), (np.array(u_knots), "clamped"))
     exact = BsplineSurface(net, (2, 3), (np.array(expected or u_knots), "clamped"))
@@ -278,13 +281,14 @@ def test_the_first_and_the_last_knot_may_be_omitted() -> None:
         for knots in (all_knots[1:-1], all_knots)
     )
     np.testing.assert_allclose(points, expected, atol=1e-15)
+    # The omitted knots are equal to their neighbours: here 0 would occur four times.
     assert list_issues(**replace_u_knots(0, 0, 0, 1, 3, 3))[0].code == "knot_multiplicity"
 
 
 def test_surfaces_just_within_the_limits_are_accepted() -> None:
     """The first has the highest degree, the second a large domain and a knot of multiplicity p + 1.
 
-    Weights whose ratio is slightly above the limit are refused.
+    Weights whose ratio is twice the limit are refused.
     """
     assert BsplineSurface(np.zeros((65, 2, 3)), (64, 1)).lower().patch_count == 1
     knots = np.array([-7e8, -7e8, -7e8, -1e6, -1e6, -1e6, 5e8, 5e8, 5e8])
@@ -304,7 +308,12 @@ def test_too_many_patches_are_refused_because_of_their_number() -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "degree"), [((505, 505), (3, 3)), ((1100, 2), (64, 1)), ((200, 200), (30, 30))]
+    ("shape", "degree"),
+    [
+        ((505, 505), (3, 3)),  # 502² patches of 4² points; the limit is 4 million
+        ((1100, 2), (64, 1)),  # 1036 spans along u, whose extraction operators have 65² entries
+        ((200, 200), (30, 30)),
+    ],
 )
 def test_too_many_bezier_points_are_refused_before_they_are_computed(
     shape: tuple[int, int], degree: tuple[int, int]

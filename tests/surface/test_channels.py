@@ -66,11 +66,12 @@ def test_invalid_attributes_are_refused() -> None:
 def test_invalid_names_of_attributes_are_refused(name: str) -> None:
     code, pointer = read_issue(attributes=((name, ONE),))
     assert code == "wrong_value"
-    assert len(pointer) < 64
+    assert len(pointer) < 64  # long names are shortened
 
 
 @pytest.mark.parametrize(
     ("names", "refused_name"),
+    # glTF writes names in upper case, and splits a long attribute `b` into `B_0`, `B_1`, ….
     [(("temp", "TEMP"), "TEMP"), (("flow", "Flow_0"), "Flow_0"), (("b_12", "b"), "b_12")],
 )
 def test_names_that_formats_could_not_distinguish_are_refused(
@@ -97,6 +98,7 @@ def test_channels_of_patches_need_one_value_for_each_vertex() -> None:
 def test_channel_values_that_too_many_patches_share_are_refused() -> None:
     """A small document could otherwise need much memory, when values are copied to the patches."""
     vertices = SQUARE.reshape(4, 3)
+    # Every patch gets values of 16 numbers at its 4 control points.
     patches = np.zeros((MAX_NUMBERS // (4 * 16) + 1, 2, 2), dtype=np.int64)
     with pytest.raises(InvalidRequest) as caught:
         PatchSurface(vertices, patches, channels=Channels(attributes=(("a", np.ones((4, 16))),)))
@@ -146,7 +148,7 @@ def test_a_channel_with_the_shape_of_the_control_net_is_a_spline_without_weights
     u: KnotVector, v: KnotVector, is_rational: bool
 ) -> None:
     """The attribute `place` is the control net, so its values are points of the surface."""
-    net = random_points(u.point_count, 7, v.point_count)
+    net = random_points(u.point_count, 7, v.point_count)  # the control net that `build_spline` makes
     channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
     (batch,) = build_spline(u, v, channels, is_rational).lower().batches
     (plain,) = build_spline(u, v, Channels(), is_rational=False).lower().batches
@@ -162,7 +164,7 @@ def test_a_channel_of_another_shape_is_one_bezier_net_over_the_domain(
     """Values at all vertices of a mesh agree with exact de Casteljau at their parameters."""
     shape = data.draw(st.tuples(st.integers(1, 6), st.integers(1, 6)))
     if shape == (u.point_count, v.point_count):
-        shape = (7, 1)
+        shape = (7, 1)  # no control net has one column
     net = np.random.default_rng(shape).random((*shape, 2))
     model = build_spline(u, v, Channels(attributes=(("heat", net),)), is_rational=True).lower()
     assert model.domain is not None
@@ -182,7 +184,11 @@ def test_a_channel_of_another_shape_is_one_bezier_net_over_the_domain(
 
 
 def test_channels_of_splines_of_too_high_degree_or_with_too_many_values_are_refused() -> None:
-    """The limit of degrees is for channels that are Bézier nets; values count in each patch."""
+    """The limit of degrees is for channels that are Bézier nets.
+
+    The limit of values is for the nets of all patches, and for the matrices that restrict a net to
+    the spans: here both have 2100 × 64² numbers.
+    """
     random = np.random.default_rng(1)
     net = random.random((MAX_DEGREE + 10, 4, 3))
     assert BsplineSurface(net, channels=Channels(net)).lower().batches[0].channels

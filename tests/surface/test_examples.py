@@ -30,7 +30,8 @@ PATCHES = {
     "nurbs-goblet": (44, (2, 3)),
     "bspline-ring": (60, (3, 3)),
 }
-"""Number of patches and degree of the first batch of each example."""
+"""Number of patches and degree of the first batch of examples, without sweeps, groups and
+multipatches."""
 OTHER_BATCHES = {"rounded-box": [(8, 4)]}
 """Numbers of patches and degrees of further batches."""
 
@@ -40,7 +41,8 @@ CLOSED_FORMS = {
     ("sphere", "sphere"): quadrics.sphere,
     ("torus", "torus"): quadrics.torus,
 }
-"""The closed form of a part of an example."""
+"""For parts of examples, functions of points: the residuals of the closed form, and the outward
+normals."""
 
 
 def read_points(example: str) -> np.ndarray:
@@ -59,13 +61,14 @@ def test_each_example_has_an_id_a_title_and_a_description() -> None:
 
 @pytest.mark.parametrize("example", PATCHES)
 def test_examples_have_their_number_of_patches_and_degree(example: str) -> None:
-    """The parts together contain all patches."""
+    """The parts contain all patches, without gap or overlap."""
     model = lower_patches(example)
     batch = model.batches[0]
     assert (batch.count, batch.degree) == PATCHES[example]
     assert [(b.count, b.degree) for b in model.batches[1:]] == OTHER_BATCHES.get(example, [])
-    assert model.parts[0].first == 0
-    assert model.parts[-1].last == model.patch_count
+    ends = [0, *(part.last for part in model.parts)]
+    assert [part.first for part in model.parts] == ends[:-1]
+    assert ends[-1] == model.patch_count
     assert model.name == example
 
 
@@ -154,6 +157,7 @@ def test_colors_of_the_heated_panel_depend_on_its_temperature() -> None:
     ((name, temperature),) = mesh.attributes
     assert name == "temperature"
     assert temperature.min() == 20
+    # The control values are from 20 to 140, and have the colours from COLD to HOT.
     assert 50 < temperature.max() < 140
     assert mesh.colors is not None
     share = (temperature - 20) / 120

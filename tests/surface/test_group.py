@@ -21,7 +21,10 @@ def build_scaling(x: float, y: float, z: float) -> Array:
 
 
 def test_members_with_equal_surfaces_share_a_model() -> None:
-    """Surfaces are equal if their values are; name, colour and matrix belong to the member."""
+    """Surfaces are equal if all their values except name and `up` are.
+
+    Name, `up`, colour and matrix belong to the member.
+    """
     group = GroupSurface(
         (
             Member(SAIL),
@@ -43,7 +46,7 @@ def test_members_with_equal_surfaces_share_a_model() -> None:
 
 def test_content_keys_are_equal_for_equal_values_only() -> None:
     zero = np.array([0.0, 1.0])
-    assert content_key(zero) == content_key(-zero * -1) == content_key(np.array([-0.0, 1.0]))
+    assert content_key(zero) == content_key(zero.copy()) == content_key(np.array([-0.0, 1.0]))
     distinct = [zero, zero[::-1], zero.reshape(1, 2), zero.astype(int), (0.0, 1.0), None, SAIL]
     assert len({content_key(value) for value in distinct}) == len(distinct)
     assert content_key(find("sphere").surface()) != content_key(find("torus").surface())

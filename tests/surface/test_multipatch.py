@@ -19,7 +19,7 @@ from service.surface.convert.operations import Elevate, Reverse, Split, Transpos
 from service.surface.convert.table import convert
 from service.surface.examples import find
 from service.surface.group import GroupSurface, Member
-from service.surface.multipatch import MultipatchSurface, Single
+from service.surface.multipatch import MAX_SURFACES, MultipatchSurface, Single
 from service.surface.patches import PatchSurface
 
 OPTIONS = (
@@ -29,7 +29,7 @@ OPTIONS = (
 )
 
 
-def list_pieces(surface: object) -> tuple[Single, ...]:
+def list_single_surfaces(surface: object) -> tuple[Single, ...]:
     """The members of a group, or the patches of a surface, as separate surfaces."""
     if isinstance(surface, GroupSurface):
         return tuple(m.surface for m in surface.members)  # type: ignore[misc]
@@ -47,7 +47,7 @@ def test_a_multipatch_of_separate_nets_has_the_mesh_of_indexed_patches(
     surface = find(name).surface()
     mesh, multipatch_mesh = (
         build(s.lower(), options)
-        for s in (surface, MultipatchSurface(list_pieces(surface), surface.up, name))
+        for s in (surface, MultipatchSurface(list_single_surfaces(surface), surface.up, name))
     )
     np.testing.assert_array_equal(mesh.positions, multipatch_mesh.positions)
     np.testing.assert_array_equal(mesh.triangles, multipatch_mesh.triangles)
@@ -60,13 +60,13 @@ def test_a_multipatch_of_separate_nets_has_the_mesh_of_indexed_patches(
 def test_splines_that_form_a_ring_are_watertight_in_any_order(options: MeshOptions) -> None:
     """The splines are parts of a ring, split at knots; some are transposed or elevated."""
     ring = find("bspline-ring").surface()
-    pieces = list_pieces(convert(ring, [Split(u=3.0, v=2.0)]))
-    elevated_piece = convert(pieces[1], [Elevate((4, 5))])
-    assert isinstance(elevated_piece, BsplineSurface)
-    for members in (pieces, pieces[::-1], (pieces[0], elevated_piece, *pieces[2:])):
+    splines = list_single_surfaces(convert(ring, [Split(u=3.0, v=2.0)]))
+    elevated_spline = convert(splines[1], [Elevate((4, 5))])
+    assert isinstance(elevated_spline, BsplineSurface)
+    for members in (splines, splines[::-1], (splines[0], elevated_spline, *splines[2:])):
         multipatch = MultipatchSurface(members, "z", "ring")
         surfaces: tuple[Surface, ...] = (multipatch,)
-        if members is pieces:
+        if members is splines:
             transposed = convert(multipatch, [Transpose(), Reverse("v")])
             surfaces += (transposed, convert(multipatch, [Elevate((4, 5))]))
         for surface in surfaces:
@@ -86,16 +86,15 @@ def test_parameters_of_points_refer_to_the_member_that_patch_names() -> None:
     assert isinstance(goblet, BsplineSurface)
     assert isinstance(saddle, BezierSurface)
     members = (goblet, saddle, hills)
-    model, models = (
-        MultipatchSurface(members).lower(),
-        [is_float32.lower() for is_float32 in members],
-    )
+    model = MultipatchSurface(members).lower()
+    models = [member.lower() for member in members]
     uv = np.array([[1.25, 2.5], [0.5, 0.25], [3, 3.75], [4, 11], [2, 2]])
     patch = np.array([0, 1, 2, 0, 2])
-    result = evaluate_points(model, locate(model, PointsQuery(uv, patch, 2)), 2)
+    result = evaluate_points(model, locate(model, PointsQuery(uv, patch, order=2)), order=2)
     for k, lowered in enumerate(models):
         rows = patch == k
-        expected = evaluate_points(lowered, locate(lowered, PointsQuery(uv[rows], None, 2)), 2)
+        query = PointsQuery(uv[rows], None, order=2)
+        expected = evaluate_points(lowered, locate(lowered, query), order=2)
         for name, column in expected.items():
             np.testing.assert_array_equal(result[name][rows], column)
     mesh = build(model, MeshOptions(resolution=(2, 2), uvs=True, weld=False))
@@ -109,7 +108,7 @@ def test_parameters_of_points_refer_to_the_member_that_patch_names() -> None:
         ([[9, 0]], [0], "/uv/0/0"),
         ([[1, 1], [0.5, 11.5]], [1, 0], "/uv/1/1"),
     ):
-        query = PointsQuery(np.array(invalid_uv, float), np.array(members_of_places), 0)
+        query = PointsQuery(np.array(invalid_uv, float), np.array(members_of_places), order=0)
         with pytest.raises(InvalidRequest) as caught:
             locate(model, query)
         assert caught.value.issues[0].pointer == pointer
@@ -121,7 +120,7 @@ def test_empty_and_too_long_lists_and_different_channels_are_refused() -> None:
     with_channels = replace(saddle, channels=Channels(uvs=np.zeros((1, 1, 2))))
     for surfaces, code, pointer in (
         ((), "wrong_length", "/surfaces"),
-        ((saddle,) * 4097, "wrong_length", "/surfaces"),
+        ((saddle,) * (MAX_SURFACES + 1), "wrong_length", "/surfaces"),
         ((saddle, with_channels), "channel_shape", "/surfaces/1"),
     ):
         with pytest.raises(InvalidRequest) as caught:

@@ -27,7 +27,7 @@ def list_issues(**fields: object) -> tuple[Issue, ...]:
 
 
 def test_patches_are_lowered_to_the_vertices_of_their_indices() -> None:
-    """Each control point has the place and the weight of the vertex with its index."""
+    """Each control point has the position and the weight of the vertex with its index."""
     weights = np.arange(1.0, 9)
     model = PatchSurface(STRIP, QUADS, weights, up="z", name="strip").lower()
     (batch,) = model.batches
@@ -47,7 +47,10 @@ def test_patches_are_lowered_part_by_part_and_patches_without_a_part_last() -> N
 
 
 def test_parts_are_in_the_order_of_their_first_patches() -> None:
-    """The order of the parts has no effect; the patches of a part keep their order."""
+    """Parts may be listed in any order; those without patches come first.
+
+    The patches of a part keep their order.
+    """
     parts = [("a", (2, 0)), ("b", (1,)), ("c", ())]
     for permuted in permutations(parts):
         surface = PatchSurface(STRIP, QUADS, parts=permuted)
@@ -103,8 +106,9 @@ def test_a_surface_is_frozen_and_copies_the_arrays_of_the_caller() -> None:
     np.testing.assert_array_equal(surface.lower().batches[0].points, STRIP[QUADS])
     with pytest.raises(ValueError, match="read-only"):
         surface.vertices[0] = 0
+    ((_, grids),) = surface.by_degree
     with pytest.raises(ValueError, match="read-only"):
-        surface.by_degree[0][1][0] = 0
+        grids[0] = 0
 
 
 def test_parts_with_unknown_or_repeated_patches_are_refused() -> None:

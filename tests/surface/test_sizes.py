@@ -28,7 +28,7 @@ def test_every_kind_has_methods_for_its_size_and_its_lowering() -> None:
         assert {"size", "lower"} <= vars(kind).keys()
 
 
-def test_a_kind_without_size_cannot_be_created() -> None:
+def test_surfaces_of_a_class_without_size_cannot_be_created() -> None:
     assert issubclass(SurfaceKind, ABC)
     class_without_size = type("Silent", (SurfaceKind,), {"lower": lambda _: None})
     with pytest.raises(TypeError, match="size"):
@@ -53,6 +53,7 @@ def test_sizes_agree_with_the_lowered_model(example: str) -> None:
     assert size.control_points >= sum(batch.points.size // 3 for batch in batches)
     assert size.members == len(models)
     assert size.curves == sum(each.pieces.count for each in models if isinstance(each, SweepModel))
+    # The control nets that a mesh may show.
     net_points = [
         net.points.size // 3 for each in models if isinstance(each, PatchModel) for net in each.nets
     ]
@@ -62,6 +63,7 @@ def test_sizes_agree_with_the_lowered_model(example: str) -> None:
     assert size.name_bytes >= sum(len(name.encode()) for name in parts)
     for batch in batches:
         assert max(batch.side_degrees) <= max(size.degree)
+        # `size` has only those attributes that all members of a group have; `stored_size` has all.
         width = sum(channel.dimension for channel in batch.channels)
         assert width <= surface.stored_size().width
     if not isinstance(surface, GroupSurface):

@@ -72,6 +72,7 @@ def test_the_port_side_of_the_hull_mirrors_the_starboard_side() -> None:
     hull = find("ship-hull").surface()
     assert isinstance(hull, MultipatchSurface)
     nets = {each.name: each.control_net for each in hull.surfaces}
+    # In the starboard nets u and v are exchanged, so that the normals of both sides point out.
     for end in ("aft", "fore"):
         port = nets[f"starboard {end}"].swapaxes(0, 1) * (1, -1, 1)
         np.testing.assert_array_equal(port, nets[f"port {end}"])

@@ -24,6 +24,7 @@ def test_a_triangle_is_lowered_to_one_patch() -> None:
     np.testing.assert_array_equal(batch.points, NET[None])
     np.testing.assert_array_equal(batch.weights, weights[None])
     assert batch.channels[0].nets.shape == (1, 3, 2)
+    # A triangle counts as a patch whose last side is one point.
     assert (surface.degree, batch.degree, batch.side_degrees) == (2, 2, (2, 2, 2, 0))
     assert (model.name, model.up, model.patch_count) == ("sail", "z", 1)
 
@@ -75,6 +76,7 @@ def test_grids_and_triangles_share_vertices() -> None:
     np.testing.assert_array_equal(corners.points, VERTICES[CORNERS])
     np.testing.assert_array_equal(corners.weights, weights[CORNERS])
     np.testing.assert_array_equal(corners.channels[0].nets, VERTICES[CORNERS][..., 2:])
+    # Without parts, patches keep the numbers and the order that they have in the request.
     assert (model.request_numbers, model.sequence) == (None, None)
     assert model.patch_count == 5
     (batch,) = PatchSurface(VERTICES, triangles=CORNERS).lower().batches
@@ -91,6 +93,7 @@ def test_parts_may_have_grids_and_triangles_which_are_numbered_after_the_grids()
         ("b", 0, 3),
         ("a", 3, 5),
     ]
+    # Part after part, the numbers that the patches have in the request.
     assert model.request_numbers[model.sequence].tolist() == [2, 3, 0, 4, 1]
     points = [net for batch in model.batches for net in batch.points]
     expected = [VERTICES[grid] for grid in GRIDS] + [VERTICES[corner] for corner in CORNERS]

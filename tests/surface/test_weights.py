@@ -1,4 +1,4 @@
-"""Weights near the ends of float64, for every kind of surface and curve that has weights."""
+"""Very small and very large weights, for every kind of surface and curve that has weights."""
 
 from typing import Any
 
@@ -22,7 +22,8 @@ ROWS = [[[0, 0, 0], [2, 0, 2], [4, 0, 0]], [[0, 2, 2], [2, 2, 0]], [[0, 4, 0]]]
 POLYGON = [[0, 0, 0], [1, 2, 0], [3, 2, 1], [4, 0, 1]]
 
 POWERS = [-1070, -500, 500, 1020]
-"""Exponents of common factors near the ends of float64; the largest weight is 8 times larger."""
+"""Powers of 2 that are common factors of weights. The first and the last are near the ends of
+float64: the largest weight is 8 times the factor."""
 
 
 def build_surfaces(w: float) -> dict[str, dict[str, Any]]:
@@ -64,7 +65,7 @@ def test_a_common_factor_of_weights_does_not_change_meshes(kind: str, power: int
         )
         for w in (1.0, float(np.ldexp(1.0, power)))
     ]
-    assert b"null" not in meshes[0]
+    assert b"null" not in meshes[0]  # JSON has null for NaN and infinity
     assert meshes[0] == meshes[1]
 
 

@@ -64,17 +64,19 @@ def test_no_attack_expects_a_server_error_or_an_incomplete_response() -> None:
         ([MAX_LATENCY / 2], []),
     ],
 )
-def test_a_client_without_or_with_late_responses_is_a_fault(
+def test_a_client_without_responses_or_with_late_ones_is_a_fault(
     latencies: list[float], faults: list[str]
 ) -> None:
-    attack = CONNECTIONS[0]
+    attack = CONNECTIONS[0]  # it expects the response "gone"
     results = [ClientResult(0.5, "hit", seconds, "ok") for seconds in latencies]
-    assert Row(attack, Counter({"gone": 1}), 0, 1, 0, results).find_faults() == faults
+    row = Row(attack, Counter({"gone": 1}), start=0, end=1, resident=0, results=results)
+    assert row.find_faults() == faults
 
 
-def test_a_slow_reader_without_a_response_gets_no_answer_not_closed(
+def test_a_silent_service_is_distinguished_from_a_closed_connection(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """The slow reader reports "no answer" when its patience ends, not "closed"."""
     monkeypatch.setattr(connections, "PATIENCE", 0.05)
 
     async def read_in_silence(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

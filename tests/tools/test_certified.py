@@ -9,6 +9,7 @@ from tools.certify.seams import judge_model
 from tools.certify.surfaces import FAMILIES
 
 SAMPLES = 200, 1000
+"""Least and most samples of a surface: fewer than `make certify` takes."""
 
 
 @pytest.mark.parametrize(("number", "family"), [*enumerate(FAMILIES)])
@@ -49,6 +50,6 @@ def test_seams_are_closed_in_any_order_of_patches_and_equal_for_patches_alone(ki
     assert judge_model(kind, 1001, 0.1).faults == []
 
 
-def test_the_order_of_surfaces_has_no_effect_on_weights_with_different_factors() -> None:
+def test_surfaces_whose_weights_differ_by_a_factor_are_closed_in_any_order() -> None:
     """At common points, the weights of two surfaces differ by a constant factor."""
     assert judge_nearly("crowded knots", 84, 1e-1).faults == []

@@ -19,7 +19,7 @@ SQUARE = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
 
 
 def write_model(kind: str, seed: int) -> Written:
-    """The mesh of a model at 3 × 3 divisions, as it is read from its file."""
+    """The mesh of a model at 3 × 3 divisions, written to a file and read from it."""
     net_complex = build_complex(kind, seed)
     model = net_complex.model(range(len(net_complex.nets)))
     options = MeshOptions(resolution=(3, 3), normals=False)
@@ -66,6 +66,7 @@ def test_models_with_equal_edges_are_joined(kind: str) -> None:
     sides = check_seams(seam_report, net_complex, write_model(kind, 1))
     assert seam_report.faults == []
     assert len(sides) == sum(map(len, net_complex.loops))
+    # Each edge of the model that is no seam has three divisions, which are boundary edges.
     assert seam_report.seams + seam_report.boundary // 3 == len(net_complex.edges())
 
 
@@ -91,7 +92,8 @@ def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> No
     seam_report = SeamReport(kind="tori", seed=1)
     sides = check_seams(seam_report, net_complex, mesh)
     assert not seam_report.faults
-    # The keys of `sides` are the number of a patch and the pair of corners at the ends of a side.
+    # The keys of `sides` are the number of a patch and the pair of corners at the ends of a side;
+    # the values are the vertices of the side. The first edge of a side of patch 0 is split.
     a, b, *_ = sides[0, min(pair for k, pair in sides if k == 0)]
     first_face, end_face = mesh.parts["patch 0"]
     (row,) = (k for k in range(first_face, end_face) if {a, b} <= set(mesh.faces[k].tolist()))
@@ -101,6 +103,7 @@ def test_a_vertex_on_a_seam_that_the_neighbour_does_not_have_is_detected() -> No
     faces = mesh.faces.copy()
     faces[row] = a, new_vertex, opposite_vertex
     faces = np.insert(faces, row, [new_vertex, b, opposite_vertex], axis=0)
+    # Patch 0 has one triangle more, so the triangles of later patches move by one.
     parts = {
         name: (begin + (begin > first_face), end + (begin >= first_face))
         for name, (begin, end) in mesh.parts.items()
@@ -124,6 +127,7 @@ def test_a_triangle_without_area_is_excused_only_if_rounding_is_the_reason() -> 
     written, rounding = rounded_points.astype(float), np.spacing(rounded_points).astype(float) / 2
     assert find_flat_triangles(np.array([written, points])) == [0]
     assert is_flattened_by_rounding(sheet, written, places, rounding)
+    # A corner that was moved by more than rounding is not excused.
     for axis in range(3):
         moved_points = written.copy()
         moved_points[1, axis] += 8 * rounding[1, axis]

@@ -58,7 +58,8 @@ def test_bounds_of_built_in_multipatches_are_proved() -> None:
     verdicts = judge_cases(
         [Case("ship-hull", None, ACCURACY, "glb"), Case("tea-service", None, ACCURACY, "glb")]
     )
-    (hull,) = verdicts  # a group has no patches of its own
+    # There is no verdict for tea-service: a group has no patches of its own.
+    (hull,) = verdicts
     assert isinstance(hull, Verdict)
     assert (hull.proof.undecided, hull.proof.beyond) == (0, None)
 
@@ -95,6 +96,7 @@ def test_nets_of_a_document_give_the_points_of_the_surface(family: str) -> None:
         (sheet,) = build_sheets(surface)
         (exact,) = list_nets(write_document(surface), sheet.origin)
         nets = exact.astype(np.float64)
+        # The values of the Bernstein polynomials at 1/2.
         basis_values = [np.array([comb(n - 1, k) / 2.0 ** (n - 1) for k in range(n)])
                   for n in nets.shape[1:3]]  # fmt: skip
         middles = np.einsum("i,j,mijk->mk", *basis_values, nets)
@@ -102,6 +104,7 @@ def test_nets_of_a_document_give_the_points_of_the_surface(family: str) -> None:
             u, v = ((b[1:] + b[:-1]) / 2 for b in sheet.breaks)
             places = np.array(list(product(u, v)))
         else:
+            # As a patch, the triangle has u = s + t, and v is t / (s + t): both are 1/2 here.
             places = np.array([[0.25, 0.25]])
         assert isinstance(surface, BsplineSurface) or len(nets) == 1
         np.testing.assert_allclose(middles[:, :3] / middles[:, 3:], sheet.at(places), atol=1e-12)
@@ -140,7 +143,10 @@ def test_a_distance_that_is_almost_the_bound_is_decided_exactly(count: int) -> N
     for factor in (1 - 1e-6, 1 + 1e-6):
         proof = prove([to_fractions(net[np.newaxis])], corners + factor * bound * normal, bound)
         assert proof.undecided == 0
-        assert (proof.exact > 0, proof.beyond is None) == (factor < 1, factor < 1)
+        # Pieces so near to the bound are proved by fractions; a point beyond it ends the proof.
+        is_within_bound = factor < 1
+        assert (proof.exact > 0) == is_within_bound
+        assert (proof.beyond is None) == is_within_bound
 
 
 def test_exact_distances_and_hulls() -> None:
@@ -157,17 +163,22 @@ def test_exact_distances_and_hulls() -> None:
         rtol=1e-12,
     )
 
+    # The hull is a square at height 1/3 above the triangles `host` and `twin`, which share edge bc.
     a, b, c, d = to_fractions(np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]))
     hull = np.stack([a, b, c, d]) + np.array([0, 0, Fraction(1, 3)])
     host, twin = np.stack([b, c, a]), np.stack([c, b, d])
     assert is_hull_near(hull, host, twin, Fraction(1, 3))
     assert not is_hull_near(hull, host, twin, Fraction(1, 3) - Fraction(1, 10**40))
+    # Without the twin, the corner above d is √(1/2 + 1/9) ≈ 0.78 away from bc.
     assert not is_hull_near(hull, host, None, Fraction(1, 3))
     assert is_hull_near(hull, host, None, Fraction(9, 10))
 
 
 def test_nearest_points_of_needles_are_near() -> None:
-    """Triangles of length 1 that are narrower than float64 can resolve."""
+    """Triangles of length 1, some of them narrower than float64 can resolve.
+
+    The point that is found is in the triangle, so its distance is the least one or larger.
+    """
     rng = np.random.default_rng(4)
     corners = rng.uniform(-1, 1, (300, 3, 3))
     share = rng.uniform(0, 1, (300, 1))
@@ -206,6 +217,8 @@ def test_distances_of_all_points_of_a_piece_are_within_its_bound(spread: float) 
         net = np.append(rng.uniform(0, 1, (3, 3, 3)), rng.uniform(0.3, 3, (3, 3, 1)), axis=-1)
         net[..., 2] *= spread
         net[..., :3] *= net[..., 3:]
+        # Each piece has three numbers in `places`: of its net, and of its interval along u and v,
+        # where 1 is the whole interval, and 2k and 2k + 1 are the halves of k.
         pieces, places = np.moveaxis(net, -1, 0)[:, np.newaxis], np.array([[0], [1], [1]])
         for _ in range(6):
             points = np.einsum("ai,bj,kmij->mabk", grid, grid, pieces)
@@ -220,6 +233,7 @@ def test_distances_of_all_points_of_a_piece_are_within_its_bound(spread: float) 
 
 def test_every_family_has_200_cases() -> None:
     cases = list(list_cases())
+    # One family is left out, because its surfaces are lines; the cases of examples have no seed.
     assert len({case.family for case in cases} & set(FAMILIES)) == len(FAMILIES) - 1
     assert set(Counter(case.family for case in cases if case.seed is not None).values()) == {200}
 
@@ -234,7 +248,8 @@ def test_enclosures_contain_the_distances_from_a_cylinder() -> None:
     low, high = enclose_least_distances([net[np.newaxis]], points, 1e-9)
     assert ((low <= distances) & (distances <= high)).all()
     assert (high - low <= 1.001e-9).all()
-    # All points of the arc are equally near to its axis, so no piece can be dropped.
+    # All points of the arc are equally near to its axis, so no piece can be dropped, and the search
+    # gives up with NaN.
     assert np.isnan(
         enclose_least_distances([net[np.newaxis]], np.array([[0.0, 0.0, 0.5]]), 1e-9)[1]
     ).all()

@@ -20,6 +20,7 @@ from tools.phrases import Exemption, check
 def test_a_phrase_is_reported_with_its_file_and_line(
     tmp_path: Path, name: str, text: str, line: int
 ) -> None:
+    """A phrase may be in a docstring, comment, name or text, and may continue on the next line."""
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_text(text, encoding="utf-8")

@@ -53,7 +53,7 @@ def build_patch_evaluator(surface: PatchSurface, patch: int) -> Evaluator:
 def random_bezier(
     degree: tuple[int, int], seed: int, is_rational: bool, has_channels: bool = True
 ) -> BezierSurface:
-    """A random patch with channels whose degrees differ from its own, or without channels."""
+    """A random patch: with channels of degrees (1, 2), (2, 1) and its own, or without channels."""
     rng = np.random.default_rng(seed)
     shape = degree[0] + 1, degree[1] + 1
     random_channels = Channels(
@@ -79,10 +79,10 @@ def random_patches(degree: tuple[int, int], seed: int, is_rational: bool) -> Pat
         rng.uniform(-4, 4, (grid.size, 3)),
         np.stack([grid[: degree[0] + 1], grid[degree[0] :]]),
         rng.uniform(0.2, 5, grid.size) if is_rational else None,
-        (("first", (0,)),),
-        "z",
-        "sail",
-        Channels(
+        parts=(("first", (0,)),),
+        up="z",
+        name="sail",
+        channels=Channels(
             colors=rng.uniform(0, 1, (grid.size, 3)),
             attributes=(("heat", rng.uniform(-4, 4, (grid.size, 2))),),
         ),

@@ -55,7 +55,8 @@ def splines(draw: st.DrawFn, may_be_discontinuous: bool = True) -> BsplineSurfac
             vector = draw(knot_vectors(st.just(p), may_be_discontinuous, max_spans=3))
             axis_knots, count = vector.knots, vector.point_count
         else:
-            axis_knots, count = name, p + draw(st.integers(1 if name != "periodic" else 3, 4))  # type: ignore[assignment]
+            least = 3 if name == "periodic" else 1  # a periodic spline has at least 3 points
+            axis_knots, count = name, p + draw(st.integers(least, 4))  # type: ignore[assignment]
         degree.append(p)
         knots.append(axis_knots)
         counts.append(count)
@@ -149,7 +150,7 @@ def test_elevation_keeps_points_and_continuity(
     assert result.degree == degree
     assert_same(result, surface)
     for axis, degree_steps in enumerate((steps_u, steps_v)):
-        if not degree_steps:
+        if not degree_steps:  # the knots, a name or an array, are kept
             assert result.knots[axis] is surface.knots[axis] or np.array_equal(
                 result.knots[axis], surface.knots[axis]
             )
@@ -183,7 +184,7 @@ def test_a_restricted_spline_has_the_points_of_the_spline(
 
 
 def _has_room(knots: np.ndarray, begin: float, end: float) -> bool:
-    """Whether `begin` < `end`, and both are further than 1e-5 from the knots between them."""
+    """Whether `begin` < `end`, and these and the knots between them are more than 1e-5 apart."""
     gaps = np.diff(np.unique([*knots[(knots > begin) & (knots < end)], begin, end]))
     return begin < end and float(gaps.min()) > 1e-5
 
@@ -317,6 +318,7 @@ def build_cubic() -> BsplineSurface:
     ],
 )
 def test_refused_operations_on_a_spline(operation: Operation, code: str, pointer: str) -> None:
+    # The pointer counts the operations. The transposed spline has the same degrees and domain.
     with pytest.raises(SurfaceError) as caught:
         convert(build_cubic(), [Transpose(), operation])
     (issue,) = caught.value.issues
@@ -324,6 +326,7 @@ def test_refused_operations_on_a_spline(operation: Operation, code: str, pointer
 
 
 def test_too_large_results_are_refused_before_they_are_built() -> None:
+    """The spline has 36 control points, the results would have 81 and 144."""
     for operation in (Elevate((4, 4)), ToBezier()):
         with pytest.raises(SurfaceError) as caught:
             convert(build_cubic(), [operation], SizeLimits(40))

@@ -104,7 +104,10 @@ def test_parts_of_a_split_patch_have_its_points_and_share_edges(
 def _map_into_interval(
     begins: Sequence[Fraction], widths: Sequence[Fraction], u: Fraction, v: Fraction
 ) -> tuple[Fraction, Fraction]:
-    """The parameters in the whole domain of (u, v) in a part with these beginnings and widths."""
+    """The parameters (u, v) of a patch over part of a domain, as parameters of the whole domain.
+
+    The part begins at `begins` and has these widths.
+    """
     return begins[0] + u * widths[0], begins[1] + v * widths[1]
 
 
@@ -215,16 +218,18 @@ def test_operations_at_a_parameter_are_refused_for_several_patches(operation: Op
 
 
 def test_too_large_results_are_refused_before_they_are_built() -> None:
+    """Each limit is one less than the number of control points; shared points count twice."""
     surface = random_patches((3, 3), 1, False)
-    assert read_issue(surface, Transpose(), Elevate((64, 64)), points=8449) == (
+    limit = 2 * 65**2 - 1
+    assert read_issue(surface, Transpose(), Elevate((64, 64)), points=limit) == (
         "too_many_control_points",
         "/operations/1",
     )
     assert len(convert_to_patches(surface, Elevate((12, 12))).patches) == 2
     with pytest.raises(TooLarge):
-        convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], SizeLimits(63))
+        convert(random_bezier((3, 3), 1, False), [Split(0.5, 0.5)], SizeLimits(4 * 4**2 - 1))
     with pytest.raises(TooLarge):
-        convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], SizeLimits(63))
+        convert(random_bezier((3, 3), 1, False), [Elevate((7, 7))], SizeLimits(8**2 - 1))
 
 
 def test_a_split_above_the_degree_limit_names_the_operation() -> None:

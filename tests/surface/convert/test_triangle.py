@@ -51,7 +51,7 @@ seeds = st.integers(0, 10**6)
 
 
 def random_triangle(degree: int, seed: int, is_rational: bool) -> TriangleSurface:
-    """A random triangle with channels whose degrees differ from its own."""
+    """A random triangle with channels of degrees 2, 1 and 0."""
     rng = np.random.default_rng(seed)
     count = count_points(degree)
     return TriangleSurface(
@@ -76,11 +76,11 @@ def build_mixed_patches(seed: int, is_rational: bool) -> PatchSurface:
         rng.uniform(-4, 4, (22, 3)),
         np.arange(16).reshape(1, 4, 4),
         rng.uniform(0.2, 5, 22) if is_rational else None,
-        (("fin", (1,)),),
-        "z",
-        "sail",
-        Channels(rng.uniform(0, 1, (22, 3))),
-        np.array([triangle]),
+        parts=(("fin", (1,)),),
+        up="z",
+        name="sail",
+        channels=Channels(rng.uniform(0, 1, (22, 3))),
+        triangles=np.array([triangle]),
     )
 
 
@@ -102,8 +102,8 @@ def evaluate_triangle(surface: TriangleSurface, place: Vector) -> list[float]:
     return evaluate_values(surface.control_net, surface.weights, nets, place)
 
 
-def evaluate_member(surface: PatchSurface, number: int, place: Vector) -> list[float]:
-    """Point and channels of the triangle with this number."""
+def evaluate_indexed_triangle(surface: PatchSurface, number: int, place: Vector) -> list[float]:
+    """Point and channels of the triangle with this number among the triangles of the surface."""
     rows = surface.triangles[number]
     nets = [values[rows] for _, _, _, values in surface.channels.each()]
     weights = None if surface.weights is None else surface.weights[rows]
@@ -141,7 +141,7 @@ def test_parts_of_a_split_triangle_have_its_points_and_share_edges(
     result = convert_to_patches(surface, Split(at=(float(r), float(s), float(t))))
     assert len(result.triangles) == 3
     assert len(result.patches) == 0
-    n = max(degree, 2)
+    n = max(degree, 2)  # all nets get the same degree, and the colours have degree 2
     assert result.triangle_degree == n
     # Three triangles share three inner edges of n + 1 points, all of which have one common end.
     vertex_count = 3 * count_points(n) - 3 * (n + 1) + 1
@@ -153,7 +153,8 @@ def test_parts_of_a_split_triangle_have_its_points_and_share_edges(
             for m in range(3):
                 old_place[m] += place[m] if m != corner else 0
             assert_near(
-                evaluate_member(result, corner, place), evaluate_triangle(surface, tuple(old_place))
+                evaluate_indexed_triangle(result, corner, place),
+                evaluate_triangle(surface, tuple(old_place)),
             )
 
 
@@ -209,13 +210,18 @@ def test_operations_on_patches_and_triangles_keep_points_and_the_shared_edge(
     )
     assert_same(build_patch_evaluator(result, 0), build_patch_evaluator(surface, 0))
     for place in PLACES:
-        assert_near(evaluate_member(result, 0, place), evaluate_member(surface, 0, place))
+        assert_near(
+            evaluate_indexed_triangle(result, 0, place),
+            evaluate_indexed_triangle(surface, 0, place),
+        )
         r, s, t = place
         for operation, new_place in (
             (Transpose(), (r, t, s)), (Reverse("u"), (s, r, t)), (Reverse("v"), (t, s, r)),
         ):  # fmt: skip
             changed = convert_to_patches(surface, operation)
-            assert evaluate_member(changed, 0, new_place) == evaluate_member(surface, 0, place)
+            assert evaluate_indexed_triangle(changed, 0, new_place) == evaluate_indexed_triangle(
+                surface, 0, place
+            )
 
 
 @pytest.mark.parametrize(
@@ -258,7 +264,7 @@ def test_refused_operations_on_patches_and_triangles(
 
 def test_too_large_results_are_refused_before_they_are_built() -> None:
     surface = random_triangle(3, 1, False)
-    for operation in (Elevate((9, 9)), Split(at=(0.5, 0.25, 0.25))):
+    for operation in (Elevate((9, 9)), Split(at=(0.5, 0.25, 0.25))):  # 55 points, and 3 · 10
         with pytest.raises(SurfaceError) as caught:
             convert(surface, [operation], SizeLimits(29))
         assert caught.value.issues[0].code == "too_many_control_points"
@@ -267,5 +273,6 @@ def test_too_large_results_are_refused_before_they_are_built() -> None:
         convert(large, [ToTriangle("lower")])
     assert caught.value.issues[0].code == "degree_too_high"
     with pytest.raises(SurfaceError) as caught:
+        # 36 points of the patch and 21 of the triangle.
         convert(build_mixed_patches(1, False), [Elevate((5, 5))], SizeLimits(56))
     assert caught.value.issues[0].code == "too_many_control_points"
