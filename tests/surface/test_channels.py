@@ -147,14 +147,17 @@ def build_spline(
 def test_a_channel_with_the_shape_of_the_control_net_is_a_spline_without_weights(
     u: KnotVector, v: KnotVector, is_rational: bool
 ) -> None:
-    """The attribute `place` is the control net, so its values are points of the surface."""
-    net = random_points(u.point_count, 7, v.point_count)  # the control net that `build_spline` makes
-    channels = Channels(attributes=(("place", net), ("wide", np.concatenate([net, net], axis=2))))
+    """The attribute `position` is the control net, so its values are points of the surface."""
+    # The control net that `build_spline` makes.
+    net = random_points(u.point_count, 7, v.point_count)
+    channels = Channels(
+        attributes=(("position", net), ("wide", np.concatenate([net, net], axis=2)))
+    )
     (batch,) = build_spline(u, v, channels, is_rational).lower().batches
     (plain,) = build_spline(u, v, Channels(), is_rational=False).lower().batches
-    place, wide = (channel.nets for channel in batch.channels)
-    np.testing.assert_array_equal(place, plain.points)
-    np.testing.assert_array_equal(wide, np.concatenate([place, place], axis=3))
+    position, wide = (channel.nets for channel in batch.channels)
+    np.testing.assert_array_equal(position, plain.points)
+    np.testing.assert_array_equal(wide, np.concatenate([position, position], axis=3))
 
 
 @given(small_knots, small_knots, st.data())
